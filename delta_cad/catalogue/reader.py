@@ -23,7 +23,7 @@ R = TypeVar("R", bound=CatalogueRow)
 MOST_DIGITS = 15  # of a whole number: each is a double, too
 ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
-MAY_BE_ZERO = frozenset({"red", "green", "blue", "cogging_torque_N_m"})
+MAY_BE_ZERO = frozenset({"red", "green", "blue", "cogging_torque_N_m", "torque_ripple"})
 MAY_BE_EMPTY = frozenset({"standard", "price_source", "clearance"})
 
 

@@ -19,7 +19,8 @@ KEYS_MM = {  # width across flats: long and short leg
     5.0: (85.0, 33.0),
     6.0: (96.0, 38.0),
 }
-"""Hexagon keys, standard type, mm. Source: ISO 2936, as JIS B 4648:2008 gives it (mikipulley.co.jp, tech13)."""
+"""Hexagon keys, standard type, mm. Source: ISO 2936, as JIS B 4648:2008 gives it (mikipulley.co.jp, tech13); likewise
+FsData/iso2936def.csv of github: shaise/FreeCAD_FastenersWB."""
 LONG_MM = {1.3: 81.0, 1.5: 91.5, 2.0: 102.0, 2.5: 114.5, 3.0: 129.0, 4.0: 144.0, 5.0: 165.0, 6.0: 186.0}
 """Long leg of the long type (L) by width across flats, mm; its short leg is as above. Source: the same table."""
 CORNERS = 1.13  # largest width across corners by that across flats: 1.68 / 1.5, 2.82 / 2.5 in the same table

@@ -435,5 +435,6 @@ def make_crimp_sleeve(d: Dimensions) -> Part:
         (Hole(c.cable_diameter_mm, 1, f"{c.cable_diameter_mm:g} through, crimped"),),
         extent_mm=round_z(outer / 2, (0.0, length)),
         order_code=f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope",
-        source="usual size for wire rope as thin; verified: no, from memory, check before ordering",
+        source="cut from brass tube or turned, every size is ours; no maker's sleeve of this size was found; verified: "
+        "yes: 2026-11-24, its hold is proved on the bench: each is pulled by what its cable may bear (assembly manual)",
     )

@@ -12,7 +12,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
-from delta_cad.dimensions.capstan import SET_SCREW, WEB_MM, SET_TORQUE_N_m
+from delta_cad.dimensions.capstan import ROPE_FACTOR, SET_SCREW, WEB_MM, SET_TORQUE_N_m
 from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, TUBE_ADHESIVE, ForearmDimensions
 from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
@@ -22,14 +22,13 @@ from delta_cad.structure.section import ring
 from delta_cad.structure.table import moduli_N_mm2
 
 BUCKLING_FACTOR = 3.0  # Euler's load over what a rod may bear: its joints' play and its own bow take the rest
-ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest class; bending is the ratio's affair
 RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: a fifth of what it bears on steel
 SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
 SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
 SCREW_FRICTION = 0.14  # of thread and head, dry stainless on aluminium, thread lock included (VDI 2230, class B)
 PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
 FACE_FRICTION = 0.12  # of two dry machined faces of aluminium, the low end (VDI 2230)
-MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from memory: check before ordering
+MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, as its row
 MOTOR_SHAFT_MM = 6.0
 MOTOR_LOAD_MM = 5.0
 MOTOR_SPAN = 0.7  # distance of a motor's two bearings over its length; from memory

@@ -14,11 +14,12 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.cable_run import FRICTION, least_turns
+from delta_cad.dimensions.capstan import ROPE_FACTOR
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.workspace import Cube, cube_grid
 from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static_equivalent_N
-from delta_cad.structure.holds import LIFE_HOURS, ROPE_FACTOR, STROKES_PER_S, Holds
+from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S, Holds
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
 from delta_cad.structure.table import StructureTable

@@ -20,13 +20,13 @@ from delta_cad.design import Design
 from delta_cad.design.record import CAPSTAN_RATIO_LEAST, CAPSTAN_RATIO_MOST, SECTOR_LEAST_MM, SECTOR_MOST_MM
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.cable_run import FRICTION
-from delta_cad.dimensions.capstan import CapstanDimensions, thinnest_pinion_mm, widest_pinion_mm
+from delta_cad.dimensions.capstan import ROPE_FACTOR, CapstanDimensions, thinnest_pinion_mm, widest_pinion_mm
 from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.structure.holds import ROPE_FACTOR, Holds, holds
+from delta_cad.structure.holds import Holds, holds
 from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
 from delta_cad.structure.modes import Moving, MovingBody
 from delta_cad.structure.table import StructureTable, structure_table

@@ -23,7 +23,7 @@ from haptics.simulation.assumptions import default_controller, joint_friction, n
 from haptics.simulation.loops import BOARD, LoopChoice
 
 # Noise of a reading whose row in the catalogue tells none, rad rms: a count of 18 bits, or a count of its own where
-# that is coarser. Of 21-bit chips no maker's figure could be opened; a quarter to four times it is the range.
+# that is coarser; a quarter to four times it is the range. The MT6835's data sheet states 1.1 of it.
 UNKNOWN_NOISE = 2.0 * math.pi / 2**18
 # Share of a sensor's non-linearity that is left after it was calibrated against the mechanism's own closure or a
 # fixture.
@@ -35,9 +35,10 @@ ROPE_N_mm2 = 42.4e3
 LOSS = (0.01, 0.02, 0.05)
 # Least stiffness at the knob, N/m, of a design that asks for none: what omega.3's maker is said to claim, from memory.
 STRUCTURE = 14.5e3
-# Deviation of a brushed motor's torque from its current's, as a share, with its waves a turn: 13 segments make 26; of
-# brushless ones six waves a pole pair, of which 8 are assumed. From memory; 1 to 5 % is the range.
-RIPPLE, SEGMENT_WAVES, POLE_WAVES = 0.02, 26.0, 48.0
+# Deviation of a motor's torque from its current's, as a share, where its row tells none, from memory: 1 to 5 % is the
+# range. Its waves a turn: of a brushed motor those of its commutator, maxon's 13 segments where its row tells none; of
+# brushless ones six a pole pair, of which 8 are assumed.
+RIPPLE, SEGMENTS, POLE_WAVES = 0.02, 13, 48.0
 STOP_STIFFNESS, STOP_RATIO = 500.0, 0.3  # N m/rad of an arm's steel pin on its stop, share of critical damping: guesses
 BEZEL_STIFFNESS = 2e5  # N/m of a stem on a bezel of polyacetal, with the arms' share of damping: a guess
 # Way of a strand from the sector's rim to where it is held, mean of both, m: nose, anchor and carriage.
@@ -119,6 +120,14 @@ def reading_age(machine: MachineModel) -> float:
     return (age or 0.0) * 1e-6
 
 
+def ripple_waves(motor: catalogue.Motor) -> float:
+    """Counts the waves of a motor's torque in a turn: segments pass two brushes, which an odd number meets in turn."""
+    if motor.commutation != "brushed":
+        return POLE_WAVES
+    segments = SEGMENTS if motor.commutator_segments is None else motor.commutator_segments
+    return float(segments * (2 if segments % 2 else 1))
+
+
 def drive_damping(machine: MachineModel, share: float) -> float:
     """Physical damping of a joint by its motor, N m s/rad at the joint.
 
@@ -155,7 +164,7 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
     sizes = _sizes(machine)
     low, high = (-math.inf, math.inf) if sizes is None else sizes.stops_rad
     stop_damping = 2.0 * STOP_RATIO * math.sqrt(STOP_STIFFNESS * par.joint_inertia)
-    waves = SEGMENT_WAVES if motor.commutation == "brushed" else POLE_WAVES
+    waves = ripple_waves(motor)
     par = par._replace(
         platform=par.platform - gives.knob,
         knob=gives.knob,
@@ -165,7 +174,7 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
         stop_high=high,
         stop_stiffness=STOP_STIFFNESS,
         stop_damping=stop_damping,
-        ripple=RIPPLE,
+        ripple=RIPPLE if motor.torque_ripple is None else motor.torque_ripple,
         ripple_per_rad=waves * machine.drive.ratio,
         cogging=machine.drive.ratio * (motor.cogging_torque_N_m or 0.0),
         cogging_per_rad=waves * machine.drive.ratio,

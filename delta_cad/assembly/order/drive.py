@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees
+from math import ceil, degrees
 
 from delta_cad import catalogue
 from delta_cad.assembly.leads import sensor_lead_steps
@@ -12,6 +12,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import (
     CARRIAGE_MM,
     CRIMP_MM,
+    ROPE_FACTOR,
     SET_SCREW,
     TENSION_SCREW,
     CapstanDimensions,
@@ -61,7 +62,7 @@ def drive_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
             )
         )
     if d.capstan is not None:
-        steps.append(_anchor(d.capstan, i))
+        steps.append(_anchor(d, d.capstan, i))
     steps.append(_encoder_cheek(d, names, i, block))
     if d.capstan is not None:
         steps += [_shaft(d, i, block), _cable(d.capstan, names, i), _tension(d, d.capstan, names, i)]
@@ -138,18 +139,19 @@ def shaft_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
     return Unit(f"shaft {i}", "shaft", "Shoulder shaft with its magnet", (step,))
 
 
-def _anchor(c: CapstanDimensions, i: int) -> Step:
+def _anchor(d: Dimensions, c: CapstanDimensions, i: int) -> Step:
     slack, tolerance = c.bench_mm
+    pull = 10 * ceil(d.cable.breaking_load_N / ROPE_FACTOR / 10)
     return Step(
         "Cable in its anchor",
         (
             f"On the bench, crimp both sleeves on the cable, {slack:.1f} mm +-{tolerance:g} mm between their backs, "
-            "and pull each by 50 N: it must not move.",
+            f"and pull each by {pull} N, what the cable may bear: it must not move.",
             "Lay the first sleeve behind the anchor's wall at the sector's inner end, the cable through its slot and "
             "round the nose, and let the rest hang: the encoder's cheek will cover the anchor.",
         ),
         (Bring((f"crimp_sleeve_{i}_0",), IN, f"upper_arm_{i}"),),
-        tools=("crimping tool", "spring balance 50 N"),
+        tools=("crimping tool", f"spring balance {pull} N"),
     )
 
 

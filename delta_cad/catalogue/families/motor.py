@@ -14,6 +14,7 @@ from delta_cad.catalogue.row import CatalogueRow, outside
 DENSITY_g_cm3 = 0.5, 9.0  # copper, of which no motor is whole
 LOSS_W_kg = 0.5, 2000.0  # from a motor that nothing warms to one in a gale
 MOUNT_COUNT = 2, 12
+RIPPLE = 0.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ class Motor(CatalogueRow):
         no_load_current_A: Current at `nominal_voltage_V` without a load: its torque is what idles away.
         cogging_torque_N_m: Largest torque with which the magnets hold the rotor, without a current; 0 for windings
             without iron.
+        torque_ripple: Largest deviation of its torque from that of its current, as a share.
+        commutator_segments: Of a brushed motor's commutator: its torque ripples once a segment and brush.
         encoder_counts_per_turn: Counts of the encoder on the motor's rear end, which length and mass include; None
             where it has none.
     """
@@ -91,6 +94,8 @@ class Motor(CatalogueRow):
     max_axial_load_N: float | None
     no_load_current_A: float | None
     cogging_torque_N_m: float | None
+    torque_ripple: float | None
+    commutator_segments: int | None
     encoder_counts_per_turn: int | None
 
     def fault(self) -> str:
@@ -103,7 +108,11 @@ class Motor(CatalogueRow):
             return f"peak_torque_N_m = {self.peak_torque_N_m:g}: must be >= nominal_torque_N_m"
         if (self.max_radial_load_N is None) != (self.radial_load_distance_mm is None):
             return "must have both or neither of max_radial_load_N and radial_load_distance_mm"
-        return outside("mount_count", self.mount_count, MOUNT_COUNT, "holes") or self._mass_fault()
+        return (
+            outside("mount_count", self.mount_count, MOUNT_COUNT, "holes")
+            or outside("torque_ripple", self.torque_ripple or 0.0, RIPPLE, "as a share")
+            or self._mass_fault()
+        )
 
     def _mass_fault(self) -> str:
         """Says that the mass is not that of a motor of this size, inertia and torque."""

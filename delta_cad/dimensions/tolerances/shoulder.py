@@ -23,9 +23,9 @@ from delta_cad.dimensions.tolerances import (
 from delta_cad.dimensions.tolerances.chain import Chain, Link, either_way
 from delta_cad.dimensions.tolerances.general import general_mm
 
-CHIP_MM = 0.1  # height of a chip on its board, either way: package and solder
+CHIP_MM = 0.25  # height of a chip on its board, either way: 0.85 to 1.2 of a TSSOP-16 (MT6835 data sheet, 13)
 MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
-CHIP_PLACE_MM = 0.1  # a chip's sensor from the holes of its board, either way, along either direction
+CHIP_PLACE_MM = 0.1  # a chip's sensor from its board's holes, either way: 0.05 in its package (the same), 0.05 of it
 FEELER_MM = 0.1  # what is set with a gauge, either way
 RING_UM = 8.0  # by which a bearing's bore or outside may be smaller than nominal, ISO 492 normal class up to 18 mm
 MINUTES_PER_RAD = minutes(1.0)
@@ -140,5 +140,6 @@ def centring_chain(d: Dimensions, general: str) -> list[Chain]:
         links.append(either_way("bearing", "in its seat", "fit", wide))
         shaft = -deviations_um("h6", d.shaft.diameter_mm)[0] / 2000.0
         links.append(either_way("shoulder_shaft", "in its bearing", "fit", shaft))
-    why = f"beyond, {e.id} reads an angle that is off by more than its maker states"
-    return [Chain("encoder's centring", "mm", 0.0, tuple(links), -e.centring_mm, e.centring_mm, why)]
+    why = f"beyond, {e.id} reads an angle that is off by more than its maker states, which calibration takes out"
+    most = e.centring_mm
+    return [Chain("encoder's centring", "mm", 0.0, tuple(links), -most, most, why, statistical=True)]

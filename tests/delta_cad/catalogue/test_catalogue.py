@@ -258,6 +258,31 @@ def test_parts_name_materials_and_partners_that_exist() -> None:
     assert sensor.nonlinearity_deg == 0.8
 
 
+def test_the_default_encoder_is_as_its_data_sheet_and_its_magnet_gives_the_field_that_it_asks() -> None:
+    """MT6835 rev. 1.3, chapters 5, 6 and 13; the field on the axis of a cylinder magnetised across."""
+    e = catalogue.encoder("mt6835-board")
+    assert (e.noise_rms_deg, e.nonlinearity_deg, e.latency_us, e.centring_mm) == (0.0015, 0.5, 10.0, 0.3)
+    assert 0.85 <= e.chip_height_mm <= 1.2
+    assert e.air_gap_max_mm <= 3.0
+    magnet, remanence_T = catalogue.magnet(e.magnet), 1.17  # the least of N35
+
+    def field_T(far_mm: float) -> float:
+        near, end = far_mm, far_mm + magnet.thickness_mm
+        radius = magnet.diameter_mm / 2.0
+        return remanence_T / 4.0 * (end / math.hypot(end, radius) - near / math.hypot(near, radius))
+
+    sensor_mm = 0.37  # below the chip's face, at most
+    assert 0.03 < field_T(e.air_gap_max_mm + sensor_mm) < field_T(e.air_gap_min_mm) < 1.0
+
+
+def test_a_ropes_mass_is_that_of_its_wires() -> None:
+    for key in catalogue.family("cable"):
+        row = catalogue.cable(key)
+        wires, across = {"7x7": (49, 9), "7x19": (133, 15)}[row.construction]
+        straight = wires * math.pi / 4.0 * (row.diameter_mm / across) ** 2 * 7.9
+        assert 1.0 < row.mass_g_m / straight < 1.15  # their lay makes them longer
+
+
 def test_magnets_weigh_what_neodymium_weighs() -> None:
     density = catalogue.material("ndfeb").density_kg_m3
     for key in catalogue.family("magnet"):
@@ -336,6 +361,8 @@ def test_tension_springs_keep_the_law_of_their_wire() -> None:
         factor = (index + 0.5) / (index - 0.75)  # of the curvature, EN 13906-2
         stress = factor * 8.0 * s.force_max_N * s.mean_diameter_mm / (math.pi * s.wire_mm**3)
         assert stress < 0.45 * 2170.0  # N/mm^2: EN 10270-1 DH of 0.8 mm, thinner wire is stronger
+        assert stress / factor < 0.45 * 1920.0  # at rest, of the class SM at its thickest: mollificiomodenese.it
+        assert f"F0 {s.initial_tension_N:g} N" in s.order_code
         body = (s.active_coils + 1.0) * s.wire_mm
         assert body < s.free_length_mm < body + 3.0 * s.mean_diameter_mm  # the rest are the loops
     pair = catalogue.tension_spring("0.6x5.6-25")

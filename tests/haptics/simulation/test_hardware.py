@@ -60,7 +60,9 @@ def test_noise_and_age_are_the_catalogues() -> None:
     assert sensor_errors(fine).noise == pytest.approx(UNKNOWN_NOISE)
     assert reading_age(fine) == pytest.approx(2e-6)
     assert catalogue.encoder("mt6835-board").counts_per_turn == 2**21
-    assert reading_age(with_hardware(encoder="mt6835-board")) == 0.0
+    finest = with_hardware(encoder="mt6835-board")
+    assert sensor_errors(finest).noise == pytest.approx(np.radians(0.0015))
+    assert reading_age(finest) == pytest.approx(10e-6)
     motor = with_hardware(motor="maxon-re30-310009-500", encoder_at="motor")
     assert sensor_errors(motor) == (0.0, 0.0, 0.0, motor.drive.ratio, 1.0)
     assert reading_age(motor) == 0.0
@@ -75,6 +77,18 @@ def test_a_device_with_all_weighs_and_rubs_as_the_rigid_one(machine: MachineMode
     for place in (0, 2):
         assert real_plant(machine, place=place).viscous == stiff_plant(machine, place=place).viscous
         assert real_plant(machine, place=place).coulomb == joint_friction(machine).drive[place]
+
+
+def test_a_motors_ripple_is_its_rows(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    motor = catalogue.motor(machine.drive.motor)
+    assert motor.commutator_segments == 13
+    assert real_plant(machine).ripple_per_rad == pytest.approx(26.0 * machine.drive.ratio)
+    even = replace(motor, commutator_segments=8, torque_ripple=0.0)
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", catalogue.motor.rows | {motor.id: even})
+    par = real_plant(machine)
+    assert (par.ripple, par.ripple_per_rad) == (0.0, pytest.approx(8.0 * machine.drive.ratio))
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", {motor.id: replace(even, commutation="brushless")})
+    assert real_plant(machine).ripple_per_rad == pytest.approx(48.0 * machine.drive.ratio)
 
 
 def test_a_panel_bounds_the_handle_and_a_design_without_one_does_not(machine: MachineModel) -> None:

@@ -123,7 +123,7 @@ BREAKING: dict[str, Callable[[Dimensions], Dimensions]] = {
     "wave spring's height": lambda d: replace(d, preload=replace(d.preload, free_height_mm=1.5)),  # pyright: ignore
     "shaft's tilt": lambda d: replace(d, bracket=replace(d.bracket, cheek_dowel_u_mm=(46.0, 52.0))),
     "encoder's air gap": lambda d: replace(d, encoder=replace(d.encoder, air_gap_max_mm=1.6)),
-    "encoder's centring": lambda d: replace(d, encoder=replace(d.encoder, centring_mm=0.4)),
+    "encoder's centring": lambda d: replace(d, encoder=replace(d.encoder, centring_mm=0.2)),
     "cable's plane": lambda d: _capstan(d, beyond_rad=-0.12),
     "gap of sector and pinion": lambda d: replace(
         d,
@@ -151,7 +151,7 @@ def test_a_pinion_turned_to_the_general_class_leaves_the_cable_loose(
 
 def test_the_loosest_class_is_what_drawings_ask_for(best_dimensions: Dimensions) -> None:
     assert (loosest_class(best_dimensions), general_class(best_dimensions)) == ("m", "m")
-    near = replace(best_dimensions, encoder=replace(best_dimensions.encoder, centring_mm=0.37))
+    near = replace(best_dimensions, encoder=replace(best_dimensions.encoder, centring_mm=0.2))
     assert (loosest_class(near), general_class(near)) == ("f", "f")
     roomy = replace(best_dimensions.encoder, centring_mm=2.0, air_gap_max_mm=4.0)
     roomy = _capstan(replace(best_dimensions, encoder=roomy), beyond_rad=0.2)
