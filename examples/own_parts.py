@@ -23,8 +23,8 @@ design = load_design("own.json")
 before, after = drive_torque(load_design("best.json")), drive_torque(design)
 
 print(f"own rows         {', '.join(f'{family} {key}' for family, rows in own.rows.items() for key in rows)}")
-print(f"torque for ever  {before.continuous_torque_N_m:.3f} -> {after.continuous_torque_N_m:.3f} N m")
-print(f"torque at peak   {before.peak_torque_N_m:.3f} -> {after.peak_torque_N_m:.3f} N m for {after.peak_time_s:g} s")
+print(f"continuous torque{before.continuous_torque_N_m:.3f} -> {after.continuous_torque_N_m:.3f} N m")
+print(f"peak torque      {before.peak_torque_N_m:.3f} -> {after.peak_torque_N_m:.3f} N m for {after.peak_time_s:g} s")
 print(
     f"rotor's inertia  {before.reflected_inertia_kg_m2:.2e} -> {after.reflected_inertia_kg_m2:.2e} kg m2 at the joint"
 )

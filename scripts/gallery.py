@@ -34,7 +34,7 @@ WORDS = {
     "pocket-40": "A small one",
 }
 FIGURES = {
-    "force, for ever": ("force_N", "N"),
+    "force, continuous": ("force_N", "N"),
     "outline swept": ("outline_mm", "mm"),
     "clearance": ("clearance_mm", "mm"),
     "worst kappa": ("kappa", ""),

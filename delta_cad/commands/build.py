@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from delta_cad.design import Design
 
 NAME = "build"
-TEXT = "solids, assembly, checks and all files into OUT/NAME (OUT/NAME.rejected if a check fails)"
+TEXT = "build a design: solids, checks and all files in OUT/NAME, or OUT/NAME.rejected if a check fails"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     machine_arguments(command)
     all_option(command)
-    command.add_argument("--step-schema", choices=("AP242", "AP214"), default="AP242", help="default: AP242")
     command.add_argument(
-        "--no-drawings", action="store_true", help="leave drawings and manual out, which the manifest says"
+        "--step-schema", choices=("AP242", "AP214"), default="AP242", help="STEP schema; default: AP242"
     )
+    command.add_argument("--no-drawings", action="store_true", help="skip drawings and manual; the manifest records it")
 
 
 def run(given: argparse.Namespace) -> int:

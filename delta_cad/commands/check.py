@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from delta_cad.design import Design
 
 NAME = "check"
-TEXT = "the checks alone; writes OUT/NAME.checks.json only"
+TEXT = "run the checks only; writes nothing but OUT/NAME.checks.json"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from delta_cad.export.drawings.drawn import Drawn
 
 NAME = "drawings"
-TEXT = "dimensioned drawings of the made parts and of the assembly, into OUT/NAME/drawings"
+TEXT = "dimensioned drawings of manufactured parts and assembly, in OUT/NAME/drawings"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from delta_cad.design import Design
 
 NAME = "fixture"
-TEXT = "a calibration plate with its columns: STEP files, drawings and poses.csv, into OUT/NAME-fixture"
+TEXT = "calibration plate with columns: STEP files, drawings and poses.csv, in OUT/NAME-fixture"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:

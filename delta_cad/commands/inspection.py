@@ -208,7 +208,7 @@ def _drive(design: Design) -> list[InspectionRow]:
     rows: list[tuple[Any, ...]] = [
         ("motor", drive.motor, ""),
         ("ratio", drive.ratio, ":1"),
-        ("joint torque, for ever", *held(drive.continuous_torque_N_m, drive.required_torque_N_m)),
+        ("joint torque, continuous", *held(drive.continuous_torque_N_m, drive.required_torque_N_m)),
         (f"joint torque, {drive.peak_time_s:g} s", *held(drive.peak_torque_N_m, drive.required_peak_N_m)),
         ("rotor's inertia at the joint", drive.reflected_inertia_kg_m2 * 1e6, "kg mm^2"),
         ("friction at a joint, nominal", usual, "mN m"),

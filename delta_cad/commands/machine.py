@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import design_option, json_option
+from delta_cad.common.arguments import design_option, json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all
 from delta_cad.common.files import require_room
 
@@ -38,13 +38,15 @@ def design_arguments(command: argparse.ArgumentParser) -> None:
 
 def all_option(command: argparse.ArgumentParser) -> None:
     """Adds `--all`, with which everything is told, not what fails and ten figures."""
-    command.add_argument("--all", action="store_true", help="the whole table, not only what fails and ten figures")
+    command.add_argument(
+        "--all", action="store_true", help="print the full table, not only failures and ten key figures"
+    )
 
 
 def machine_arguments(command: argparse.ArgumentParser) -> None:
     """Adds what `design_arguments` adds and the folder for what is written."""
     design_arguments(command)
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
+    out_option(command)
 
 
 def made(

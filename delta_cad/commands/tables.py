@@ -36,7 +36,7 @@ FIRST_INSPECTED = (
     "longer side",
     "shorter side",
     "torque for",
-    "joint torque, for ever",
+    "joint torque, continuous",
     "kappa",
     "effective mass",
     "friction",

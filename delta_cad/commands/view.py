@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from delta_cad.report.live.page import LivePage
 
 NAME = "view"
-TEXT = "a live page in the browser: drag the handle, change the lengths; Ctrl-C ends it"
+TEXT = "live page in the browser: drag the handle, change lengths; Ctrl-C stops it"
 LOOPBACK = "127.0.0.1"
 PORT, MOST_PORT = 8080, 65535
 NOT_BUILT = 3
@@ -32,8 +32,13 @@ def arguments(command: argparse.ArgumentParser) -> None:
     design_option(command)
     catalogue_option(command)
     command.set_defaults(json=False)
-    command.add_argument("--port", type=int, default=PORT, metavar="N", help=f"default: {PORT}")
-    command.add_argument("--host", default=LOOPBACK, metavar="ADDRESS", help="default: this machine alone, 127.0.0.1")
+    command.add_argument("--port", type=int, default=PORT, metavar="N", help=f"port of the page; default: {PORT}")
+    command.add_argument(
+        "--host",
+        default=LOOPBACK,
+        metavar="ADDRESS",
+        help="address to listen on; default: 127.0.0.1, this machine only",
+    )
 
 
 def run(given: argparse.Namespace) -> int:

@@ -12,6 +12,7 @@ from typing import Any
 
 from delta_cad.common.refusal import meant
 
+OUT = Path("out")
 STANDING = Path("best.json")  # the design that is taken where none is given
 SHELLS = ("bash", "zsh", "tcsh")
 DISTRIBUTION = "delta-haptics"
@@ -28,14 +29,14 @@ def design_option(
         text: What the file is for.
         unless: Option with which no design is needed.
     """
-    help_text = f"{text}; default: {STANDING}, where that stands in this folder"
+    help_text = f"{text}; default: {STANDING} of the current folder"
     command.add_argument("--design", type=Path, metavar="FILE", help=help_text)
 
     def settle(given: argparse.Namespace) -> None:
         if given.design is not None or (unless and getattr(given, unless)):
             return
         if not STANDING.is_file():
-            command.error(f"--design FILE is needed, as no {STANDING} stands in this folder")
+            command.error(f"--design FILE is needed: there is no {STANDING} in this folder")
         given.design = STANDING
         with suppress(OSError, AttributeError):  # nobody reads
             print(f"--design {STANDING}: taken, as none was given", file=sys.stderr, flush=True)
@@ -45,14 +46,21 @@ def design_option(
 
 def json_option(command: argparse.ArgumentParser) -> None:
     """Adds `--json`, which every command with facts to tell has."""
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    command.add_argument("--json", action="store_true", help="print the results as JSON on stdout")
+
+
+def out_option(command: argparse.ArgumentParser) -> None:
+    """Adds `--out DIR`, the folder in which a command makes folders and files of its own names."""
+    command.add_argument(
+        "--out", type=Path, default=OUT, metavar="DIR", help=f"parent folder of results; default: {OUT}"
+    )
 
 
 class Version(argparse.Action):
     """Prints the version and ends."""
 
     def __init__(self, option_strings: list[str], dest: str, **_: Any) -> None:
-        text = "print the version and end"
+        text = "print the version and exit"
         super().__init__(option_strings, dest, nargs=0, default=argparse.SUPPRESS, help=text)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
@@ -67,7 +75,7 @@ class Completion(argparse.Action):
     """Prints the script with which a shell completes the commands, and ends."""
 
     def __init__(self, option_strings: list[str], dest: str, make: Callable[[], argparse.ArgumentParser]) -> None:
-        text = "print a shell's completion of the installed command, for eval or its folder of completions, and end"
+        text = "print the completion script of the installed command for a shell and exit"
         super().__init__(option_strings, dest, default=argparse.SUPPRESS, choices=SHELLS, help=text)
         self.make = make
 

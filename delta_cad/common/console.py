@@ -230,7 +230,7 @@ def catalogue_option(command: argparse.ArgumentParser, names: str = "the design 
         "--catalogue",
         type=Path,
         metavar="DIR",
-        help=f"folder of own parts: motor.csv, cable.csv, ...; default: the one that {names} names",
+        help=f"folder of your own parts (motor.csv, cable.csv, ...); default: the one named in {names}",
     )
 
 
@@ -246,7 +246,7 @@ def proof_minutes(command: argparse.ArgumentParser, what: str) -> None:
         type=_positive,
         default=math.inf,
         metavar="M",
-        help=f"most minutes {what}, which then ends with what it reached; default: as long as it takes",
+        help=f"time limit {what}, minutes; the result so far is kept; default: none",
     )
 
 

@@ -44,9 +44,7 @@ def _peaks(design: Design) -> Contradiction | None:
         ("peak_torque_N_m", r.peak_torque_N_m, r.joint_torque_N_m, "joint_torque_N_m = {:g} N m"),
     ):
         if peak is not None and peak < least:
-            return Contradiction(
-                f"requirements.{field}", peak, f"must be >= {unit.format(least)}, which holds for ever"
-            )
+            return Contradiction(f"requirements.{field}", peak, f"must be >= {unit.format(least)}, the continuous one")
     return None
 
 

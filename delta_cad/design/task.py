@@ -32,7 +32,7 @@ class Task(Section):
     envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
     force_N: float = Field(ge=LEAST, le=1000, description="force at the handle, any direction, anywhere in the cube")
     joint_torque_N_m: float = Field(
-        ge=LEAST, le=100, description="torque each joint must give for ever, gravity's share included"
+        ge=LEAST, le=100, description="continuous torque that each joint must give, weight included"
     )
     peak_force_N: float | None = Field(
         default=None, gt=0, le=1000, description="force at the handle for the motor's peak time, any direction"

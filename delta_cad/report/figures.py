@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,15 +14,15 @@ from delta_cad.report.fields import Field
 from delta_cad.report.subject import Subject
 
 ASKED = {
-    "reach": "Cube within reach: room to a fold of the arm",
+    "reach": "Reach: distance to a stretched or folded arm",
     "envelope width": "Swept outline, width",
     "envelope depth": "Swept outline, depth",
     "clearance": "Clearance of moving bodies",
-    "torque with gravity": "Joint torque for the force, with the weight",
-    "drive torque": "Drive's torque, for ever",
-    "drive peak torque": "Drive's torque, for a moment",
+    "torque with gravity": "Joint torque, force and weight together",
+    "drive torque": "Drive torque, continuous",
+    "drive peak torque": "Drive torque, peak",
     "kappa": "Conditioning, worst in the cube",
-    "couple index": "Hold of the platform against turning",
+    "couple index": "Couple index: resistance of the platform to turning",
     "effective mass": "Effective mass, worst in the cube",
     "friction": "Friction at the handle, worst in the cube",
     "position step": "Position step, worst in the cube",
@@ -35,6 +36,7 @@ ASKED = {
 BINDING = 8  # checks that are told to be closest to their limit
 CLOSE = 0.5  # room to the limit, as a share of it, above which none is told to be close
 FIGURES = 4  # significant digits
+LEAST, MOST = 1e-6, 1e9  # between them a number is told without a power of ten
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,16 @@ def told(value: float | None, unit: str = "", digits: int = FIGURES) -> str:
     """Gives a number with its unit; "" for None."""
     if value is None:
         return ""
-    return f"{value:.{digits}g} {unit.replace('^2', '²').replace('^3', '³')}".strip()
+    return f"{_plain(value, digits)} {unit.replace('^2', '²').replace('^3', '³')}".strip()
+
+
+def _plain(value: float, digits: int) -> str:
+    """A number to so many significant digits; a power of ten only where it saves more than six places."""
+    text = f"{value:.{digits}g}"
+    if "e" not in text or not LEAST <= abs(value) < MOST:
+        return text
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    return f"{float(text):.{places}f}".rstrip("0").rstrip(".") if places else f"{float(text):.0f}"
 
 
 def line(result: CheckResult, words: str = "") -> Line:
@@ -136,13 +147,13 @@ def feel(s: Subject, over: Sequence[Field]) -> list[FeelLine]:
         pose = (float(x), float(y), float(z))
         lines.append(FeelLine(field.words, told(centre, field.unit), told(value, field.unit), field.note, pose))
     drive, required = drive_torque(s.design), s.design.requirements
-    force = f"in every direction, everywhere in the cube; asked of {drive.motor} through {_ratio(drive.ratio)}"
-    lines.append(FeelLine("Force, for ever", "", told(required.force_N, "N"), force))
+    force = f"in every direction, everywhere in the cube; from {drive.motor} through {_ratio(drive.ratio)}"
+    lines.append(FeelLine("Force, continuous", "", told(required.force_N, "N"), force))
     if required.peak_force_N is not None:
         note = f"for {drive.peak_time_s:g} s; the structure is held against it"
-        lines.append(FeelLine("Force, for a moment", "", told(required.peak_force_N, "N"), note))
+        lines.append(FeelLine("Force, peak", "", told(required.peak_force_N, "N"), note))
     moving = told(G_PER_KG * s.masses["moving_mass_kg"], "g")
-    lines.append(FeelLine("Moving mass", "", moving, "arms, rods, platform and knob, as they are weighed"))
+    lines.append(FeelLine("Moving mass", "", moving, "arms, rods, platform and knob, from the solids"))
     return lines
 
 
@@ -158,7 +169,7 @@ def headline(s: Subject, over: Sequence[Field]) -> list[dict[str, str]]:
     required = s.design.requirements
     cards: list[dict[str, str]] = [
         _card("Cube", f"{2.0 * cube.half_side_mm:.2f}", "mm", f"{cube.bottom_height_mm:g} mm over the base plane"),
-        _card("Force, for ever", f"{required.force_N:g}", "N", "any direction, everywhere in the cube"),
+        _card("Force, continuous", f"{required.force_N:g}", "N", "any direction, everywhere in the cube"),
     ]
     if None not in outline:
         width, depth = (float(v) for v in outline if v is not None)
@@ -186,7 +197,7 @@ def lengths(s: Subject) -> list[tuple[str, str]]:
         ("Platform radius r", told(m.platform_radius_mm, "mm", 6)),
         ("Upper arm L_A", told(m.upper_arm_length_mm, "mm", 6)),
         ("Forearm L_B", told(m.forearm_length_mm, "mm", 6)),
-        ("Parallelogram's width", told(m.parallelogram_width_mm, "mm", 6)),
+        ("Parallelogram width", told(m.parallelogram_width_mm, "mm", 6)),
         ("Motors", f"3 × {hardware.motor}"),
         ("Drive", _ratio(drive_torque(s.design).ratio)),
     ]

@@ -10,6 +10,7 @@ from delta_cad.common.reading import read_json
 from delta_cad.report.figures import told
 
 COST, TOLERANCES = "cost.json", "tolerances.json"
+DECIDES = {"worst": "worst case", "rss": "statistically"}
 DEAREST = 10  # lines that are told, of what is made and bought together
 
 
@@ -57,12 +58,8 @@ def _chain(chain: Mapping[str, Any]) -> dict[str, Any]:
         "nominal": told(chain["nominal"], unit),
         "worst": _range(chain["worst"], unit),
         "rss": _range(chain["rss"], unit),
-        "allowed": ""
-        if not bounded
-        else _range((low, high), unit)
-        if None not in (low, high)
-        else f"≥ {told(low, unit)}",
-        "decides": chain["decided_by"] if bounded else "",
+        "allowed": _allowed(low, high, unit),
+        "decides": DECIDES.get(chain["decided_by"], chain["decided_by"]) if bounded else "",
         "holds": chain["holds"] if bounded else None,
         "why": chain["why"],
         "links": [

@@ -21,7 +21,7 @@ from delta_cad.report.making import cost, tolerances
 from delta_cad.report.outline import outline
 from delta_cad.report.scene import scene
 from delta_cad.report.subject import Subject
-from delta_cad.report.words import assumptions, certificate, provenance
+from delta_cad.report.words import assumptions, certificate, proof, provenance
 
 FILE_NAME = "report.html"
 SOUGHT = "design.html"  # which `design` writes beside what it found
@@ -33,9 +33,10 @@ SCRIPTS = ("kinematics.js", "viewer.js", "maps.js", "main.js")
 # Columns of the bill of materials that come first; others that a build may write follow. Sources stand with what is
 # described.
 COLUMNS = (
-    "item", "part_number", "description", "quantity", "make_or_buy", "material", "unit_mass_g", "total_mass_g",
-    "standard", "order_code",
+    "item", "part_number", "description", "quantity", "make_or_buy", "specification", "unit_mass_g", "total_mass_g",
+    "unit_cost_EUR", "total_cost_EUR",
 )  # fmt: skip
+SPECIFIED = ("material", "standard", "order_code")  # told in one column, which a page is wide enough for
 SOURCES = ("source", "cost_source")
 
 
@@ -63,7 +64,9 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
     style = (ASSETS / "page.css").read_text(encoding="utf-8")
     tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
     environment = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
-    rows = read_json(folder / "bom.json")["items"]
+    rows = [_specified(row) for row in read_json(folder / "bom.json")["items"]]
+    files = _files(folder)
+    certified = certificate(s.design, folder / CERTIFICATE)
     text = environment.get_template("page.html").render(
         name=s.design.name,
         passed=all(result.passed for result in s.results),
@@ -80,12 +83,14 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
         bom={"columns": _columns(rows), "rows": rows},
         cost=cost(folder),
         tolerances=tolerances(folder),
-        certificate=certificate(s.design, folder / CERTIFICATE),
+        certificate=certified,
+        proof=certified if certified["found"] else proof(s),
         assumptions=assumptions(s),
         provenance=provenance(s, dict(versions)),
         design=design_to_json(s.design),
         manual=MANUAL if (folder / MANUAL).is_file() else "",
-        files=_files(folder),
+        files=files,
+        drawn={name for group, names in files if group == "drawings" for name, _ in names},
         sought=SOUGHT if (folder / SOUGHT).is_file() else "",
         policy=page_policy(scripts, style),
         style=Markup(style),
@@ -120,6 +125,13 @@ def page_policy(scripts: Sequence[str], style: str) -> str:
         f"default-src 'none'; script-src {hashed(*scripts)}; style-src {hashed(style)}; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
+
+
+def _specified(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A line of the bill of materials with material, standard and order code in one."""
+    stated = [str(row[key]) for key in SPECIFIED if row.get(key) not in ("", None)]
+    rest = {key: value for key, value in row.items() if key not in SPECIFIED}
+    return rest | ({"specification": "; ".join(dict.fromkeys(stated))} if stated else {})
 
 
 def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:

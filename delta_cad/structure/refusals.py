@@ -70,12 +70,12 @@ def refusals(design: Design) -> tuple[Reason, ...]:
 
 
 def _drive(design: Design) -> list[Reason]:
-    """Torque for ever and for a moment, the cable's strength and bend."""
+    """Continuous and peak torque, the cable's strength and bend."""
     drive, h = drive_torque(design), design.hardware
     found: list[Reason] = []
     asked = (
-        ("for ever", drive.continuous_torque_N_m, drive.required_torque_N_m, "nominal_torque_N_m"),
-        ("for a moment", drive.peak_torque_N_m, drive.required_peak_N_m, "peak_torque_N_m"),
+        ("continuous", drive.continuous_torque_N_m, drive.required_torque_N_m, "nominal_torque_N_m"),
+        ("peak", drive.peak_torque_N_m, drive.required_peak_N_m, "peak_torque_N_m"),
     )
     for words, value, required, column in asked:
         if value >= required:
@@ -95,8 +95,8 @@ def _drive(design: Design) -> list[Reason]:
                 )
             bound, field, held = needed, "hardware.motor", h.motor
             message = f"hardware.motor = {h.motor} must be {advice}"
-        told = f"{message}: {value:.4g} of {required:.4g} N m at the joint {words}"
-        found.append(Reason("drive", f"torque {words}", told, field, held, bound))
+        told = f"{message}: {value:.4g} of {required:.4g} N m at the joint, {words}"
+        found.append(Reason("drive", f"{words} torque", told, field, held, bound))
     tension, ratio, least = drive.cable_tension_N, drive.bend_ratio, drive.bend_ratio_least
     if tension is None or ratio is None or least is None:
         return found
@@ -364,7 +364,7 @@ def _tensioned(d: Dimensions, load: Load, half_N: float, told: str, less: str) -
         field, held = "hardware.capstan_ratio", hardware.capstan_ratio
         torque = max(torque, drive.required_peak_N_m)
         bound = held * torque / drive.peak_torque_N_m
-        message = f"{field} = {held:g} must be at least {bound:.4g}, for {torque:.4g} N m for a moment"
+        message = f"{field} = {held:g} must be at least {bound:.4g}, for a peak of {torque:.4g} N m"
     else:
         field, held, bound = "requirements.peak_torque_N_m", drive.required_peak_N_m, torque
         message = f"{field} = {held:g} must be at least {torque:.4g} N m"

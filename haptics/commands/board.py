@@ -13,18 +13,26 @@ if TYPE_CHECKING:
     from haptics.devices.board import Board
 
 NAME = "board"
-TEXT = "a simulated controller board on a socket, for hosts that speak the protocol of haptics/PROTOCOL.md"
+TEXT = "simulated controller board on a socket, for hosts that speak haptics/devices/PROTOCOL.md"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--host", default="127.0.0.1", help="numeric address to listen on (default: %(default)s)")
-    command.add_argument("--port", type=int, default=0, help="0 for any that is free; it is printed")
-    command.add_argument("--allow-remote", action="store_true", help="let other machines connect: there is no password")
-    command.add_argument("--paced", action="store_true", help="tick by the clock, not as fast as the host answers")
-    command.add_argument("--once", action="store_true", help="end with the first session")
-    command.add_argument("--idle", type=float, default=60.0, metavar="S", help="end after so long without a host")
+    command.add_argument(
+        "--host", default="127.0.0.1", metavar="ADDRESS", help="address to listen on; default: 127.0.0.1"
+    )
+    command.add_argument(
+        "--port", type=int, default=0, metavar="N", help="port to listen on; default: any free one, which is printed"
+    )
+    command.add_argument("--allow-remote", action="store_true", help="let other machines connect; there is no password")
+    command.add_argument(
+        "--paced", action="store_true", help="tick in real time instead of as fast as the host answers"
+    )
+    command.add_argument("--once", action="store_true", help="exit after the first session")
+    command.add_argument(
+        "--idle", type=float, default=60.0, metavar="S", help="exit after this time without a host, s; default: 60"
+    )
 
 
 def run(given: argparse.Namespace) -> int:

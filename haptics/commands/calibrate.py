@@ -16,28 +16,35 @@ if TYPE_CHECKING:
     from haptics.calibration.record import Calibration
 
 NAME = "calibrate"
-TEXT = "zeros, link lengths, offsets and encoder errors from measured poses, each with its uncertainty"
+TEXT = "calibrate zeros, link lengths, offsets and encoder errors from measured poses, with uncertainties"
 MISFIT_MOST = 3.0  # what is left of the poses over what their noise explains; beyond it something else is wrong
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("poses", type=Path, metavar="POSES.csv", help="x_mm, y_mm, z_mm of the platform's centre and "
-                         "reading_0_deg to reading_2_deg, a pose a line")  # fmt: skip
+                         "reading_0_deg to reading_2_deg, one pose per line")  # fmt: skip
     design_option(command)
     catalogue_option(command)
-    frames = "of the positions: the base frame, or one of their own, which is sought, too"
+    frames = "frame of the positions: the base frame, or an unknown one that is fitted, too; default: base"
     command.add_argument("--frame", choices=("base", "own"), default="base", help=frames)
     sigma = number("number from 0.0001 to 10 mm", 1e-4, 10.0)
     command.add_argument(
-        "--position-sigma", type=sigma, default=0.02, metavar="MM", help="of a coordinate; default 0.02"
+        "--position-sigma",
+        type=sigma,
+        default=0.02,
+        metavar="MM",
+        help="standard deviation of a coordinate, mm; default: 0.02",
     )
     angle = number("number from 0.00001 to 5 degrees", 1e-5, 5.0)
     command.add_argument(
-        "--reading-sigma", type=angle, metavar="DEG", help="of a reading; default: the encoder's noise"
+        "--reading-sigma",
+        type=angle,
+        metavar="DEG",
+        help="standard deviation of a reading, degrees; default: noise of the encoder",
     )
     command.add_argument("--out", type=Path, default=Path("calibration.json"), metavar="FILE",
-                         help="default calibration.json; written if the poses fit")  # fmt: skip
+                         help="file to write if the poses fit; default: calibration.json")  # fmt: skip
     json_option(command)
 
 

@@ -18,7 +18,7 @@ def device_arguments(command: argparse.ArgumentParser, *, unless: str = "") -> N
     """Adds the design file, the folder of own parts and the masses of a build to a command's arguments."""
     design_option(command, unless=unless)
     catalogue_option(command)
-    text = "mass_properties.json of the design's build; default: out/NAME/mass_properties.json"
+    text = "mass_properties.json of a build of the design; default: out/NAME/mass_properties.json"
     command.add_argument("--mass-properties", type=Path, dest="masses", metavar="FILE", help=text)
     command.add_argument("--masses", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)  # its former name
 

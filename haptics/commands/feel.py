@@ -5,20 +5,19 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from pathlib import Path
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 from haptics.commands.device import device_arguments, refusing
 
 NAME = "feel"
-TEXT = "what the device will feel like: mass, friction, force, resolution, walls over the cube; writes out/NAME-feel/"
+TEXT = "predict the feel over the cube: mass, friction, force, resolution, walls; writes OUT/NAME-feel"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
+    out_option(command)
     json_option(command)
 
 
@@ -61,7 +60,9 @@ def run(given: argparse.Namespace) -> int:
     print(facts if given.json else feel_text(sheet))
     force, wanted = sheet.summaries["force_continuous"].worst[0], machine.design.requirements.force_N
     if force < wanted:
-        return refuse(f"the joints give {force:.2f} N for ever in every direction, {wanted:g} N are asked for", NOT_MET)
+        return refuse(
+            f"the joints give {force:.2f} N continuously in every direction, {wanted:g} N are required", NOT_MET
+        )
     shaken = sheet.loop.shaken or sheet.stiffness.shaken
     if shaken:
         says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)

@@ -11,18 +11,19 @@ from delta_cad.common.console import BAD_INPUT, DONE, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
 NAME = "firmware"
-TEXT = "the controller in C99 for a board: start-up, hardware layer, ports to POSIX and Cortex-M, a guide"
+TEXT = "the controller in C99 for a board: start-up, hardware layer, ports to POSIX and Cortex-M, porting guide"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    about = "folder for the files; one that a run wrote is replaced"
-    command.add_argument("--out", type=Path, required=True, metavar="DIR", help=about)
-    rate = number("number from 100 to 100000 Hz", 100.0, 1e5)
-    command.add_argument("--rate", type=rate, default=8000.0, metavar="HZ", help="of the tick; default 8000")
     command.add_argument(
-        "--single", action="store_true", help="single precision but for time, faults and heat: for an M4"
+        "--out", type=Path, required=True, metavar="DIR", help="folder of the files; one that a run wrote is replaced"
+    )
+    rate = number("number from 100 to 100000 Hz", 100.0, 1e5)
+    command.add_argument("--rate", type=rate, default=8000.0, metavar="HZ", help="control rate, Hz; default: 8000")
+    command.add_argument(
+        "--single", action="store_true", help="single precision, for a Cortex-M4; time, faults and heat stay double"
     )
     age = number("number from 0.001 to 10 s", 1e-3, 10.0)
     command.add_argument(
@@ -30,10 +31,10 @@ def arguments(command: argparse.ArgumentParser) -> None:
         type=age,
         default=0.1,
         metavar="S",
-        help="age of the host's last word at which force fades; default 0.1",
+        help="age of the last host message at which forces fade, s; default: 0.1",
     )
-    command.add_argument("--calibration", type=Path, metavar="FILE", help="calibration.json of this one device")
-    command.add_argument("--home", action="store_true", help="zeros from the lower stops at each start")
+    command.add_argument("--calibration", type=Path, metavar="FILE", help="calibration.json of this device")
+    command.add_argument("--home", action="store_true", help="find the zeros at the lower stops at each start")
     json_option(command)
 
 

@@ -14,7 +14,7 @@ from delta_cad.common.units import MM_PER_M
 from haptics.commands.device import device_arguments, refusing
 
 NAME = "gravity"
-TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
+TEXT = "holding torques at a position, in N m"
 LARGEST = 1e6  # Largest coordinate in mm and largest mass in g: a kilometre, a ton
 
 
@@ -25,15 +25,17 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--at",
         type=_three("position such as 0,0,95", -LARGEST),
         metavar="X,Y,Z",
-        help="mm in the base frame; default: cube's centre",
+        help="position in the base frame, mm; default: centre of the cube",
     )
     command.add_argument(
         "--point-masses",
         type=_three("masses such as 60,50,20", 0.0),
         metavar="G,G,G",
-        help="the paper's m1, m2, m3 in g instead of the solids'",
+        help="masses m1, m2, m3 of the paper, g, instead of those of the solids",
     )
-    command.add_argument("--published", action="store_true", help="fit the paper's torques; needs no design")
+    command.add_argument(
+        "--published", action="store_true", help="fit the masses to the torques of the paper; needs no design"
+    )
     json_option(command)
 
 
@@ -55,7 +57,7 @@ def run(given: argparse.Namespace) -> int:
         print(f"{facts['name']} at {x:g}, {y:g}, {z:g} mm, masses: {facts['masses']}")
         for i, torque in enumerate(facts["holding_torque_N_m"]):
             print(f"  joint {i}: {torque:9.5f} N m")
-        print(f"  of {facts['continuous_torque_N_m']:.3f} N m that the drive gives for ever")
+        print(f"  of {facts['continuous_torque_N_m']:.3f} N m that the drive gives continuously")
     return DONE if max(map(abs, facts["holding_torque_N_m"])) <= facts["continuous_torque_N_m"] else NOT_MET
 
 

@@ -6,19 +6,21 @@ import argparse
 import json
 from pathlib import Path
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import DONE
 from haptics.commands.device import device_arguments, refusing
 
 NAME = "interfaces"
-TEXT = "a small C library that reaches a board, with the design's numbers; a CHAI3D device and a ROS 2 node on it"
+TEXT = "C library for a board of this design, with a CHAI3D device and a ROS 2 node"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    about = "folder for the files; one that a run wrote is replaced"
-    command.add_argument("--out", type=Path, required=True, metavar="DIR", help=about)
-    command.add_argument("--json", action="store_true", help="the names of the files as JSON on stdout")
+    command.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="folder of the files; one that a run wrote is replaced"
+    )
+    json_option(command)
 
 
 @refusing

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from haptics.model.machine import MachineModel
 
 NAME = "run"
-TEXT = "drives a simulated, recorded or real device with a scene, and shows force, position and faults live"
+TEXT = "drive a simulated, recorded or real device with a scene; shows force, position and faults live"
 SCHEMA = "haptics-run/1"
 SCENES = ("none", "spring", "wall", "resistance", "home")
 DEVICES = ("simulated", "socket", "recorded")
@@ -29,23 +30,29 @@ PATH_SHARE, PATH_Hz = 0.5, (0.21, 0.33, -0.13)  # down at first, onto the wall
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--device", choices=DEVICES, default="simulated", help="default %(default)s")
+    command.add_argument("--device", choices=DEVICES, default="simulated", help="device to drive; default: simulated")
     command.add_argument("--scene", choices=SCENES, default="spring",
-                         help="none holds the weight alone; default %(default)s")  # fmt: skip
-    command.add_argument("--host", default="127.0.0.1", help="numeric address of the board (default: %(default)s)")
-    command.add_argument("--port", type=int, default=0, help="of the board, as `board` prints it")
+                         help="what the handle feels; none: only its weight is held; default: spring")  # fmt: skip
+    command.add_argument(
+        "--host", default="127.0.0.1", metavar="ADDRESS", help="address of the board; default: 127.0.0.1"
+    )
+    command.add_argument("--port", type=int, default=0, metavar="N", help="port of the board, as `board` prints it")
     timeout = number("number from 0.01 to 60 s", 0.01, 60.0)
     command.add_argument("--timeout", type=timeout, default=0.1, metavar="S",
-                         help="without a reading after which the board is lost; default %(default)s")  # fmt: skip
-    command.add_argument("--recording", type=Path, metavar="FILE", help="what is replayed, .csv or .npz")
-    command.add_argument("--calibration", type=Path, metavar="FILE", help="calibration.json of this one device")
+                         help="time without a reading after which the board is lost, s; default: 0.1")  # fmt: skip
+    command.add_argument("--recording", type=Path, metavar="FILE", help="recording to replay, .csv or .npz")
+    command.add_argument("--calibration", type=Path, metavar="FILE", help="calibration.json of this device")
     rate = number("number from 100 to 10000 Hz", 100.0, 1e4)
-    command.add_argument("--rate", type=rate, default=1000.0, metavar="HZ", help="of a simulated device; default 1000")
+    command.add_argument(
+        "--rate", type=rate, default=1000.0, metavar="HZ", help="rate of a simulated device, Hz; default: 1000"
+    )
     seconds = number("number from 0.01 to 1e6 s", 0.01, 1e6)
-    command.add_argument("--seconds", type=seconds, metavar="S", help="of the device's clock; default: until Ctrl-C")
-    command.add_argument("--fast", action="store_true", help="a simulated device runs ahead of the clock")
-    command.add_argument("--record", type=Path, metavar="FILE", help="keep what was read and written, .csv or .npz")
-    command.add_argument("--json", action="store_true", help="what came of it as JSON on stdout")
+    command.add_argument(
+        "--seconds", type=seconds, metavar="S", help="duration by the clock of the device, s; default: until Ctrl-C"
+    )
+    command.add_argument("--fast", action="store_true", help="run a simulated device faster than real time")
+    command.add_argument("--record", type=Path, metavar="FILE", help="record what is read and written, .csv or .npz")
+    json_option(command)
 
 
 @refusing

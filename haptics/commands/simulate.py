@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from haptics.scenes.record import Scene
 
 NAME = "simulate"
-TEXT = "a scene on the simulated device: operating resistance, way home, virtual walls, or the encoders' noise"
+TEXT = "simulate a scene: operating resistance, way home, virtual walls, or encoder noise"
 SCENES = ("resistance", "home", "wall", "noise")
 HANDS = ("light", "medium", "firm")
 SCHEMA = "haptics-simulation/1"
@@ -30,15 +30,23 @@ MS_PER_S = 1000.0
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--scene", required=True, choices=SCENES)
-    command.add_argument("--hand", choices=HANDS, help="who pushes; of the scene wall only, default medium")
-    why = "the scene again, one assumption changed at a time: why it differs from the paper's figures; not of noise"
+    command.add_argument("--scene", required=True, choices=SCENES, help="scene to simulate")
+    command.add_argument("--hand", choices=HANDS, help="stiffness of the hand, scene wall only; default: medium")
+    why = "repeat the scene with one assumption changed at a time, to explain differences from the paper; not for noise"
     command.add_argument("--differs", action="store_true", help=why)
     delay = number(f"delay in ms, 0 to {LONGEST_MS:g}", 0.0, LONGEST_MS)
-    command.add_argument("--delay", type=delay, default=DELAY_MS, metavar="MS", help=f"default {DELAY_MS:g}")
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="places of the encoders' counts")
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="parent folder, default out")
-    command.add_argument("--plot", action="store_true", help="draw pictures, too")
+    command.add_argument(
+        "--delay",
+        type=delay,
+        default=DELAY_MS,
+        metavar="MS",
+        help=f"delay from reading to torque, ms; default: {DELAY_MS:g}",
+    )
+    command.add_argument(
+        "--seed", type=natural, default=0, metavar="N", help="random seed, of the encoder counts; default: 0"
+    )
+    out_option(command)
+    command.add_argument("--plot", action="store_true", help="also draw pictures")
     json_option(command)
 
 

@@ -5,26 +5,27 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from pathlib import Path
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
 NAME = "stiffness"
-TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and the passivity verdict"
+TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and passivity"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
     at_least_0, period = number("number of at least 0", 0.0), number("period from 0.05 to 10 ms", 0.05, 10.0)
-    command.add_argument("--damping", type=at_least_0, default=0.0, metavar="B", help="of the wall, N s/m; default 0")
-    command.add_argument("--period", type=period, default=1.0, metavar="MS", help="of the loop, ms; default 1")
     command.add_argument(
-        "--delay", type=at_least_0, metavar="MS", help="from reading to torque, ms; default: from 0 to a period"
+        "--damping", type=at_least_0, default=0.0, metavar="B", help="damping of the wall, N s/m; default: 0"
     )
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
+    command.add_argument("--period", type=period, default=1.0, metavar="MS", help="period of the loop, ms; default: 1")
+    command.add_argument(
+        "--delay", type=at_least_0, metavar="MS", help="delay from reading to torque, ms; default: from 0 to one period"
+    )
+    out_option(command)
     json_option(command)
 
 

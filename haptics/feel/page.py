@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from textwrap import wrap
 from typing import Any
@@ -208,10 +209,10 @@ def feel_markdown(sheet: Feel) -> str:
         "scales all friction figures.",
         f"- In the paper's loop: delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag "
         f"{CURRENT_LAG * 1e3:g} ms, period {sheet.stiffness.period * 1e3:g} ms, no damping in the wall.",
-        f"- An encoder's reading has {1e6 * sheet.loop.noise_rad:.0f} urad rms of noise; where the catalogue tells "
-        "none of its row, a count of 18 bits.",
-        f"- Torque for ever {sheet.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), peak "
-        f"{sheet.drive.peak:.2f} N m likewise; the motors by themselves {sheet.drive.motor:.2f} N m for "
+        f"- An encoder's reading has {math.degrees(sheet.loop.noise_rad):.2g} degrees rms of noise; where the "
+        "catalogue tells none of its row, a count of 18 bits.",
+        f"- Continuous torque {sheet.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), "
+        f"peak {sheet.drive.peak:.2f} N m likewise; the motors by themselves {sheet.drive.motor:.2f} N m for "
         f"{machine.drive.peak_time_s:g} s.",
         f"- A current command of {COMMAND_STEPS} steps from minus to plus the peak.",
         *(f"- {name} hand: {model.meaning}." for name, model in HAND_MODELS.items()),

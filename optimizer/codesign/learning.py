@@ -206,6 +206,10 @@ def _levered(lessons: Lessons, side_mm: float, share: float, why: str) -> Lesson
     return lessons.taught(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
 
 
+def _measured(value: float | None, unit: str) -> str:
+    return "undecided" if value is None else f"{value:.4g} {unit}".strip()
+
+
 def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
     """Learns from the checks of a machine that was made.
 
@@ -225,7 +229,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     before, lessons = lessons, with_outline(candidate, lessons, results)
     for result in failed:
         short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
-        why = f"{result.name}: {result.value} {result.unit}, limit {result.limit}"
+        why = f"{result.name}: {_measured(result.value, result.unit)}, limit {_measured(result.limit, result.unit)}"
         if (share := _share(result.name)) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
             lessons = lessons.taught(why, **{share: getattr(lessons, share) * SPARE / max(over, 1.0)})

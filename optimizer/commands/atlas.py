@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse, refuse_all
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from optimizer.atlas.grid import Grid
 
 NAME = "atlas"
-TEXT = "many sets of requirements at once, on a local or a given Dask cluster"
+TEXT = "many sets of requirements on this machine or a Dask cluster"
 NEEDS = ("dask", "distributed", "matplotlib")
 EXTRA = "pip install 'delta-haptics[atlas]'"
 
@@ -25,11 +25,15 @@ EXTRA = "pip install 'delta-haptics[atlas]'"
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("grid", type=Path, metavar="GRID.toml", help="grid file: base, axes, method, seeds")
-    command.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster; default: processes of this machine")
-    command.add_argument("--workers", type=natural, metavar="N", help="processes of this machine; default: its cores")
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
+    command.add_argument(
+        "--scheduler", metavar="ADDRESS", help="address of a Dask cluster; default: processes on this machine"
+    )
+    command.add_argument(
+        "--workers", type=natural, metavar="N", help="number of processes on this machine; default: its cores"
+    )
+    out_option(command)
     json_option(command)
-    command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
+    command.add_argument("--resume", action="store_true", help="continue an interrupted run in DIR")
 
 
 def run(given: argparse.Namespace) -> int:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from optimizer.certify.tolerance import LargestTolerance
 
 NAME = "certify"
-TEXT = "proof over every point of the cube that a design keeps its limits; writes a certificate that `verify` replays"
+TEXT = "prove the limits of a design at every point of its cube; writes a certificate for `verify`"
 
 
 MAX, PARTS = "max", "parts"
@@ -38,30 +38,42 @@ def arguments(command: argparse.ArgumentParser) -> None:
     design_option(command)
     catalogue_option(command)
     command.add_argument(
-        "--out", type=Path, default=Path("certificate.json"), metavar="FILE", help="default: certificate.json"
+        "--out",
+        type=Path,
+        default=Path("certificate.json"),
+        metavar="FILE",
+        help="certificate to write; default: certificate.json",
     )
     gravity = command.add_mutually_exclusive_group()
     gravity.add_argument(
         "--mass-properties",
         type=Path,
         metavar="FILE",
-        help="mass_properties.json of a build: the torque is proved with the weight of what moves; "
-        "effective_mass_max_kg needs it, too; default: out/NAME/mass_properties.json, where that is of this design",
+        help="mass_properties.json of a build, to include the weight of the moving parts in the torque and to prove "
+        "effective_mass_max_kg; default: out/NAME/mass_properties.json, if that is of this design",
     )
-    gravity.add_argument("--gravity-torque", type=float, metavar="N_m", help="taken off every joint's torque instead")
+    gravity.add_argument(
+        "--gravity-torque", type=float, metavar="N_m", help="torque to reserve for gravity at every joint instead"
+    )
     what = command.add_mutually_exclusive_group()
     what.add_argument(
-        "--tight", action="store_true", help="certify the tightest limits that can be proved, not only those asked"
+        "--tight",
+        action="store_true",
+        help="certify the tightest limits that can be proved, not only the required ones",
     )
     what.add_argument(
         "--tolerance",
         type=tolerance,
         metavar="MM|max|parts",
-        help="certify every machine whose lengths and offsets, of each chain by itself, are within this of the drawn "
-        "ones; max: the largest that can be proved, to 1 %%; parts: what the tolerances of its parts come to",
+        help="certify every machine whose lengths and offsets, of each chain separately, deviate by at most this; "
+        "max: the largest deviation that can be proved, to 1 %%; parts: that of the tolerances of the parts",
     )
     command.add_argument(
-        "--max-boxes", type=natural, default=5_000_000, metavar="N", help="then undecided; default: 5000000"
+        "--max-boxes",
+        type=natural,
+        default=5_000_000,
+        metavar="N",
+        help="boxes to examine before giving up; default: 5000000",
     )
     proof_minutes(command, "of all proofs together")
     json_option(command)

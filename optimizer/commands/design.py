@@ -12,7 +12,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from optimizer.problem.brief import DesignBrief
 
 NAME = "design"
-TEXT = "from requirements to a built machine that passes every check; writes OUT/NAME"
+TEXT = "find and build a machine that meets the requirements and passes every check; writes OUT/NAME"
 MINUTES = 10.0
 BOUND_S = 140.0  # for the bound of a machine that passed
 NEAREST, NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
@@ -54,16 +54,16 @@ _minutes.__name__ = "number of minutes"  # as argparse names it
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("requirements", type=Path, metavar="REQ.toml", help="requirements file")
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="of everything random; default: 0")
+    out_option(command)
+    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
     command.add_argument(
         "--minutes",
         type=_minutes,
         default=MINUTES,
         metavar="M",
-        help=f"no new machine is begun later; default: {MINUTES:g}",
+        help=f"minutes after which no new candidate is started; default: {MINUTES:g}",
     )
-    command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
+    command.add_argument("--resume", action="store_true", help="continue an interrupted run in DIR")
     catalogue_option(command, "the requirements file")
     json_option(command)
 

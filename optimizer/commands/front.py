@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     Drawing = tuple[str, str, Callable[[], Any]]
 
 NAME = "front"
-TEXT = "the front of cube size against worst kappa, torque and outline, with pictures"
+TEXT = "Pareto front of cube size against worst conditioning, torque and outline, with pictures"
 AGAIN = "run again with --resume to go on"
 SEEDS = 6  # seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7
 
@@ -48,27 +48,31 @@ class _StoppedError(Exception):
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("requirements", type=Path, metavar="REQ.toml", help="requirements file")
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
-    command.add_argument("--points", type=natural, default=50, metavar="N", help="of the front; default: 50")
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="of the cold starts; default: 0")
+    out_option(command)
+    command.add_argument("--points", type=natural, default=50, metavar="N", help="points of the front; default: 50")
+    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
     command.add_argument(
-        "--seeds", type=natural, default=SEEDS, metavar="N", help=f"of the convergence; 0 for none; default: {SEEDS}"
+        "--seeds",
+        type=natural,
+        default=SEEDS,
+        metavar="N",
+        help=f"seeds of the convergence picture, 0 for no picture; default: {SEEDS}",
     )
     command.add_argument(
-        "--design", type=Path, metavar="FILE", help="design to picture; default: the requirements' cube, or the largest"
+        "--design", type=Path, metavar="FILE", help="design to draw; default: that of the required cube, or the largest"
     )
     catalogue_option(command, "the requirements file or the design")
     proof_minutes(command, "of each proof")
     command.add_argument(
         "--machines",
         action="store_true",
-        help="the front of machines as `design` makes them: cube against effective mass, friction, stiffness, outline",
+        help="front of complete machines: cube against effective mass, friction, stiffness and outline",
     )
     command.add_argument(
-        "--build", action="store_true", help="with --machines: build every machine that none beats, minutes each"
+        "--build", action="store_true", help="with --machines: build every machine on the front, minutes each"
     )
     json_option(command)
-    command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
+    command.add_argument("--resume", action="store_true", help="continue an interrupted run in DIR")
 
 
 def run(given: argparse.Namespace) -> int:

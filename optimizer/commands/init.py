@@ -11,7 +11,7 @@ from pathlib import Path
 from delta_cad.common.console import BAD_INPUT, DONE, refuse
 
 NAME = "init"
-TEXT = "a commented requirements file to begin with"
+TEXT = "write a commented requirements file to start from"
 PRESETS = {
     "dashboard": "the largest cube within 270 x 220 mm, 3 N",
     "desktop": "a cube of 150 mm, 10 N",
@@ -31,9 +31,12 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "preset", nargs="?", choices=tuple(PRESETS), default="dashboard", help=f"{kinds}; default: dashboard"
     )
     command.add_argument(
-        "--out", type=Path, metavar="REQ.toml", help="default: PRESET.toml; its name becomes the design's"
+        "--out",
+        type=Path,
+        metavar="REQ.toml",
+        help="file to write, whose name becomes the name of the design; default: PRESET.toml",
     )
-    command.add_argument("--force", action="store_true", help="replace REQ.toml if it is there")
+    command.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def run(given: argparse.Namespace) -> int:

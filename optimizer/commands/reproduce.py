@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, proof_minutes, refuse
 
 NAME = "reproduce"
-TEXT = "the paper's tables 2 to 12 recomputed: what follows from them, our methods, and the proven optimum"
+TEXT = "recompute tables 2 to 12 of the paper, beside our methods and the proved optimum"
 TABLES = (4, 6, 7, 8, 9, 10, 11, 12)
 
 
@@ -26,13 +25,17 @@ _tables.__name__ = f"list of tables of {', '.join(map(str, TABLES))}:"  # as arg
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="of everything random; default: 0")
+    out_option(command)
+    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
     command.add_argument(
-        "--tables", type=_tables, default=TABLES, metavar="4,6,...", help="tables of results; default: all"
+        "--tables", type=_tables, default=TABLES, metavar="4,6,...", help="tables to recompute; default: all"
     )
-    command.add_argument("--population", type=natural, metavar="N", help="of the GA; default: the paper's, by step")
-    command.add_argument("--generations", type=natural, metavar="N", help="of the GA; default: the paper's")
+    command.add_argument(
+        "--population", type=natural, metavar="N", help="population of the GA; default: as in the paper, by step"
+    )
+    command.add_argument(
+        "--generations", type=natural, metavar="N", help="generations of the GA; default: as in the paper"
+    )
     proof_minutes(command, "of the proof of each optimum")
     json_option(command)
 

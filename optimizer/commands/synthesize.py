@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from optimizer.synthesis.three_step import Progress
 
 NAME = "synthesize"
-TEXT = "the three steps of dimensional synthesis; writes the last step's design file"
+TEXT = "the three steps of dimensional synthesis; writes the design file of the last step"
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
 # Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds.
 GAP, BOXES, BOXES_BESIDE = 1e-5, 2_000_000, 100_000
@@ -65,21 +65,29 @@ _steps.__name__ = "list of steps such as 1,2,3:"  # as argparse names it
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("requirements", type=Path, metavar="REQ.toml", help="requirements file")
-    command.add_argument("--method", choices=METHODS, default="ga+sqp", help="default: ga+sqp")
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="of everything random; default: 0")
-    command.add_argument("--steps", type=_steps, default=(1, 2, 3), metavar="1,2,3", help="which steps; default: all")
-    command.add_argument("--out", type=Path, metavar="FILE", help="default: NAME.json, by the name in REQ.toml")
-    command.add_argument("--force", action="store_true", help="replace FILE even if it holds another design")
-    command.add_argument("--population", type=natural, metavar="N", help="of the GA; default: 100, 220, 220 by step")
-    command.add_argument("--generations", type=natural, default=100, metavar="N", help="of the GA; default: 100")
+    command.add_argument("--method", choices=METHODS, default="ga+sqp", help="search method; default: ga+sqp")
+    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
+    command.add_argument("--steps", type=_steps, default=(1, 2, 3), metavar="1,2,3", help="steps to run; default: all")
+    command.add_argument(
+        "--out", type=Path, metavar="FILE", help="design file to write; default: NAME.json, with the name in REQ.toml"
+    )
+    command.add_argument("--force", action="store_true", help="overwrite FILE even if it holds another design")
+    command.add_argument(
+        "--population", type=natural, metavar="N", help="population of the GA; default: 100, 220, 220 by step"
+    )
+    command.add_argument(
+        "--generations", type=natural, default=100, metavar="N", help="generations of the GA; default: 100"
+    )
     command.add_argument("--gap", type=_gap, default=GAP, help=f"relative gap at which a proof ends; default: {GAP:g}")
     most = f"default: {BOXES:,} for proven, {BOXES_BESIDE:,} beside another method"
-    command.add_argument("--boxes", type=natural, metavar="N", help=f"of designs, at which a proof ends; {most}")
+    command.add_argument(
+        "--boxes", type=natural, metavar="N", help=f"boxes of designs after which a proof ends; {most}"
+    )
     catalogue_option(command, "the requirements file")
     proof_minutes(command, "of a step's proof")
-    command.add_argument("--no-proof", action="store_true", help="no bound beside the result of ga, sqp, ga+sqp")
+    command.add_argument("--no-proof", action="store_true", help="skip the bound beside the result of ga, sqp, ga+sqp")
     json_option(command)
-    command.add_argument("--resume", action="store_true", help="take up what an interrupted run left beside FILE")
+    command.add_argument("--resume", action="store_true", help="continue an interrupted run beside FILE")
 
 
 def run(given: argparse.Namespace) -> int:

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 NAME = "verify"
 LOADS = {"force_N", "joint_torque_N_m", "gravity_m_s2"}  # which the limits on torque are made of
-TEXT = "independent replay of a certificate: holds, or what is wrong with it"
+TEXT = "check a certificate independently"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("certificate", type=Path, metavar="CERT", help="certificate of `certify`")
+    command.add_argument("certificate", type=Path, metavar="CERT", help="certificate written by `certify`")
     command.add_argument(
-        "--design", type=Path, metavar="FILE", help="design that it should be about, and be enough for"
+        "--design", type=Path, metavar="FILE", help="design that the certificate must be about and be sufficient for"
     )
     catalogue_option(command)
     gravity = command.add_mutually_exclusive_group()
@@ -34,31 +34,30 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--mass-properties",
         type=Path,
         metavar="FILE",
-        help="file that gravity's share and the effective mass should come from; needs --design",
+        help="mass_properties.json that the weight and the effective mass must come from; needs --design",
     )
     gravity.add_argument(
         "--gravity-torque",
         type=float,
         metavar="N_m",
-        help="torque that should be left for gravity at every joint, given by hand; needs --design",
+        help="torque that must be reserved for gravity at every joint; needs --design",
     )
     gravity.add_argument(
         "--without-gravity",
         action="store_true",
-        help="gravity is not asked: a certificate is enough whatever it leaves for that, and if nothing",
+        help="accept a certificate whatever it reserves for gravity, even nothing",
     )
     command.add_argument(
         "--as-recorded",
         action="store_true",
-        help="take the certificate's word for masses and gravity's share: by itself a share that was compared with "
-        "nothing is not enough for a design that states gravity, nor are such masses for one that limits the "
-        "effective mass",
+        help="trust the masses and the weight recorded in the certificate; otherwise a design that states gravity or "
+        "limits the effective mass needs --mass-properties",
     )
     command.add_argument(
         "--tolerance",
         type=_millimetres,
         metavar="MM",
-        help="the certificate must be about all machines within at least this of the drawn one",
+        help="the certificate must cover all machines within at least this deviation",
     )
     json_option(command)
 

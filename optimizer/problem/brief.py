@@ -63,7 +63,7 @@ class BriefRequirements(Section):
         default=3.0,
         ge=LEAST,
         le=1000,
-        description="force for ever, any direction, anywhere in the cube, beside the weight",
+        description="continuous force in any direction, anywhere in the cube, on top of the weight",
     )
     peak_force_N: float | None = Field(
         default=None, gt=0, le=1000, description="force for the motor's peak time, any direction, anywhere in the cube"
@@ -73,7 +73,7 @@ class BriefRequirements(Section):
     )
     clearance_min_mm: float = Field(default=2.0, ge=0, le=100, description="between bodies that are not neighbours")
     joint_torque_N_m: float | None = Field(
-        default=None, ge=LEAST, le=100, description="torque of a joint for ever; left out: what the drive gives"
+        default=None, ge=LEAST, le=100, description="continuous torque of a joint; left out: what the drive gives"
     )
     peak_torque_N_m: float | None = Field(
         default=None, gt=0, le=100, description="torque of a joint for the peak time; left out: what the drive gives"

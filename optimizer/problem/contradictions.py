@@ -32,7 +32,7 @@ def peaks(known: Known) -> Iterator[Fault]:
     for lasting, brief, unit in (("force_N", "peak_force_N", "N"), ("joint_torque_N_m", "peak_torque_N_m", "N m")):
         least, peak = known.get(f"requirements.{lasting}"), known.get(f"requirements.{brief}")
         if least is not None and peak is not None and peak < least:
-            allowed = f"must be >= requirements.{lasting} = {least:g} {unit}, which holds for ever"
+            allowed = f"must be >= requirements.{lasting} = {least:g} {unit}, the continuous one"
             yield f"requirements.{brief}", short(peak), allowed
 
 

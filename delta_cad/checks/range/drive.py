@@ -12,7 +12,7 @@ def check_drive(drive: DriveReport) -> list[CheckResult]:
     The second check is there only where a peak is required.
     """
     detail = (
-        f"{drive.motor}, {drive.drive} {drive.ratio:g}:1: {drive.continuous_torque_N_m:.3f} N m for ever, "
+        f"{drive.motor}, {drive.drive} {drive.ratio:g}:1: {drive.continuous_torque_N_m:.3f} N m continuous, "
         f"{drive.peak_torque_N_m:.3f} N m for {drive.peak_time_s:g} s"
     )
     if drive.cable is not None:

@@ -14,10 +14,11 @@ from delta_cad.dimensions.tolerances.shoulder import shoulder_chains
 
 SCHEMA = "delta-tolerances/1"
 ASSUMED = (
-    "worst: every part at the worst end of its tolerance at once",
-    "rss: 99.73 % of machines, where each deviation is normal about the middle of its zone, whose half is three sigmas",
-    "bearings' widths, dowels and motors' pilots by their standards; chips, magnets and what is set by hand as stated "
-    "in the links",
+    "Worst case: every part at the worst end of its tolerance at once",
+    "Statistical (root sum of squares): 99.73 % of machines, each deviation normal about the middle of its "
+    "zone, whose half width is three sigmas",
+    "Widths of bearings, dowels and pilots of motors by their standards; chips, magnets and what is set by hand as the "
+    "links state",
 )
 DECIMALS = 5
 

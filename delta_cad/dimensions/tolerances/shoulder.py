@@ -90,7 +90,7 @@ def tilt_chain(d: Dimensions) -> list[Chain]:
         ]
     limit = minutes(TILT_RAD)
     why = "beyond, the bearings' races run askew: loosen a cheek and set it by the mandrel again"
-    return [Chain("shaft's tilt", "'", 0.0, tuple(links), -limit, limit, why, statistical=True)]
+    return [Chain("shaft's tilt", "arcmin", 0.0, tuple(links), -limit, limit, why, statistical=True)]
 
 
 def gap_chain(d: Dimensions, general: str) -> Chain:

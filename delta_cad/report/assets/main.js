@@ -104,7 +104,7 @@
 
   for (const line of document.querySelectorAll("#bom tr[data-part]")) {
     line.addEventListener("click", (event) => {
-      if (event.target.closest("details")) return;
+      if (event.target.closest("details, a")) return;
       const was = line.classList.contains("chosen");
       document.querySelectorAll("#bom tr.chosen").forEach((one) => one.classList.remove("chosen"));
       line.classList.toggle("chosen", !was);

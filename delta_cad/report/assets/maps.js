@@ -20,7 +20,7 @@ class MapRow {
     this.x = map.x_mm;
     const row = element(home, "section", "map");
     const title = element(row, "h3", "", map.unit ? `${map.words}, ${map.unit}` : map.words);
-    if (map.limit !== null) element(title, "small", "", ` asked ${map.upper ? "≤" : "≥"} ${map.limit}`);
+    if (map.limit !== null) element(title, "small", "", ` required ${map.upper ? "≤" : "≥"} ${map.limit}`);
     element(row, "p", "note", map.note);
     const key = element(row, "p", "scale");
     this.good = element(key, "span", "");
@@ -69,7 +69,7 @@ class MapRow {
 
   draw(ownScales) {
     const ends = this.map.upper ? this.range : [this.range[1], this.range[0]];
-    [this.good.textContent, this.bad.textContent] = ownScales ? ["best of a slice", "worst of it"] : ends.map((v) => told(v));
+    [this.good.textContent, this.bad.textContent] = ownScales ? ["best in the slice", "worst in the slice"] : ends.map((v) => told(v));
     for (const { values, canvas, scale, z } of this.slices) {
       const own = values.flat().filter(Number.isFinite);
       const found = [Math.min(...own), Math.max(...own)];

@@ -1,6 +1,9 @@
 "use strict";
 
 const ISO = [0.5, -0.78, 0.42]; // towards who looks
+const WIDE_DEG = 28;
+const NARROW_DEG = 3; // of the views along an axis: nearly parallel, so that lengths compare at whatever depth they are
+const FILLED = 0.94; // share of the picture that the machine takes
 
 // The model in 3D: poses, exploded view, section, names. Lengths in mm, z up; a picture is drawn only when asked for.
 class Viewer {
@@ -26,7 +29,7 @@ class Viewer {
     const sun = new THREE.DirectionalLight(0xffffff, 1.4);
     sun.position.set(300, -500, 800);
     this.scene.add(sun);
-    this.camera = new THREE.PerspectiveCamera(28, 1, 5, 6000);
+    this.camera = new THREE.PerspectiveCamera(WIDE_DEG, 1, 5, 6000);
     this.camera.up.set(0, 0, 1);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.draw());
@@ -66,6 +69,9 @@ class Viewer {
     this.box.union(new THREE.Box3().setFromObject(this.cube));
     const { centre_mm: [x, y], size_mm: [w, d] } = this.data.outline;
     this.outline = this.lines(rectangle(x, y, w, d, this.box.min.z), 0xc0392b, true);
+    // all that it may be moved to stays in the picture: the knob rises by half the cube, arms stay over the rectangle
+    this.reach = this.box.clone().union(new THREE.Box3().setFromObject(this.outline));
+    this.reach.max.z += this.data.cube.half_mm;
     this.scene.add(this.outline);
     this.look("iso");
   }
@@ -216,8 +222,7 @@ class Viewer {
       camera.updateMatrixWorld();
       camera.zoom = 1;
       camera.updateProjectionMatrix();
-      const corner = (k) => new THREE.Vector3(...[0, 1, 2].map((a) => box[k & (1 << a) ? "max" : "min"].getComponent(a)));
-      const seen = [...Array(8).keys()].map((k) => corner(k).project(camera));
+      const seen = cornersOf(box).map((corner) => corner.project(camera));
       camera.zoom = 0.96 / Math.max(...seen.flatMap(({ x, y }) => [Math.abs(x), Math.abs(y)]));
       camera.updateProjectionMatrix();
       this.renderer.setSize(canvas.width, canvas.height, false);
@@ -239,14 +244,31 @@ class Viewer {
 
   look(view) {
     const towards = { iso: ISO, front: [0, -1, 0.0001], side: [1, 0, 0.0001], top: [0, -0.0001, 1] }[view];
-    const box = this.apart > 0 ? new THREE.Box3().setFromObject(this.model) : this.box;
-    const ball = box.getBoundingSphere(new THREE.Sphere());
-    const half = Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect);
-    const away = (0.76 * ball.radius) / Math.sin(Math.atan(half));
-    this.controls.target.copy(ball.center);
-    this.camera.position.copy(ball.center).addScaledVector(new THREE.Vector3(...towards).normalize(), away);
+    const box = this.apart > 0 ? new THREE.Box3().setFromObject(this.model) : this.reach;
+    const centre = box.getCenter(new THREE.Vector3());
+    const to = new THREE.Vector3(...towards).normalize();
+    this.camera.fov = view === "iso" ? WIDE_DEG : NARROW_DEG;
+    const away = this.distance(box, centre, to);
+    Object.assign(this.camera, { near: away / 100, far: 6 * away });
+    this.camera.updateProjectionMatrix();
+    this.controls.maxDistance = 4 * away;
+    this.controls.target.copy(centre);
+    this.camera.position.copy(centre).addScaledVector(to, away);
     this.controls.update();
     this.draw();
+  }
+
+  // How far from its centre a box fills the picture, seen from a direction: no corner is outside.
+  distance(box, centre, to) {
+    const right = new THREE.Vector3().crossVectors(this.camera.up, to).normalize();
+    const up = new THREE.Vector3().crossVectors(to, right);
+    const half = FILLED * Math.tan((this.camera.fov * Math.PI) / 360);
+    const away = cornersOf(box).map((corner) => {
+      corner.sub(centre);
+      const aside = Math.max(Math.abs(corner.dot(right)) / this.camera.aspect, Math.abs(corner.dot(up)));
+      return corner.dot(to) + aside / half;
+    });
+    return Math.max(...away);
   }
 
   // The part under a point of the canvas, and the point, in pixels from its corner; null for none.
@@ -278,6 +300,11 @@ class Viewer {
       this.canvas.dataset.drawn = String(Number(this.canvas.dataset.drawn ?? 0) + 1);
     });
   }
+}
+
+function cornersOf(box) {
+  const corner = (k) => new THREE.Vector3(...[0, 1, 2].map((a) => box[k & (1 << a) ? "max" : "min"].getComponent(a)));
+  return [...Array(8).keys()].map(corner);
 }
 
 function boxEdges(side) {

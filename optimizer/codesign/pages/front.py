@@ -10,6 +10,7 @@ from delta_cad.design import design_to_json
 from optimizer.codesign.front import AXES, MachinePoint, hardware_of
 
 DESIGNS = "designs"
+UNITS = {"effective_mass": "kg", "friction": "N", "stiffness": "N/mm", "outline": "mm wide", "cube": "mm"}
 HEAD = ("limit", "cube mm", "outline mm", "effective mass kg", "friction N", "stiffness N/mm", "kappa", "built by")
 
 
@@ -40,10 +41,10 @@ def page(points: Sequence[MachinePoint], name: str, folder: str) -> str:
     lines = [
         f"# The front of machines: {name}",
         "",
-        "Each limit made easier and tighter by itself, the others as asked. Figures are those of the worst place in",
-        "the cube, with masses of solids of the same hardware; every part passed its closed forms. What moves is seen",
-        "to when a machine is built: by the line's command. **Bold**: no other line is better in a figure and no worse",
-        "in the others.",
+        "Each limit is relaxed and tightened by itself, the others stay as required. Figures are the worst in a cube,",
+        "with masses from solids of the same hardware; every design passes the closed-form checks of its parts.",
+        "Clearance is checked when a machine is built, with the command of its line. **Bold**: no other line is better",
+        "in one figure and no worse in the others.",
         "",
         "![cube against effective mass, friction, stiffness and outline](machines.png)",
         "",
@@ -64,7 +65,9 @@ def in_order(points: Sequence[MachinePoint]) -> list[MachinePoint]:
 
 def limit_of(point: MachinePoint) -> str:
     """Names the limit that was moved, and its value."""
-    return "as asked" if point.limit is None else f"{point.axis.replace('_', ' ')} {point.limit:.4g}"
+    if point.limit is None:
+        return "as required"
+    return f"{point.axis.replace('_', ' ')} {point.limit:.4g} {UNITS[point.axis]}"
 
 
 def _cells(point: MachinePoint, folder: str) -> tuple[str, ...]:

@@ -339,7 +339,7 @@ def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design, monke
     assert all(result.passed for result in found.values())
     assert found["drive torque"].value == pytest.approx(0.39168)  # 0.96 x 4.8 x 85 mN m
     assert found["drive peak torque"].value == pytest.approx(3 * 0.39168)
-    assert "for ever" in found["drive torque"].detail
+    assert "N m continuous" in found["drive torque"].detail
 
 
 def test_conditioning_and_effective_mass_are_checked_where_they_are_asked(machine: BuiltMachine, best: Design) -> None:

@@ -205,8 +205,8 @@ def test_the_inspection_s_rows_are_the_mechanism_s_figures() -> None:
     assert torque.at_mm == pytest.approx([1e3 * v for v in extremes.torque_max.position])
     assert rows["cube side 2 L"].value == 75.0
     # 0.96 x 9.85 x 85 mN m
-    assert rows["joint torque, for ever"].value == pytest.approx(0.80376)
-    assert rows["joint torque, for ever"].limit == ">= 0.8"
+    assert rows["joint torque, continuous"].value == pytest.approx(0.80376)
+    assert rows["joint torque, continuous"].limit == ">= 0.8"
     for row in rows.values():
         if row.holds is not None and isinstance(row.value, float):
             sign, bound = row.limit.split()

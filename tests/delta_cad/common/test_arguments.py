@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -89,7 +90,9 @@ def test_the_design_of_the_folder_is_taken_and_named(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert ended(delta_cad.main, ["inspect", "--json"]) == 2
-    assert capsys.readouterr().err.startswith("python -m delta_cad inspect: --design FILE is needed, as no best.json")
+    assert capsys.readouterr().err.startswith(
+        "python -m delta_cad inspect: --design FILE is needed: there is no best.json"
+    )
     shutil.copy(BEST, tmp_path / "best.json")
     assert delta_cad.main(["inspect", "--json"]) == 0
     told = capsys.readouterr()
@@ -137,3 +140,61 @@ def test_what_is_meant_is_what_is_close() -> None:
     assert meant("k" * 100_000, ["cube_side"]) == ""
     assert unknown_key("motor", ["name"], ["hardware.motor"]).startswith("unknown key; did you mean hardware.motor?")
     assert unknown_key("zzz", ["name", "cube"]) == "unknown key; known here: name, cube"
+
+
+# Options whose meaning, and so default and help, is a command's own; their name and unit are the same everywhere.
+OWN = {
+    "--out": "a file in some, a folder in others",
+    "--design": "what is compared or drawn, in `verify` and `front`",
+    "--mass-properties": "what is proved with, or compared",
+    "--catalogue": "names the file that may name a folder, too",
+    "--proof-minutes": "names the proofs",
+    "--resume": "names what was left",
+    "--force": "names what is overwritten",
+    "--population": "of ours, or of the paper",
+    "--generations": "of ours, or of the paper",
+    "--gravity-torque": "reserved, or required of a certificate",
+    "--tolerance": "proved, or required of a certificate",
+    "--rate": "of the controller, or of a simulated device",
+    "--delay": "one, or a range",
+    "--scene": "of a simulation, or of a device",
+    "--seed": "of encoder counts",
+    "--host": "listened on, or of a board",
+    "--port": "listened on, or of a board",
+}
+
+
+def options() -> dict[str, list[tuple[str, argparse.Action]]]:
+    """Option -> the commands that have it, with what each says of it."""
+    found: dict[str, list[tuple[str, argparse.Action]]] = {}
+    for script, cli in CLIS.items():
+        for module in cli.COMMANDS:
+            parser = Parser(prog="-")
+            module.arguments(parser)
+            for action in parser._actions:
+                for name in action.option_strings:
+                    if action.help is not argparse.SUPPRESS:
+                        found.setdefault(name, []).append((f"{script} {module.NAME}", action))
+    return found
+
+
+def test_an_option_is_the_same_in_every_command() -> None:
+    for name, users in options().items():
+        first = users[0][1]
+        for command, action in users[1:]:
+            assert action.nargs == first.nargs, (name, command)
+            if name not in OWN:
+                assert (action.metavar, action.default) == (first.metavar, first.default), (name, command)
+                assert action.help == first.help, (name, command)
+            elif first.metavar and name not in ("--out", "--tolerance"):
+                assert action.metavar == first.metavar, (name, command)
+
+
+def test_every_option_says_what_it_is_and_its_default_alike() -> None:
+    for name, users in options().items():
+        for command, action in users:
+            text = action.help or ""
+            assert len(text.split("default")[0]) > 4, (name, command, text)  # more than a default
+            assert not re.search(r"default (?!:)|\(default", text), (name, command, text)
+            known = action.default in (None, False, "", argparse.SUPPRESS) or "default" in text
+            assert known, f"{command} {name} does not tell its default, {action.default}"

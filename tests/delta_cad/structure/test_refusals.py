@@ -106,7 +106,7 @@ def test_a_motor_that_is_for_no_capstan_is_refused_with_those_that_are(motor: st
 @pytest.mark.parametrize(
     ("changes", "name", "field", "better", "worse"),
     [
-        ({"requirements__joint_torque_N_m": 0.6, "requirements__peak_torque_N_m": 0.8}, "drive, torque for ever",
+        ({"requirements__joint_torque_N_m": 0.6, "requirements__peak_torque_N_m": 0.8}, "drive, continuous torque",
          "hardware__capstan_ratio", 1e-6, -1e-6),
         ({"hardware__capstan_ratio": 9.0}, "cable, bend ratio", "hardware__sector_radius_mm", 1e-6, -1e-6),
         ({"requirements__peak_force_N": 12.0}, "cable's slack strand, load", "requirements__peak_torque_N_m", 1e-6,
@@ -126,13 +126,13 @@ def test_the_value_that_would_do_is_the_border(
 def test_a_cable_is_tensioned_for_what_the_motor_gives_which_asking_for_more_does_not_change() -> None:
     """The motor gives 1.2 of 1.9 N m at its peak: its ratio, not a torque that is asked for already."""
     found = told(requirements__peak_torque_N_m=1.9, requirements__peak_force_N=12.0)
-    torque, slip = found["drive, torque for a moment"], found["cable's slip, load"]
+    torque, slip = found["drive, peak torque"], found["cable's slip, load"]
     assert (slip.field, slip.value) == ("hardware.capstan_ratio", 4.8)
     assert slip.bound == pytest.approx(torque.bound)
 
 
 def test_a_ratio_beyond_any_pinion_on_the_sector_asks_for_another_motor() -> None:
-    reason = told(requirements__joint_torque_N_m=0.9, requirements__peak_torque_N_m=0.9)["drive, torque for ever"]
+    reason = told(requirements__joint_torque_N_m=0.9, requirements__peak_torque_N_m=0.9)["drive, continuous torque"]
     assert (reason.field, reason.value) == ("hardware.motor", "maxon-re30-310007")
     assert reason.bound == pytest.approx(0.9 / (4.8 * 0.96))
     assert "at most 9.6" in reason.message  # 38.7 mm over 3 of shaft, 0.75 of wall and 0.27 of cable
