@@ -30,15 +30,17 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.mechanism import MechanismError
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import feel
+    from haptics.feel.structure import built_structure
     from haptics.feel.summary import QUANTITIES
-    from haptics.model.machine import load_machine
+    from haptics.model.machine import load_machine, masses_file
 
     machine = load_machine(given.design, given.masses, given.catalogue)
     place = given.out / f"{machine.design.name}-feel"
     require_room(place, folder=True)
     try:
         with Line() as line:
-            sheet = feel(machine, say=line.show)
+            built = built_structure((given.masses or masses_file(machine.design)).parent, machine.design)
+            sheet = feel(machine, built=built, say=line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
             from haptics.feel.loop_pictures import impedance, z_width
             from haptics.feel.maps import feel_map
