@@ -52,7 +52,7 @@ def run(given: argparse.Namespace) -> int:
                 (folder / "feel.md").write_text(feel_markdown(sheet), encoding="utf-8")
                 for quantity in QUANTITIES:
                     if quantity.name in MAPS:
-                        label = f"{quantity.label}, {quantity.unit}"
+                        label = ", ".join(filter(None, (quantity.label, quantity.unit)))
                         title = f"{machine.design.name}: {quantity.label}"
                         figure = feel_map(title, label, *map_values(sheet, quantity), small=quantity.small)
                         save(figure, folder / f"{quantity.name}.png")

@@ -34,6 +34,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
                          help="none holds the weight alone; default %(default)s")  # fmt: skip
     command.add_argument("--host", default="127.0.0.1", help="numeric address of the board (default: %(default)s)")
     command.add_argument("--port", type=int, default=0, help="of the board, as `board` prints it")
+    command.add_argument("--allow-remote", action="store_true",
+                         help="the board may be on another machine: there is no password")  # fmt: skip
     timeout = number("number from 0.01 to 60 s", 0.01, 60.0)
     command.add_argument("--timeout", type=timeout, default=0.1, metavar="S",
                          help="without a reading after which the board is lost; default %(default)s")  # fmt: skip
@@ -68,6 +70,7 @@ def run(given: argparse.Namespace) -> int:
         device = opened_device(
             machine, given.device, host=given.host, port=given.port, recording=given.recording,
             calibration=given.calibration, rate_Hz=given.rate, timeout=given.timeout,
+            allow_remote=given.allow_remote,
         )  # fmt: skip
     except (CalibrationError, RecordingError) as error:
         return refuse(str(error), BAD_INPUT)

@@ -25,7 +25,7 @@ def machine(best: Design) -> MachineModel:
 
 
 def test_the_force_on_a_held_handle_is_that_of_two_masses(machine: MachineModel) -> None:
-    """Along the cube's axis motions part at the centre: rotors, cable, arms and rods, structure, a handle that is held."""
+    """Along z motions part at the centre: rotors, cable, arms and rods, structure, a handle that is held still."""
     par = real_plant(machine)
     here = linearise(par, machine.centre)
     q = float(np.square(here.jacobian.T @ Z).sum())  # |J^T n|^2: along the axis all three joints turn alike
