@@ -19,6 +19,7 @@ def open(  # the field's word for it: haptics.open
     calibration: str | Path | None = None,
     masses: str | Path | None = None,
     rate_Hz: float = 1000.0,
+    allow_remote: bool = False,
 ) -> HapticDevice:
     """Opens a haptic device.
 
@@ -35,6 +36,8 @@ def open(  # the field's word for it: haptics.open
         calibration: `calibration.json` of this one device.
         masses: `mass_properties.json`; None for `out/<name>/mass_properties.json`.
         rate_Hz: Ticks a second of a simulated device; a board has its own, a recording the one given.
+        allow_remote: Whether the board may be at the end of a cable, not on this machine: the protocol has no password,
+            so use a cable of its own.
 
     Returns:
         The device, a context manager, its force on.
@@ -55,4 +58,5 @@ def open(  # the field's word for it: haptics.open
         calibration=calibration,
         masses=masses,
         rate_Hz=rate_Hz,
+        allow_remote=allow_remote,
     )

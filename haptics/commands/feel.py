@@ -29,15 +29,17 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.mechanism import MechanismError
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import feel
+    from haptics.feel.structure import built_structure
     from haptics.feel.summary import QUANTITIES
-    from haptics.model.machine import load_machine
+    from haptics.model.machine import load_machine, masses_file
 
     machine = load_machine(given.design, given.masses, given.catalogue)
     place = given.out / f"{machine.design.name}-feel"
     require_room(place, folder=True)
     try:
         with Line() as line:
-            sheet = feel(machine, say=line.show)
+            built = built_structure((given.masses or masses_file(machine.design)).parent, machine.design)
+            sheet = feel(machine, built=built, say=line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
             from haptics.feel.loop_pictures import impedance, z_width
             from haptics.feel.maps import feel_map
@@ -49,7 +51,7 @@ def run(given: argparse.Namespace) -> int:
                 (folder / "feel.md").write_text(feel_markdown(sheet), encoding="utf-8")
                 for quantity in QUANTITIES:
                     if quantity.name in MAPS:
-                        label = f"{quantity.label}, {quantity.unit}"
+                        label = ", ".join(filter(None, (quantity.label, quantity.unit)))
                         title = f"{machine.design.name}: {quantity.label}"
                         figure = feel_map(title, label, *map_values(sheet, quantity), small=quantity.small)
                         save(figure, folder / f"{quantity.name}.png")

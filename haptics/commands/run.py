@@ -34,9 +34,11 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--scene", choices=SCENES, default="spring",
                          help="what the handle feels; none: only its weight is held; default: spring")  # fmt: skip
     command.add_argument(
-        "--host", default="127.0.0.1", metavar="ADDRESS", help="address of the board; default: 127.0.0.1"
+        "--host", default="127.0.0.1", metavar="ADDRESS", help="numeric address of the board; default: 127.0.0.1"
     )
     command.add_argument("--port", type=int, default=0, metavar="N", help="port of the board, as `board` prints it")
+    command.add_argument("--allow-remote", action="store_true",
+                         help="accept a board on another machine; the connection has no password")  # fmt: skip
     timeout = number("number from 0.01 to 60 s", 0.01, 60.0)
     command.add_argument("--timeout", type=timeout, default=0.1, metavar="S",
                          help="time without a reading after which the board is lost, s; default: 0.1")  # fmt: skip
@@ -75,6 +77,7 @@ def run(given: argparse.Namespace) -> int:
         device = opened_device(
             machine, given.device, host=given.host, port=given.port, recording=given.recording,
             calibration=given.calibration, rate_Hz=given.rate, timeout=given.timeout,
+            allow_remote=given.allow_remote,
         )  # fmt: skip
     except (CalibrationError, RecordingError) as error:
         return refuse(str(error), BAD_INPUT)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from threading import RLock
 from typing import Self
 
 import numpy as np
@@ -38,6 +39,7 @@ class HapticDevice:
 
     The device is the clock: `set_force` writes the torques for the last reading and waits for the next one, so that a
     loop of `position` and `set_force` runs once a tick. Who does not call any more gets the device's watchdog.
+    A thread may close or reset what another drives: no tick is cut in two, and after `close` no force comes any more.
     The supervisor lets force in over half a second, bounds it, and takes it away when something is wrong: see
     `faults`, and `reset`.
 
@@ -52,10 +54,11 @@ class HapticDevice:
 
     def __init__(self, device: Device, controller: Controller) -> None:
         self.device, self._open, self._again = device, True, False
-        self._host = Host(controller, ConstantForce(np.zeros(3)))
+        self._lock = RLock()
         self._room = np.zeros(3)
-        self._memory: Memory = self._host.memory
         try:
+            self._host = Host(controller, ConstantForce(np.zeros(3)))
+            self._memory: Memory = self._host.memory
             self._host.begin(device)
             self._sample: Reading = device.read()
         except BaseException:
@@ -106,9 +109,16 @@ class HapticDevice:
             ValueError: It is not three finite numbers; nothing happens then.
             DeviceError: The device is closed or lost, or a recording is at its end.
         """
-        wanted = np.array(force, dtype=float)
+        try:
+            wanted = np.array(force, dtype=float)
+        except (TypeError, ValueError):
+            wanted = np.full(1, np.nan)
         if wanted.shape != (3,) or not np.isfinite(wanted).all():
-            raise ValueError(f"force is {wanted.tolist()!r}; it must be three finite numbers in N")
+            raise ValueError(f"force is {force!r}; it must be three finite numbers in N")
+        with self._lock:
+            self._tick(wanted)
+
+    def _tick(self, wanted: np.ndarray) -> None:
         if not self._open:
             raise DeviceError("the device is closed")
         self._host.set_row(0, FORCE, wanted)
@@ -127,20 +137,22 @@ class HapticDevice:
         """Clears latched faults and lets force in again, over half a second from the next tick on, if what caused
         them is gone.
         """
-        self._host.reset()
-        self._again = True
+        with self._lock:
+            self._host.reset()
+            self._again = True
 
     def close(self) -> None:
         """Takes all force away and lets the device go; a second time does nothing."""
-        if not self._open:
-            return
-        self._open = False
-        try:
-            self.device.write(np.zeros(3))
-        except DeviceError:
-            pass  # lost already: its watchdog has cut the torque
-        finally:
-            self.device.close()
+        with self._lock:
+            if not self._open:
+                return
+            self._open = False
+            try:
+                self.device.write(np.zeros(3))
+            except DeviceError:
+                pass  # lost already: its watchdog has cut the torque
+            finally:
+                self.device.close()
 
     def __enter__(self) -> Self:
         return self
@@ -166,14 +178,21 @@ def open_device(
     calibration: str | Path | None = None,
     masses: str | Path | None = None,
     rate_Hz: float = 1000.0,
+    allow_remote: bool = False,
 ) -> HapticDevice:
     """Opens a device; see `haptics.open`."""
     machine = load_machine(Path(design), None if masses is None else Path(masses))
     opened = opened_device(
-        machine, device, host=host, port=port, recording=recording, calibration=calibration, rate_Hz=rate_Hz
-    )
-    period = getattr(opened, "period", 1.0 / rate_Hz)
-    return HapticDevice(opened, board_controller(machine, at_rate(1.0 / period)))
+        machine, device, host=host, port=port, recording=recording, calibration=calibration, rate_Hz=rate_Hz,
+        allow_remote=allow_remote,
+    )  # fmt: skip
+    try:
+        period = getattr(opened, "period", 1.0 / rate_Hz)
+        controller = board_controller(machine, at_rate(1.0 / period))
+    except BaseException:
+        opened.close()
+        raise
+    return HapticDevice(opened, controller)
 
 
 def opened_device(
@@ -186,6 +205,7 @@ def opened_device(
     calibration: str | Path | None = None,
     rate_Hz: float = 1000.0,
     timeout: float = WAIT_S,
+    allow_remote: bool = False,
 ) -> Device:
     """Opens what a controller drives.
 
@@ -198,6 +218,8 @@ def opened_device(
         calibration: `calibration.json` of the device, or None.
         rate_Hz: Ticks a second of a simulated device.
         timeout: Time without a reading after which a board is lost, s.
+        allow_remote: Whether the board may be at the end of a cable and not on this machine: the protocol has no
+            password.
 
     Returns:
         The device, behind its calibration where there is one.
@@ -213,9 +235,9 @@ def opened_device(
             raise ValueError(f"rate is {rate_Hz!r} Hz; it must be from 100 to 100000")
         opened: Device = simulated_machine(machine, 1.0 / rate_Hz)
     elif device == "socket":
-        if not 0 < port < 65536:
+        if not (isinstance(port, int) and 0 < port < 65536):
             raise ValueError(f"port is {port!r}; a board's is from 1 to 65535, and `haptics board` prints its own")
-        opened = RemoteDevice(UdpLink(host, port), timeout=timeout)
+        opened = RemoteDevice(UdpLink(host, port, allow_remote=allow_remote), timeout=timeout)
     elif device == "recorded":
         if recording is None:
             raise ValueError("a recorded device needs its recording, .csv or .npz")

@@ -58,5 +58,7 @@ def udp_socket(host: str, allow_remote: bool) -> socket.socket:
     except ValueError:
         raise ValueError(f"{host!r} is not a numeric address, such as 127.0.0.1") from None
     if not (address.is_loopback or allow_remote):
-        raise ValueError(f"{host} is not a loopback address; other machines must be allowed expressly")
+        raise ValueError(
+            f"{host} is not a loopback address; other machines must be allowed expressly (--allow-remote, allow_remote)"
+        )
     return socket.socket(socket.AF_INET6 if address.version == 6 else socket.AF_INET, socket.SOCK_DGRAM)

@@ -9,6 +9,8 @@ With `torque = J^T force`, `v = J theta_dot` and G the inverse Jacobian, rows G_
 - Forces that torques within +-l give beside gravity's h_i: those with `-l - h_i <= J_i . F <= l - h_i`, a
   parallelepiped. The ball about 0 in it has the radius of the nearest face, `min (l - |h_i|) / |J_i|`; its corners are
   `G^T (+-l - h)`, and the farthest is the most that any direction gets.
+- Accelerations of the free handle that torques within +-l give beside gravity's: `tau_i = (M J_i) . a`, so that the
+  ball about 0 has the radius `min (l - |h_i|) / |M J_i|`.
 - A step of one encoder moves the handle by `count |J_i|`; one of a torque changes the force by `step |G_i|`.
 
 Source:
@@ -71,6 +73,7 @@ class FeelField:
         mass_min: Smallest effective mass of all directions, kg.
         mass_max: Largest, kg.
         mass_axes: (..., 3) along x, y, z with the others free, kg.
+        isotropy: Smallest over largest effective mass.
         friction_min: Coulomb friction at the handle in the best direction of motion, N; also the smallest force that
             moves a handle at rest.
         friction_max: Coulomb friction in the worst direction, N.
@@ -81,6 +84,8 @@ class FeelField:
         force_peak: Force that is there in every direction for a moment, N.
         force_peak_best: Force for a moment in the best direction, N.
         force_motor: In every direction for a moment, if the controller let the motors go to their own limit, N.
+        acceleration: Of the free handle for a moment that is there in every direction, m/s^2.
+        dynamic_range: Continuous force in every direction over friction in the worst.
         gravity: Largest torque of a joint that holds the weight, N m.
     """
 
@@ -88,6 +93,7 @@ class FeelField:
     mass_min: np.ndarray
     mass_max: np.ndarray
     mass_axes: np.ndarray
+    isotropy: np.ndarray
     friction_min: np.ndarray
     friction_max: np.ndarray
     position_step: np.ndarray
@@ -96,6 +102,8 @@ class FeelField:
     force_peak: np.ndarray
     force_peak_best: np.ndarray
     force_motor: np.ndarray
+    acceleration: np.ndarray
+    dynamic_range: np.ndarray
     gravity: np.ndarray
 
     def named(self) -> dict[str, np.ndarray]:
@@ -149,19 +157,24 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
     eigenvalues = np.linalg.eigvalsh(mass)
     gravity = gravity_torque(g, machine.masses, p, machine.design.requirements.gravity_m_s2)
     corners = drive.peak * SIGNS - gravity[..., None, :]  # (..., 8, chain)
+    continuous = inscribed_ball(columns, gravity, drive.continuous)
+    friction = worst_friction(machine, p, rows, drive.coulomb)
     return FeelField(
         position=p,
         mass_min=eigenvalues[..., 0],
         mass_max=eigenvalues[..., 2],
         mass_axes=1.0 / np.diagonal(np.linalg.inv(mass), axis1=-2, axis2=-1),
+        isotropy=eigenvalues[..., 0] / eigenvalues[..., 2],
         friction_min=least_friction(machine, p, columns, drive.coulomb),
-        friction_max=worst_friction(machine, p, rows, drive.coulomb),
+        friction_max=friction,
         position_step=drive.count * reach.max(axis=-1),
         force_step=drive.step * lever.max(axis=-1),
-        force_continuous=inscribed_ball(columns, gravity, drive.continuous),
+        force_continuous=continuous,
         force_peak=inscribed_ball(columns, gravity, drive.peak),
         force_peak_best=np.linalg.norm(corners @ rows, axis=-1).max(axis=-1),
         force_motor=inscribed_ball(columns, gravity, drive.motor),
+        acceleration=inscribed_ball(columns @ mass, gravity, drive.peak),
+        dynamic_range=continuous / friction,
         gravity=np.abs(gravity).max(axis=-1),
     )
 
@@ -206,7 +219,7 @@ def inscribed_ball(columns: np.ndarray, gravity: np.ndarray, limit: float) -> np
     """Force that is there in every direction.
 
     Args:
-        columns: (..., 3 chains, 3) J_i, m/rad.
+        columns: (..., 3 chains, 3) J_i, m/rad; M J_i, kg m/rad, for accelerations in m/s^2.
         gravity: (..., 3 chains) torque that holds the weight, N m.
         limit: Limit of each joint, N m.
 

@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.loops import AXIS, DEFAULT_WALL, DEFINITIONS, N_PER_MM, LoopSheet
+from haptics.feel.structure import BuiltStructure
 from haptics.feel.summary import Summary
-from haptics.stability.noise import FORCE, MOTION, SPRING, BAND_Hz, NoiseFigures
+from haptics.simulation.loops import LoopChoice
+from haptics.stability.noise import FORCE, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
 from haptics.stability.walls import SHARE, FourWalls
 
 TOLD_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are told
 WALLS = ("own", "port", "worst", "nominal")
 
 
-def dynamics(summaries: dict[str, Summary]) -> dict[str, float]:
-    """Dynamic range and peak acceleration (m/s^2) from the worst of the cube, isotropy of mass at its centre."""
-    worst = {name: summaries[name].worst[0] for name in ("force_continuous", "friction_max", "force_peak", "mass_max")}
-    return {
-        "dynamic_range": worst["force_continuous"] / worst["friction_max"],
-        "peak_acceleration": worst["force_peak"] / worst["mass_max"],
-        "isotropy": summaries["mass_min"].centre / summaries["mass_max"].centre,
-    }
-
-
-def loop_facts(sheet: LoopSheet, summaries: dict[str, Summary]) -> dict[str, Any]:
+def loop_facts(sheet: LoopSheet, built: BuiltStructure | None) -> dict[str, Any]:
     """The facts, with a unit in every key."""
-    loop, moves = sheet.loop, dynamics(summaries)
+    loop = sheet.loop
     return {
         "period_ms": 1e3 * loop.period,
         "delay_periods": list(loop.delays),
@@ -58,15 +51,32 @@ def loop_facts(sheet: LoopSheet, summaries: dict[str, Summary]) -> dict[str, Any
             "spring": {"stiffness_N_per_m": SPRING[0], "damping_limit_N_s_per_m": sheet.spring_damping}
             | _noise(sheet.spring),
             "wall": _noise(sheet.wall_noise),
+            "range": {
+                place: {
+                    "least": _noise(one.least),
+                    "most": _noise(one.most),
+                    "reading_that_is_quiet_rad_rms": one.reading,
+                }
+                for place, one in sheet.noise.items()
+            },
             "force_allowed_N_rms": FORCE,
             "motion_allowed_um_rms": 1e6 * MOTION,
             "band_Hz": list(BAND_Hz),
         },
-        "dynamic_range": moves["dynamic_range"],
-        "peak_acceleration_m_per_s2": moves["peak_acceleration"],
-        "isotropy_of_mass": moves["isotropy"],
         "first_resonance_Hz": sheet.first_resonance,
-        "force_bandwidth_Hz": sheet.force_bandwidth,
+        "force_bandwidth_Hz": {
+            name: {"within_3_dB": one.within, "less_than_minus_3_dB": one.less}
+            for name, one in zip(("softest_structure", "stiffest_structure"), sheet.force_bandwidth, strict=True)
+        },
+        "current_loop_Hz": current_loop_Hz(loop),
+        "structure_as_built": None
+        if built is None
+        else {
+            "stiffness_centre_N_per_mm": N_PER_MM * built.centre,
+            "stiffness_softest_N_per_mm": N_PER_MM * built.softest,
+            "first_mode_centre_Hz": built.mode,
+            "first_mode_lowest_Hz": built.slowest,
+        },
         "impedance": {
             "axis": AXIS,
             "frequency_Hz": sheet.frequency[::10].tolist(),
@@ -102,9 +112,10 @@ def _noise(figures: NoiseFigures) -> dict[str, Any]:
     }
 
 
-def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary]) -> list[str]:
+def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltStructure | None) -> list[str]:
     """The part of the page, lines of Markdown."""
-    loop, moves = sheet.loop, dynamics(summaries)
+    loop = sheet.loop
+    soft, stiff = sheet.force_bandwidth
     return [
         f"## Walls in the loop on the board, {1e-3 / loop.period:g} kHz",
         "",
@@ -120,7 +131,8 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary]) -> list[str]:
             for axis, w in sheet.walls.items()
         ),
         "",
-        f"What is rendered is at most {SHARE:g} of the worst at its pose: {_range(summaries['wall'])} over the cube.",
+        f"What the tick renders is at most {SHARE:g} of the formula at its pose, with the least friction and the "
+        f"largest delay: {_range(summaries['wall'])} over the cube, across the direction in which that is least.",
         "",
         "### What a faster loop buys",
         "",
@@ -142,20 +154,61 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary]) -> list[str]:
         "",
         "| figure | value | meaning |",
         "|---|---:|---|",
-        f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm | {_told(sheet.wall_noise)} | at most {FORCE:g} N and "
-        f"{1e6 * MOTION:g} um are taken for unnoticed |",
+        f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_told(sheet.wall_noise)} | with the "
+        f"structure as soft as asked; at most {FORCE:g} N and {1e6 * MOTION:g} um are taken for unnoticed |",
+        *(
+            f"| noise in the wall that is rendered, {place} | {_ranged(one)} | over structures and damping; unnoticed "
+            f"with readings of {1e6 * one.reading:.1f} urad rms |"
+            for place, one in sheet.noise.items()
+        ),
         f"| damping that noise allows | {sheet.spring_damping:.1f} N s/m | beside a spring of {SPRING[0]:g} N/m |",
-        f"| dynamic range | {moves['dynamic_range']:.1f} | {DEFINITIONS['dynamic_range']} |",
-        f"| peak acceleration | {moves['peak_acceleration']:.0f} m/s^2 | {DEFINITIONS['peak_acceleration']} |",
-        f"| isotropy of mass, centre | {moves['isotropy']:.2f} | {DEFINITIONS['isotropy']} |",
-        f"| force bandwidth | {sheet.force_bandwidth:.0f} Hz | {DEFINITIONS['force_bandwidth']} |",
+        *(
+            f"| {label}, centre; best; worst | {_three(summaries[name])} | {DEFINITIONS[name]} |"
+            for name, label in (
+                ("dynamic_range", "dynamic range"),
+                ("acceleration", "peak acceleration, m/s^2"),
+                ("isotropy", "isotropy of mass"),
+            )
+        ),
+        f"| force bandwidth, {AXIS}, centre | {soft.within:.0f} and {soft.less:.0f} Hz to {stiff.within:.0f} and "
+        f"{stiff.less:.0f} Hz, structure as asked to ten times that | {DEFINITIONS['force_bandwidth']} |",
+        f"| current loop | {current_loop_Hz(loop):.0f} Hz | {DEFINITIONS['current_loop']} |",
         f"| first resonance | {sheet.first_resonance:.0f} Hz | {DEFINITIONS['first_resonance']} |",
+        *_structure(built),
         "",
         "### Definitions and sources",
         "",
         *(f"- {name.replace('_', ' ')}: {text}." for name, text in DEFINITIONS.items()),
         "",
     ]
+
+
+def current_loop_Hz(loop: LoopChoice) -> float:
+    """Gives the corner of a loop's currents, Hz."""
+    return 1.0 / (2.0 * math.pi * loop.current_lag)
+
+
+def _structure(built: BuiltStructure | None) -> list[str]:
+    if built is None:
+        return [f"| structural stiffness | not at hand | {DEFINITIONS['structural_stiffness']} |"]
+    return [
+        f"| structural stiffness, centre; softest | {N_PER_MM * built.centre:.1f}; {N_PER_MM * built.softest:.1f} "
+        f"N/mm | {DEFINITIONS['structural_stiffness']} |",
+        f"| first mode of that, centre; lowest of the cube | {built.mode:.0f}; {built.slowest:.0f} Hz | motors held, "
+        "cable included, nobody at the knob |",
+    ]
+
+
+def _ranged(one: NoiseRange) -> str:
+    low, high = one.least, one.most
+    if not high.steady:
+        return "not stable"
+    return f"{low.force:.3f} to {high.force:.3f} N, {1e6 * low.motion:.3f} to {1e6 * high.motion:.3f} um rms"
+
+
+def _three(summary: Summary) -> str:
+    digits = summary.quantity.digits
+    return "; ".join(f"{value:.{digits}f}" for value in (summary.centre, summary.best[0], summary.worst[0]))
 
 
 def _impedances(sheet: LoopSheet) -> list[str]:

@@ -6,12 +6,14 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from delta_cad.common.picture_style import BLUE, GREEN, ORANGE, VERMILLION, styled
 from haptics.feel.loops import AXIS, LoopSheet
 from haptics.stability.walls import NOBODY
 
 COLOURS = (VERMILLION, ORANGE, GREEN, BLUE)  # From the slowest rate to the fastest
+ABOVE_LEGEND = 0.26  # Foot of a vertical line, of the axes' height
 LINES = {NOBODY: "-", "light": ":", "medium": "--", "firm": "-."}
 
 
@@ -35,7 +37,8 @@ def z_width(sheet: LoopSheet, name: str) -> Figure:
     ax.set_xscale("symlog", linthresh=0.5)
     ax.set(xlim=(0.0, sheet.dampings[-1]), ylim=(0.1, 100.0), xticks=list(sheet.dampings))
     ax.set_xticklabels([f"{b:g}" for b in sheet.dampings])
-    ax.axvline(sheet.loop.damping, color="black", linewidth=0.6, alpha=0.5)
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.axvline(sheet.loop.damping, ymin=ABOVE_LEGEND, color="black", linewidth=0.6, alpha=0.5)
     ax.set_title(f"Z-width of {name} along {AXIS}, centre; the thin line: damping that every wall gets", fontsize=11)
     ax.legend(ncols=3, fontsize=8, loc="lower right", frameon=False)
     return figure
@@ -49,8 +52,9 @@ def impedance(sheet: LoopSheet, name: str) -> Figure:
     for colour, (place, one) in zip((BLUE, GREEN, VERMILLION), sheet.impedances.items(), strict=True):
         ax.loglog(sheet.frequency, one.free, color=colour, label=f"{place}, let go")
         ax.loglog(sheet.frequency, one.at_wall, "--", color=colour, label=f"at a wall of {1e-3 * one.wall:.1f} N/mm")
-    ax.axvline(sheet.first_resonance, color="black", linewidth=0.7, linestyle=":", label="first resonance, motors held")
-    ax.set(xlabel="Hz", ylabel="|Z|, N s/m", xlim=(1.0, float(sheet.frequency[-1])), ylim=(0.05, 5e3))
+    line = {"color": "black", "linewidth": 0.7, "linestyle": ":", "label": "first resonance, motors held"}
+    ax.axvline(sheet.first_resonance, ymin=ABOVE_LEGEND, **line)
+    ax.set(xlabel="frequency, Hz", ylabel="|Z|, N s/m", xlim=(1.0, float(sheet.frequency[-1])), ylim=(0.02, 5e3))
     ax.set_title(f"Impedance at the handle of {name} along {AXIS}", fontsize=11)
     ax.legend(frameon=False, fontsize=9, ncols=2)
     return figure

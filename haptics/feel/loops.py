@@ -7,29 +7,31 @@ module loads numba.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
+from delta_cad.mechanism import jacobian
+from haptics.control.wall_cap import WallCap
+from haptics.feel.structure import Bandwidth, first_resonance, force_bandwidth
 from haptics.model.hands import CORNERS, HANDS
 from haptics.model.machine import MachineModel
-from haptics.model.plant import FREE
+from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws.virtual_wall import AXES
-from haptics.simulation.hardware import sensor_errors
+from haptics.simulation.hardware import sensor_errors, wall_cap
 from haptics.simulation.loops import BOARD, LoopChoice, RATES_Hz, at_rate
-from haptics.stability.bodies import continuous, loaded
-from haptics.stability.noise import SPRING, NoiseFigures, NoisyLoop
+from haptics.stability.noise import BARELY, SPRING, NoiseFigures, NoiseRange, NoisyLoop, noise_range
 from haptics.stability.port import impedance
+from haptics.stability.wall_share import closed_form, proven_cap
 from haptics.stability.wall_trial import WallBench
-from haptics.stability.walls import NOBODY, SHARE, FourWalls, WallAt, computed_wall
+from haptics.stability.walls import NOBODY, SHARE, FourWalls, WallAt
 
 DEFAULT_WALL = 5000.0  # N/m, which the board's loop is to bear at the centre with every hand
 DAMPINGS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # of the K-B plane, N s/m
 N_PER_MM = 1e-3  # N/m in N/mm
 AXIS = "x"  # Along which K-B plane and impedance are drawn: the softest of the three at the centre
-FIXED = 1e9  # N m/rad that hold a motor whose structure alone is to swing
 
 DEFINITIONS = {
     "own": "largest wall that is passive by the device's own damping, B = 0, exact for the sampled loop (Colgate and "
@@ -38,22 +40,35 @@ DEFINITIONS = {
     "port": "largest wall whose averaged impedance at the handle takes energy at all frequencies, with B",
     "worst": "largest wall stable with every hand of the set, with the corners of their ranges, and with nobody",
     "nominal": "largest wall stable with the nominal hand",
-    "allowed": f"what is rendered: {SHARE:g} of the largest wall that is stable let go of with the least friction and "
-    "the largest delay, at its pose",
+    "rendered": f"what the tick lets through at a pose: {SHARE:g} of the formula with the least friction and the "
+    "largest delay, damping held to what the joints' inertia bears, scaled where eigenvalues bear less "
+    "(`stability/wall_share.py`); across the direction in which that is least",
     "z_width": "K-B plane: largest stiffness at a damping, by hand and rate, with the passive region (Colgate and "
     "Brown, as Chawda, Celik, O'Malley, Application of Levant's differentiator, tell it; first page opened)",
-    "dynamic_range": "continuous force in every direction over friction in the worst, worst of the cube (Hayward and "
-    "Astley 1996, unverified)",
-    "peak_acceleration": "peak force in every direction over the largest effective mass, worst of the cube (Hayward "
-    "and Astley 1996, unverified)",
-    "isotropy": "smallest over largest effective mass of all directions",
-    "force_bandwidth": "corner of the current loop, 1 / (2 pi lag)",
-    "first_resonance": "lowest mode with the motors held, the structure lumped as one spring of the stiffness that the "
-    "design asks for: a lower bound",
+    "dynamic_range": "continuous force in every direction over friction in the worst, at one position (ratio of the "
+    "largest to the smallest force, as A. Mohand-Ousaid et al., Haptic interface transparency achieved through viscous "
+    "coupling, IJRR 2012, first page opened, tell it of Hayward and Astley 1996, not opened)",
+    "acceleration": "of the free handle in every direction, by the peak torques beside the weight: the largest ball in "
+    "the set of accelerations (the measure is Hayward and Astley's 1996, not opened)",
+    "isotropy": "smallest over largest effective mass of all directions, at one position",
+    "force_bandwidth": "force on a handle that is held still over the force commanded, with hold, current loop, cable "
+    "and structure: up to where it keeps within 3 dB, and from where it has lost 3 dB for good; between them what "
+    "gives way resonates",
+    "current_loop": "corner of the current loop, 1 / (2 pi lag)",
+    "first_resonance": "lowest mode at the centre with the motors held, in the model of these loops, whose structure "
+    "is one spring as soft as the design asks for",
+    "structural_stiffness": "force over way at the knob in the softest direction with the motors held, cable included, "
+    "as the build computes it from its parts (`structure.json`)",
     "impedance": "force over velocity at the handle along the axis, the other directions free, averaged, let go and at "
     f"the wall that is rendered, of {N_PER_MM * DEFAULT_WALL:g} N/mm at most: at the cube's centre, in its floor's "
     "middle, and in the corner whose wall may have the least stiffness",
-    "noise": "force that the encoders' noise commands and motion of the handle in 150 to 500 Hz, rms, by covariance",
+    "noise": "force that the encoders' noise commands and motion of the handle in 150 to 500 Hz, rms, by covariance, "
+    "let go of; the range is over the structure, one to ten times as stiff as the design asks for, over what cable "
+    "and structure damp, 1 to 5 % of critical, and over the normals x, y, z",
+    "thresholds": "a wall is hard from 2 N/mm (L. B. Rosenberg, B. D. Adelstein 1993) and rigid from 15 N/mm (H. Z. "
+    "Tan et al. 1994), fingertips feel steps of 0.04 N: all from memory, not opened; 0.05 um lies above the least "
+    "thresholds of a grasped cylinder, 0.01 um of some subjects at 150 to 200 Hz (A. J. Brisben et al. 1999, abstract, "
+    "as a study of this project tells it)",
 }
 
 
@@ -64,12 +79,14 @@ class PlaceImpedance:
     Attributes:
         position: (3,) m.
         wall: Stiffness of the wall there, N/m.
+        damping: Of it, N s/m.
         free: (m,) |Z| let go, N s/m.
         at_wall: (m,) |Z| at that wall, N s/m.
     """
 
     position: np.ndarray
     wall: float
+    damping: float
     free: np.ndarray
     at_wall: np.ndarray
 
@@ -87,13 +104,15 @@ class LoopSheet:
         passive: (n,) the same of the averaged port at the board's rate, N/m.
         spring: Noise of the spring that is held, at the damping applied.
         spring_damping: Damping that noise allows beside that spring, N s/m.
-        wall_noise: Noise in the default wall, the noisiest of hands and axes.
+        wall_noise: Noise in the default wall at the centre, the noisiest of hands and axes, the structure as soft as
+            the design asks for.
+        noise: Place -> the range of noise in the wall that is rendered there, of `DEFAULT_WALL` at most.
         noise_rad: Of one reading.
         standing: (axis, hand) -> whether the default wall stands in the simulation.
         frequency: (m,) Hz.
         impedances: Place -> impedance there.
         first_resonance: Hz.
-        force_bandwidth: Hz.
+        force_bandwidth: Along x at the centre, of the softest and the stiffest structure.
     """
 
     loop: LoopChoice
@@ -105,12 +124,13 @@ class LoopSheet:
     spring: NoiseFigures
     spring_damping: float
     wall_noise: NoiseFigures
+    noise: dict[str, NoiseRange]
     noise_rad: float
     standing: dict[tuple[str, str], bool]
     frequency: np.ndarray
     impedances: dict[str, PlaceImpedance]
     first_resonance: float
-    force_bandwidth: float
+    force_bandwidth: tuple[Bandwidth, Bandwidth]
 
     @property
     def shaken(self) -> list[tuple[str, str]]:
@@ -136,8 +156,11 @@ def loop_sheet(
     """
     say("walls of the board's loop")
     everybody = {**HANDS, **CORNERS}
-    walls = {name: WallAt(machine, loop, normal=normal).four(everybody) for name, normal in AXES.items()}
-    rates = {rate: _rate(machine, at_rate(rate, loop)) for rate in RATES_Hz}
+    walls = _rate(machine, loop, everybody)
+    rates = {
+        rate: walls if rate * loop.period == 1.0 else _rate(machine, at_rate(rate, loop), everybody)
+        for rate in RATES_Hz
+    }
     say("Z-width")
     z_width = {rate: _plane(machine, at_rate(rate, loop)) for rate in RATES_Hz}
     at = WallAt(machine, loop, normal=AXES[AXIS])
@@ -148,7 +171,7 @@ def loop_sheet(
     allowed = spring.damping_limit(SPRING[0])
     noisy = [
         NoisyLoop(machine, loop, hand=hand, normal=np.array(normal)).figures(DEFAULT_WALL, loop.damping)
-        for hand in HANDS.values()
+        for hand in (BARELY, *HANDS.values())
         for normal in AXES.values()
     ]
     standing = {
@@ -156,6 +179,8 @@ def loop_sheet(
         for axis in AXES
         for name, hand in HANDS.items()
     }
+    cap, found = proven_cap(machine, loop), places(machine, loop)
+    noise = {name: noise_range(machine, loop, p, rendered_walls(machine, cap, p)) for name, p in found.items()}
     say("impedance")
     return LoopSheet(
         loop=loop,
@@ -166,18 +191,21 @@ def loop_sheet(
         passive=passive,
         spring=spring.figures(SPRING[0], min(SPRING[1], allowed)),
         spring_damping=allowed,
-        wall_noise=max(noisy, key=lambda one: one.force),
+        wall_noise=NoiseFigures(
+            max(one.force for one in noisy), max(one.motion for one in noisy), all(one.steady for one in noisy)
+        ),
+        noise=noise,
         noise_rad=sensor_errors(machine).noise,
         standing=standing,
         frequency=handle.frequency / (2.0 * math.pi),
-        impedances={name: impedance_at(machine, p, loop) for name, p in places(machine, loop).items()},
+        impedances={name: impedance_at(machine, p, cap, loop) for name, p in found.items()},
         first_resonance=first_resonance(machine, loop),
-        force_bandwidth=1.0 / (2.0 * math.pi * loop.current_lag),
+        force_bandwidth=force_bandwidth(machine, np.array(AXES[AXIS]), loop),
     )
 
 
-def _rate(machine: MachineModel, loop: LoopChoice) -> dict[str, FourWalls]:
-    return {name: WallAt(machine, loop, normal=normal).four() for name, normal in AXES.items()}
+def _rate(machine: MachineModel, loop: LoopChoice, hands: Mapping[str, Hand]) -> dict[str, FourWalls]:
+    return {name: WallAt(machine, loop, normal=normal).four(hands) for name, normal in AXES.items()}
 
 
 def _plane(machine: MachineModel, loop: LoopChoice) -> dict[str, np.ndarray]:
@@ -190,23 +218,23 @@ def places(machine: MachineModel, loop: LoopChoice = BOARD) -> dict[str, np.ndar
     """Gives where impedance is told, (3,) m each: centre, floor's middle, and the corner of the softest wall."""
     half = machine.half_side
     corners = [machine.centre + half * np.array(signs) for signs in product((-1.0, 1.0), repeat=3)]
-    worst = min(corners, key=lambda p: computed_wall(machine, p, AXES[AXIS], loop))
+    cap = wall_cap(machine, loop)
+    worst = min(corners, key=lambda p: closed_form(cap, jacobian(machine.geometry, p), np.array(AXES[AXIS]))[0])
     return {"centre": machine.centre, "floor's middle": machine.centre - [0.0, 0.0, half], "worst corner": worst}
 
 
-def impedance_at(machine: MachineModel, p: np.ndarray, loop: LoopChoice = BOARD) -> PlaceImpedance:
+def rendered_walls(machine: MachineModel, cap: WallCap, p: np.ndarray) -> list[tuple[np.ndarray, float, float]]:
+    """Gives normal, stiffness and damping of the walls that are rendered at a place across x, y and z, of
+    `DEFAULT_WALL` at most.
+    """
+    columns = jacobian(machine.geometry, p)
+    walls = [(np.array(normal), *closed_form(cap, columns, np.array(normal))) for normal in AXES.values()]
+    return [(normal, min(stiffness, DEFAULT_WALL), damping) for normal, stiffness, damping in walls]
+
+
+def impedance_at(machine: MachineModel, p: np.ndarray, cap: WallCap, loop: LoopChoice = BOARD) -> PlaceImpedance:
     """Computes the impedance at a place, (3,) m, let go and at the wall that is rendered there."""
     at = WallAt(machine, loop, p, AXES[AXIS])
-    handle, stiff = at.at_handle(), min(SHARE * computed_wall(machine, p, AXES[AXIS], loop), DEFAULT_WALL)
-    free, wall = (impedance(handle, at.estimator, k, b) for k, b in ((0.0, 0.0), (stiff, loop.damping)))
-    return PlaceImpedance(p, stiff, np.abs(free), np.abs(wall))
-
-
-def first_resonance(machine: MachineModel, loop: LoopChoice = BOARD) -> float:
-    """Lowest mode at the centre with the motors held, Hz."""
-    here = WallAt(machine, replace(loop, drive_damping=0.0)).here
-    body, _ = here.body(FREE)
-    motors = here.ports(np.eye(3), len(body.mass)).push.T @ np.eye(len(body.mass))
-    held = loaded(body, motors, stiffness=FIXED)
-    roots = np.linalg.eigvals(continuous(held, np.zeros((len(body.mass), 1)))[0])
-    return float(np.abs(roots.imag[np.abs(roots.imag) > 1.0]).min() / (2.0 * math.pi))
+    handle, (_, stiff, damping) = at.at_handle(), rendered_walls(machine, cap, p)[list(AXES).index(AXIS)]
+    free, wall = (impedance(handle, at.estimator, k, b) for k, b in ((0.0, 0.0), (stiff, damping)))
+    return PlaceImpedance(p, stiff, damping, np.abs(free), np.abs(wall))

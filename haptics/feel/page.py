@@ -17,20 +17,24 @@ from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_de
 from haptics.feel.sheet import MASS_ERROR, Feel
 from haptics.feel.summary import QUANTITIES, Quantity, Summary
 from haptics.model.hands import HAND_MODELS
+from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import CURRENT_LAG, DELAY, joint_friction
+from haptics.simulation.hardware import reading_age
 from haptics.stability.wall_limit import START
 
 SCHEMA = "delta-feel/1"
-MAPS = ("mass_max", "friction_max", "force_continuous", "force_motor", "position_step", "wall", "gravity")
+MAPS = (
+    *("mass_max", "isotropy", "friction_max", "force_continuous", "force_peak", "acceleration"),
+    *("position_step", "wall", "gravity"),
+)
 OURS = "this design"
 WIDTH = 110
 
 
 def map_values(sheet: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """x, y, z (mm) and values (3, ny, nx) of a quantity's map, in its unit."""
-    walls = quantity.name == "wall"
-    values = sheet.walls if walls else sheet.slices.named()[quantity.name]
-    p = MM_PER_M * (sheet.wall_positions if walls else sheet.slices.position)
+    values = sheet.walls if quantity.name == "wall" else sheet.slices.named()[quantity.name]
+    p = MM_PER_M * sheet.slices.position
     return p[0, 0, :, 0], p[0, :, 0, 1], p[:, 0, 0, 2], quantity.factor * values
 
 
@@ -43,7 +47,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
         "answers": [asdict(answer) for answer in sheet.answers],
         "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
         "hold": {"definition": DEFINITION, "forces": hold_facts(sheet.holds)},
-        "loop": loop_facts(sheet.loop, sheet.summaries),
+        "loop": loop_facts(sheet.loop, sheet.built),
         "simulated_wall_N_per_mm": {
             wall.axis: {
                 "nominal": wall.nominal.bisection * 1e-3,
@@ -57,7 +61,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
                 "device": row.device,
                 "quantity": row.quantity,
                 "value": row.shown,
-                "confirmed": row.confirmed,
+                "test": row.test,
                 "source": row.source,
             }
             for row in reference_devices()
@@ -92,12 +96,11 @@ def _summary_facts(summary: Summary) -> dict[str, Any]:
 
 def _map_facts(sheet: Feel, quantity: Quantity) -> dict[str, Any]:
     x, y, z, values = map_values(sheet, quantity)
-    step = 1 if quantity.name == "wall" else 4  # the picture has them all
-    return {
-        "x_mm": x[::step].tolist(),
-        "y_mm": y[::step].tolist(),
+    return {  # every fourth: the picture has them all
+        "x_mm": x[::4].tolist(),
+        "y_mm": y[::4].tolist(),
         "z_mm": z.tolist(),
-        "values_z_y_x": values[:, ::step, ::step].tolist(),
+        "values_z_y_x": values[:, ::4, ::4].tolist(),
     }
 
 
@@ -159,7 +162,7 @@ def feel_markdown(sheet: Feel) -> str:
         f"forces that the joints give beside the weight. {_stops(sheet)}",
         "",
         *hold_markdown(sheet.machine, sheet.holds),
-        *loop_markdown(sheet.loop, sheet.summaries),
+        *loop_markdown(sheet.loop, sheet.summaries, sheet.built),
         "## Walls by the paper's protocol, in the paper's loop of 1 kHz, simulated",
         "",
         "| axis | paper, its prototype | protocol | bisection | range over hands, friction, delay | passivity |",
@@ -185,14 +188,18 @@ def feel_markdown(sheet: Feel) -> str:
         "",
         _stops(sheet),
         "",
-        "(?) from memory, its source was not opened. A stiffness of the others is what a library renders with them, "
-        "not a limit by our protocol; ours is what is rendered, at the worst pose and at the centre.",
+        "Only figures whose source was opened; how theirs were tested stands beside their sources, where it is known. "
+        "A stiffness of the others is what a library renders with them, not a limit by our protocol; ours is what is "
+        "rendered, at the worst pose and direction and at the centre.",
         "",
     ]
-    by_source: dict[tuple[str, str], list[str]] = {}
+    by_source: dict[tuple[str, str, str], list[str]] = {}
     for row in reference_devices():
-        by_source.setdefault((row.device, row.source), []).append(LABELS[row.quantity])
-    sources = [f"- {device}: {'; '.join(labels)}. From: {source}." for (device, source), labels in by_source.items()]
+        by_source.setdefault((row.device, row.test, row.source), []).append(LABELS[row.quantity])
+    sources = [
+        f"- {device}: {'; '.join(labels)}. Test: {test}. From: {source}."
+        for (device, test, source), labels in by_source.items()
+    ]
     lines += [
         "## Maps",
         "",
@@ -209,10 +216,11 @@ def feel_markdown(sheet: Feel) -> str:
         "scales all friction figures.",
         f"- In the paper's loop: delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag "
         f"{CURRENT_LAG * 1e3:g} ms, period {sheet.stiffness.period * 1e3:g} ms, no damping in the wall.",
-        f"- An encoder's reading has {math.degrees(sheet.loop.noise_rad):.2g} degrees rms of noise; where the "
-        "catalogue tells none of its row, a count of 18 bits.",
-        f"- Continuous torque {sheet.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), "
-        f"peak {sheet.drive.peak:.2f} N m likewise; the motors by themselves {sheet.drive.motor:.2f} N m for "
+        f"- An encoder's reading has {math.degrees(sheet.loop.noise_rad):.2g} degrees rms of noise; where the catalogue "
+        "tells none of its row, a count of 18 bits, with a quarter to four times that as its range: figures of noise go with "
+        f"it. A reading's age: {_age(machine)}.",
+        f"- Continuous torque {sheet.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), peak "
+        f"{sheet.drive.peak:.2f} N m likewise; the motors by themselves {sheet.drive.motor:.2f} N m for "
         f"{machine.drive.peak_time_s:g} s.",
         f"- A current command of {COMMAND_STEPS} steps from minus to plus the peak.",
         *(f"- {name} hand: {model.meaning}." for name, model in HAND_MODELS.items()),
@@ -222,6 +230,11 @@ def feel_markdown(sheet: Feel) -> str:
         *sources,
     ]
     return "\n".join(lines) + "\n"
+
+
+def _age(machine: MachineModel) -> str:
+    age = reading_age(machine)
+    return f"{1e6 * age:g} us, as the catalogue tells" if age > 0.0 else "not told by any source, taken as none"
 
 
 def _stops(sheet: Feel) -> str:
@@ -250,7 +263,8 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
         f"{1e-3 * sheet.summaries['wall'].centre:.1f} centre",
         "apparent_mass_g": f"{1e3 * mass.centre:.0f} centre, {1e3 * mass.worst[0]:.0f} worst",
         "friction_N": f"{friction.centre:.2f} centre, {friction.worst[0]:.2f} worst",
-        "resolution_mm": f"{MM_PER_M * sheet.summaries['position_step'].worst[0]:.3f}",
+        "resolution_mm": f"{MM_PER_M * sheet.summaries['position_step'].worst[0]:.1g}, a count; its reading's noise is "
+        f"{MM_PER_M * sheet.loop.noise_rad / sheet.drive.count * sheet.summaries['position_step'].worst[0]:.1g} rms",
     }
     shown = {(row.device, row.quantity): row.shown for row in rows}
     lines = [f"| | {OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]

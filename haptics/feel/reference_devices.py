@@ -1,4 +1,4 @@
-"""Published figures of devices on the market, with their sources and whether those were opened."""
+"""Published figures of devices on the market, each with the source that was opened and how it was tested."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class PublishedDevice:
         value: The figure; None where it is text.
         bound: "<", ">", "~" or nothing before it.
         text: The text; empty where it is a figure.
-        confirmed: Whether the source was opened; if not, the figure is from memory.
-        source: Where it is published.
+        test: How it was tested, or "unknown".
+        source: Where it is published; somebody of this project opened it.
     """
 
     device: str
@@ -37,14 +37,13 @@ class PublishedDevice:
     value: float | None
     bound: str
     text: str
-    confirmed: bool
+    test: str
     source: str
 
     @property
     def shown(self) -> str:
-        """Text of the value in a table; a question mark marks what was not confirmed."""
-        said = self.text if self.value is None else f"{self.bound} {self.value:g}".strip()
-        return said if self.confirmed else f"{said} (?)"
+        """Text of the value in a table."""
+        return self.text if self.value is None else f"{self.bound} {self.value:g}".strip()
 
 
 def reference_devices() -> tuple[PublishedDevice, ...]:
@@ -57,7 +56,7 @@ def reference_devices() -> tuple[PublishedDevice, ...]:
                 value=float(row["value"]) if row["value"] else None,
                 bound=row["bound"],
                 text=row["text"],
-                confirmed=row["confirmed"] == "yes",
+                test=row["test"],
                 source=row["source"],
             )
             for row in csv.DictReader(file, strict=True)

@@ -6,30 +6,30 @@ Whether the handle stays where it is left, whether a wall is hard, whether it bu
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism import jacobian
 from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
 from haptics.feel.holds import Hold, holds
 from haptics.feel.loops import DEFAULT_WALL, LoopSheet, loop_sheet
+from haptics.feel.structure import BuiltStructure
 from haptics.feel.summary import QUANTITIES, Summary, summarise
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
-from haptics.rendering.laws.virtual_wall import AXES
 from haptics.simulation.assumptions import encoder_count, joint_friction
-from haptics.stability.noise import FORCE
+from haptics.stability.noise import FORCE, MOTION
 from haptics.stability.stiffness import Stiffness, largest_walls
-from haptics.stability.walls import SHARE, computed_wall
+from haptics.stability.wall_share import proven_cap, rendered
 
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
 # nothing is proven between them.
 GRID = 15
 SLICE = 41  # Points an edge of a map
-# Points of the map of the wall along x, y, z: it varies by a third over that of the committed design.
-WALL_GRID = (3, 3, 3)
 # Share by which the masses of the gravity compensation may be off: screws, cables and density of what is built.
 MASS_ERROR = 0.05
 # N/m from which a wall passes for hard: L. B. Rosenberg, B. D. Adelstein, IEEE Symposium on Research Frontiers in
@@ -69,12 +69,12 @@ class Feel:
         drive: What its joints do.
         summaries: By name, one for each of `QUANTITIES`.
         slices: Figures on three planes of the cube, (3 heights, SLICE y, SLICE x).
-        walls: Walls that are rendered, N/m, at `wall_positions` (nz, ny, nx, 3).
-        wall_positions: m.
+        walls: Walls that are rendered on these planes in the worst direction, N/m.
         stiffness: The simulated and linear walls at the centre, in the paper's loop.
         loop: The loop on the board.
         holds: How long forces may be held.
         answers: To a designer's questions.
+        built: What the build computed of its structure; None where that is not at hand.
     """
 
     machine: MachineModel
@@ -82,11 +82,11 @@ class Feel:
     summaries: dict[str, Summary]
     slices: FeelField
     walls: np.ndarray
-    wall_positions: np.ndarray
     stiffness: Stiffness
     loop: LoopSheet
     holds: tuple[Hold, ...]
     answers: tuple[Answer, ...]
+    built: BuiltStructure | None
 
 
 def joint_drive(machine: MachineModel) -> Drive:
@@ -114,16 +114,12 @@ def cube_points(machine: MachineModel, nx: int, ny: int, nz: int) -> np.ndarray:
     return np.stack([along, across, up], axis=-1) + machine.centre
 
 
-def allowed_wall(machine: MachineModel, p: np.ndarray) -> float:
-    """Wall that is rendered at a position at most, across the worst of x, y and z, N/m."""
-    return SHARE * min(computed_wall(machine, p, normal) for normal in AXES.values())
-
-
 def feel(
     machine: MachineModel,
     *,
     walls: Callable[[MachineModel], Stiffness] = largest_walls,
     loops: Callable[[MachineModel], LoopSheet] = loop_sheet,
+    built: BuiltStructure | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> Feel:
     """All figures of a device.
@@ -132,6 +128,7 @@ def feel(
         machine: The device.
         walls: Function that finds its largest walls by the paper's protocol, in the paper's loop.
         loops: Function that finds what it renders in the loop on its board.
+        built: What its build computed of its structure.
         say: Called with the step that begins.
 
     Returns:
@@ -147,8 +144,11 @@ def feel(
     middle, held = feel_at(machine, drive, machine.centre), holds(machine, drive, field.position)
     slices = feel_at(machine, drive, cube_points(machine, SLICE, SLICE, 3))
     say("walls over the cube")
-    positions = cube_points(machine, *WALL_GRID)
-    limits = np.array([allowed_wall(machine, p) for p in positions.reshape(-1, 3)]).reshape(positions.shape[:-1])
+    cap = proven_cap(machine)
+
+    def wall(p: np.ndarray) -> np.ndarray:
+        return rendered(cap, jacobian(machine.geometry, p))[0]
+
     say("the loop on the board")
     loop = loops(machine)
     say("largest walls")
@@ -156,12 +156,13 @@ def feel(
     summaries: dict[str, Summary] = {}
     for quantity in QUANTITIES:
         if quantity.name == "wall":
-            summaries["wall"] = summarise(quantity, allowed_wall(machine, machine.centre), limits, positions)
+            middle_wall = float(wall(machine.centre))
+            summaries["wall"] = summarise(quantity, middle_wall, wall(field.position), field.position)
         else:
             value = float(middle.named()[quantity.name])
             summaries[quantity.name] = summarise(quantity, value, field.named()[quantity.name], field.position)
     answers = (stays(machine, drive, summaries), hard(loop, summaries["wall"]), buzzes(loop, summaries))
-    return Feel(machine, drive, summaries, slices, limits, positions, stiffness, loop, held, answers)
+    return Feel(machine, drive, summaries, slices, wall(slices.position), stiffness, loop, held, answers, built)
 
 
 def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:
@@ -202,17 +203,30 @@ def hard(loop: LoopSheet, wall: Summary) -> Answer:
 
 
 def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
-    """Asks whether the default wall stands with each hand and is quiet, and whether a count is felt."""
+    """Asks whether the default wall stands with each hand and is quiet, here and all over the cube, whatever the
+    structure, and whether a count is felt.
+    """
     step, friction = DEFAULT_WALL * summaries["position_step"].worst[0], summaries["friction_min"].centre
-    noise, shaken = loop.wall_noise, loop.shaken
     wall = f"A wall of {DEFAULT_WALL / MM_PER_M:g} N/mm at the centre "
-    with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)
-    wall += f"buzzes: {with_whom}" if shaken else "is steady with each hand of the set"
-    if noise.steady:
-        heard = "too little to be felt" if noise.quiet else "which is felt"
+    with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in loop.shaken)
+    wall += f"buzzes: {with_whom}" if loop.shaken else "is steady with each hand of the set"
+    steady = loop.wall_noise.steady and all(one.most.steady for one in loop.noise.values())
+    loudest = max(loop.noise.values(), key=lambda one: one.most.motion)
+    force = max((one.most.force for one in loop.noise.values()), default=math.inf)
+    tremor = steady and loudest.most.motion > MOTION
+    if steady:
+        ranges = ", ".join(
+            f"{1e6 * one.least.motion:.3f} to {1e6 * one.most.motion:.3f} um at the {name}"
+            for name, one in loop.noise.items()
+        )
         wall += (
-            f". The encoders' noise commands {noise.force:.3f} N rms in it and moves the handle by "
-            f"{1e6 * noise.motion:.3f} um rms in 150 to 500 Hz, {heard} (from about {FORCE:g} N)"
+            f". The encoders' noise commands at most {force:.3f} N rms in the walls that are rendered "
+            f"({'too little to be felt' if force <= FORCE else 'which is felt'}, from about {FORCE:g} N), and moves a "
+            f"handle let go of in 150 to 500 Hz by {ranges}, rms, as stiff and as damped as its structure is"
+        )
+        bits = math.log2(2.0 * math.pi / min(one.reading for one in loop.noise.values()))
+        wall += f": {'more than' if tremor else 'less than'} the {1e6 * MOTION:g} um that are taken for unnoticed" + (
+            f", which readings would keep whose noise is a count of {bits:.1f} bits" if tremor else ""
         )
     if step < FELT:
         grain = "too little to be felt"
@@ -222,5 +236,6 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
         grain = "which is felt as grain"
     text = f"{wall}. One count of an encoder steps its force by up to {1e3 * step:.0f} mN, {grain} (from about "
     text += f"{1e3 * FELT:.0f} mN on a still handle; friction is {friction:.2f} N)."
-    good = not shaken and noise.quiet and step < friction
-    return Answer("Does it buzz?", good, "No." if good else "Yes.", text)
+    good = not loop.shaken and steady and force <= FORCE and step < friction
+    short = "Yes." if not good else "Finely, for the most sensitive hands." if tremor else "No."
+    return Answer("Does it buzz?", good and not tremor, short, text)

@@ -30,7 +30,8 @@ class Quantity:
     @property
     def key(self) -> str:
         """Name of the figure with its unit, for files."""
-        return f"{self.name}_{self.unit.replace(' ', '_').replace('/', '_per_')}"
+        unit = self.unit.replace(" ", "_").replace("/", "_per_").replace("^", "")
+        return f"{self.name}_{unit}" if unit else self.name
 
 
 QUANTITIES = (
@@ -39,6 +40,7 @@ QUANTITIES = (
     Quantity("mass_x", "effective mass along x", "g", 1e3, 0, True),
     Quantity("mass_y", "effective mass along y", "g", 1e3, 0, True),
     Quantity("mass_z", "effective mass along z", "g", 1e3, 0, True),
+    Quantity("isotropy", "isotropy of mass, lightest over heaviest", "", 1.0, 2, False),
     Quantity("friction_max", "friction at the handle, worst direction", "N", 1.0, 2, True),
     Quantity("friction_min", "friction at the handle, best direction", "N", 1.0, 2, True),
     Quantity("force_step", "force step of the command", "mN", 1e3, 0, True),
@@ -47,7 +49,9 @@ QUANTITIES = (
     Quantity("force_peak", "force in every direction, peak", "N", 1.0, 1, False),
     Quantity("force_motor", "force in every direction, motor's own limit", "N", 1.0, 1, False),
     Quantity("force_peak_best", "force in the best direction, peak", "N", 1.0, 1, False),
-    Quantity("wall", "wall that is rendered at its pose, worst axis", "N/mm", 1e-3, 1, False),
+    Quantity("dynamic_range", "dynamic range, continuous force over friction", "", 1.0, 1, False),
+    Quantity("acceleration", "acceleration in every direction, peak", "m/s^2", 1.0, 0, False),
+    Quantity("wall", "wall that is rendered, worst direction", "N/mm", 1e-3, 1, False),
     Quantity("gravity", "gravity torque, largest joint", "mN m", 1e3, 0, True),
 )
 

@@ -48,12 +48,17 @@ class MachineModel:
         return np.array([0.0, 0.0, (self.design.cube.bottom_height_mm + self.design.cube.half_side_mm) / MM_PER_M])
 
 
-def load_machine(design_file: Path, masses_file: Path | None = None, own_parts: Path | None = None) -> MachineModel:
+def masses_file(design: Design) -> Path:
+    """Gives where the build of a design writes its masses by default."""
+    return Path("out") / design.name / FILE
+
+
+def load_machine(design_file: Path, masses: Path | None = None, own_parts: Path | None = None) -> MachineModel:
     """Reads a device.
 
     Args:
         design_file: Design file, `delta-design/1`.
-        masses_file: `mass_properties.json` of its build; None for `out/<name>/mass_properties.json`.
+        masses: `mass_properties.json` of its build; None for `out/<name>/mass_properties.json`.
         own_parts: Folder of the user's own parts, in place of the one that the design names.
 
     Returns:
@@ -65,8 +70,8 @@ def load_machine(design_file: Path, masses_file: Path | None = None, own_parts: 
     """
     design = load_design(design_file, own_parts)
     require_assembled(design, design_file)
-    path = masses_file if masses_file is not None else Path("out") / design.name / FILE
-    if masses_file is None and not path.exists():
+    path = masses if masses is not None else masses_file(design)
+    if masses is None and not path.exists():
         raise MassError(
             str(path),
             "",

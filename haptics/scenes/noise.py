@@ -205,6 +205,8 @@ def _discussion(runs: list[SceneRun], asked: float, limit: float) -> list[str]:
         f"With the {COARSE} noise is predicted to command {force:.2f} N rms in a wall of {WALL / MM_PER_M:g} N/mm, "
         f"and to move the handle by {motion:.2f} um rms in the band.",
         "Predictions leave out friction that sticks: it stiffens a handle at rest, and changes its motion by a third.",
+        "The structure is as soft as the design asks for. A stiffer one may ring within 150 to 500 Hz and move the "
+        "handle ten times as far: `feel` tells the range.",
     ]
     for law in ("spring", "wall"):
         bits = by[law, "coarse"]["supervisor_bits"]

@@ -15,6 +15,7 @@ Source:
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,9 +23,9 @@ from scipy.linalg import matrix_balance, solve_discrete_lyapunov
 
 from haptics.control.filters import low_pass
 from haptics.model.machine import MachineModel
-from haptics.model.plant import FREE, Hand
+from haptics.model.plant import FREE, Hand, Plant
 from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
+from haptics.simulation.hardware import LOSS, STIFFER, reading_age, real_plant, sensor_errors, structured
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
@@ -35,6 +36,8 @@ from haptics.stability.linear import linearise
 FORCE, MOTION, BAND_Hz = 0.05, 0.05e-6, (150.0, 500.0)
 POINTS = 600  # Frequencies of the band, even: the loop's response is smooth over 0.6 Hz
 SPRING = (400.0, 20.0)  # N/m and N s/m of the spring that is held
+# A handle all but let go of: what keeps it from wandering along a wall, a five-hundredth of the wall's own stiffness.
+BARELY = Hand(mass=0.0, damping=0.5, stiffness=10.0)
 MOST_DAMPING = 1e3  # N s/m; beyond what any loop here bears
 
 
@@ -118,6 +121,7 @@ class NoisyLoop:
         noise: Of a reading, rad; the design's own encoder's, counts included, if left out.
         corner: Of the velocity filter, Hz; the loop's if left out.
         normal: (3,) of a wall; a spring in all directions if left out.
+        par: The plant; the design's with nominal friction and the structure that it asks for if left out.
     """
 
     def __init__(
@@ -130,8 +134,9 @@ class NoisyLoop:
         noise: float | None = None,
         corner: float | None = None,
         normal: np.ndarray | None = None,
+        par: Plant | None = None,
     ) -> None:
-        here = linearise(real_plant(machine, loop), machine.centre if p is None else p)
+        here = linearise(real_plant(machine, loop) if par is None else par, machine.centre if p is None else p)
         body, self.place = here.body(hand)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
         errors, count = sensor_errors(machine), encoder_count(machine)
@@ -170,3 +175,47 @@ class NoisyLoop:
             middle = math.sqrt(low * high)
             low, high = (middle, high) if quiet(middle) else (low, middle)
         return low
+
+
+@dataclass(frozen=True)
+class NoiseRange:
+    """What noise does over structures and what they damp, which nobody has measured.
+
+    Attributes:
+        least: Least force and least motion of all cases.
+        most: Most force and most motion of all cases.
+        reading: Deviation of one reading, counts included, at which the most would be just unnoticed, rad rms.
+    """
+
+    least: NoiseFigures
+    most: NoiseFigures
+    reading: float
+
+
+def noise_range(
+    machine: MachineModel, loop: LoopChoice, p: np.ndarray, walls: Sequence[tuple[np.ndarray, float, float]]
+) -> NoiseRange:
+    """What noise does at a pose, all but let go of, over walls, structures (`STIFFER`) and what these and cables damp.
+
+    A hand takes a few per cent off what a handle let go of moves by.
+
+    Args:
+        machine: The device.
+        loop: The loop.
+        p: (3,) pose, m.
+        walls: Normal (3,), stiffness (N/m) and damping (N s/m) of each.
+
+    Returns:
+        The range.
+    """
+    found: list[NoiseFigures] = []
+    errors, count = sensor_errors(machine), encoder_count(machine)
+    for place in range(len(LOSS)):
+        plain = real_plant(machine, loop, place)
+        for share in STIFFER:
+            par = structured(plain, share * plain.structure_stiffness, place)
+            found += [NoisyLoop(machine, loop, p, BARELY, normal=n, par=par).figures(k, b) for n, k, b in walls]
+    steady = all(one.steady for one in found)
+    least, most = (NoiseFigures(of(f.force for f in found), of(f.motion for f in found), steady) for of in (min, max))
+    here = math.hypot(errors.noise, count / math.sqrt(12.0))
+    return NoiseRange(least, most, here * min(FORCE / most.force, MOTION / most.motion))

@@ -32,6 +32,24 @@ def closed_form(cap: WallCap, jacobian: np.ndarray, normal: np.ndarray, damping:
     return cap.share * (cap.friction / q + kept) / cap.cost, kept
 
 
+def rendered(cap: WallCap, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The wall that a tick renders at most, across the direction in which it renders least.
+
+    The closed form falls with `|J^T n|^2`, whose largest value is an eigenvalue of `J J^T`.
+
+    Args:
+        cap: What the loop bears.
+        jacobian: (..., 3, 3) J, m/rad.
+
+    Returns:
+        Stiffness (...) N/m, damping (...) N s/m, and normal (..., 3).
+    """
+    values, vectors = np.linalg.eigh(jacobian @ np.swapaxes(jacobian, -1, -2))
+    q = values[..., 2]
+    damping = np.minimum(cap.damping, HEAVIEST * cap.inertia / (q * cap.late))
+    return cap.share * (cap.friction / q + damping) / cap.cost, damping, vectors[..., 2]
+
+
 def proven_cap(machine: MachineModel, loop: LoopChoice = BOARD) -> WallCap:
     """The cap of a loop, scaled so that every wall it lets through at full scale is stable let go of.
 

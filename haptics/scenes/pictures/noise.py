@@ -41,13 +41,13 @@ def picture(scene: Scene, name: str) -> Figure:
             own = run.label.split(", ", 1)[1]
             label = f"{own}: {run.facts['force_N_rms']:.3f} N rms, {run.facts['motion_um_rms']:.3f} um rms in the band"
             if run.facts["supervisor_bits"]:
-                label += "; the supervisor holds its force back"
+                label += ";\nthe supervisor holds its force back"
             left.plot(time[shown], force[shown] - force[shown].mean(), color=colour, linewidth=0.8, label=label)
             at, density = spectrum(run.recording.knob[:, 0], period)
             right.loglog(at, 1e6 * density, color=colour, linewidth=0.9)
         low, high = scene.facts["limits"]["band_Hz"]
         right.axvspan(low, high, color="black", alpha=0.07, linewidth=0.0)
-        right.set(xlim=(10.0, 0.5 / period), xlabel="Hz", ylabel="handle along x, um / sqrt(Hz)")
+        right.set(xlim=(10.0, 0.5 / period), xlabel="frequency, Hz", ylabel="handle along x, um / sqrt(Hz)")
         left.set(ylabel="force asked along x, less its mean, N", xlabel="time, s", title=title)
         right.set_title("motion of the handle; shaded: where skin feels most")
         right.set_ylim(bottom=max(right.get_ylim()[0], 1e-8))

@@ -58,10 +58,12 @@ def _draw(ax: Axes, runs: list[SceneRun], setting: dict[str, Any], limit: float,
         ax.fill_between(centre, low, high, color=colour, alpha=0.25, linewidth=0.0)
         ax.plot(centre, middle, color=colour, linewidth=1.6)
         k = int(len(centre) * (0.5 if entire or way else 0.2))
-        side = "center" if entire or way else "right"
+        # beside a line that rises a word below it starts where it is, one above it ends there
+        rises = not entire and high[k] < 0.9 * high.max()
+        side = ("left" if way else "right") if rises else "center" if entire or way else "right"
         above = way == 0
         ax.annotate(
-            text, (centre[k], high[k] if above else low[k]), xytext=(0, 5 if above else -5),
+            text, (centre[k], high[k] if above else low[k]), xytext=(6 if rises and way else 0, 5 if above else -5),
             textcoords="offset points", color=colour, ha=side, va="bottom" if above else "top",
         )  # fmt: skip
     if beyond > limit:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -86,8 +88,10 @@ def test_looking_twice_changes_nothing(machine: MachineModel) -> None:
     np.testing.assert_array_equal(one.state, other.state)
 
 
-@pytest.mark.parametrize("force", [[1.0, 2.0], [np.nan, 0.0, 0.0], [np.inf, 0.0, 0.0]])
-def test_a_force_that_is_none(machine: MachineModel, force: list[float]) -> None:
+@pytest.mark.parametrize(
+    "force", [[1.0, 2.0], [np.nan, 0.0, 0.0], [np.inf, 0.0, 0.0], None, ["a", 0.0, 0.0], [1j, 0.0, 0.0], [[1.0]], 5]
+)
+def test_a_force_that_is_none(machine: MachineModel, force: Any) -> None:
     with handle(machine, smooth(machine)) as device:
         before = device.time
         with pytest.raises(ValueError, match="three finite numbers"):
@@ -180,3 +184,50 @@ def test_each_kind_is_opened(machine: MachineModel) -> None:
 def test_what_cannot_be_opened_is_refused(machine: MachineModel, kind: str, more: dict[str, float], word: str) -> None:
     with pytest.raises(ValueError, match=word):
         opened_device(machine, kind, **more)  # type: ignore[arg-type]
+
+
+class Slow(FakeDevice):
+    """A device that takes a while, in which another thread may come."""
+
+    def __init__(self, angles: np.ndarray) -> None:
+        super().__init__([Reading(angles, 1e-3 * n) for n in range(5000)])
+        self.inside, self.most = 0, 0
+
+    def write(self, torques: Any) -> None:
+        self.inside += 1
+        self.most = max(self.most, self.inside)
+        threading.Event().wait(2e-4)
+        super().write(torques)
+        self.inside -= 1
+
+
+def test_a_thread_closes_what_others_drive(machine: MachineModel) -> None:
+    """No tick is cut in two, and zero is the last that the device is told."""
+    plant = Slow(inverse_kinematics(machine.geometry, machine.centre))
+    device, ended = handle(machine, plant), []
+
+    def drive(force: float) -> None:
+        try:
+            while True:
+                device.set_force([force, 0.0, 0.0])
+        except DeviceError as error:
+            ended.append(str(error))
+
+    threads = [threading.Thread(target=drive, args=(force,)) for force in (1.0, -1.0)]
+    for thread in threads:
+        thread.start()
+    threading.Event().wait(0.2)
+    device.close()
+    for thread in threads:
+        thread.join(5.0)
+    assert ended == ["the device is closed"] * 2
+    assert plant.most == 1
+    assert not np.any(plant.written[-1])
+    assert len(plant.written) > 20
+
+
+def test_another_machine_must_be_allowed(machine: MachineModel) -> None:
+    with pytest.raises(ValueError, match="allow_remote"):
+        opened_device(machine, "socket", host="192.0.2.1", port=5005)
+    with pytest.raises(DeviceLostError):  # an address that nobody has: it is tried
+        opened_device(machine, "socket", host="192.0.2.1", port=5005, timeout=0.01, allow_remote=True)

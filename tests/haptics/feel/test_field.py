@@ -72,6 +72,29 @@ def test_force_along_directions_by_a_linear_program(
             assert min(reached) == min(reached[:6])
 
 
+def test_acceleration_along_directions_by_a_linear_program(
+    machine: MachineModel, positions: np.ndarray, field: FeelField
+) -> None:
+    """`max t` with torques within their limits, gravity held, that accelerate the free handle by `t n`."""
+    for k, p in enumerate(positions[::3]):
+        j, mass = jacobian(machine.geometry, p), mass_matrix(machine.geometry, MASSES, p)
+        held = gravity_torque(machine.geometry, MASSES, p, GRAVITY)
+        faces = (mass @ j).T
+        reached = []
+        normals = faces / np.linalg.norm(faces, axis=1, keepdims=True)
+        for n in (*normals, *-normals, *directions(20)):
+            # unknowns: torques and t; mass (t n) = J^-T (torque - held)
+            motion = np.hstack([np.linalg.inv(j).T, -(mass @ n)[:, None]])
+            bounds = [(-DRIVE.peak, DRIVE.peak)] * 3 + [(0.0, None)]
+            found = linprog([0.0, 0.0, 0.0, -1.0], A_eq=motion, b_eq=np.linalg.inv(j).T @ held, bounds=bounds)
+            assert found.success
+            reached.append(-found.fun)
+        assert min(reached) == pytest.approx(field.acceleration[3 * k], rel=1e-7)
+        assert min(reached) == min(reached[:6])
+    assert field.dynamic_range == pytest.approx(field.force_continuous / field.friction_max)
+    assert field.isotropy == pytest.approx(field.mass_min / field.mass_max)
+
+
 def test_best_force_by_linear_programs(machine: MachineModel, positions: np.ndarray, field: FeelField) -> None:
     """The farthest corner, from supporting planes: no direction's support is beyond it, some come near."""
     k = 9

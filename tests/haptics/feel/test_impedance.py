@@ -16,6 +16,7 @@ from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.hardware import board_controller, reading_age, real_plant
 from haptics.simulation.loop import simulate, timing
 from haptics.simulation.loops import BOARD
+from haptics.stability.wall_share import proven_cap
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
@@ -45,7 +46,7 @@ def simulated(machine: MachineModel, place: PlaceImpedance, frequency: float, wa
     if wall:
         push[let_go:, 0] += inwards * LEAN
         name = "+x" if inwards > 0.0 else "-x"
-        law = law_table(axis_wall(name, place.position[0], stiffness=place.wall, damping=BOARD.damping, blend=2e-5))
+        law = law_table(axis_wall(name, place.position[0], stiffness=place.wall, damping=place.damping, blend=2e-5))
     plain = real_plant(machine)._replace(coulomb=0.0, arm_coulomb=0.0, ripple=0.0, cogging=0.0)
     run = simulate(
         plain,
@@ -70,7 +71,7 @@ def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
     found = places(machine)
     assert np.abs(found["worst corner"] - machine.centre) == pytest.approx(np.full(3, machine.half_side))
     assert found["floor's middle"] == pytest.approx(machine.centre - [0.0, 0.0, machine.half_side])
-    one = impedance_at(machine, found["worst corner"])
+    one = impedance_at(machine, found["worst corner"], proven_cap(machine))
     mass = WallAt(machine, p=one.position).here.effective_mass([1.0, 0.0, 0.0])
     w = 2.0 * np.pi * 10.0
     low = np.interp(10.0, WallAt(machine).at_handle().frequency / (2.0 * np.pi), one.free)
@@ -82,7 +83,7 @@ def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
 @pytest.mark.parametrize("wall", [False, True])
 @pytest.mark.parametrize("name", ["floor's middle", "worst corner"])
 def test_the_simulated_loop_has_that_impedance(machine: MachineModel, name: str, wall: bool, frequency: float) -> None:
-    place = impedance_at(machine, places(machine)[name])
+    place = impedance_at(machine, places(machine)[name], proven_cap(machine))
     known = WallAt(machine).at_handle().frequency / (2.0 * np.pi)
     told = np.interp(frequency, known, place.at_wall if wall else place.free)
     assert simulated(machine, place, frequency, wall) == pytest.approx(told, rel=0.03)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -16,13 +17,14 @@ from haptics.model.sensor import SensorErrors
 from haptics.rendering import law_table
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.scenes.noise import in_band
-from haptics.simulation.hardware import UNKNOWN_NOISE, board_controller, real_plant, sensor_errors
+from haptics.simulation.assumptions import encoder_count
+from haptics.simulation.hardware import UNKNOWN_NOISE, board_controller, real_plant, sensor_errors, structured
 from haptics.simulation.loop import simulate, timing
 from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability.bodies import axis, loaded
 from haptics.stability.discrete import Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
-from haptics.stability.noise import FORCE, NoisyLoop, covariance
+from haptics.stability.noise import BARELY, FORCE, MOTION, NoisyLoop, covariance, noise_range
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
 
@@ -113,8 +115,23 @@ def test_the_filter_is_chosen_for_the_noise(machine: MachineModel) -> None:
 
 
 def test_the_default_wall_is_quiet_with_every_hand(machine: MachineModel) -> None:
-    """5 N/mm at the centre: at most 0.05 N rms and 0.05 um rms in 150 to 500 Hz."""
+    """5 N/mm at the centre, the structure as soft as asked: at most 0.05 N rms and 0.05 um rms in 150 to 500 Hz."""
     for hand in HANDS.values():
         for normal in np.eye(3):
             assert NoisyLoop(machine, hand=hand, normal=normal).figures(5000.0, BOARD.damping).quiet
     assert sensor_errors(machine).noise == UNKNOWN_NOISE
+
+
+def test_the_range_of_noise_holds_structures_and_damping(machine: MachineModel) -> None:
+    """A knob that rings within the band moves far more than one on the softest structure, which rings below it."""
+    walls = [(np.eye(3)[0], 5000.0, BOARD.damping)]
+    found = noise_range(machine, BOARD, machine.centre, walls)
+    soft = NoisyLoop(machine, normal=np.eye(3)[0]).figures(5000.0, BOARD.damping)
+    assert found.least.motion < soft.motion < 0.3 * found.most.motion
+    assert found.most.force == pytest.approx(soft.force, rel=0.1)  # which the structure hardly changes
+    assert found.reading < UNKNOWN_NOISE  # the default encoder's noise is not below what that asks for
+    here = math.hypot(UNKNOWN_NOISE, encoder_count(machine) / math.sqrt(12.0))
+    assert found.reading / here == pytest.approx(MOTION / found.most.motion)
+    par = structured(real_plant(machine), 4.0 * real_plant(machine).structure_stiffness)
+    quiet = NoisyLoop(machine, noise=found.reading, hand=BARELY, normal=np.eye(3)[0], par=par)
+    assert quiet.figures(5000.0, BOARD.damping).motion <= MOTION
