@@ -22,6 +22,7 @@ from delta_cad.checks.contact.common import common_size, volume
 from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.order.swept import PARALLEL, Outline, Span, turned_solid
 from delta_cad.checks.contact.placing import Key, located, relative_key
+from delta_cad.common.vectors import cross_length
 from delta_cad.mechanism.placement import frames
 
 LEAST_MM = 1.0  # of a step beside something that is closer
@@ -164,7 +165,7 @@ class Ways:
     def _leaves_room(self, a: str, b: str, b_in_a: np.ndarray, way: np.ndarray, between: Span) -> bool:
         """Whether what `a` sweeps along a way in its own frame, as discs about an axis along it, leaves `b` alone."""
         part, other = self._of[a].part, self._of[b].part
-        along = [c for c in self._features[part].cylinders if np.linalg.norm(np.cross(c.direction, way)) < PARALLEL]
+        along = [c for c in self._features[part].cylinders if cross_length(c.direction, way) < PARALLEL]
         outer = max((c for c in along if not c.is_bore), key=lambda c: c.radius_mm, default=None)
         if outer is None:
             return False

@@ -20,6 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.vectors import cross_length
+
 ARC_RAD = np.radians(15.0)  # of the polygon about an arc: its corners are 0.9 % of the radius too far out
 SAME_AXIS_MM, PARALLEL = 1e-6, 1e-9  # of an arc about an axis: 1e-7 mm over 100 mm
 ROUNDING_RAD = 1e-9
@@ -117,7 +119,7 @@ def _seen(points: np.ndarray, strays: np.ndarray, arcs: list[Arc], frame: np.nda
     radii = [np.hypot(x[:, 0], x[:, 2]) for x in seen]
     for k, arc in enumerate(arcs, 1):
         x, _, z = (arc.centre - frame[:3, 3]) @ frame[:3, :3]
-        if np.hypot(x, z) < SAME_AXIS_MM and np.linalg.norm(np.cross(arc.axis, frame[:3, 1])) < PARALLEL:
+        if np.hypot(x, z) < SAME_AXIS_MM and cross_length(arc.axis, frame[:3, 1]) < PARALLEL:
             radii[k] = np.full(len(arc.corners), arc.radius_mm)
     stray = np.concatenate([strays, *(np.full(len(arc.corners), arc.stray_mm) for arc in arcs)])
     whole = np.concatenate(seen)
