@@ -14,6 +14,7 @@ from delta_cad.assembly.tessellation import Mesh, MeshLibrary
 from delta_cad.checks.contact.features import Cylinder, features
 from delta_cad.checks.dfm.located import location_faults
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.vectors import cross_length
 from delta_cad.solids.part import Part
 
 AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; machinists' positions differ by 0.01 mm
@@ -131,7 +132,7 @@ def bore_counts(shape: Any, least_rad: float | None = None) -> dict[float, int]:
         point = bore.point - (bore.point @ bore.direction) * bore.direction
         same = axes.setdefault(round(2.0 * bore.radius_mm, 3), [])
         for direction, other_point, faces in same:
-            parallel = np.linalg.norm(np.cross(bore.direction, direction)) < 1e-6
+            parallel = cross_length(bore.direction, direction) < 1e-6
             if parallel and np.linalg.norm(point - other_point) < AXIS_MM:
                 faces.append(bore)
                 break

@@ -16,6 +16,9 @@ from typing import cast
 import cadquery as cq
 import numpy as np
 
+from delta_cad.common.once import once
+from delta_cad.common.vectors import cross
+
 Point = tuple[float, float]
 Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
 
@@ -289,9 +292,9 @@ def inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[InnerEdge]:
             tangent = -tangent
         middle = cq.Vector(point)
         normals = np.array([face.normalAt(middle).toTuple() for face in (one, others[0][0])])
-        across = np.cross(normals[0], normals[1])
+        across = cross(normals[0], normals[1])
         # the first face lies to the left of its edge, seen along it from outside
-        if np.linalg.norm(across) >= least_sine and np.cross(normals[0], tangent) @ normals[1] > 0.0:
+        if np.linalg.norm(across) >= least_sine and cross(normals[0], tangent) @ normals[1] > 0.0:
             planes = one.geomType() == "PLANE", others[0][0].geomType() == "PLANE"
             found.append(InnerEdge(edge, np.array(middle.toTuple()), tangent, normals, planes))
     return found
@@ -344,6 +347,7 @@ def left_mm(corner: InnerEdge, radius: float = CORNERS_MM[0]) -> float:
     return radius * (1.0 / max(cos(between / 2.0), SHORT_MM) - 1.0)
 
 
+@once
 def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
     """Finds the inner edges of a solid, each with the (3,) directions from which a flat end mill makes it sharp.
 

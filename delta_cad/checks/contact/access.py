@@ -81,10 +81,11 @@ class Around:
         near = apart <= (self.radii_mm + radius_mm + self.deviation_mm)[:, None]
         found = np.ones(len(ends_mm), dtype=bool)
         placed: dict[int, Any] = {}
-        for n in np.flatnonzero(near.any(axis=0)):
-            aside = np.cross(along[n], np.eye(3)[np.argmin(np.abs(along[n]))])
-            aside /= np.linalg.norm(aside)
-            turn = np.stack([aside, np.cross(along[n], aside), along[n]], axis=1)
+        asked = np.flatnonzero(near.any(axis=0))
+        aside = np.cross(along[asked], np.eye(3)[np.abs(along[asked]).argmin(axis=1)])
+        aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+        turns = np.stack([aside, np.cross(along[asked], aside), along[asked]], axis=2)
+        for n, turn in zip(asked.tolist(), turns, strict=True):
             frame = fcl.Transform(turn, (start_mm + ends_mm[n]) / 2.0)
             for k in np.flatnonzero(near[:, n]):
                 tool = fcl.CollisionObject(fcl.Cylinder(radius_mm + self.deviation_mm[k], length), frame)

@@ -17,8 +17,9 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine, bodies_of, body
 from delta_cad.checks.clearance.containment import holds
 from delta_cad.checks.contact.common import common_size, volume
+from delta_cad.checks.contact.order.swept import Outline, turned_solid
 from delta_cad.checks.contact.placing import Key, gaps_on_one_link, located, relative_key
-from delta_cad.checks.contact.poses import contact_positions
+from delta_cad.checks.contact.poses import Turning, contact_positions
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
@@ -37,6 +38,7 @@ class Touch:
         b_in_a: (4, 4) frame of part b in the frame of part a, mm.
         limit_mm3: Largest common volume.
         pose_mm: Handle position, for occurrences on different links that were placed by one.
+        turning: The joint, where b stands there as one of the positions into which it turns.
     """
 
     a: Occurrence
@@ -44,6 +46,7 @@ class Touch:
     b_in_a: np.ndarray
     limit_mm3: float
     pose_mm: tuple[float, float, float] | None = None
+    turning: Turning | None = None
 
 
 def check_fits(
@@ -94,9 +97,11 @@ def _within_links(assembly: Assembly, meshes: MeshLibrary) -> list[Touch]:
 def _across_links(assembly: Assembly, limits: CheckLimits) -> list[Touch]:
     """Contacts across links, at the positions of `contact_positions`."""
     occurrences = {o.name: o for o in assembly.occurrences}
+    positions = contact_positions(assembly, limits)
+    most = [max(OVERLAP_MM3, c.fit.overlap_mm3) for c in positions]
     return [
-        Touch(occurrences[c.fit.a], occurrences[c.fit.b], c.b_in_a, max(OVERLAP_MM3, c.fit.overlap_mm3), c.pose_mm)
-        for c in contact_positions(assembly, limits)
+        Touch(occurrences[c.fit.a], occurrences[c.fit.b], c.b_in_a, limit, c.pose_mm, c.turning)
+        for c, limit in zip(positions, most, strict=True)
     ]
 
 
@@ -107,17 +112,20 @@ class _Overlaps:
         self._meshes, self._engine = meshes, DistanceEngine()
         self._sizes: dict[str, float] = {}
         self._known: dict[Key, float | None] = {}
+        self._turned: dict[Key, float | None] = {}
+        self._outlines: dict[str, Outline] = {}
 
     def worst(self, name: str, touches: list[Touch]) -> CheckResult:
         """The pair closest to or farthest over its limit."""
-        before = len(self._known)
+        before = len(self._known) + len(self._turned)
         volumes = [self._volume(t) for t in touches]
         excess = [np.inf if v is None else v - t.limit_mm3 for v, t in zip(volumes, touches, strict=True)]
         if not touches:
             return CheckResult(name, True, 0.0, OVERLAP_MM3, "mm^3", detail="no two parts are near each other")
         k = int(np.argmax(excess))
         t, v = touches[k], volumes[k]
-        counted = f"{len(touches)} pairs with meeting bounding boxes, {len(self._known) - before} different ones"
+        different = len(self._known) + len(self._turned) - before
+        counted = f"{len(touches)} pairs with meeting bounding boxes, {different} different ones"
         bad = [
             f"{touch.a.name} / {touch.b.name} " + ("(booleans disagree)" if volume is None else f"{volume:.3f} mm^3")
             for touch, volume, over in zip(touches, volumes, excess, strict=True)
@@ -129,12 +137,49 @@ class _Overlaps:
     def _volume(self, t: Touch) -> float | None:
         """Common volume, mm^3; None where the kernel contradicts itself."""
         a, b = t.a.part, t.b.part
+        if t.turning is not None and (most := self._at_any_turn(a, b, t.turning)) is not None and most <= t.limit_mm3:
+            return most
         key = relative_key(a.number, b.number, t.b_in_a)
         if key not in self._known and self._certainly_apart(a, b, t.b_in_a):
             self._known[key] = 0.0
         if key not in self._known:
             self._known[key] = common_volume(a.solid, b.solid, t.b_in_a, (self._size(a), self._size(b)))
         return self._known[key]
+
+    def _at_any_turn(self, a: Part, b: Part, turning: Turning) -> float | None:
+        """Bound on the common volume however the two turn about their joint, mm^3; None where the kernel finds none."""
+        key = (*relative_key(a.number, b.number, turning.in_a), *relative_key("", "", turning.in_b))
+        if key not in self._turned:
+            back = None if turning.range_rad is None else (-turning.range_rad[1], -turning.range_rad[0])
+            most = self._about(a, turning.in_a, b, turning.in_b, turning.range_rad)
+            if most is None or most > OVERLAP_MM3:
+                other = self._about(b, turning.in_b, a, turning.in_a, back)
+                most = min((v for v in (most, other) if v is not None), default=None)
+            self._turned[key] = most
+        return self._turned[key]
+
+    def _about(
+        self,
+        turned: Part,
+        joint: np.ndarray,
+        other: Part,
+        joint_there: np.ndarray,
+        range_rad: tuple[float, float] | None,
+    ) -> float | None:
+        """Volume of a part within the discs that hold what of another one comes to its angles about the joint."""
+        between = None if range_rad is None else self._outline(other).angles(joint_there)
+        if between is not None and range_rad is not None:
+            between = (between[0] + range_rad[0], between[1] + range_rad[1])
+        holder = turned_solid(self._outline(turned).discs(joint, within_rad=between), joint)
+        if holder is None:
+            return None
+        shapes = holder, located(other.solid, joint @ np.linalg.inv(joint_there))
+        return common_size(shapes, (volume(holder), self._size(other)), volume, OVERLAP_MM3 / 10.0)
+
+    def _outline(self, part: Part) -> Outline:
+        if part.number not in self._outlines:
+            self._outlines[part.number] = Outline(part.solid)
+        return self._outlines[part.number]
 
     def _size(self, part: Part) -> float:
         """Volume of a part, mm^3."""

@@ -1,7 +1,8 @@
 """The relative positions at which contacts across links are tested for common volume.
 
-A contact in a revolute joint is tested over its whole range of turn; where one of the two parts is a body of revolution
-about the joint's axis a turn changes nothing, and one position stands for all. A ball is tested where it is turned and
+A contact in a revolute joint is tested over its whole range of turn, at once where a body that one of the parts cannot
+leave while it turns shows that it may, see `order.swept`; where one of the two parts is a body of revolution about the
+joint's axis a turn changes nothing, and one position stands for all. A ball is tested where it is turned and
 tilted most of all sampled handle positions, to either side.
 """
 
@@ -25,6 +26,21 @@ TURNS = 36  # positions over a whole turn or over the range of a shoulder: every
 
 
 @dataclass(frozen=True, eq=False)
+class Turning:
+    """A joint about the y axis of a frame in both of its parts.
+
+    Attributes:
+        in_a: (4, 4) the frame in part a, mm.
+        in_b: (4, 4) the frame in part b, mm.
+        range_rad: By how much b is turned in a, from the least to the most; None: by any angle.
+    """
+
+    in_a: np.ndarray
+    in_b: np.ndarray
+    range_rad: tuple[float, float] | None
+
+
+@dataclass(frozen=True, eq=False)
 class ContactPosition:
     """One position of a contact.
 
@@ -32,11 +48,13 @@ class ContactPosition:
         fit: The contact.
         b_in_a: (4, 4) frame of part b in the frame of part a, mm.
         pose_mm: Handle position; None where only the joint is turned.
+        turning: The joint, where this is one of the positions into which it turns.
     """
 
     fit: Fit
     b_in_a: np.ndarray
     pose_mm: tuple[float, float, float] | None
+    turning: Turning | None = None
 
 
 def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPosition]:
@@ -59,8 +77,8 @@ def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPo
     for group in groups.values():
         fit, relative, joint = group[0]
         if joint is not None and joint.kind == "revolute":
-            turned = _turned(occurrences[fit.a], occurrences[fit.b], joint, assembly, links, range_rad)
-            positions += [ContactPosition(fit, b_in_a, None) for b_in_a in turned]
+            turned, turning = _turned(occurrences[fit.a], occurrences[fit.b], joint, assembly, links, range_rad)
+            positions += [ContactPosition(fit, b_in_a, None, turning) for b_in_a in turned]
         else:
             positions += _extremes([(fit, relative) for fit, relative, _ in group], poses)
     return positions
@@ -82,8 +100,8 @@ def _turned(
     assembly: Assembly,
     links: Mapping[str, np.ndarray],
     range_rad: tuple[float, float],
-) -> list[np.ndarray]:
-    """Positions of part b in part a over the range of a revolute joint.
+) -> tuple[list[np.ndarray], Turning | None]:
+    """Positions of part b in part a over the range of a revolute joint, and the joint, where a turn changes anything.
 
     The frames of the joint say how part b stands at angle 0; a shoulder's angle turns it about -y.
     """
@@ -97,13 +115,15 @@ def _turned(
         for o, frame in ((a, frame_a), (b, frame_b))
     )
     if is_turned(a.part, in_a) or is_turned(b.part, in_b):
-        return [in_a @ np.linalg.inv(in_b)]
+        return [in_a @ np.linalg.inv(in_b)], None
     if any(link in swept_links(assembly.placement) for link in (joint.link_a, joint.link_b)):
-        angles = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)
+        angles, turned = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False), None
     else:
         sense = -1.0 if rigid_link(a, assembly.placement) == joint.link_a else 1.0
         angles = sense * np.linspace(*range_rad, TURNS)
-    return [in_a @ _about_y(angle) @ np.linalg.inv(in_b) for angle in angles.tolist()]
+        turned = (float(angles.min()), float(angles.max()))
+    frames = [in_a @ _about_y(angle) @ np.linalg.inv(in_b) for angle in angles.tolist()]
+    return frames, Turning(in_a, in_b, turned)
 
 
 def _extremes(group: list[tuple[Fit, np.ndarray]], poses: np.ndarray) -> list[ContactPosition]:

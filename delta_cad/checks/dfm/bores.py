@@ -12,6 +12,7 @@ from delta_cad import catalogue
 from delta_cad.checks.contact.features import features
 from delta_cad.checks.dfm.lines import Lines
 from delta_cad.checks.dfm.located import ALONG, AXIS_MM, DIAMETER_MM
+from delta_cad.common.vectors import cross_length
 from delta_cad.dimensions.tolerances import RUN_OUT_MM
 from delta_cad.solids.boring import DRILL_DIAMETERS
 from delta_cad.solids.part import Bore, Part
@@ -109,8 +110,8 @@ def round_bores(part: Part) -> list[Bore]:
 
     def turn_rad(bore: Bore) -> float:
         start, along = np.array(bore.start_mm), np.array(bore.direction)
-        wall = [c for c in cylinders if np.linalg.norm(np.cross(c.direction, along)) < ALONG]
-        wall = [c for c in wall if np.linalg.norm(np.cross(c.point - start, along)) < AXIS_MM]
+        wall = [c for c in cylinders if cross_length(c.direction, along) < ALONG]
+        wall = [c for c in wall if cross_length(c.point - start, along) < AXIS_MM]
         return sum(c.turn_rad for c in wall if abs(2 * c.radius_mm - bore.diameter_mm) <= DIAMETER_MM)
 
     return [bore for bore in bores(part) if turn_rad(bore) >= ROUND_RAD]

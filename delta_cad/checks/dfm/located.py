@@ -15,6 +15,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.checks.contact.features import Cylinder, Features, features
+from delta_cad.common.vectors import cross_length
 from delta_cad.dimensions.tolerances import deviations_um, tip_mm
 from delta_cad.solids.part import Bore, Part
 
@@ -99,8 +100,8 @@ def _fault(bore: Bore, every: list[Bore], seen: Features, cones: list[_Cone], in
 
 
 def _on_axis(point: np.ndarray, direction: np.ndarray, start: np.ndarray, along: np.ndarray) -> bool:
-    off = np.linalg.norm(np.cross(point - start, along))
-    return bool(np.linalg.norm(np.cross(direction, along)) < ALONG and off < AXIS_MM)
+    off = cross_length(point - start, along)
+    return bool(cross_length(direction, along) < ALONG and off < AXIS_MM)
 
 
 def _span(c: Cylinder, start: np.ndarray, along: np.ndarray) -> tuple[float, float]:
@@ -112,7 +113,7 @@ def _span(c: Cylinder, start: np.ndarray, along: np.ndarray) -> tuple[float, flo
 
 def _slack_mm(seen: Features, point: np.ndarray, along: np.ndarray, radius_mm: float) -> float:
     """How far the rim of a bore may lie from where its axis enters: nothing in a plane face across it."""
-    flat = (p for p in seen.planes if np.linalg.norm(np.cross(p.normal, along)) < ALONG)
+    flat = (p for p in seen.planes if cross_length(p.normal, along) < ALONG)
     return 0.0 if any(abs(float((p.point - point) @ along)) <= ENDS_MM for p in flat) else radius_mm
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from delta_cad.checks.dfm.bores import Finding, round_bores
+from delta_cad.common.once import once
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import corner_ways
 
@@ -15,7 +16,14 @@ SAME = 1e-4  # sine of the angle between directions that one clamping has
 
 
 def setups(part: Part) -> Iterator[Finding]:
-    """The fewest clampings found from which a tool comes to every bore and every sharp inner edge.
+    """The fewest clampings found from which a tool comes to every bore and every sharp inner edge."""
+    count, told = _fewest(part)
+    yield Finding(part.number, float(count), MOST, f"{part.number}: {count}, {told}")
+
+
+@once
+def _fewest(part: Part) -> tuple[int, str]:
+    """How many clampings a part takes at least, and from where.
 
     A clamping is a direction of the tool, or all that are square to one axis: the part then turns on a rotary table.
     They are found one by one, each time the direction that most of what is left is made from; the least may be smaller.
@@ -34,19 +42,23 @@ def setups(part: Part) -> Iterator[Finding]:
         if len(rest) < len(asked) and (turned := 1 + len(_directions(rest))) < count:
             x, y, z = np.round(axis, 2) + 0.0
             count, told = turned, f"{len(plain)} directions, a rotary table turns about ({x:g}, {y:g}, {z:g})"
-    yield Finding(part.number, float(max(count, 1)), MOST, f"{part.number}: {max(count, 1)}, {told}")
+    return max(count, 1), told
 
 
 def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
     """Directions of which each of what is asked has one."""
+    if not asked:
+        return []
+    ways = np.array([way for one in asked for way in one])
+    of = np.repeat(np.arange(len(asked)), [len(one) for one in asked])
+    x, y, z = ways.T
+    sine = np.sqrt(sum(np.subtract(np.outer(a, b), np.outer(b, a)) ** 2 for a, b in ((y, z), (z, x), (x, y))))
+    has = np.zeros((len(ways), len(asked)), dtype=bool)  # whether what is asked has a direction
+    np.logical_or.at(has, (slice(None), of), (sine < SAME) & (ways @ ways.T > 0.0))
     found: list[np.ndarray] = []
-    while asked:
-        every = [way for ways in asked for way in ways]
-        best = max(every, key=lambda way: sum(_has(ways, way) for ways in asked))
-        found.append(best)
-        asked = [ways for ways in asked if not _has(ways, best)]
+    left = np.ones(len(asked), dtype=bool)
+    while left.any():
+        best = int(np.where(left[of], has[:, left].sum(axis=1), -1).argmax())
+        found.append(ways[best])
+        left &= ~has[best]
     return found
-
-
-def _has(ways: list[np.ndarray], way: np.ndarray) -> bool:
-    return any(other @ way > 0.0 and float(np.linalg.norm(np.cross(other, way))) < SAME for other in ways)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from delta_cad.checks.dfm.bores import Finding
-from delta_cad.checks.dfm.lines import Lines, face_points
+from delta_cad.checks.dfm.lines import FAR_MM, Lines, face_points
 from delta_cad.solids.part import Part
 
 LEAST_WALL_MM = 0.5  # of metal and hard plastic: thinner ones give way before the cutter
@@ -19,9 +19,9 @@ INTO_MM = 1e-3  # below a face, from where a line goes through the wall
 def walls(part: Part) -> Iterator[Finding]:
     """The thinnest wall of a part, square to its faces."""
     lines, thin = Lines(part.solid), (np.inf, np.zeros(3))
-    for face in part.solid.Faces():
-        for point, normal in face_points(face):
-            hit = lines.first(point - INTO_MM * normal, -normal)
+    for _, points in face_points(part.solid):
+        for point, normal in points:
+            hit = lines.first(point - INTO_MM * normal, -normal, min(thin[0], FAR_MM))
             if hit is not None and hit[1] @ -normal > ACROSS and hit[0] + INTO_MM < thin[0]:
                 thin = hit[0] + INTO_MM, point
     if np.isfinite(thin[0]):
@@ -40,8 +40,7 @@ def undercuts(part: Part) -> Iterator[Finding]:
     for bore in (bore for hole in part.holes for bore in hole.bores):
         ways += [-np.array(bore.direction)] + ([np.array(bore.direction)] if bore.through else [])
     distinct = list({tuple(np.round(way, 6)): way for way in ways}.values())
-    for face in part.solid.Faces():
-        points = list(face_points(face))
+    for face, points in face_points(part.solid):
         if points and not any(_seen(lines, point, normal, distinct) for point, normal in points):
             x, y, z = points[len(points) // 2][0]
             where = f"{part.number}: a face of {face.Area():.1f} mm^2 at ({x:.1f}, {y:.1f}, {z:.1f})"

@@ -1,8 +1,10 @@
 """Whether a part that is brought in along straight legs meets what is there already.
 
 The way is gone from the seat outwards. As far as two meshes are apart, so far a part goes on unseen: a translation
-moves every point alike, so that nothing is passed over. Where meshes meet, as in every fit, the exact solids decide,
-`SLIDE_MM` a step; what is closer than `LEAST_MM` goes on by that.
+moves every point alike, so that nothing is passed over. Where meshes meet, as in every fit, discs that hold all that a
+round part sweeps on the rest of its way prove at once that it is free, see `swept`; where they do not the exact solids
+decide, `SLIDE_MM` a step; what is closer than `LEAST_MM` goes on by that. What slides along a plane and stays on one
+side of it, to `TOUCH_MM`, never meets what is on the other.
 """
 
 from __future__ import annotations
@@ -17,7 +19,11 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.checks.clearance.bodies import tree_of
 from delta_cad.checks.contact.common import common_size, volume
+from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.contact.order.swept import PARALLEL, Outline, Span, turned_solid
 from delta_cad.checks.contact.placing import Key, located, relative_key
+from delta_cad.common.vectors import cross_length
+from delta_cad.mechanism.placement import frames
 
 LEAST_MM = 1.0  # of a step beside something that is closer
 SLIDE_MM = 2.0  # of a step in a fit: its parts run into one another over their own lengths, if they do
@@ -54,6 +60,8 @@ class Ways:
         self._pieces = {frozenset((fit.a, fit.b)) for fit in assembly.fits if fit.kind == "piece"}
         self._shapes: dict[str, tuple[Any, Any]] = {}
         self._volumes: dict[str, float] = {}
+        self._outlines: dict[str, Outline] = {}
+        self._features = FeatureLibrary()
         self._free: dict[Key, float | None] = {}
         self._fcl = fcl
 
@@ -79,7 +87,7 @@ class Ways:
                 low, high = seen[a][0] + shift, seen[a][1] + shift
                 for b in others:
                     other_low, other_high = seen[b]
-                    if ((low[1:] > other_high[1:]) | (high[1:] < other_low[1:])).any():
+                    if ((low[1:] >= other_high[1:] - TOUCH_MM) | (high[1:] <= other_low[1:] + TOUCH_MM)).any():
                         continue
                     begin, end = max(0.0, other_low[0] - high[0]), min(length, other_high[0] - low[0])
                     if begin < end and frozenset((a, b)) not in self._pieces:
@@ -93,7 +101,18 @@ class Ways:
         """Lowest and highest coordinates of an occurrence along three axes (rows), mm."""
         mesh, frame = self._mesh(name), self.frames[name]
         points = (mesh.hull_points @ frame[:3, :3].T + frame[:3, 3]) @ axes.T
-        return points.min(axis=0) - mesh.deviation_mm, points.max(axis=0) + mesh.deviation_mm
+        low, high = self._outline(name).extents(axes @ frame[:3, :3])
+        at = axes @ frame[:3, 3]
+        return (
+            np.maximum(points.min(axis=0) - mesh.deviation_mm, at + low),
+            np.minimum(points.max(axis=0) + mesh.deviation_mm, at + high),
+        )
+
+    def _outline(self, name: str) -> Outline:
+        part = self._of[name].part
+        if part.number not in self._outlines:
+            self._outlines[part.number] = Outline(part.solid)
+        return self._outlines[part.number]
 
     def _mesh(self, name: str) -> Mesh:
         return self._meshes[self._of[name].part.number]
@@ -118,6 +137,7 @@ class Ways:
         mesh_a, mesh_b = self._mesh(a), self._mesh(b)
         near = mesh_a.deviation_mm + mesh_b.deviation_mm
         at = max(begin, LEAST_MM)  # the seat itself is what all other checks look at
+        is_asked = False
         while at < end:
             frame = seen.copy()
             frame[:3, 3] += at * way
@@ -125,10 +145,38 @@ class Ways:
             if apart > TOUCH_MM:
                 at += max(apart - near, LEAST_MM)
                 continue
+            if not is_asked and self._slides(a, b, seen, way, (at, end)):
+                return None
+            is_asked = True
             if self._runs_into(a, b, frame):
                 return at
             at += SLIDE_MM
         return None
+
+    def _slides(self, a: str, b: str, seen: np.ndarray, way: np.ndarray, between: Span) -> bool:
+        """Whether discs that hold all that the round one of two sweeps between two distances share no volume with one.
+
+        Either may be the round one: seen from the part that comes in, the other one goes the other way.
+        """
+        back = np.linalg.inv(seen)
+        moved = (a, b, back, back[:3, :3] @ way, between), (b, a, seen, -way, between)
+        return any(self._leaves_room(*one) for one in moved)
+
+    def _leaves_room(self, a: str, b: str, b_in_a: np.ndarray, way: np.ndarray, between: Span) -> bool:
+        """Whether what `a` sweeps along a way in its own frame, as discs about an axis along it, leaves `b` alone."""
+        part, other = self._of[a].part, self._of[b].part
+        along = [c for c in self._features[part].cylinders if cross_length(c.direction, way) < PARALLEL]
+        outer = max((c for c in along if not c.is_bore), key=lambda c: c.radius_mm, default=None)
+        if outer is None:
+            return False
+        axis = frames(_axes(way)[1], way, outer.point)
+        holder = turned_solid(self._outline(a).discs(axis, between), axis)
+        if holder is None:
+            return False
+        common = common_size(
+            (holder, located(other.solid, b_in_a)), (volume(holder), self._volume(b)), volume, SHARED_MM3
+        )
+        return common is not None and common <= SHARED_MM3
 
     def _distance(self, a: str, b: str, a_in_b: np.ndarray) -> float:
         one, other = self._shape(a)[0], self._shape(b)[1]

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.vectors import cross_length
+
 ALONG = 1e-6  # sine of an angle below which two directions are one
 
 
@@ -58,7 +60,7 @@ class Face:
 
 def is_along(a: np.ndarray, b: np.ndarray) -> bool:
     """Decides whether two unit vectors are parallel, either way."""
-    return float(np.linalg.norm(np.cross(a, b))) < ALONG
+    return cross_length(a, b) < ALONG
 
 
 def is_across(a: np.ndarray, b: np.ndarray) -> bool:

@@ -13,6 +13,7 @@ from math import pi
 
 import numpy as np
 
+from delta_cad.common.vectors import cross_length
 from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.faces import Face, is_along
 from delta_cad.solids.part import Hole, Part
@@ -146,7 +147,7 @@ def _axes(faces: Sequence[Face], declared: Sequence[Hole]) -> list[list[Face]]:
         for walls in axes:
             one = walls[0]
             apart = face.point - one.point
-            if is_along(face.axis, one.axis) and np.linalg.norm(np.cross(apart, one.axis)) < SAME_MM:
+            if is_along(face.axis, one.axis) and cross_length(apart, one.axis) < SAME_MM:
                 walls.append(face)
                 break
         else:

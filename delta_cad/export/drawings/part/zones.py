@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from delta_cad.common.vectors import cross_length
 from delta_cad.dimensions.tolerances import PLACE_MM, SQUARE_MM
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import Face, is_along
@@ -113,10 +114,7 @@ def _is_of(record: Bore, group: HoleGroup, diameter: float) -> bool:
     if abs(record.diameter_mm - diameter) > SAME_MM:
         return False
     start, way = np.array(record.start_mm), np.array(record.direction)
-    return any(
-        is_along(bore.axis, way) and float(np.linalg.norm(np.cross(start - bore.point, way))) < SAME_MM
-        for bore in group.bores
-    )
+    return any(is_along(bore.axis, way) and cross_length(start - bore.point, way) < SAME_MM for bore in group.bores)
 
 
 def _plane(found: Features, first: _Fitted, seat: tuple[int, float] | None) -> Face | None:
