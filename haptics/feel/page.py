@@ -217,8 +217,8 @@ def feel_markdown(sheet: Feel) -> str:
         f"- In the paper's loop: delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag "
         f"{CURRENT_LAG * 1e3:g} ms, period {sheet.stiffness.period * 1e3:g} ms, no damping in the wall.",
         f"- An encoder's reading has {math.degrees(sheet.loop.noise_rad):.2g} degrees rms of noise; where the "
-        "catalogue tells none of its row, a count of 18 bits, with a quarter to four times that as its range: figures of "
-        f"noise go with it. A reading's age: {_age(machine)}.",
+        "catalogue tells none of its row, a count of 18 bits, with a quarter to four times that as its range: "
+        f"figures of noise go with it. A reading's age: {_age(machine)}.",
         f"- Continuous torque {sheet.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), "
         f"peak {sheet.drive.peak:.2f} N m likewise; the motors by themselves {sheet.drive.motor:.2f} N m for "
         f"{machine.drive.peak_time_s:g} s.",
