@@ -6,7 +6,7 @@ from math import pi
 
 import cadquery as cq
 
-from delta_cad.assembly.bench import Bench, at
+from delta_cad.assembly.bench import UPRIGHT, Bench, at
 from delta_cad.assembly.order.record import Bring, Step
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
@@ -33,7 +33,7 @@ def place_leads(bench: Bench, i: int) -> None:
     u, z = d.bracket.motor_axis_mm
     back = d.layers.motor_cheek_mm[1] + d.motor.length_mm
     for name, x in zip(lead_names(d, i), leads.across_mm, strict=True):
-        bench.put(name, part, "base", chain_frame(i) @ at(u + x, back, z))
+        bench.put(name, part, "base", chain_frame(i) @ at(u, back, z) @ UPRIGHT @ at(x))
 
 
 def lead_names(d: Dimensions, i: int) -> tuple[str, ...]:
@@ -42,7 +42,7 @@ def lead_names(d: Dimensions, i: int) -> tuple[str, ...]:
 
 
 def _make_lead(leads: LeadDimensions) -> Part:
-    """A lead: from the motor's back at the origin along +y, then down."""
+    """A lead: from the motor's back at the origin along +y, then to -z, which is inwards in the machine."""
     bend, middle = leads.bend_mm, leads.bend_mm / 2**0.5
     start, turn = (0.0, 0.0, 0.0), (0.0, PLUG_MM, 0.0)
     top, low = (0.0, PLUG_MM + middle, middle - bend), (0.0, PLUG_MM + bend, -bend)
@@ -91,7 +91,7 @@ def lead_steps(d: Dimensions) -> list[Step]:
         return []
     words = (
         "Plug or solder the leads on the motors' terminals, each joint under a sleeve.",
-        f"Bend them down behind the motor, by a radius of {d.leads.bend_mm - d.leads.diameter_mm / 2.0:g} mm or more "
+        f"Bend them towards the middle of the machine, by a radius of {d.leads.bend_mm - d.leads.diameter_mm / 2.0:g} mm or more "
         f"inside: they stand out by {d.leads.behind_mm:.1f} mm, which the outline counts. Tie them to the bracket.",
     )
     brought = Bring(tuple(name for i in CHAINS for name in lead_names(d, i)), is_laid=True)

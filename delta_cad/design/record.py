@@ -91,8 +91,8 @@ class Hardware(Section):
     mounting: Literal["feet", "screws", "both"] | None = Field(
         default=None, description="what the base stands on; left out: feet; both: screwed down with its feet on"
     )
-    leads: Literal["bent"] | None = Field(
-        default=None, description="bent: the motors' leads are drawn, bent down behind them, inside the outline"
+    leads: Literal["bent", "none"] | None = Field(
+        default=None, description="bent: the motors' leads are drawn, bent inwards behind them, inside the outline"
     )
     _own_parts: OwnParts | None = PrivateAttr(default=None)
 

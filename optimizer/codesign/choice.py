@@ -17,6 +17,8 @@ SHAFT_MM = 6.0
 SECTORS_MM = (28.0, 70.0)  # radius: below, no screws fit between shaft and rim; above, none was built
 SECTOR_STEP_MM = 0.1
 WIDTHS = (50.0, 36.0)  # mm, of parallelograms, the likeliest first: refining goes on from there
+BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 5.0, "ball_diameter_mm": 6.0, "leads": "bent"}
+"""What candidates begin with where nothing is stated: the least sizes, for loads may ask more; wires are drawn."""
 SECTOR_ROOM_MM = 10.0  # see `delta_cad.dimensions.capstan.base_radius_min_mm`
 TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
 
@@ -114,5 +116,5 @@ def drives(brief: DesignBrief) -> Iterator[tuple[str, str]]:
 
 
 def default_of(entry: str) -> Any:
-    """Gives the value that an entry of the hardware has where none is stated."""
-    return Hardware.model_fields[entry].default
+    """Gives the value that an entry of the hardware begins with where none is stated."""
+    return BASE_ENTRIES.get(entry, Hardware.model_fields[entry].default)

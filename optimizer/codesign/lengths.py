@@ -10,7 +10,7 @@ from typing import Any
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia
-from optimizer.codesign.candidate import BASE_ENTRIES, PEAK_SPARE
+from optimizer.codesign.candidate import PEAK_SPARE
 from optimizer.codesign.choice import Choice, motor_of
 from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Lessons
 from optimizer.codesign.price import price_EUR
@@ -94,7 +94,7 @@ def posed(
     outline = brief.outline_mm or (FREE_OUTLINE_MM, FREE_OUTLINE_MM)
     overhead = lessons.overhead_mm if brief.outline_mm else (0.0, 0.0)
     bounds = {}
-    ball = float(choice.entries.get("ball_diameter_mm", BASE_ENTRIES["ball_diameter_mm"]))
+    ball = float(choice.stated(brief, "ball_diameter_mm"))
     by_parts = {
         "platform_radius": wrist_radius_min_mm(
             ball / 2 + CUP_MM, choice.width_mm, task.clearance_min_mm + CUPS_APART_MM

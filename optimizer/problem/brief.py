@@ -54,7 +54,7 @@ class BriefRequirements(Section):
         default=None,
         gt=0,
         le=5000,
-        description="largest width of the swept machine, motors included",
+        description="largest width of the swept machine, motors and their leads included",
     )
     envelope_depth_mm: float | None = Field(
         default=None, gt=0, le=5000, description="largest depth; width and depth may be exchanged"

@@ -67,6 +67,26 @@ def test_a_panel_of_the_brief_is_the_designs_in_the_units_that_it_was_given_in()
     assert design_for(brief(), CHOICE, LENGTHS, KNOWN).panel is None
 
 
+def test_a_design_has_its_wires_within_the_outline_unless_the_brief_leaves_them_out() -> None:
+    assert design_for(brief(), CHOICE, LENGTHS, KNOWN).hardware.leads == "bent"
+    assert design_for(brief(leads="none"), CHOICE, LENGTHS, KNOWN).hardware.leads == "none"
+
+
+def test_sizes_that_the_brief_states_are_those_of_the_design() -> None:
+    stated = {"ball_diameter_mm": 8.0, "arm_thickness_mm": 9.0, "sector_radius_mm": 38.7}
+    made = design_for(brief(**stated), CHOICE, LENGTHS, KNOWN).hardware
+    assert {name: getattr(made, name) for name in stated} == stated
+    left = design_for(brief(), CHOICE.with_entry("arm_thickness_mm", 7.6), LENGTHS, KNOWN).hardware
+    assert (left.ball_diameter_mm, left.arm_thickness_mm) == (6.0, 7.6)
+
+
+def test_a_part_is_chosen_among_those_that_the_brief_names() -> None:
+    several = brief(cable=["steel-0.54-7x7", "steel-0.54-7x19"])
+    assert design_for(several, CHOICE, LENGTHS, KNOWN).hardware.cable == "steel-0.54-7x7"
+    other = CHOICE.with_entry("cable", "steel-0.54-7x19")
+    assert design_for(several, other, LENGTHS, KNOWN).hardware.cable == "steel-0.54-7x19"
+
+
 @pytest.mark.parametrize(
     ("field", "bound", "length"),
     [
