@@ -91,8 +91,9 @@ def lead_steps(d: Dimensions) -> list[Step]:
         return []
     words = (
         "Plug or solder the leads on the motors' terminals, each joint under a sleeve.",
-        f"Bend them towards the middle of the machine, by a radius of {d.leads.bend_mm - d.leads.diameter_mm / 2.0:g} mm or more "
-        f"inside: they stand out by {d.leads.behind_mm:.1f} mm, which the outline counts. Tie them to the bracket.",
+        "Bend them towards the middle of the machine, by a radius of "
+        f"{d.leads.bend_mm - d.leads.diameter_mm / 2.0:g} mm or more inside: they stand out by "
+        f"{d.leads.behind_mm:.1f} mm, which the outline counts. Tie them to the bracket.",
     )
     brought = Bring(tuple(name for i in CHAINS for name in lead_names(d, i)), is_laid=True)
     return [Step("Leads", words, (brought,), checks=("No lead touches what moves.",))]

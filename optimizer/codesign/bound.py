@@ -16,9 +16,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice, drives, motor_of, ratios_of
+from optimizer.codesign.choice import (
+    PINION_MM,
+    SECTOR,
+    SECTOR_ROOM_MM,
+    SECTORS_MM,
+    Choice,
+    drives,
+    motor_of,
+    ratios_of,
+)
 from optimizer.codesign.lengths import WIDE_MM, lasting_torque_N_m, posed
 from optimizer.codesign.lessons import COUPLE_INDEX, KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
 from optimizer.globalopt.optimum import none_feasible
@@ -106,7 +115,8 @@ class Family:
     def __init__(self, brief: DesignBrief, machine: Candidate, lessons: dict[tuple[str, str], Lessons]) -> None:
         self._brief, self._machine, self._lessons = brief, machine, lessons
         own = lessons[machine.choice.motor, machine.choice.drive]
-        self._overhead = tuple(max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
+        longer, shorter = (max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
+        self._overhead = longer, shorter
         self._least = {
             length: min(one.least(length) for one in lessons.values()) for length in ("base_radius", "platform_radius")
         }
@@ -125,6 +135,7 @@ class Family:
             f"where nothing else is asked a couple index of {COUPLE_INDEX:g} or more, kappa of {KAPPA:g} or less, "
             f"rods that lean by no more than {LEAN_DEG:g} deg, shoulder angles from {low:g} to {high:g} deg",
             "base and platform radius no smaller than their hardware was found to need, or closed forms ask for it",
+            f"sectors that pass one another: of R >= {SECTOR_ROOM_MM:g} mm and half their radius",
             f"shafts of motors that bear at most {100 / LIGHT - 100:.0f} % more of a cable than was found",
         )
 
@@ -154,20 +165,20 @@ class Family:
         choice = Choice(
             one.motor, one.drive, one.ratios[0], self._machine.choice.width_mm, self._machine.choice.entries
         )
-        far = choice.with_(ratio=one.ratios[1])
+        far = self._strongest(one)
         known = self._lessons.get((one.motor, one.drive))
         weighed = self._lightest(one)
         lessons = Lessons(
             replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
             known.least_mm if known else self._least,
             known.crowded if known else self._crowded,
-            (self._overhead[0], self._overhead[1]),
+            self._overhead,
             mass_share=1.0,
             friction_share=1.0,
             step_share=1.0,
             ball_friction_N=(self._balls[0], self._balls[1]),
             spare_torque_N_m=0.0,
-            pull_N_m=known.pull_N_m / LIGHT if known else math.inf,
+            pull_N=known.pull_N / LIGHT if known else math.inf,
         )
         if lessons.held_torque_N_m >= lasting_torque_N_m(self._brief, far, lessons):
             return least_mm  # the weight takes all of it
@@ -201,6 +212,16 @@ class Family:
             if none_above(side):
                 return min(side, most_mm)
         return most_mm
+
+    def _strongest(self, one: Interval) -> Choice:
+        """The hardware of an interval with its largest ratio, and the largest sector beside its arms in the outline."""
+        chosen, most = self._machine.choice, SECTORS_MM[1]
+        entries = {name: value for name, value in chosen.entries.items() if name != SECTOR}
+        if self._brief.outline_mm is not None:
+            reach = Outline(*self._brief.outline_mm, chosen.width_mm, self._overhead).reach_max_mm
+            most = min(most, 2.0 * (reach - one.arms_mm[0] - SECTOR_ROOM_MM))
+        wider = max(most / one.ratios[1] - PINION_MM, 0.0)
+        return Choice(one.motor, one.drive, one.ratios[1], chosen.width_mm, entries, wider)
 
     def _lightest(self, one: Interval) -> Weighed:
         """The machine's own weights, with the rotor of another motor at the least ratio of an interval."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia
@@ -176,7 +177,8 @@ def lasting_torque_N_m(brief: DesignBrief, choice: Choice, lessons: Lessons) -> 
     if asked.peak_force_N is None:
         return lasting
     stated = min(choice.peak_torque_N_m(row), asked.peak_torque_N_m or math.inf) / PEAK_SPARE
-    most, held = min(stated, choice.ratio * lessons.pull_N_m), lessons.held_torque_N_m
+    pulled = choice.sector_mm(brief) / MM_PER_M * lessons.pull_N if lessons.pull_N < math.inf else math.inf
+    most, held = min(stated, pulled), lessons.held_torque_N_m
     return min(lasting, held + (most - held) * asked.force_N / asked.peak_force_N)
 
 

@@ -245,10 +245,10 @@ def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_told(monkeyp
     assert too_soft(design.model_copy(update={"requirements": unasked})) is None
 
 
-def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_for_each_turn_of_the_ratio() -> None:
-    lessons = from_pull(KNOWN, CHOICE, 0.96, 1.25)
-    assert lessons.pull_N_m == pytest.approx(0.998 * 0.16)
-    assert lessons.with_shares_of(KNOWN).pull_N_m == KNOWN.pull_N_m == inf
+def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_as_a_force_at_the_sector() -> None:
+    lessons = from_pull(KNOWN, 40.0, 0.96, 1.25)
+    assert lessons.pull_N == pytest.approx(0.998 * 0.96 / 1.25 / 0.04)
+    assert lessons.with_shares_of(KNOWN).pull_N == KNOWN.pull_N == inf
 
 
 def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:
