@@ -92,7 +92,7 @@ class Hardware(Section):
         default=None, description="what the base stands on; left out: feet; both: screwed down with its feet on"
     )
     leads: Literal["bent", "none"] | None = Field(
-        default=None, description="bent: the motors' leads are drawn, bent inwards behind them, inside the outline"
+        default=None, description="bent: the leads of motors and encoders are drawn as they bend, inside the outline"
     )
     _own_parts: OwnParts | None = PrivateAttr(default=None)
 

@@ -29,7 +29,12 @@ from delta_cad.dimensions.capstan import (
     rim_y_mm,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
-from delta_cad.dimensions.installation.leads import LeadDimensions, lead_dimensions
+from delta_cad.dimensions.installation.leads import (
+    LeadDimensions,
+    SensorLeadDimensions,
+    lead_dimensions,
+    sensor_lead_dimensions,
+)
 from delta_cad.dimensions.installation.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
 from delta_cad.dimensions.layers import Layers, layers
@@ -82,7 +87,8 @@ class Dimensions:
     platform: PlatformDimensions
     base: BaseDimensions
     panel: PanelDimensions | None
-    leads: LeadDimensions | None
+    leads: tuple[LeadDimensions, ...]
+    sensor_lead: SensorLeadDimensions | None
     sleeve_mm: float
     motor: catalogue.Motor
     bearing: catalogue.Bearing
@@ -267,6 +273,7 @@ def _dimensions(design: Design) -> Dimensions:
         base=base,
         panel=panel,
         leads=lead_dimensions(design, motor),
+        sensor_lead=sensor_lead_dimensions(design, stack, bracket, encoder),
         sleeve_mm=sleeve_mm(design, foot, base.mount_circle_mm, MOUNT_SPREAD_RAD, base.mount_hole_mm),
         motor=motor,
         bearing=bearing,

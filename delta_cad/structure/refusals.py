@@ -147,8 +147,8 @@ def least_outline_mm(d: Dimensions) -> np.ndarray:
     u, face, radius = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1], d.motor.diameter_mm / 2
     points = [(elbow, -half), (elbow, half), (elbow + d.arm.boss_radius_mm, 0.0)]
     points += [(u + side * radius, face + d.motor.length_mm) for side in (-1.0, 1.0)]
-    if d.leads is not None:
-        points += [(u + out, face + d.motor.length_mm + behind) for out, behind in d.leads.outside_mm]
+    for leads in d.leads:
+        points += [(u + out, face + d.motor.length_mm + behind) for out, behind in leads.outside_mm]
     placed = np.concatenate([np.array(points) @ chain_frame(i)[:2, :2].T for i in CHAINS])
     return np.maximum(np.ptp(placed, axis=0), np.ptp(d.base.reach_mm, axis=1))
 

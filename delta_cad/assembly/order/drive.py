@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import degrees
 
 from delta_cad import catalogue
+from delta_cad.assembly.leads import sensor_lead_steps
 from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
 from delta_cad.assembly.order.shoulder import DRIVEN, IN, OUT, PRESS, named
 from delta_cad.dimensions import Dimensions
@@ -65,7 +66,7 @@ def drive_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
     if d.capstan is not None:
         steps += [_shaft(d, i, block), _cable(d.capstan, names, i), _tension(d, d.capstan, names, i)]
     if d.sensed_at_shoulder:
-        steps.append(_board(d, names, i, block))
+        steps += [_board(d, names, i, block), *sensor_lead_steps(d, i)]
     return Unit(f"drive {i}", "drive", "Drive", tuple(steps))
 
 

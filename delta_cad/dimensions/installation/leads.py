@@ -1,15 +1,22 @@
-"""The leads of a motor: each leaves its back along the axis and bends inwards beside it, its end free.
+"""The leads of motors and encoders' boards, drawn as far as they bend.
 
-Inwards, and level: an outline's rectangle has the motors' backs at its edge, and a bend down would stand out there.
+A motor's leave its back along the axis and bend inwards beside it, their ends free: level, for an outline's rectangle
+has the motors' backs at its edge, and a bend down would stand out there. A board's is plugged in at its lower
+edge and goes in two bends on to the outer face of the encoder's leg, where a tie holds it: from there on it lies on
+what stands.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, pi, radians, sin
+from math import acos, cos, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.design import Design
+from delta_cad.dimensions.bracket import BracketDimensions
+from delta_cad.dimensions.layers import Layers
+from delta_cad.dimensions.neighbours import PLUG_MM as ROOM_MM
+from delta_cad.dimensions.rules import require
 
 LEAD_MM = 2.3  # outside diameter of a silicone lead of 0.5 mm^2; makers' tables: 2.1 to 2.3; from memory
 LEAD_G_M = 9.0  # 4.5 of copper, the rest silicone
@@ -18,19 +25,35 @@ PLUG_MM = 3.0  # straight behind the motor: a push-on plug, or solder under its 
 TAIL_MM = 5.0  # straight after the bend
 APART_MM = 5.0  # of neighbouring leads
 SQUARE_DEG = (0.0, 30.0, 60.0, 90.0)  # of a bend, where it is square to a side of the outline: chains are 120 deg apart
-COUNTS = {"brushed": 2, "brushless": 3}  # those of sensors are thinner, and are not drawn
+COUNTS = {"brushed": 2, "brushless": 3}  # of a motor's phases
+
+SENSOR_MM = 3.0  # six wires of 0.8 about a seventh's room are 2.4, a sleeve of 0.3 around them
+SENSOR_G_M = 14.0  # six of AWG 28 with their insulation 1.5 each, the rest sleeve; an estimate
+PLUGGED_MM = (8.0, 3.0, 2.5)  # across, over the board, and what stands out of the header, of six poles 1 mm apart
+"""Header and housing of JST's series SH: 2.95 high with its entry from the side, for wires of 0.4 to 0.8 mm outside, on
+the maker's sheet (pdf.elecfans.com/p/10625074.html, read 2026-11-24). No row's board has a header that a source shows:
+width and what stands out are estimates, and a board with another one, or with wires soldered to it, has its room."""
+STRAIGHT_MM = 3.0  # of the cable behind its plug: it must not bend at the crimps
+CLIP_MM = (12.7, 3.5)  # side and height of a base that is glued on; half an inch; from memory
+TIE_MM = (2.5, 1.2)  # width and thickness of its tie; the least that is in stock: 2.5; thickness from memory
+SADDLE_MM = 0.2  # by which a lead lies in its base
+TIED_MM = CLIP_MM[1] + SENSOR_MM / 2.0 - SADDLE_MM
+STEPS = 40  # in which the place of a tie settles, to a micrometre
+LONG_MM = 500.0  # of any lead as it is ordered: to a controller within half a metre; cut on the machine
 
 
 @dataclass(frozen=True)
 class LeadDimensions:
-    """Leads of one motor.
+    """Leads of one kind behind one motor.
 
     Attributes:
+        number: Of the part.
         diameter_mm: Of a lead.
         bend_mm: Radius of its middle line.
         across_mm: Where they leave the motor's back, across its axis and upright.
     """
 
+    number: str
     diameter_mm: float
     bend_mm: float
     across_mm: tuple[float, ...]
@@ -53,15 +76,101 @@ class LeadDimensions:
         return PLUG_MM + pi / 2.0 * self.bend_mm + TAIL_MM
 
 
-def lead_dimensions(design: Design, motor: catalogue.Motor) -> LeadDimensions | None:
-    """Dimensions the leads behind a motor; None where the design draws none.
+def lead_dimensions(design: Design, motor: catalogue.Motor) -> tuple[LeadDimensions, ...]:
+    """Dimensions the leads behind a motor, its own encoder's after those of its phases; none where none are drawn.
 
     Args:
         design: The design.
         motor: Its motor.
     """
     if design.hardware.leads != "bent":
-        return None
+        return ()
     count = COUNTS[motor.commutation]
     across = tuple(APART_MM * (k - (count - 1) / 2.0) for k in range(count))
-    return LeadDimensions(LEAD_MM, (BEND + 0.5) * LEAD_MM, across)
+    phases = LeadDimensions("motor_lead", LEAD_MM, (BEND + 0.5) * LEAD_MM, across)
+    if design.hardware.encoder_at != "motor":
+        return (phases,)
+    beside = (across[-1] + APART_MM,)
+    return phases, LeadDimensions("encoder_lead", SENSOR_MM, (BEND + 0.5) * SENSOR_MM, beside)
+
+
+@dataclass(frozen=True)
+class SensorLeadDimensions:
+    """Lead of an encoder's board, in the shoulder's frame.
+
+    Attributes:
+        plug_mm: (x, y, z) where its housing begins, in the middle of the header's lower face.
+        bend_mm: Radius of its middle line.
+        way_mm: (x, y) from the plug to the line on which it is tied.
+        leg_y_mm: Outer face of the encoder's leg, on which its tie stands.
+    """
+
+    plug_mm: tuple[float, float, float]
+    bend_mm: float
+    way_mm: tuple[float, float]
+    leg_y_mm: float
+
+    @property
+    def turn_rad(self) -> float:
+        """How far it bends either way, a quarter of a turn at most."""
+        return _turn_rad(self.bend_mm, hypot(*self.way_mm))
+
+    @property
+    def level_mm(self) -> float:
+        """Straight piece between both bends, where a quarter of a turn is not enough."""
+        return max(0.0, hypot(*self.way_mm) - 2.0 * self.bend_mm)
+
+    @property
+    def clip_z_mm(self) -> float:
+        """Height of the tie's middle."""
+        low = PLUGGED_MM[2] + STRAIGHT_MM + 2.0 * self.bend_mm * sin(self.turn_rad)
+        return self.plug_mm[2] - low - CLIP_MM[0] / 2.0
+
+    @property
+    def length_mm(self) -> float:
+        """Length of what is drawn of it, from the plug on."""
+        return STRAIGHT_MM + 2.0 * self.bend_mm * self.turn_rad + self.level_mm + CLIP_MM[0] + TAIL_MM
+
+
+def _turn_rad(bend_mm: float, aside_mm: float) -> float:
+    return acos(max(1.0 - aside_mm / (2.0 * bend_mm), 0.0))
+
+
+def sensor_lead_dimensions(
+    design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder
+) -> SensorLeadDimensions | None:
+    """Dimensions the lead of an encoder's board; None where the design draws none, or has no board.
+
+    Its tie stands on the line from the middle of the leg's head to the middle of its foot, around which the leg is
+    nowhere narrower than the tie's base.
+
+    Args:
+        design: The design.
+        stack: Stack of a chain along the shoulder axis.
+        bracket: Its chain's.
+        encoder: Row of the catalogue; its board stands upright, its plug at its lower edge.
+
+    Raises:
+        DimensionError: The leg is too short for a tie over the screws of its foot.
+    """
+    if design.hardware.leads != "bent" or design.hardware.encoder_at == "motor":
+        return None
+    bend, face = (BEND + 0.5) * SENSOR_MM, stack.encoder_cheek_mm[0]
+    plug = 0.0, stack.encoder_board_mm[0] - ROOM_MM[1] / 2.0, 1.0 - encoder.board_length_mm / 2.0
+    inwards = face - TIED_MM - plug[1]
+    foot = sum(bracket.foot_u_mm) / 2.0 - bracket.shoulder_u_mm, bracket.base_top_mm + bracket.foot_height_mm / 2.0
+    head = bracket.leg_circle_mm if design.hardware.drive == "capstan" else (0.0, 0.0, bracket.head_radius_mm)
+    found = SensorLeadDimensions(plug, bend, (head[0], inwards), face)
+    for _ in range(STEPS):  # further aside is further down
+        along = found.clip_z_mm / foot[1]
+        found = SensorLeadDimensions(plug, bend, (head[0] + along * (foot[0] - head[0]), inwards), face)
+    room = found.clip_z_mm - CLIP_MM[0] / 2.0 - bracket.base_top_mm - bracket.foot_height_mm
+    require(
+        room >= 0.0,
+        "encoder_cheek",
+        "tie of its board's lead",
+        f"the leg ends {-room:.1f} mm too high for it: hardware.leads left out, or hardware.motor larger",
+        "hardware.leads",
+        "bent",
+    )
+    return found

@@ -1,23 +1,36 @@
-"""The motors' leads: drawn with their bend behind each motor, counted in the outline; astray or missing: told."""
+"""Leads of motors and boards: drawn with their bends, tied, counted in the outline; astray or missing: told."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from math import pi
+from math import acos, pi
 
 import numpy as np
 import pytest
+from OCP.BRepAdaptor import BRepAdaptor_Surface  # pyright: ignore[reportAttributeAccessIssue]
 
 from delta_cad import catalogue
 from delta_cad.assembly.assemble import assemble
+from delta_cad.assembly.leads import _make_lead, _make_sensor_lead, lead_statement
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.stated import order
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.presence import check_presence
 from delta_cad.design import DesignError, design_from_dict
-from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.dimensions.installation.leads import BEND, LEAD_MM, PLUG_MM, TAIL_MM, lead_dimensions
+from delta_cad.dimensions import DimensionError, Dimensions, dimensions
+from delta_cad.dimensions.installation.leads import (
+    BEND,
+    CLIP_MM,
+    LEAD_MM,
+    PLUG_MM,
+    PLUGGED_MM,
+    SENSOR_MM,
+    TAIL_MM,
+    SensorLeadDimensions,
+    lead_dimensions,
+    sensor_lead_dimensions,
+)
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.structure.refusals import least_outline_mm
 from tests.committed import changed
@@ -40,11 +53,11 @@ def leads_of(assembly: Assembly) -> list[str]:
 
 def test_a_lead_is_a_rod_of_its_diameter_with_the_bend_that_it_bears() -> None:
     d, assembly = drawn(), machine()
-    assert d.leads is not None
+    (leads,) = d.leads
     part = next(o.part for o in assembly.occurrences if o.part.number == "motor_lead")
     length = PLUG_MM + pi / 2.0 * (BEND + 0.5) * LEAD_MM + TAIL_MM
     assert part.solid.Volume() == pytest.approx(pi / 4.0 * LEAD_MM**2 * length, rel=1e-6)
-    assert d.leads.behind_mm == pytest.approx(BEHIND_MM)
+    assert leads.behind_mm == pytest.approx(BEHIND_MM)
     box = part.solid.BoundingBox()
     assert box.ymax == pytest.approx(BEHIND_MM, abs=1e-6)
 
@@ -64,10 +77,64 @@ def test_each_begins_on_the_back_of_its_motor_and_bends_inwards() -> None:
     assert check_contacts(assembly).passed
 
 
+def test_a_board_s_lead_goes_from_its_header_in_bends_that_it_bears_on_to_the_leg() -> None:
+    d, assembly = drawn(), machine()
+    s, placed = d.sensor_lead, {o.name: o for o in assembly.occurrences}
+    assert s is not None
+    solid = placed["sensor_lead_1"].part.solid
+    bends = [BRepAdaptor_Surface(face.wrapped) for face in solid.Faces() if face.geomType() == "TORUS"]
+    assert [bend.Torus().MajorRadius() for bend in bends] == pytest.approx(2 * [(BEND + 0.5) * SENSOR_MM])
+    housing = PLUGGED_MM[0] * PLUGGED_MM[1] * PLUGGED_MM[2]
+    assert solid.Volume() == pytest.approx(housing + pi / 4.0 * SENSOR_MM**2 * s.length_mm, rel=1e-6)
+    header = placed["encoder_board_1"].placement @ [d.encoder.board_length_mm / 2.0 - 1.0, -3.6, 0.0, 1.0]
+    assert placed["sensor_lead_1"].placement[:3, 3] == pytest.approx(header[:3])
+    foot = d.bracket.base_top_mm + d.bracket.foot_height_mm
+    assert placed["lead_clip_1"].placement[2, 3] > foot + CLIP_MM[0] / 2.0
+    end = solid.BoundingBox().zmin + s.plug_mm[2]
+    assert end == pytest.approx(s.clip_z_mm - CLIP_MM[0] / 2.0 - TAIL_MM)
+
+
+def test_one_that_must_go_far_aside_goes_level_between_quarter_turns() -> None:
+    near, far = (SensorLeadDimensions((0.0, 0.0, 0.0), 10.5, (way, 3.0), 0.0) for way in (4.0, 40.0))
+    assert near.level_mm == 0.0
+    assert near.turn_rad == pytest.approx(acos(1.0 - 5.0 / 21.0))
+    assert far.turn_rad == pytest.approx(pi / 2.0)
+    assert far.level_mm == pytest.approx(np.hypot(40.0, 3.0) - 21.0)
+    for s in (near, far):
+        part = _make_sensor_lead(s)
+        assert part.extent_mm is not None
+        box = part.solid.BoundingBox()
+        assert ((box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax)) == tuple(
+            pytest.approx(span, abs=1e-6) for span in part.extent_mm
+        )
+
+
+def test_its_tie_is_where_the_leg_is_wider_than_the_tie_s_base_and_no_leg_is_too_short_in_silence() -> None:
+    d = drawn()
+    assert d.sensor_lead is not None
+    short = replace(d.bracket, base_top_mm=-55.0)
+    with pytest.raises(DimensionError, match=r"the leg ends .* mm too high for it: hardware\.leads left out"):
+        sensor_lead_dimensions(d.design, d.layers, short, d.encoder)
+
+
+def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own() -> None:
+    at_motor = {"hardware__motor": "maxon-re30-310009-500", "hardware__encoder_at": "motor"}
+    design, d = design_from_dict(changed(hardware__leads="bent", **at_motor)), drawn()
+    phases, own = lead_dimensions(design, catalogue.motor.rows["maxon-re30-310009-500"])
+    assert (phases.number, own.number) == ("motor_lead", "encoder_lead")
+    assert own.behind_mm == pytest.approx(PLUG_MM + (BEND + 1.0) * SENSOR_MM)
+    assert min(own.across_mm) - max(phases.across_mm) > (LEAD_MM + SENSOR_MM) / 2.0
+    assert sensor_lead_dimensions(design, d.layers, d.bracket, d.encoder) is None
+    both = replace(d, leads=(phases, own), sensor_lead=None)
+    assert {s.number: s.count for s in lead_statement(both, 0)} == {"motor_lead": 2, "encoder_lead": 1}
+    assert _make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)
+
+
 def test_the_outline_that_closed_forms_ask_for_counts_them() -> None:
     without = dimensions(design_from_dict(changed()))
     assert (least_outline_mm(drawn()) > least_outline_mm(without) + 0.2).any()
-    assert without.leads is None
+    assert without.leads == ()
+    assert without.sensor_lead is None
 
 
 def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> None:
@@ -77,9 +144,9 @@ def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> No
     for o in placed:
         vertices = np.array([v.toTuple() for v in o.part.solid.tessellate(1e-3, 0.05)[0]])
         found.append(vertices @ o.placement[:2, :3].T + o.placement[:2, 3])
-    assert d.leads is not None
+    (leads,) = d.leads
     back = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    told = np.concatenate([np.add(d.leads.outside_mm, back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+    told = np.concatenate([np.add(leads.outside_mm, back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
     solids = np.concatenate(found)
     assert told.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
     assert told[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)
@@ -87,15 +154,15 @@ def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> No
 
 def test_a_brushless_motor_has_three() -> None:
     design = design_from_dict(changed(hardware__leads="bent"))
-    leads = lead_dimensions(design, catalogue.motor.rows["maxon-ec60flat-625858"])
-    assert leads is not None
+    (leads,) = lead_dimensions(design, catalogue.motor.rows["maxon-ec60flat-625858"])
     assert len(leads.across_mm) == 3
     assert sum(leads.across_mm) == pytest.approx(0.0)
 
 
-def test_one_that_is_missing_or_off_its_motor_is_refused() -> None:
+@pytest.mark.parametrize("number", ["motor_lead", "sensor_lead", "lead_clip"])
+def test_one_that_is_missing_or_off_its_place_is_refused(number: str) -> None:
     assembly = machine()
-    name = leads_of(assembly)[0]
+    name = next(o.name for o in assembly.occurrences if o.part.number == number)
     assert check_presence(assembly).passed
     missing = replace(assembly, occurrences=tuple(o for o in assembly.occurrences if o.name != name))
     assert not check_presence(missing).passed
@@ -109,9 +176,9 @@ def test_one_that_is_missing_or_off_its_motor_is_refused() -> None:
 
 def test_the_manual_has_a_step_for_them_and_a_motor_comes_off_without_them() -> None:
     assembly = machine()
-    steps = [step for unit in order(drawn(), assembly.occurrences) for step in unit.steps if step.title == "Leads"]
-    assert len(steps) == 1
-    assert sorted(steps[0].brings[0].names) == sorted(leads_of(assembly))
+    told = {step.title: step for unit in order(drawn(), assembly.occurrences) for step in unit.steps}
+    assert sorted(told["Leads"].brings[0].names) == sorted(leads_of(assembly))
+    assert [bring.names for bring in told["The encoder's lead"].brings] == [("lead_clip_2",), ("sensor_lead_2",)]
     assert all(set(leads_of(assembly)) & set(removal.loose) for removal in assembly.removals)
 
 

@@ -10,10 +10,8 @@ import sys
 from itertools import chain
 from time import perf_counter
 
-from delta_cad.design import load_design
-from tests.delta_cad.dimensions.paneled import PANEL
 from tests.delta_cad.faults.misses import excuse
-from tests.delta_cad.faults.planting import OVER, faults, sound, with_panel
+from tests.delta_cad.faults.planting import OVER, faults, paneled, sound, with_panel
 from tests.delta_cad.faults.refusing import Refusing
 
 
@@ -23,7 +21,7 @@ def main(words: list[str]) -> int:
     caught = total = 0
     for whole, design, planted in (
         (sound(), None, faults()),
-        (with_panel(), load_design(PANEL), faults(OVER, others=False, whole=with_panel())),
+        (with_panel(), paneled(), faults(OVER, others=False, whole=with_panel())),
     ):
         chosen = (fault for fault in planted if not words or any(word in fault.name for word in words))
         if (first := next(chosen, None)) is None:

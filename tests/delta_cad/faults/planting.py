@@ -11,11 +11,11 @@ import numpy as np
 
 from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
-from delta_cad.design import design_from_dict, load_design
+from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.solids.part import Occurrence, Part, location_of
 from tests.committed import changed
-from tests.delta_cad.dimensions.paneled import PANEL
+from tests.delta_cad.dimensions.paneled import with_panel as with_example
 from tests.delta_cad.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
 
 
@@ -48,8 +48,13 @@ OTHERS: dict[str, dict[str, object]] = {
 """Designs whose parts are put in the place of those of the same name: wrong drawings, wrong orders."""
 
 
-OVER = ("panel", "bezel", "boot", "boot_collar", "mount_sleeve")
+OVER = ("panel", "bezel", "boot", "boot_collar", "mount_sleeve", "sensor_lead", "lead_clip")
 """Numbers of what that has and the committed design has not."""
+
+
+def paneled() -> Design:
+    """The example that has a panel over it, with its leads, for which its outline is wider."""
+    return with_example(hardware__leads="bent", requirements__envelope_depth_mm=230.0)
 
 
 @dataclass(frozen=True)
@@ -74,8 +79,8 @@ def sound() -> Assembly:
 
 @cache
 def with_panel() -> Assembly:
-    """The assembly of the example that has a panel over it and sleeves beside its feet."""
-    return assemble(dimensions(load_design(PANEL)))
+    """The assembly of the example that has a panel over it, sleeves beside its feet, and leads."""
+    return assemble(dimensions(paneled()))
 
 
 @cache

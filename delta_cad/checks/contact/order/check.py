@@ -23,6 +23,8 @@ FLEXIBLE = (
     "rod_spring",
     "boot",
     "motor_lead",
+    "encoder_lead",
+    "sensor_lead",
 )  # numbers of what is laid, with no way of its own
 DRAWN_MM = 1.0  # of a screw's head out of its seat: its key goes in and out so far at least
 ALIKE_MM = 1e-4  # of the places of equal parts in equal units
