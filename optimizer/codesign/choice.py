@@ -20,7 +20,8 @@ BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 5.0, "ball_diameter_mm": 
 """What candidates begin with where nothing is stated: the least sizes, for loads may ask more; wires are drawn."""
 SECTOR_ROOM_MM = 10.0  # see `delta_cad.dimensions.capstan.base_radius_min_mm`
 SECTOR = "sector_radius_mm"
-RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM = 0.15, 6.0, 0.4  # of a choice's neighbours: share of the ratio, width, pinion
+RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM = 0.15, 6.0, 0.8  # of a choice's neighbours: share of the ratio, width, pinion
+SMALL = 3  # halvings from which on steps are small
 TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
 
 
@@ -101,7 +102,9 @@ class Choice:
 
 
 def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
-    """Lists the hardware near by: another ratio, width of the parallelograms or pinion, each by itself.
+    """Lists the hardware near by: another ratio and width of the parallelograms, or pinion, each by itself.
+
+    Small steps leave the width as it is, for which solids told what room keys need, and go to other pinions instead.
 
     Args:
         brief: What the customer asks, who may have fixed any of them.
@@ -110,13 +113,13 @@ def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
     """
     step, wide, wider = (one / 2.0**halved for one in (RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM))
     found: list[Choice] = []
-    if brief.limits.parallelogram_width_mm is None:
+    if brief.limits.parallelogram_width_mm is None and halved < SMALL:
         found += [now.with_(width_mm=now.width_mm + w) for w in (-wide, wide) if now.width_mm + w > 0.0]
     if now.drive == "capstan":
         low, high = ratios_of(brief)
         ratios = (round(min(max(now.ratio * factor, low), high), 2) for factor in (1.0 / (1.0 + step), 1.0 + step))
         found += [now.with_(ratio=ratio) for ratio in ratios if ratio != now.ratio]
-        if SECTOR not in (*brief.hardware, *now.entries):
+        if halved >= SMALL and SECTOR not in (*brief.hardware, *now.entries):
             pinions = (max(now.wider_mm + more, 0.0) for more in (-wider, wider))
             found += [now.with_(wider_mm=more) for more in pinions if more != now.wider_mm]
     return found

@@ -15,7 +15,7 @@ from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh, worst_torque
-from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, neighbours, ratios_of
+from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, motor_of, neighbours, ratios_of
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
@@ -44,7 +44,11 @@ TRIES = 16  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
-COARSE, AGAIN, FINE = range(3), range(1, 3), range(3, 6)  # how often the steps to other hardware are halved
+COARSE, AGAIN, FINE = (
+    range(SMALL),
+    range(1, SMALL),
+    range(SMALL, SMALL + 3),
+)  # how often the steps to other hardware are halved
 REFINED = 2  # times at most that hardware is refined with what solids told
 WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
@@ -234,7 +238,7 @@ class Search:
         return replace(self.first, masses=masses, ratio=choice.ratio)
 
     def refined(self, choice: Choice, again: bool = False) -> Candidate | None:
-        """Improves ratio, width and pinion of a choice, one after the other, as far as closed forms tell.
+        """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
 
         Args:
             choice: Hardware.
@@ -244,11 +248,9 @@ class Search:
         return None if best is None else self._climbed(best, AGAIN if again else COARSE)
 
     def _polished(self, candidate: Candidate) -> Candidate:
-        """Improves a candidate by smaller steps, with what its solids told; it is weighed again."""
+        """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
         finer = self._climbed(candidate, FINE)
-        if finer is candidate or self.stop():
-            return candidate
-        again = self.settled(finer.choice, finer.lengths_mm)
+        again = None if finer is candidate or self.stop() else self.settled(finer.choice, finer.lengths_mm)
         return candidate if again is None or again.score <= candidate.score else again
 
     def _climbed(self, best: Candidate, halvings: Iterable[int]) -> Candidate:

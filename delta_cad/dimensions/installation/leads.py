@@ -169,7 +169,7 @@ def sensor_lead_dimensions(
         room >= 0.0,
         "encoder_cheek",
         "tie of its board's lead",
-        f"the leg ends {-room:.1f} mm too high for it: hardware.leads left out, or hardware.motor larger",
+        f"the leg ends {-room:.1f} mm too high for it: hardware.leads = none, or hardware.motor larger",
         "hardware.leads",
         "bent",
     )

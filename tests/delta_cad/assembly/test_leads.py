@@ -113,7 +113,7 @@ def test_its_tie_is_where_the_leg_is_wider_than_the_tie_s_base_and_no_leg_is_too
     d = drawn()
     assert d.sensor_lead is not None
     short = replace(d.bracket, base_top_mm=-55.0)
-    with pytest.raises(DimensionError, match=r"the leg ends .* mm too high for it: hardware\.leads left out"):
+    with pytest.raises(DimensionError, match=r"the leg ends .* mm too high for it: hardware\.leads = none"):
         sensor_lead_dimensions(d.design, d.layers, short, d.encoder)
 
 
