@@ -47,6 +47,11 @@ STARTS = 1  # of SQP in one interval
 OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
 NARROW = 1.002  # factor between the ends of an interval
 CORES = 2
+LOSSES = (
+    "room that this machine keeps of its limits",
+    "parts, friction, outline and pinion at the best of the family",
+    "other ratios and motors, and what was left open when the search for the bound ended",
+)
 ARM = VARIABLES.index("upper_arm_length")
 
 
@@ -95,12 +100,14 @@ class Bound:
         gap: Share by which that exceeds the cube of the machine.
         intervals: How many were looked at.
         family: What the machines have in common, a line each.
+        losses: What lies between the machine's cube and that, mm each.
     """
 
     side_mm: float
     gap: float
     intervals: int
     family: tuple[str, ...]
+    losses: tuple[tuple[str, float], ...] = ()
 
 
 class Family:
@@ -162,10 +169,23 @@ class Family:
         Returns:
             What none exceeds, mm: between both.
         """
-        choice = Choice(
-            one.motor, one.drive, one.ratios[0], self._machine.choice.width_mm, self._machine.choice.entries
-        )
-        far = self._strongest(one)
+        choice, far, lessons = self._relaxed(one)
+        if lessons.held_torque_N_m >= lasting_torque_N_m(self._brief, far, lessons):
+            return least_mm  # the weight takes all of it
+        inertia = self._inertia(self._lightest(one), one)
+        problem = step_problem(posed(self._brief, choice, lessons, inertia, far=far), 2)
+        lower, upper = list(problem.lower), list(problem.upper)
+        lower[ARM], upper[ARM] = one.arms_mm
+        problem = replace(problem, lower=tuple(lower), upper=tuple(upper))
+        key = problem.requirements.model_dump_json(exclude={"name"}), problem.lower, problem.upper, least_mm
+        if key not in self._proved:  # windings and encoders of one motor may pose the same
+            self._proved[key] = self._largest(problem, one, least_mm, most_mm, stop)
+        return min(self._proved[key], most_mm)
+
+    def _relaxed(self, one: Interval) -> tuple[Choice, Choice, Lessons]:
+        """The hardware of an interval at its least and at its largest, and what holds of all its machines."""
+        chosen = self._machine.choice
+        choice = Choice(one.motor, one.drive, one.ratios[0], chosen.width_mm, chosen.entries)
         known = self._lessons.get((one.motor, one.drive))
         weighed = self._lightest(one)
         lessons = Lessons(
@@ -180,17 +200,26 @@ class Family:
             spare_torque_N_m=0.0,
             pull_N=known.pull_N / LIGHT if known else math.inf,
         )
-        if lessons.held_torque_N_m >= lasting_torque_N_m(self._brief, far, lessons):
-            return least_mm  # the weight takes all of it
-        inertia = self._inertia(weighed, one)
-        problem = step_problem(posed(self._brief, choice, lessons, inertia, far=far), 2)
-        lower, upper = list(problem.lower), list(problem.upper)
-        lower[ARM], upper[ARM] = one.arms_mm
-        problem = replace(problem, lower=tuple(lower), upper=tuple(upper))
-        key = problem.requirements.model_dump_json(exclude={"name"}), problem.lower, problem.upper, least_mm
-        if key not in self._proved:  # windings and encoders of one motor may pose the same
-            self._proved[key] = self._largest(problem, one, least_mm, most_mm, stop)
-        return min(self._proved[key], most_mm)
+        return choice, self._strongest(one), lessons
+
+    def losses(self, side_mm: float, bound_mm: float) -> tuple[tuple[str, float], ...]:
+        """Tells what lies between a machine's cube and a bound, mm each: what it keeps, the parts, the rest."""
+        machine, known = self._machine, self._lessons[self._machine.choice.motor, self._machine.choice.drive]
+        choice, lengths = machine.choice, machine.lengths_mm
+        one = Interval(choice.motor, choice.drive, (choice.ratio, choice.ratio), (lengths[0], lengths[0]))
+        near, far, relaxed = self._relaxed(one)
+        exact = replace(known, mass_share=1.0, friction_share=1.0, step_share=1.0, spare_torque_N_m=0.0)
+        inertia = machine.weighed.inertia(lengths[0], lengths[1], choice.ratio)
+        found = [side_mm]
+        for posed_as in (
+            posed(self._brief, choice, exact, inertia, far=choice),
+            posed(self._brief, near, relaxed, self._inertia(self._lightest(one), one), far=far),
+        ):
+            problem = step_problem(posed_as, 2)
+            best = sqp.search(problem, problem.scaled(lengths)[None]).best
+            found.append(found[-1] if best is None else 2.0 * problem.lengths_mm(best.x)[SIDE])
+        steps = pairwise(np.clip([*found, bound_mm], side_mm, bound_mm).tolist())
+        return tuple(zip(LOSSES, (after - before for before, after in steps), strict=True))
 
     @staticmethod
     def _largest(problem: Problem, one: Interval, least_mm: float, most_mm: float, stop: Callable[[], bool]) -> float:
@@ -275,4 +304,4 @@ def bounded(
             value, one = heapq.heappop(open_)
             look_at(-value, one.halves())
     side = max([target, *(-value for value, _ in open_)])
-    return Bound(side, side / side_mm - 1.0, count, family.described())
+    return Bound(side, side / side_mm - 1.0, count, family.described(), family.losses(side_mm, side))

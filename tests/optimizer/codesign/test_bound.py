@@ -141,3 +141,14 @@ def test_what_is_stopped_tells_what_is_proved() -> None:
     assert math.isfinite(found.side_mm)
     assert found.side_mm > 2.0 * one.side_mm  # nothing was
     assert any("parallelograms 50 mm" in line for line in found.family)
+
+
+def test_what_lies_between_a_machine_and_its_bound_is_told_in_parts() -> None:
+    one = machine(4.8)
+    family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
+    losses = dict(family.losses(one.side_mm, 1.05 * one.side_mm))
+    assert sum(losses.values()) == pytest.approx(0.05 * one.side_mm)
+    kept, parts, rest = losses.values()
+    assert 0.0 < kept < 0.003 * one.side_mm
+    assert 0.0 < parts < 0.02 * one.side_mm  # the mass felt binds here, and of rods only the ends count
+    assert rest > 0.0
