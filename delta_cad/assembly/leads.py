@@ -6,7 +6,7 @@ from math import cos, hypot, pi, sin
 
 import cadquery as cq
 
-from delta_cad.assembly.bench import Bench, at
+from delta_cad.assembly.bench import UPRIGHT, Bench, at
 from delta_cad.assembly.order.record import Bring, Leg, Step
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
@@ -58,7 +58,7 @@ def place_leads(bench: Bench, i: int) -> None:
     for leads in d.leads:
         part = bench.once(leads.number, lambda leads=leads: _make_lead(leads))
         for name, x in zip(_names(leads, i), leads.across_mm, strict=True):
-            bench.put(name, part, "base", chain_frame(i) @ at(u + x, back, z))
+            bench.put(name, part, "base", chain_frame(i) @ at(u, back, z) @ UPRIGHT @ at(x))
     if (s := d.sensor_lead) is not None:
         shoulder = chain_frame(i) @ at(b.shoulder_u_mm)
         bench.put(f"{SENSOR}_{i}", bench.once(SENSOR, lambda: _make_sensor_lead(s)), "base", shoulder @ at(*s.plug_mm))
@@ -76,7 +76,7 @@ def lead_names(d: Dimensions, i: int) -> tuple[str, ...]:
 
 
 def _make_lead(leads: LeadDimensions) -> Part:
-    """A lead: from the motor's back at the origin along +y, then down."""
+    """A lead: from the motor's back at the origin along +y, then to -z, which is inwards in the machine."""
     bend, middle = leads.bend_mm, leads.bend_mm / 2**0.5
     start, turn = (0.0, 0.0, 0.0), (0.0, PLUG_MM, 0.0)
     top, low = (0.0, PLUG_MM + middle, middle - bend), (0.0, PLUG_MM + bend, -bend)
@@ -194,8 +194,9 @@ def lead_steps(d: Dimensions) -> list[Step]:
     furthest = max(d.leads, key=lambda leads: leads.behind_mm)
     words = (
         "Plug or solder the leads on the motors' terminals, each joint under a sleeve.",
-        f"Bend them down behind the motor, by a radius of {furthest.bend_mm - furthest.diameter_mm / 2.0:g} mm or more "
-        f"inside: they stand out by {furthest.behind_mm:.1f} mm, which the outline counts. Tie them to the bracket.",
+        "Bend them towards the middle of the machine, by a radius of "
+        f"{furthest.bend_mm - furthest.diameter_mm / 2.0:g} mm or more inside: they stand out by "
+        f"{furthest.behind_mm:.1f} mm, which the outline counts. Tie them to the bracket.",
         *(("The boards' leads go with them over the plate's edge.",) if d.sensor_lead is not None else ()),
     )
     brought = Bring(tuple(name for i in CHAINS for name in lead_names(d, i)), is_laid=True)

@@ -259,7 +259,7 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
     if name == "mounting":
         return 'must be "feet", "screws" or "both"'
     if name == "leads":
-        return 'must be "bent", or left out'
+        return 'must be "bent" or "none"'
     if name == "encoder_at":
         return 'must be "shoulder" or "motor"'
     if name in HARDWARE_FAMILIES and model is Hardware:

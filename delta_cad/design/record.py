@@ -91,7 +91,7 @@ class Hardware(Section):
     mounting: Literal["feet", "screws", "both"] | None = Field(
         default=None, description="what the base stands on; left out: feet; both: screwed down with its feet on"
     )
-    leads: Literal["bent"] | None = Field(
+    leads: Literal["bent", "none"] | None = Field(
         default=None, description="bent: the leads of motors and encoders are drawn as they bend, inside the outline"
     )
     _own_parts: OwnParts | None = PrivateAttr(default=None)

@@ -310,8 +310,9 @@ def make_pinion(d: Dimensions) -> Part:
     solid = feature(number, "bore", "motor shaft", lambda: cut(body, boring.tools))
     run, d_c = c.run, c.cable_diameter_mm
     description = (
-        f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.3f} +-{PINION_TURNED_MM:g}, "
-        f"pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, begun at any angle, hard anodised"
+        f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} cut from diameter {2 * crest:.3f} to "
+        f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, begun at any "
+        "angle; lands stay, not drawn; hard anodised"
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)
     return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)

@@ -66,7 +66,7 @@ def make_platform(d: Dimensions) -> Part:
         u, t = chain_frame(i)[:3, 0], chain_frame(i)[:3, 1]
         ends = (tuple((r * u + side * t).tolist()) for side in (-half, half))
         bars.append(within(between(p.bar_bore_mm, *ends), 0.0, BAR_WIDER_UM))
-    boring.add(f"{p.bar_bore_mm:g} through each boss, cross-bar bonded on its middle", bars)
+    boring.add(f"{p.bar_bore_mm:g} through each boss, a cross-bar's middle bonded in it", bars)
     boring.add(f"{p.stem_thread} through, handle", [tapped(along_z(0.0, (0.0, 0.0), (top, -top)), p.stem_thread)])
     near, far = p.hub_radius_mm + RIB_MM, r - boss - 1.0
     for i in CHAINS:

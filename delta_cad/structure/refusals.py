@@ -148,8 +148,7 @@ def least_outline_mm(d: Dimensions) -> np.ndarray:
     points = [(elbow, -half), (elbow, half), (elbow + d.arm.boss_radius_mm, 0.0)]
     points += [(u + side * radius, face + d.motor.length_mm) for side in (-1.0, 1.0)]
     for leads in d.leads:
-        behind = face + d.motor.length_mm + leads.behind_mm
-        points += [(u + side * leads.diameter_mm / 2 + x, behind) for x in leads.across_mm for side in (-1.0, 1.0)]
+        points += [(u + out, face + d.motor.length_mm + behind) for out, behind in leads.outside_mm]
     placed = np.concatenate([np.array(points) @ chain_frame(i)[:2, :2].T for i in CHAINS])
     return np.maximum(np.ptp(placed, axis=0), np.ptp(d.base.reach_mm, axis=1))
 

@@ -20,7 +20,7 @@ from threading import Thread
 from time import process_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from optimizer.atlas.grid import Grid, Set
+from optimizer.atlas.grid import MACHINES, Grid, Set
 
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
@@ -58,8 +58,12 @@ def solve(one: Mapping[str, Any]) -> AtlasRow:
     Returns:
         Plain data: `index`, `inputs`, `method`, `seed`; `feasible`; `steps`, the records of the steps' results;
         `conflict`, names of the constraints that cannot be met together, with `conflict_step` and `message`; processor
-        `seconds`.
+        `seconds`; of a brief also `machine`, as `machine_row` has it.
     """
+    if one["method"] == MACHINES:
+        from optimizer.atlas.machine import machine_row
+
+        return machine_row(one)
     from optimizer.problem.requirements import requirements_from_dict
     from optimizer.synthesis.infeasible import InfeasibleError
     from optimizer.synthesis.three_step import Run

@@ -13,6 +13,8 @@ from optimizer.atlas.grid import Grid
 from optimizer.synthesis.checkpoint import Records
 
 SCHEMA = "delta-atlas/1"
+DESIGNS = "designs"
+UNITS = {"half_side": "_mm", "cube_side": "_mm", "outline": "_mm", "effective_mass": "_kg", "cost": "_EUR"}
 FIELDS = {"index", "inputs", "method", "seed", "feasible", "steps", "conflict", "conflict_step", "message", "seconds"}
 
 
@@ -70,6 +72,7 @@ def flat(rows: Sequence[AtlasRow]) -> list[dict[str, Any]]:
         line |= {field: _plain(value) for field, value in row["inputs"].items()}
         line |= {"seed": row["seed"], "method": row["method"], "feasible": row["feasible"]}
         line |= {"conflict": " ".join(row["conflict"]), "conflict_step": row["conflict_step"]}
+        line |= row.get("machine") or {}
         line |= {objective_column(step): step["objective"] for step in row["steps"]}
         if row["steps"]:
             last = row["steps"][-1]
@@ -81,8 +84,13 @@ def flat(rows: Sequence[AtlasRow]) -> list[dict[str, Any]]:
 
 def objective_column(step: dict[str, Any]) -> str:
     """Names the column of a step's objective."""
-    unit = "_mm" if step["objective_name"] == "half_side" else ""
-    return f"step_{step['step']}_{step['objective_name']}{unit}"
+    name = step["objective_name"]
+    return f"step_{step['step']}_{name}{UNITS.get(name, '')}"
+
+
+def design_files(rows: Sequence[AtlasRow]) -> dict[str, str]:
+    """Gives name and text of the design file of every machine."""
+    return {f"{DESIGNS}/set-{row['index']}.json": row["design"] for row in rows if row.get("machine")}
 
 
 def csv_text(rows: Sequence[AtlasRow]) -> str:

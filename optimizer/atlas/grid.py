@@ -20,7 +20,8 @@ import numpy as np
 from pydantic import BaseModel
 
 from delta_cad.common.refusal import short
-from delta_cad.design import NAME_PATTERN, NAME_RULE
+from delta_cad.design import NAME_PATTERN, NAME_RULE, Hardware
+from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.requirements import Requirements, RequirementsError, read_toml, requirements_from_dict
 from optimizer.search.genetic import GENERATIONS
 from optimizer.synthesis.three_step import METHODS
@@ -33,6 +34,9 @@ INTEGER_MAX = 10**15  # a TOML integer may have thousands of digits; up to here 
 KEYS = ("name", "base", "axes", "method", "seeds", "steps", "population", "generations")
 SPACINGS = ("linspace", "geomspace")
 TABLES = ("requirements", "bounds_mm", "limits", "step_3")
+MACHINES = "design"  # method of an atlas whose sets are briefs and whose rows are machines
+BRIEF_TABLES = ("requirements", "feel", "limits", "bounds_mm")
+OF_STEPS = ("steps", "population", "generations")
 
 
 class GridError(RequirementsError):
@@ -60,11 +64,12 @@ class Set:
         index: Its place in the atlas.
         inputs: Field -> value, one for each axis.
         requirements: What a requirements file would hold.
-        method: One of `three_step.METHODS`.
+        method: One of `three_step.METHODS`, or `MACHINES`.
         seed: Seed of everything random.
         steps: Which steps.
         population: Individuals of the GA; None for the paper's.
         generations: Generations of the GA.
+        folder: Where a brief's own parts are looked for.
     """
 
     index: int
@@ -75,6 +80,7 @@ class Set:
     steps: tuple[int, ...]
     population: int | None
     generations: int
+    folder: str = ""
 
 
 @dataclass(frozen=True)
@@ -106,6 +112,7 @@ def load_grid(path: str | Path) -> Grid:
         path: TOML file, UTF-8. `base` is the path of a requirements file, from the grid file's folder, or such a file's
             tables; `[axes]` holds dotted fields, each a list of values or `{linspace = [first, last, count]}` or
             `{geomspace = ...}`; `method`, `seeds`, `steps`, `population`, `generations` and `name` may be left out.
+            With the method `MACHINES` base and sets are briefs, and `hardware` may vary by ids, too.
 
     Returns:
         The grid.
@@ -138,13 +145,22 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
         if key not in KEYS:
             raise GridError(file, str(key), short(data[key]), f"unknown key; known here: {', '.join(KEYS)}")
     base, where = _base(data, file, folder)
-    requirements_from_dict(base, where)
+    method = data.get("method", "ga+sqp")
+    machines = method == MACHINES
+    place = (folder / data["base"]).parent if isinstance(data["base"], str) else folder
+
+    def read(task: dict[str, Any], source: str) -> Requirements | DesignBrief:
+        return brief_from_dict(task, source, place) if machines else requirements_from_dict(task, source)
+
+    read(base, where)
     name = data.get("name", base["name"])
     if not isinstance(name, str) or re.fullmatch(NAME_PATTERN, name) is None:
         raise GridError(file, "name", short(name), NAME_RULE)
-    method = data.get("method", "ga+sqp")
-    if method not in METHODS:
-        raise GridError(file, "method", short(method), f"must be one of {', '.join(METHODS)}")
+    if method not in (*METHODS, MACHINES):
+        raise GridError(file, "method", short(method), f"must be one of {', '.join((*METHODS, MACHINES))}")
+    for key in OF_STEPS if machines else ():
+        if key in data:
+            raise GridError(file, key, short(data[key]), f'is of the paper\'s method: method = "{MACHINES}" has none')
     seeds = data.get("seeds", [0])
     if not _naturals(seeds) or len(seeds) > VALUES_MAX:
         allowed = f"must be a list of 1 to {VALUES_MAX} different whole numbers >= 0"
@@ -154,7 +170,7 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
         raise GridError(file, "steps", short(steps), "must be a list of 1, 2, 3, each once at most, in order")
     population = _integer(data, file, "population", None, POPULATION)
     generations = _integer(data, file, "generations", GENERATIONS, GENERATION)
-    axes = _axes(data.get("axes"), file)
+    axes = _axes(data.get("axes"), file, machines)
     count = math.prod(len(axis.values) for axis in axes) * len(seeds)
     if count > SETS_MAX:
         raise GridError(file, "axes", "", f"{count:,} sets, seeds included; at most {SETS_MAX:,} are solved at once")
@@ -162,11 +178,12 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
     for values in itertools.product(*(axis.values for axis in axes)):
         inputs = {axis.field: value for axis, value in zip(axes, values, strict=True)}
         given = _placed(base, inputs)
-        record = requirements_from_dict(given, file)
-        if 3 in steps and 2 not in steps and record.step_3.half_side_mm is None:
+        record = read(given, file)
+        if isinstance(record, Requirements) and {2, 3} & set(steps) == {3} and record.step_3.half_side_mm is None:
             raise GridError(file, "steps", short(steps), "step 3 needs step 2 or step_3.half_side_mm")
         for seed in seeds:
-            sets.append(Set(index, inputs, given, method, seed, tuple(steps), population, int(generations or 0)))
+            sizes = tuple(steps), population, int(generations or 0)
+            sets.append(Set(index, inputs, given, method, seed, *sizes, str(place.resolve()) if machines else ""))
             index += 1
     return Grid(name, axes, tuple(sets))
 
@@ -183,11 +200,11 @@ def _base(data: Mapping[str, Any], file: str, folder: Path) -> tuple[dict[str, A
     raise GridError(file, "base", given, f"{kind} the path of a requirements file, or its tables")
 
 
-def _axes(data: object, file: str) -> tuple[Axis, ...]:
+def _axes(data: object, file: str, machines: bool) -> tuple[Axis, ...]:
     if not isinstance(data, Mapping):
         given = "" if data is None else short(data)
         raise GridError(file, "axes", given, "must be a table of dotted fields")
-    axes = tuple(_axis(field, value, file) for field, value in _fields(data, ""))
+    axes = tuple(_axis(field, value, file, machines) for field, value in _fields(data, ""))
     if not axes:
         raise GridError(file, "axes", short(dict(data)), "must hold at least one dotted field")
     twice = [axis.field for k, axis in enumerate(axes) if axis.field in [other.field for other in axes[:k]]]
@@ -206,9 +223,11 @@ def _fields(data: Mapping[str, Any], path: str) -> list[tuple[str, Any]]:
     return fields
 
 
-def _axis(field: str, value: Any, file: str) -> Axis:
+def _axis(field: str, value: Any, file: str, machines: bool) -> Axis:
     table, _, name = field.partition(".")
-    tables = {t: Requirements.model_fields[t].annotation for t in TABLES}
+    tables: dict[str, Any] = {t: Requirements.model_fields[t].annotation for t in TABLES}
+    if machines:
+        tables = {t: DesignBrief.model_fields[t].annotation for t in BRIEF_TABLES} | {"hardware": Hardware}
     model = tables.get(table)
     if not isinstance(model, type) or not issubclass(model, BaseModel) or name not in model.model_fields:
         of = [table] if table in tables else list(tables)
@@ -220,7 +239,7 @@ def _axis(field: str, value: Any, file: str) -> Axis:
         allowed = f"must be a list of 1 to {VALUES_MAX} values, or {{linspace = [first, last, count]}}, or geomspace so"
         raise GridError(file, where, short(value), allowed)
     for k, one in enumerate(values):
-        if not _numeric(one):
+        if not (_numeric(one) or (table == "hardware" and isinstance(one, str))):
             raise GridError(file, f"{where}[{k}]", short(one), "must be a finite number, or a list of such")
         if one in values[:k]:
             raise GridError(file, f"{where}[{k}]", short(one), "is there twice")

@@ -7,20 +7,21 @@ from collections.abc import Sequence
 from typing import Any
 
 from optimizer.atlas.atlas import AtlasRow
-from optimizer.atlas.file import flat
+from optimizer.atlas.file import DESIGNS, flat
 from optimizer.atlas.grid import Grid
 
 LINES_MAX = 500  # rows of the table on the page; all are in the CSV
 LEFT_OUT = ("method", "conflict_step", "ending", "seconds")  # columns of the CSV that the page spares
 
 
-def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:
+def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None, folder: str) -> str:
     """Writes the atlas as Markdown.
 
     Args:
         grid: The grid.
         rows: One for each set, by their index.
         picture: File name of the map; None without one.
+        folder: Where the files stand, as commands name it.
     """
     met = sum(row["feasible"] for row in rows)
     reasons = Counter(" and ".join(row["conflict"]) for row in rows if row["conflict"])
@@ -39,6 +40,16 @@ def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:
         lines.append("")
     if picture is not None:
         lines += [f"![{grid.name}]({picture})", ""]
+    if any(row.get("machine") for row in rows):
+        lines += [
+            "Each machine passed the closed forms of its parts, with masses of solids of its hardware; what moves is",
+            f"seen to when it is built: `python -m delta_cad build --design {folder}/{DESIGNS}/set-N.json`.",
+            "",
+        ]
+    lines += [
+        f"- set {row['index']} has none: {row['message']}" for row in rows if "machine" in row and not row["machine"]
+    ]
+    lines += [""] if lines[-1] else []
     table = [{name: value for name, value in line.items() if name not in LEFT_OUT} for line in flat(rows)]
     columns = list(dict.fromkeys(name for line in sorted(table, key=len, reverse=True) for name in line))
     lines += [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
@@ -51,7 +62,7 @@ def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:
 def mapped(grid: Grid) -> bool:
     """Tells whether the grid can be drawn: two axes of numbers, at least two of each."""
     return len(grid.axes) == 2 and all(
-        len(axis.values) > 1 and not any(isinstance(value, list) for value in axis.values) for axis in grid.axes
+        len(axis.values) > 1 and not any(isinstance(value, list | str) for value in axis.values) for axis in grid.axes
     )
 
 

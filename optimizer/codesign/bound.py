@@ -16,9 +16,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice, drives, motor_of, ratios_of
+from optimizer.codesign.choice import (
+    PINION_MM,
+    SECTOR,
+    SECTOR_ROOM_MM,
+    SECTORS_MM,
+    Choice,
+    drives,
+    motor_of,
+    ratios_of,
+)
 from optimizer.codesign.lengths import WIDE_MM, lasting_torque_N_m, posed
 from optimizer.codesign.lessons import COUPLE_INDEX, KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
 from optimizer.globalopt.optimum import none_feasible
@@ -38,6 +47,11 @@ STARTS = 1  # of SQP in one interval
 OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
 NARROW = 1.002  # factor between the ends of an interval
 CORES = 2
+LOSSES = (
+    "room that this machine keeps of its limits",
+    "parts, friction, outline and pinion at the best of the family",
+    "other ratios and motors, and what was left open when the search for the bound ended",
+)
 ARM = VARIABLES.index("upper_arm_length")
 
 
@@ -86,12 +100,14 @@ class Bound:
         gap: Share by which that exceeds the cube of the machine.
         intervals: How many were looked at.
         family: What the machines have in common, a line each.
+        losses: What lies between the machine's cube and that, mm each.
     """
 
     side_mm: float
     gap: float
     intervals: int
     family: tuple[str, ...]
+    losses: tuple[tuple[str, float], ...] = ()
 
 
 class Family:
@@ -106,7 +122,8 @@ class Family:
     def __init__(self, brief: DesignBrief, machine: Candidate, lessons: dict[tuple[str, str], Lessons]) -> None:
         self._brief, self._machine, self._lessons = brief, machine, lessons
         own = lessons[machine.choice.motor, machine.choice.drive]
-        self._overhead = tuple(max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
+        longer, shorter = (max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
+        self._overhead = longer, shorter
         self._least = {
             length: min(one.least(length) for one in lessons.values()) for length in ("base_radius", "platform_radius")
         }
@@ -125,6 +142,7 @@ class Family:
             f"where nothing else is asked a couple index of {COUPLE_INDEX:g} or more, kappa of {KAPPA:g} or less, "
             f"rods that lean by no more than {LEAN_DEG:g} deg, shoulder angles from {low:g} to {high:g} deg",
             "base and platform radius no smaller than their hardware was found to need, or closed forms ask for it",
+            f"sectors that pass one another: of R >= {SECTOR_ROOM_MM:g} mm and half their radius",
             f"shafts of motors that bear at most {100 / LIGHT - 100:.0f} % more of a cable than was found",
         )
 
@@ -151,27 +169,10 @@ class Family:
         Returns:
             What none exceeds, mm: between both.
         """
-        choice = Choice(
-            one.motor, one.drive, one.ratios[0], self._machine.choice.width_mm, self._machine.choice.entries
-        )
-        far = choice.with_(ratio=one.ratios[1])
-        known = self._lessons.get((one.motor, one.drive))
-        weighed = self._lightest(one)
-        lessons = Lessons(
-            replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
-            known.least_mm if known else self._least,
-            known.crowded if known else self._crowded,
-            (self._overhead[0], self._overhead[1]),
-            mass_share=1.0,
-            friction_share=1.0,
-            step_share=1.0,
-            ball_friction_N=(self._balls[0], self._balls[1]),
-            spare_torque_N_m=0.0,
-            pull_N_m=known.pull_N_m / LIGHT if known else math.inf,
-        )
+        choice, far, lessons = self._relaxed(one)
         if lessons.held_torque_N_m >= lasting_torque_N_m(self._brief, far, lessons):
             return least_mm  # the weight takes all of it
-        inertia = self._inertia(weighed, one)
+        inertia = self._inertia(self._lightest(one), one)
         problem = step_problem(posed(self._brief, choice, lessons, inertia, far=far), 2)
         lower, upper = list(problem.lower), list(problem.upper)
         lower[ARM], upper[ARM] = one.arms_mm
@@ -180,6 +181,45 @@ class Family:
         if key not in self._proved:  # windings and encoders of one motor may pose the same
             self._proved[key] = self._largest(problem, one, least_mm, most_mm, stop)
         return min(self._proved[key], most_mm)
+
+    def _relaxed(self, one: Interval) -> tuple[Choice, Choice, Lessons]:
+        """The hardware of an interval at its least and at its largest, and what holds of all its machines."""
+        chosen = self._machine.choice
+        choice = Choice(one.motor, one.drive, one.ratios[0], chosen.width_mm, chosen.entries)
+        known = self._lessons.get((one.motor, one.drive))
+        weighed = self._lightest(one)
+        lessons = Lessons(
+            replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
+            known.least_mm if known else self._least,
+            known.crowded if known else self._crowded,
+            self._overhead,
+            mass_share=1.0,
+            friction_share=1.0,
+            step_share=1.0,
+            ball_friction_N=(self._balls[0], self._balls[1]),
+            spare_torque_N_m=0.0,
+            pull_N=known.pull_N / LIGHT if known else math.inf,
+        )
+        return choice, self._strongest(one), lessons
+
+    def losses(self, side_mm: float, bound_mm: float) -> tuple[tuple[str, float], ...]:
+        """Tells what lies between a machine's cube and a bound, mm each: what it keeps, the parts, the rest."""
+        machine, known = self._machine, self._lessons[self._machine.choice.motor, self._machine.choice.drive]
+        choice, lengths = machine.choice, machine.lengths_mm
+        one = Interval(choice.motor, choice.drive, (choice.ratio, choice.ratio), (lengths[0], lengths[0]))
+        near, far, relaxed = self._relaxed(one)
+        exact = replace(known, mass_share=1.0, friction_share=1.0, step_share=1.0, spare_torque_N_m=0.0)
+        inertia = machine.weighed.inertia(lengths[0], lengths[1], choice.ratio)
+        found = [side_mm]
+        for posed_as in (
+            posed(self._brief, choice, exact, inertia, far=choice),
+            posed(self._brief, near, relaxed, self._inertia(self._lightest(one), one), far=far),
+        ):
+            problem = step_problem(posed_as, 2)
+            best = sqp.search(problem, problem.scaled(lengths)[None]).best
+            found.append(found[-1] if best is None else 2.0 * problem.lengths_mm(best.x)[SIDE])
+        steps = pairwise(np.clip([*found, bound_mm], side_mm, bound_mm).tolist())
+        return tuple(zip(LOSSES, (after - before for before, after in steps), strict=True))
 
     @staticmethod
     def _largest(problem: Problem, one: Interval, least_mm: float, most_mm: float, stop: Callable[[], bool]) -> float:
@@ -201,6 +241,16 @@ class Family:
             if none_above(side):
                 return min(side, most_mm)
         return most_mm
+
+    def _strongest(self, one: Interval) -> Choice:
+        """The hardware of an interval with its largest ratio, and the largest sector beside its arms in the outline."""
+        chosen, most = self._machine.choice, SECTORS_MM[1]
+        entries = {name: value for name, value in chosen.entries.items() if name != SECTOR}
+        if self._brief.outline_mm is not None:
+            reach = Outline(*self._brief.outline_mm, chosen.width_mm, self._overhead).reach_max_mm
+            most = min(most, 2.0 * (reach - one.arms_mm[0] - SECTOR_ROOM_MM))
+        wider = max(most / one.ratios[1] - PINION_MM, 0.0)
+        return Choice(one.motor, one.drive, one.ratios[1], chosen.width_mm, entries, wider)
 
     def _lightest(self, one: Interval) -> Weighed:
         """The machine's own weights, with the rotor of another motor at the least ratio of an interval."""
@@ -254,4 +304,4 @@ def bounded(
             value, one = heapq.heappop(open_)
             look_at(-value, one.halves())
     side = max([target, *(-value for value, _ in open_)])
-    return Bound(side, side / side_mm - 1.0, count, family.described())
+    return Bound(side, side / side_mm - 1.0, count, family.described(), family.losses(side_mm, side))

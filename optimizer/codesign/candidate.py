@@ -19,7 +19,7 @@ from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.limits import HoldingTorque, Outline, Torque
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 from optimizer.certify.gravity import held_masses
-from optimizer.codesign.choice import TORQUE_DIGITS, Choice, motor_of
+from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -33,7 +33,6 @@ PROOF = "proof of "
 PROOF_BOXES = 60_000  # ten times what a design takes that keeps its limits by a thousandth
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
 CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
-BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 5.0, "ball_diameter_mm": 6.0}  # the least: loads may ask more
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def design_for(
         },
         "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
         "requirements": {name: value for name, value in task.items() if value is not None},
-        "hardware": brief.hardware_from(folder, {**BASE_ENTRIES, **choice.hardware(row)}),
+        "hardware": brief.hardware_from(folder, _allowed(brief, {**BASE_ENTRIES, **choice.hardware(row)})),
     }
     if brief.panel is not None:
         data["panel"] = brief.panel.model_dump()
@@ -131,6 +130,13 @@ ASKED = (
     "gravity_m_s2",
 )
 """Fields of a brief that a design states as they are."""
+
+
+def _allowed(brief: DesignBrief, entries: Mapping[str, Any]) -> dict[str, Any]:
+    """The entries of a hardware that the brief leaves open, or has among what may be used; a ratio is between two."""
+    stated = brief.choices
+    free = "capstan_ratio", *(entry for entry in entries if entry not in brief.hardware)
+    return {entry: value for entry, value in entries.items() if entry in free or value in stated[entry]}
 
 
 def _taken(choice: Choice, lengths: Mapping[str, float], overhead_mm: tuple[float, float]) -> tuple[float, float]:

@@ -15,9 +15,13 @@ RATIOS = (3.0, 12.0)  # of a capstan: below, a pinion is as large as the sector;
 PINION_MM = 8.0  # radius of a pinion on a shaft of 6 mm with a rope of 0.54 mm: 29 rope diameters to bend over
 SHAFT_MM = 6.0
 SECTORS_MM = (28.0, 70.0)  # radius: below, no screws fit between shaft and rim; above, none was built
-SECTOR_STEP_MM = 0.1
 WIDTHS = (50.0, 36.0)  # mm, of parallelograms, the likeliest first: refining goes on from there
+BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 5.0, "ball_diameter_mm": 6.0, "leads": "bent"}
+"""What candidates begin with where nothing is stated: the least sizes, for loads may ask more; wires are drawn."""
 SECTOR_ROOM_MM = 10.0  # see `delta_cad.dimensions.capstan.base_radius_min_mm`
+SECTOR = "sector_radius_mm"
+RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM = 0.15, 6.0, 0.8  # of a choice's neighbours: share of the ratio, width, pinion
+SMALL = 3  # halvings from which on steps are small
 TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
 
 
@@ -31,6 +35,7 @@ class Choice:
         ratio: Turns of the motor per turn of the arm; 1 for a direct drive.
         width_mm: Width of the parallelograms.
         entries: Other entries of a design's hardware, by name.
+        wider_mm: Of a pinion's radius beyond the least: a cable pulls the less at the motor's shaft.
     """
 
     motor: str
@@ -38,6 +43,7 @@ class Choice:
     ratio: float
     width_mm: float
     entries: Mapping[str, Any] = field(default_factory=dict)
+    wider_mm: float = 0.0
 
     def with_(self, **changes: Any) -> Choice:
         """The same with other fields."""
@@ -50,7 +56,7 @@ class Choice:
     @property
     def base_radius_mm(self) -> float:
         """About the least base radius at which sectors pass one another, mm; refusals raise it."""
-        return SECTOR_ROOM_MM + PINION_MM / 2.0 * self.ratio if self.drive == "capstan" else 0.0
+        return SECTOR_ROOM_MM + (PINION_MM + self.wider_mm) * self.ratio / 2.0 if self.drive == "capstan" else 0.0
 
     def hardware(self, row: catalogue.Motor) -> dict[str, Any]:
         """Gives the entries of a design's hardware; the sector is as large as the pinion asks for.
@@ -60,14 +66,15 @@ class Choice:
         """
         entries: dict[str, Any] = {"motor": self.motor, "drive": self.drive}
         if self.drive == "capstan":
-            pinion = PINION_MM + max(row.shaft_diameter_mm - SHAFT_MM, 0.0) / 2
+            pinion = PINION_MM + max(row.shaft_diameter_mm - SHAFT_MM, 0.0) / 2 + self.wider_mm
             wanted = min(max(pinion * self.ratio, SECTORS_MM[0]), SECTORS_MM[1])
-            entries |= {
-                "capstan_ratio": self.ratio,
-                "sector_radius_mm": round(wanted / SECTOR_STEP_MM) * SECTOR_STEP_MM,
-            }
-            entries["sector_radius_mm"] = round(entries["sector_radius_mm"], 1)
+            entries |= {"capstan_ratio": self.ratio, SECTOR: round(wanted, 1)}
         return entries | dict(self.entries)
+
+    def sector_mm(self, brief: DesignBrief) -> float:
+        """Gives the radius of a capstan's sector: chosen or stated, else as large as the pinion asks for."""
+        stated = self.stated(brief, SECTOR) if SECTOR in brief.hardware else None
+        return float(stated or self.hardware(motor_of(brief, self.motor))[SECTOR])
 
     def count_deg(self, brief: DesignBrief) -> float:
         """Computes the turn of a joint for one count of its encoder, deg."""
@@ -94,6 +101,30 @@ class Choice:
         return int(self.ratio * efficiency * row.nominal_torque_N_m * digits) / digits
 
 
+def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
+    """Lists the hardware near by: another ratio and width of the parallelograms, or pinion, each by itself.
+
+    Small steps leave the width as it is, for which solids told what room keys need, and go to other pinions instead.
+
+    Args:
+        brief: What the customer asks, who may have fixed any of them.
+        now: Hardware.
+        halved: How often the steps are.
+    """
+    step, wide, wider = (one / 2.0**halved for one in (RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM))
+    found: list[Choice] = []
+    if brief.limits.parallelogram_width_mm is None and halved < SMALL:
+        found += [now.with_(width_mm=now.width_mm + w) for w in (-wide, wide) if now.width_mm + w > 0.0]
+    if now.drive == "capstan":
+        low, high = ratios_of(brief)
+        ratios = (round(min(max(now.ratio * factor, low), high), 2) for factor in (1.0 / (1.0 + step), 1.0 + step))
+        found += [now.with_(ratio=ratio) for ratio in ratios if ratio != now.ratio]
+        if halved >= SMALL and SECTOR not in (*brief.hardware, *now.entries):
+            pinions = (max(now.wider_mm + more, 0.0) for more in (-wider, wider))
+            found += [now.with_(wider_mm=more) for more in pinions if more != now.wider_mm]
+    return found
+
+
 def motor_of(brief: DesignBrief, motor: str) -> catalogue.Motor:
     """Finds the row of a motor that the brief allows."""
     return cast(catalogue.Motor, catalogue.family("motor", brief.own_parts)[motor])
@@ -114,5 +145,5 @@ def drives(brief: DesignBrief) -> Iterator[tuple[str, str]]:
 
 
 def default_of(entry: str) -> Any:
-    """Gives the value that an entry of the hardware has where none is stated."""
-    return Hardware.model_fields[entry].default
+    """Gives the value that an entry of the hardware begins with where none is stated."""
+    return BASE_ENTRIES.get(entry, Hardware.model_fields[entry].default)

@@ -131,6 +131,22 @@ def front(search: Search, stop: Callable[[], bool] = bool) -> list[MachinePoint]
     return _marked(points)
 
 
+def best_machine(search: Search) -> MachinePoint | None:
+    """Finds the machine of a task that closed forms pass, of the best hardware; nothing is built.
+
+    Args:
+        search: One of the task; its reports and its journal are used.
+    """
+    best: Candidate | None = None
+    for score, choice in search.ranked():
+        if best is not None and score <= best.score:
+            break
+        found = search.refined(choice)
+        if found is not None and (best is None or found.score > best.score):
+            best = found
+    return None if best is None else _point(search, "asked", None, best, search.brief)
+
+
 def hardware_of(points: Iterable[MachinePoint]) -> list[Choice]:
     """Gives the different hardware of points, in their order."""
     found: list[Choice] = []

@@ -152,17 +152,17 @@ def too_soft(design: Design) -> tuple[float, float] | None:
     return None if least >= asked else (least, asked)
 
 
-def from_pull(lessons: Lessons, choice: Choice, torque_N_m: float, share: float) -> Lessons:
+def from_pull(lessons: Lessons, sector_mm: float, torque_N_m: float, share: float) -> Lessons:
     """Learns what a motor's shaft bears of a cable.
 
     Args:
         lessons: What was known.
-        choice: Hardware.
+        sector_mm: Radius of the sector.
         torque_N_m: Of a joint, for a moment.
         share: Of what the shaft bears, that it then bears.
     """
-    pull = SPARE * torque_N_m / share / choice.ratio
-    return lessons.taught(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N_m=pull)
+    pull = SPARE * torque_N_m / share / (sector_mm / MM_PER_M)
+    return lessons.taught(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
 
 def from_stiffness(lessons: Lessons, least: float, asked: float, design: Design) -> Lessons:

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia
-from optimizer.codesign.candidate import BASE_ENTRIES, PEAK_SPARE
+from optimizer.codesign.candidate import PEAK_SPARE
 from optimizer.codesign.choice import Choice, motor_of
 from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Lessons
 from optimizer.codesign.price import price_EUR
@@ -94,7 +95,7 @@ def posed(
     outline = brief.outline_mm or (FREE_OUTLINE_MM, FREE_OUTLINE_MM)
     overhead = lessons.overhead_mm if brief.outline_mm else (0.0, 0.0)
     bounds = {}
-    ball = float(choice.entries.get("ball_diameter_mm", BASE_ENTRIES["ball_diameter_mm"]))
+    ball = float(choice.stated(brief, "ball_diameter_mm"))
     by_parts = {
         "platform_radius": wrist_radius_min_mm(
             ball / 2 + CUP_MM, choice.width_mm, task.clearance_min_mm + CUPS_APART_MM
@@ -176,7 +177,8 @@ def lasting_torque_N_m(brief: DesignBrief, choice: Choice, lessons: Lessons) -> 
     if asked.peak_force_N is None:
         return lasting
     stated = min(choice.peak_torque_N_m(row), asked.peak_torque_N_m or math.inf) / PEAK_SPARE
-    most, held = min(stated, choice.ratio * lessons.pull_N_m), lessons.held_torque_N_m
+    pulled = choice.sector_mm(brief) / MM_PER_M * lessons.pull_N if lessons.pull_N < math.inf else math.inf
+    most, held = min(stated, pulled), lessons.held_torque_N_m
     return min(lasting, held + (most - held) * asked.force_N / asked.peak_force_N)
 
 

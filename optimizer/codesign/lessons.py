@@ -106,8 +106,8 @@ class Lessons:
         side_most_mm: Largest side of the cube to ask for.
         kappa_max: Largest condition number to ask for.
         elbow_angle_deg: Least angle between upper arm and rods to ask for.
-        pull_N_m: Most torque of a joint at any moment, for each turn of a capstan's ratio: beyond, the cable pulls too
-            hard at the motor's shaft.
+        pull_N: Most torque of a joint at any moment over its sector's radius: beyond, the cable pulls too hard at the
+            motor's shaft.
         mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
         friction_share: The same of the friction.
         step_share: The same of the position step.
@@ -125,7 +125,7 @@ class Lessons:
     side_most_mm: float = inf
     kappa_max: float = KAPPA
     elbow_angle_deg: float = 0.0
-    pull_N_m: float = inf
+    pull_N: float = inf
     mass_share: float = 0.998
     friction_share: float = 0.998
     step_share: float = 0.998
@@ -185,7 +185,7 @@ class Lessons:
             "step_share",
             "ball_friction_N",
             "spare_torque_N_m",
-            "pull_N_m",
+            "pull_N",
         )
         return replace(self, **{name: getattr(other, name) for name in names})
 

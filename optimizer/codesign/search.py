@@ -15,7 +15,7 @@ from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh, worst_torque
-from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
+from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, motor_of, neighbours, ratios_of
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
@@ -44,8 +44,11 @@ TRIES = 16  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
-RATIO_STEP, RATIO_TOLERANCE = 0.15, 0.02  # share of the ratio by which it is changed, and at which that ends
-WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's width
+COARSE, AGAIN, FINE = (
+    range(SMALL),
+    range(1, SMALL),
+    range(SMALL, SMALL + 3),
+)  # how often the steps to other hardware are halved
 REFINED = 2  # times at most that hardware is refined with what solids told
 WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
@@ -231,12 +234,8 @@ class Search:
     def _first(self, choice: Choice) -> Weighed:
         """The masses to begin from, with the rotor of another motor."""
         row = motor_of(self.brief, choice.motor)
-        m = self.first.masses
-        return replace(
-            self.first,
-            masses=replace(m, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2),
-            ratio=choice.ratio,
-        )
+        masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
+        return replace(self.first, masses=masses, ratio=choice.ratio)
 
     def refined(self, choice: Choice, again: bool = False) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
@@ -245,32 +244,34 @@ class Search:
             choice: Hardware.
             again: Whether it was refined already, and solids told something new: nearer choices are looked at.
         """
-        step, wide = (RATIO_STEP / 2.0, WIDTH_STEP_MM / 2.0) if again else (RATIO_STEP, WIDTH_STEP_MM)
-        low, high = self._ratios(choice.drive)
-        if (best := self._settled_near(choice, weighing=not again)) is None:
-            return None
-        free = self.brief.limits.parallelogram_width_mm is None
-        while (step > RATIO_TOLERANCE or wide > WIDTH_TOLERANCE_MM) and not self.stop():
-            now = best.choice
-            around = [now.with_(width_mm=now.width_mm + w) for w in (-wide, wide) if free and now.width_mm + w > 0.0]
-            for factor in (1.0 / (1.0 + step), 1.0 + step):
-                ratio = round(min(max(now.ratio * factor, low), high), 2)
-                around += [now.with_(ratio=ratio)] if ratio != now.ratio else []
-            better = None
-            for one in around:
-                held = best.couple_index_min - COUPLE_STEP, best.couple_per_mm / LEVER_STEPS[0]
-                beats = None if self.brief.objective == "cost" else (better or best).score  # a price is none of lengths
-                found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
-                self.report(
-                    f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}"
-                )
-                if found is not None and found.score > (better or best).score + GAIN * abs(best.score):
-                    better = found
-            if better is not None:
-                best = better
-            else:
-                step, wide = step / 2.0, wide / 2.0
+        best = self._settled_near(choice, weighing=not again)
+        return None if best is None else self._climbed(best, AGAIN if again else COARSE)
+
+    def _polished(self, candidate: Candidate) -> Candidate:
+        """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
+        finer = self._climbed(candidate, FINE)
+        again = None if finer is candidate or self.stop() else self.settled(finer.choice, finer.lengths_mm)
+        return candidate if again is None or again.score <= candidate.score else again
+
+    def _climbed(self, best: Candidate, halvings: Iterable[int]) -> Candidate:
+        """Goes on to hardware near by that is better, by steps that are halved so often, as long as there is some."""
+        for halved in halvings:
+            better: Candidate | None = best
+            while better is not None and not self.stop():
+                best, better = better, None
+                for one in neighbours(self.brief, best.choice, halved):
+                    found = self._beside(one, better or best)
+                    if found is not None and found.score > (better or best).score + GAIN * abs(best.score):
+                        better = found
         return best
+
+    def _beside(self, one: Choice, best: Candidate) -> Candidate | None:
+        """What closed forms leave of hardware near the best; None where that is no better."""
+        held = best.couple_index_min - COUPLE_STEP, best.couple_per_mm / LEVER_STEPS[0]
+        beats = None if self.brief.objective == "cost" else best.score  # a price is none of lengths
+        found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
+        self.report(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
+        return found
 
     def _settled_near(self, choice: Choice, weighing: bool) -> Candidate | None:
         """What `settled` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
@@ -289,8 +290,9 @@ class Search:
         """
         key = choice.motor, choice.drive
         candidate: Candidate | None = None
-        for _ in range(SWEEPS):
+        for turn in range(SWEEPS):
             candidate = self.settled(choice, candidate.lengths_mm if candidate else None)
+            candidate = self._polished(candidate) if candidate is not None and not turn else candidate
             if candidate is None or self.dearer * candidate.score <= least or self.stop():
                 return None
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
@@ -375,7 +377,8 @@ class Search:
                 reasons = refusals(design)
                 if geared and (pulled := [one for one in reasons if one.part == PULLED]):
                     bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
-                    lessons = from_pull(lessons, choice, self._moment(bare, lengths), _share(pulled[0]))
+                    sector = design.hardware.sector_radius_mm
+                    lessons = from_pull(lessons, sector, self._moment(bare, lengths), _share(pulled[0]))
                     reasons = tuple(one for one in reasons if one not in pulled)
                     if not reasons:
                         continue
@@ -403,7 +406,8 @@ class Search:
             lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbing)
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
             if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
-                lessons = from_pull(lessons, choice, self._moment(lessons, lengths), _share(pull))
+                sector = design.hardware.sector_radius_mm
+                lessons = from_pull(lessons, sector, self._moment(lessons, lengths), _share(pull))
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, lessons, results)
                 spare = max(a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True))

@@ -102,7 +102,7 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
 def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
     from delta_cad.common.files import write_all
-    from optimizer.atlas.file import csv_text, record
+    from optimizer.atlas.file import csv_text, design_files, record
     from optimizer.atlas.page import mapped, page
     from optimizer.pictures.atlas import png
 
@@ -113,8 +113,9 @@ def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace)
     contents |= {
         folder / "atlas.json": text + "\n",
         folder / "atlas.csv": csv_text(ordered),
-        folder / "atlas.md": page(grid, ordered, picture.name if contents else None),
+        folder / "atlas.md": page(grid, ordered, picture.name if contents else None, folder.as_posix()),
     }
+    contents |= {folder / name: content for name, content in design_files(ordered).items()}
     write_all(contents)
     if picture not in contents:
         picture.unlink(missing_ok=True)

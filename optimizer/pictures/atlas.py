@@ -18,8 +18,16 @@ from optimizer.atlas.file import objective_column
 from optimizer.atlas.grid import Axis, Grid
 
 CELLS_MAX = 150  # cells up to which each shows its number
-TITLES = {"half_side": "largest half side, mm", "kappa": "smallest worst condition number"}
-COLOURS = ("viridis", "viridis_r")  # bright is good: a large half side, a small condition number
+TITLES = {
+    "half_side": "largest half side, mm",
+    "kappa": "smallest worst condition number",
+    "cube_side": "largest cube, mm",
+    "outline": "least width of the outline, mm",
+    "effective_mass": "least effective mass, kg",
+    "cost": "least price, EUR by estimate",
+}
+LARGE = "half_side_mm", "cube_side_mm"  # what is the better the larger it is: ends of columns
+COLOURS = ("viridis_r", "viridis")  # bright is good: a large cube, a small condition number
 SPAN_MIN = 1e-3  # share of a value by which the colours of a map differ at least: roundings are not painted
 TICKS = 12  # labels of an axis at most
 
@@ -48,7 +56,7 @@ def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
     figure = Figure(figsize=(1.6 + 4.6 * len(titles), 4.2), layout="constrained")
     figure.suptitle(f"{grid.name} (hatched: cannot be met)", fontsize=12)
     for ax, (column, title) in zip(figure.subplots(1, len(titles), squeeze=False)[0], titles.items(), strict=True):
-        _panel(ax, cells(grid, rows, column), COLOURS["kappa" in column])
+        _panel(ax, cells(grid, rows, column), COLOURS[column.endswith(LARGE)])
         for axis, place in zip(grid.axes, (ax.yaxis, ax.xaxis), strict=True):
             _ticks(axis, place)
         ax.set_title(title)
@@ -69,14 +77,14 @@ def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
     """
     first, second = grid.axes
     best = np.full((len(first.values), len(second.values)), np.nan)
-    smaller = column.endswith("kappa")
+    larger = column.endswith(LARGE)
     for row in rows:
         objectives = [
             step["objective"] for step in row["steps"] if objective_column(step) == column and step["feasible"]
         ]
         if objectives and objectives[0] is not None:
             at = first.values.index(row["inputs"][first.field]), second.values.index(row["inputs"][second.field])
-            best[at] = (np.fmin if smaller else np.fmax)(best[at], objectives[0])
+            best[at] = (np.fmax if larger else np.fmin)(best[at], objectives[0])
     return best
 
 

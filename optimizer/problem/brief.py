@@ -33,6 +33,7 @@ from optimizer.problem.requirements import (
 from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
 
 Objective = Literal["cube_side", "effective_mass", "outline", "cost"]
+CAPSTAN = ("capstan_ratio", "sector_radius_mm", "cable")  # hardware that a direct drive has not
 SIGNS = ("gt", "ge", "lt", "le")
 
 
@@ -54,7 +55,7 @@ class BriefRequirements(Section):
         default=None,
         gt=0,
         le=5000,
-        description="largest width of the swept machine, motors included",
+        description="largest width of the swept machine, motors and their leads included",
     )
     envelope_depth_mm: float | None = Field(
         default=None, gt=0, le=5000, description="largest depth; width and depth may be exchanged"
@@ -250,10 +251,10 @@ def brief_from_dict(
     if found.record is None:
         refuse(found.faults)
     brief = _settled(found.record, found.stated)
-    brief._notes = tuple(_notes(found.stated))
     brief._own_folder = own_folder(brief.hardware, folder, own_parts)
     if brief._own_folder is not None:
         brief._own_parts = catalogue.own_parts(brief._own_folder)
+    brief._notes = (*_notes(found.stated), *_of_no_capstan(brief))
     return brief
 
 
@@ -282,6 +283,13 @@ def _notes(stated: frozenset[str]) -> Iterator[str]:
     for field, why in UNUSED.items():
         if field in stated or any(one.startswith(f"{field}.") for one in stated):
             yield f"{field} is not used by design: {why}"
+
+
+def _of_no_capstan(brief: DesignBrief) -> Iterator[str]:
+    """Says which hardware a direct drive has not, where all that may be used are such."""
+    for entry in CAPSTAN if "capstan" not in brief.choices["drive"] else ():
+        if entry in brief.hardware:
+            yield f"hardware.{entry} is not used by design: it is a capstan's, and all that may be used is direct"
 
 
 def _contradictions(found: Validated[DesignBrief], known: Known) -> Iterator[Fault]:

@@ -1,6 +1,7 @@
 """The leads of motors and encoders' boards, drawn as far as they bend.
 
-A motor's leave its back along the axis and bend down beside it, their ends free. A board's is plugged in at its lower
+A motor's leave its back along the axis and bend inwards beside it, their ends free: level, for an outline's rectangle
+has the motors' backs at its edge, and a bend down would stand out there. A board's is plugged in at its lower
 edge and goes in two bends on to the outer face of the encoder's leg, where a tie holds it: from there on it lies on
 what stands.
 """
@@ -8,7 +9,7 @@ what stands.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, hypot, pi, sin
+from math import acos, cos, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.design import Design
@@ -23,6 +24,7 @@ BEND = 3.0  # least inner radius, in diameters, of a flexible lead that is laid 
 PLUG_MM = 3.0  # straight behind the motor: a push-on plug, or solder under its sleeve
 TAIL_MM = 5.0  # straight after the bend
 APART_MM = 5.0  # of neighbouring leads
+SQUARE_DEG = (0.0, 30.0, 60.0, 90.0)  # of a bend, where it is square to a side of the outline: chains are 120 deg apart
 COUNTS = {"brushed": 2, "brushless": 3}  # of a motor's phases
 
 SENSOR_MM = 3.0  # six wires of 0.8 about a seventh's room are 2.4, a sleeve of 0.3 around them
@@ -48,7 +50,7 @@ class LeadDimensions:
         number: Of the part.
         diameter_mm: Of a lead.
         bend_mm: Radius of its middle line.
-        across_mm: Where they leave the motor's back, across its axis and level.
+        across_mm: Where they leave the motor's back, across its axis and upright.
     """
 
     number: str
@@ -60,6 +62,13 @@ class LeadDimensions:
     def behind_mm(self) -> float:
         """How far they reach behind the motor's back."""
         return PLUG_MM + self.bend_mm + self.diameter_mm / 2.0
+
+    @property
+    def outside_mm(self) -> list[tuple[float, float]]:
+        """Where, seen from above, a lead stands out farthest in any direction of the outline: outwards, behind."""
+        outer, turns = self.bend_mm + self.diameter_mm / 2.0, [radians(angle) for angle in SQUARE_DEG]
+        bend = [(outer * cos(turn) - self.bend_mm, outer * sin(turn) + PLUG_MM) for turn in turns]
+        return [*bend, (-self.bend_mm - TAIL_MM, self.behind_mm)]
 
     @property
     def length_mm(self) -> float:
@@ -74,7 +83,7 @@ def lead_dimensions(design: Design, motor: catalogue.Motor) -> tuple[LeadDimensi
         design: The design.
         motor: Its motor.
     """
-    if design.hardware.leads is None:
+    if design.hardware.leads != "bent":
         return ()
     count = COUNTS[motor.commutation]
     across = tuple(APART_MM * (k - (count - 1) / 2.0) for k in range(count))
@@ -144,7 +153,7 @@ def sensor_lead_dimensions(
     Raises:
         DimensionError: The leg is too short for a tie over the screws of its foot.
     """
-    if design.hardware.leads is None or design.hardware.encoder_at == "motor":
+    if design.hardware.leads != "bent" or design.hardware.encoder_at == "motor":
         return None
     bend, face = (BEND + 0.5) * SENSOR_MM, stack.encoder_cheek_mm[0]
     plug = 0.0, stack.encoder_board_mm[0] - ROOM_MM[1] / 2.0, 1.0 - encoder.board_length_mm / 2.0
@@ -160,7 +169,7 @@ def sensor_lead_dimensions(
         room >= 0.0,
         "encoder_cheek",
         "tie of its board's lead",
-        f"the leg ends {-room:.1f} mm too high for it: hardware.leads left out, or hardware.motor larger",
+        f"the leg ends {-room:.1f} mm too high for it: hardware.leads = none, or hardware.motor larger",
         "hardware.leads",
         "bent",
     )

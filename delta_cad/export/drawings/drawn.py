@@ -34,6 +34,7 @@ from delta_cad.export.drawings.part.shape import is_hull_line
 from delta_cad.export.drawings.title import Titles
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
+from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.export.drawings.whole import assembly_drawing, balloon_faults, placed_items
 from delta_cad.solids.part import Part
 
@@ -143,15 +144,18 @@ def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing,
         ViewError, LayoutError, RoomError, LetteringError: It cannot be drawn.
     """
     features = features_of(part, faces_of(part.solid), held)
-    sheets = laid_out(views_of(part, features), features, held, titles, notes_of(part, features))
+    views = views_of(part, features)
+    sheets = laid_out(views, features, held, titles, notes_of(part, features, views[0].frame))
     return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets)), features
 
 
-def notes_of(part: Part, features: Features) -> list[tuple[str, str]]:
-    """Gives the notes of a part's drawing, each with the key that it tells."""
+def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, str]]:
+    """Gives the notes of a part's drawing, each with the key that it tells; `front` is the frame of its main view."""
     zero = ", ".join(f"{round(float(value), 3) + 0.0:g}" for value in features.datum)
+    right, up = (_axis(axis) for axis in front.axes)
     notes = [
         ("", f"Coordinates count from 0, which is ({zero}) in the STEP file and in holes.csv."),
+        ("", f"The main view's right is {right} there, its up {up}."),
         ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
         ("", _finish(part)),
     ]
@@ -166,6 +170,12 @@ def notes_of(part: Part, features: Features) -> list[tuple[str, str]]:
     for n, slot in enumerate(features.slots):
         notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
     return notes
+
+
+def _axis(along: np.ndarray) -> str:
+    """Names the axis of the model that a view's axis lies along, such as "-X"."""
+    k = int(np.abs(along).argmax())
+    return f"{'-' if along[k] < 0.0 else ''}{'XYZ'[k]}"
 
 
 def _finish(part: Part) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from string import ascii_uppercase
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.bom import write_csv
@@ -21,7 +20,8 @@ class HoleRow:
 
     Attributes:
         part: Part number.
-        hole: Letter of its group of equal diameter and number within it, such as "A2"; of slots the letter.
+        hole: Number of its group of equal diameter and number within it, such as "#3.2"; of slots the group's. No
+            drawing's tag looks like it: a drawing has letters, in an order of its own, and finds a bore by its place.
         x_mm: Where its axis enters what is bored, as `y_mm` and `z_mm`.
         direction_x: Unit vector along the axis into the material, as `direction_y` and `direction_z`.
         diameter_mm: Of the bore, a thread's drill; of a slot its width.
@@ -59,7 +59,7 @@ class HoleRow:
 def hole_list(assembly: Assembly) -> list[HoleRow]:
     """Lists every declared bore and slot of every part that is made, in order of first use."""
     made = (part for part in assembly.parts if part.make)
-    return [row for part in made for k, hole in enumerate(part.holes) for row in _rows(part.number, _letters(k), hole)]
+    return [row for part in made for k, hole in enumerate(part.holes, 1) for row in _rows(part.number, f"#{k}", hole)]
 
 
 def write_holes(rows: list[HoleRow], path: Path) -> None:
@@ -67,17 +67,11 @@ def write_holes(rows: list[HoleRow], path: Path) -> None:
     write_csv(path, HoleRow, rows)
 
 
-def _letters(k: int) -> str:
-    """Names a group: A to Z, then AA, AB, ..."""
-    first, last = divmod(k, len(ascii_uppercase))
-    return (ascii_uppercase[first - 1] if first else "") + ascii_uppercase[last]
-
-
-def _rows(part: str, letter: str, hole: Hole) -> Iterator[HoleRow]:
+def _rows(part: str, group: str, hole: Hole) -> Iterator[HoleRow]:
     if not hole.bores:
-        yield HoleRow(part, letter, diameter_mm=round(hole.diameter_mm, DECIMALS), callout=hole.callout)
+        yield HoleRow(part, group, diameter_mm=round(hole.diameter_mm, DECIMALS), callout=hole.callout)
     for number, bore in enumerate(hole.bores, start=1):
-        yield _row(part, f"{letter}{number}", bore)
+        yield _row(part, f"{group}.{number}", bore)
 
 
 def _row(part: str, name: str, bore: Bore) -> HoleRow:

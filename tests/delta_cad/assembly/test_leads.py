@@ -31,6 +31,7 @@ from delta_cad.dimensions.installation.leads import (
     lead_dimensions,
     sensor_lead_dimensions,
 )
+from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.structure.refusals import least_outline_mm
 from tests.committed import changed
 
@@ -61,7 +62,7 @@ def test_a_lead_is_a_rod_of_its_diameter_with_the_bend_that_it_bears() -> None:
     assert box.ymax == pytest.approx(BEHIND_MM, abs=1e-6)
 
 
-def test_each_begins_on_the_back_of_its_motor_and_hangs_down() -> None:
+def test_each_begins_on_the_back_of_its_motor_and_bends_inwards() -> None:
     d, assembly = drawn(), machine()
     assert len(leads_of(assembly)) == 6
     placed = {o.name: o.placement for o in assembly.occurrences}
@@ -70,7 +71,9 @@ def test_each_begins_on_the_back_of_its_motor_and_hangs_down() -> None:
         in_motor = np.linalg.inv(placed[f"motor_{chain}"]) @ placed[name]
         assert in_motor[1, 3] == pytest.approx(d.motor.length_mm)
         assert np.hypot(in_motor[0, 3], in_motor[2, 3]) < d.motor.diameter_mm / 2 - LEAD_MM
-        assert placed[name][:3, 2] == pytest.approx([0.0, 0.0, 1.0])
+        tail = placed[name][:3, 3] - BEHIND_MM * placed[name][:3, 2]
+        assert np.hypot(*tail[:2]) < np.hypot(*placed[name][:2, 3])
+        assert tail[2] == pytest.approx(placed[name][2, 3])
     assert check_contacts(assembly).passed
 
 
@@ -110,7 +113,7 @@ def test_its_tie_is_where_the_leg_is_wider_than_the_tie_s_base_and_no_leg_is_too
     d = drawn()
     assert d.sensor_lead is not None
     short = replace(d.bracket, base_top_mm=-55.0)
-    with pytest.raises(DimensionError, match=r"the leg ends .* mm too high for it: hardware\.leads left out"):
+    with pytest.raises(DimensionError, match=r"the leg ends .* mm too high for it: hardware\.leads = none"):
         sensor_lead_dimensions(d.design, d.layers, short, d.encoder)
 
 
@@ -129,9 +132,24 @@ def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own()
 
 def test_the_outline_that_closed_forms_ask_for_counts_them() -> None:
     without = dimensions(design_from_dict(changed()))
-    assert (least_outline_mm(drawn()) > least_outline_mm(without) + 1.0).any()
+    assert (least_outline_mm(drawn()) > least_outline_mm(without) + 0.2).any()
     assert without.leads == ()
     assert without.sensor_lead is None
+
+
+def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> None:
+    d, assembly = drawn(), machine()
+    placed = [o for o in assembly.occurrences if o.part.number == "motor_lead"]
+    found = []
+    for o in placed:
+        vertices = np.array([v.toTuple() for v in o.part.solid.tessellate(1e-3, 0.05)[0]])
+        found.append(vertices @ o.placement[:2, :3].T + o.placement[:2, 3])
+    (leads,) = d.leads
+    back = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
+    told = np.concatenate([np.add(leads.outside_mm, back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+    solids = np.concatenate(found)
+    assert told.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
+    assert told[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)
 
 
 def test_a_brushless_motor_has_three() -> None:
@@ -165,5 +183,5 @@ def test_the_manual_has_a_step_for_them_and_a_motor_comes_off_without_them() -> 
 
 
 def test_anything_else_is_refused_by_field() -> None:
-    with pytest.raises(DesignError, match=r"hardware\.leads = .*must be .bent., or left out"):
+    with pytest.raises(DesignError, match=r"hardware\.leads = .*must be .bent. or .none."):
         design_from_dict(changed(hardware__leads="straight"))

@@ -48,7 +48,7 @@ OTHERS: dict[str, dict[str, object]] = {
 """Designs whose parts are put in the place of those of the same name: wrong drawings, wrong orders."""
 
 
-OVER = ("panel", "bezel", "boot", "boot_collar", "mount_sleeve", "motor_lead", "sensor_lead", "lead_clip")
+OVER = ("panel", "bezel", "boot", "boot_collar", "mount_sleeve", "sensor_lead", "lead_clip")
 """Numbers of what that has and the committed design has not."""
 
 

@@ -358,7 +358,7 @@ def test_page_and_map_say_what_is_met(grid: Grid, serial: list[AtlasRow]) -> Non
     numbers = [[text.get_text() for text in ax.texts] for ax in shown.axes[:2]]
     assert numbers[1] == [f"{value:.4g}" for value in expected]  # one for each set that is met
     assert [len(ax.texts) for ax in empty.axes] == [0]
-    text = page(grid, serial, "map.png")
+    text = page(grid, serial, "map.png", "out/atlas/a")
     assert holds(text.splitlines()[2], "6 3")
     assert "outline (3)" in text
     assert "![tiny](map.png)" in text
@@ -380,7 +380,7 @@ def test_long_tables_are_cut_on_the_page_and_odd_grids_have_no_map(serial: list[
     )
     assert not mapped(one)
     assert not mapped(pairs)
-    text = page(one, serial * 90, None)
+    text = page(one, serial * 90, None, "out")
     assert "The first 500 of 540 rows" in text
     assert "![" not in text
-    assert "[0, 60]" in page(pairs, serial, None)
+    assert "[0, 60]" in page(pairs, serial, None, "out")

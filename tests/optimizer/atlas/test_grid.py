@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from optimizer.atlas.grid import SETS_MAX, VALUES_MAX, Grid, GridError, grid_from_dict, load_grid
+from optimizer.atlas.grid import MACHINES, SETS_MAX, VALUES_MAX, Grid, GridError, grid_from_dict, load_grid
 from optimizer.problem.requirements import RequirementsError, load_requirements
 from tests.optimizer.messages import holds
 
@@ -177,3 +177,32 @@ def test_a_set_is_what_the_requirements_file_would_be() -> None:
     from optimizer.problem.requirements import requirements_from_dict
 
     assert requirements_from_dict(one.requirements) == load_requirements(JOYSTICK)
+
+
+BRIEF = {"name": "b", "requirements": {"envelope_width_mm": 270, "envelope_depth_mm": 220}}
+
+
+def test_a_grid_of_machines_has_briefs_and_may_vary_what_is_felt_and_the_hardware() -> None:
+    motors = ["maxon-re30-310007", "maxon-re50-370354"]
+    axes = {"feel.friction_max_N": [0.5, 0.8], "hardware.motor": motors}
+    found = grid_from_dict({"base": BRIEF, "axes": axes, "method": MACHINES}, "g.toml")
+    told = [(one.requirements["feel"]["friction_max_N"], one.requirements["hardware"]["motor"]) for one in found.sets]
+    assert told == [(0.5, motors[0]), (0.5, motors[1]), (0.8, motors[0]), (0.8, motors[1])]
+    assert all(Path(one.folder).is_absolute() for one in found.sets)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"steps": [1]}, 'steps = [1]: is of the paper\'s method: method = "design" has none'),
+        ({"axes": {"hardware.motor": ["none-such"]}}, "hardware.motor"),
+        ({"axes": {"feel.friction": [0.5]}}, "axes.feel.friction"),
+        ({"axes": {"step_3.half_side_mm": [30.0]}}, "axes.step_3.half_side_mm"),
+        ({"base": {"name": "b"}}, "must state an outline"),
+    ],
+)
+def test_a_grid_of_machines_that_is_refused_says_why(more: dict[str, Any], message: str) -> None:
+    given = {"base": BRIEF, "axes": {"requirements.force_N": [2, 3]}, "method": MACHINES} | more
+    with pytest.raises(RequirementsError) as told:
+        grid_from_dict(given, "g.toml")
+    assert message in "\n".join(told.value.lines)

@@ -11,10 +11,11 @@ import pytest
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.bound import GAP, Bound, Family, Interval, bounded
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, motor_of
-from optimizer.codesign.lengths import best_lengths, posed
+from optimizer.codesign.lengths import best_lengths, lasting_torque_N_m, posed
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.evaluator import figures_numpy, half_surface
@@ -113,6 +114,26 @@ def test_an_interval_is_halved_across_what_is_wider() -> None:
     assert replace(direct, arms_mm=(100.0, 100.15)).narrow
 
 
+def test_an_interval_has_the_torque_of_the_widest_pinion_that_its_outline_leaves_room_for() -> None:
+    """A sector takes half its radius of the base radius; with its arm that is within the outline, or it is none."""
+    asked = brief_from_dict({**BRIEF.model_dump(exclude_none=True), "name": "p"})
+    task = asked.requirements.model_copy(update={"peak_force_N": 8.0})
+    asked = asked.model_copy(update={"requirements": task})
+    pulled = replace(KNOWN, pull_N=20.0)
+    family = Family(asked, machine(4.8), {(MOTOR, "capstan"): pulled})
+    part, rng, wide = Interval(MOTOR, "capstan", (4.5, 5.5), (88.0, 94.0)), np.random.default_rng(1), 0
+    far = family._strongest(part)
+    reach = Outline(270.0, 220.0, 50.0, family._overhead).reach_max_mm
+    for _ in range(2000):
+        ratio, arm, wider = rng.uniform(4.5, 5.5), rng.uniform(88.0, 94.0), rng.uniform(0.0, 3.0)
+        one = Choice(MOTOR, "capstan", ratio, 50.0, wider_mm=wider)
+        if one.base_radius_mm + arm > reach:
+            continue
+        wide += wider > 0.3
+        assert lasting_torque_N_m(asked, one, pulled) <= lasting_torque_N_m(asked, far, pulled)
+    assert wide > 50
+
+
 def test_what_is_stopped_tells_what_is_proved() -> None:
     one = machine(4.8)
     family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
@@ -120,3 +141,14 @@ def test_what_is_stopped_tells_what_is_proved() -> None:
     assert math.isfinite(found.side_mm)
     assert found.side_mm > 2.0 * one.side_mm  # nothing was
     assert any("parallelograms 50 mm" in line for line in found.family)
+
+
+def test_what_lies_between_a_machine_and_its_bound_is_told_in_parts() -> None:
+    one = machine(4.8)
+    family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
+    losses = dict(family.losses(one.side_mm, 1.05 * one.side_mm))
+    assert sum(losses.values()) == pytest.approx(0.05 * one.side_mm)
+    kept, parts, rest = losses.values()
+    assert 0.0 < kept < 0.003 * one.side_mm
+    assert 0.0 < parts < 0.02 * one.side_mm  # the mass felt binds here, and of rods only the ends count
+    assert rest > 0.0

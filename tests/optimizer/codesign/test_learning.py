@@ -67,6 +67,26 @@ def test_a_panel_of_the_brief_is_the_designs_in_the_units_that_it_was_given_in()
     assert design_for(brief(), CHOICE, LENGTHS, KNOWN).panel is None
 
 
+def test_a_design_has_its_wires_within_the_outline_unless_the_brief_leaves_them_out() -> None:
+    assert design_for(brief(), CHOICE, LENGTHS, KNOWN).hardware.leads == "bent"
+    assert design_for(brief(leads="none"), CHOICE, LENGTHS, KNOWN).hardware.leads == "none"
+
+
+def test_sizes_that_the_brief_states_are_those_of_the_design() -> None:
+    stated = {"ball_diameter_mm": 8.0, "arm_thickness_mm": 9.0, "sector_radius_mm": 38.7}
+    made = design_for(brief(**stated), CHOICE, LENGTHS, KNOWN).hardware
+    assert {name: getattr(made, name) for name in stated} == stated
+    left = design_for(brief(), CHOICE.with_entry("arm_thickness_mm", 7.6), LENGTHS, KNOWN).hardware
+    assert (left.ball_diameter_mm, left.arm_thickness_mm) == (6.0, 7.6)
+
+
+def test_a_part_is_chosen_among_those_that_the_brief_names() -> None:
+    several = brief(cable=["steel-0.54-7x7", "steel-0.54-7x19"])
+    assert design_for(several, CHOICE, LENGTHS, KNOWN).hardware.cable == "steel-0.54-7x7"
+    other = CHOICE.with_entry("cable", "steel-0.54-7x19")
+    assert design_for(several, other, LENGTHS, KNOWN).hardware.cable == "steel-0.54-7x19"
+
+
 @pytest.mark.parametrize(
     ("field", "bound", "length"),
     [
@@ -225,10 +245,10 @@ def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_told(monkeyp
     assert too_soft(design.model_copy(update={"requirements": unasked})) is None
 
 
-def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_for_each_turn_of_the_ratio() -> None:
-    lessons = from_pull(KNOWN, CHOICE, 0.96, 1.25)
-    assert lessons.pull_N_m == pytest.approx(0.998 * 0.16)
-    assert lessons.with_shares_of(KNOWN).pull_N_m == KNOWN.pull_N_m == inf
+def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_as_a_force_at_the_sector() -> None:
+    lessons = from_pull(KNOWN, 40.0, 0.96, 1.25)
+    assert lessons.pull_N == pytest.approx(0.998 * 0.96 / 1.25 / 0.04)
+    assert lessons.with_shares_of(KNOWN).pull_N == KNOWN.pull_N == inf
 
 
 def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:

@@ -10,7 +10,7 @@ from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import CoupleIndex
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.lengths import Found, best_lengths, posed
+from optimizer.codesign.lengths import Found, best_lengths, lasting_torque_N_m, posed
 from optimizer.codesign.lessons import KNOB_MM, Lessons, reference
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.brief import DesignBrief, brief_from_dict
@@ -31,6 +31,17 @@ def largest(width: float = 270.0, depth: float = 220.0, **felt: float) -> Found:
     found = best_lengths(brief({"envelope_width_mm": width, "envelope_depth_mm": depth}, FELT | felt), CHOICE, LESSONS)
     assert found is not None
     return found
+
+
+def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
+    asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "peak_force_N": 8.0})
+    pulled = replace(LESSONS, pull_N=20.0)
+    narrow, wide = (lasting_torque_N_m(asked, CHOICE.with_(wider_mm=more), pulled) for more in (0.0, 0.5))
+    sector = round(8.0 * 4.8, 1), round(8.5 * 4.8, 1)
+    held = pulled.held_torque_N_m
+    assert narrow == pytest.approx(held + (20.0 * sector[0] / 1e3 - held) * 3.0 / 8.0)
+    assert wide - narrow == pytest.approx(20.0 * (sector[1] - sector[0]) / 1e3 * 3.0 / 8.0)
+    assert CHOICE.with_(wider_mm=0.5).base_radius_mm > CHOICE.base_radius_mm  # sectors have to pass one another
 
 
 def test_the_largest_cube_is_the_proven_one() -> None:

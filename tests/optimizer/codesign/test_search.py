@@ -13,7 +13,7 @@ from delta_cad.design import Design
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Lessons, Weighed, reference
 from optimizer.codesign.search import Search
@@ -63,6 +63,7 @@ def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.M
     monkeypatch.setattr(search, "_rough", lambda: ranked)
     monkeypatch.setattr(search, "settled", settled)
     monkeypatch.setattr(search, "refined", settled)
+    monkeypatch.setattr(search, "_polished", lambda candidate: candidate)
     return search
 
 
@@ -122,6 +123,33 @@ def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(mo
     assert paper.built == [MOTORS[1]]
     assert list(search.tried.stuck) == [f"{MOTORS[0]} capstan"]  # the other is not given up: it passed
     assert "sector" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+
+
+def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of machines that are best at 4.86:1 and a pinion 0.17 mm wider, from 5:1."""
+    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    weighed: list[Choice] = []
+
+    def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
+        off = abs(choice.ratio - 4.86) / 0.2 + abs(choice.wider_mm - 0.17) / 0.1
+        weighed.extend([choice] if weighing else [])
+        return Candidate(cast(Design, None), choice, (90.0,) * 6, cast(Weighed, None), 84.0 - off)
+
+    monkeypatch.setattr(search, "settled", settled)
+    found = search._polished(settled(Choice(MOTORS[0], "capstan", 5.0, 50.0)))
+    assert found.choice.ratio == pytest.approx(4.86, abs=0.02)
+    assert found.choice.width_mm == 50.0
+    assert found.choice.wider_mm == pytest.approx(0.17, abs=0.02)
+    assert weighed[-1] == found.choice
+
+
+def test_what_the_brief_fixes_no_neighbour_changes() -> None:
+    one = Choice(MOTORS[0], "capstan", 5.0, 50.0)
+    fixed = brief_from_dict({**brief().model_dump(exclude_none=True), "limits": {"parallelogram_width_mm": 50.0}})
+    assert {near.width_mm for near in neighbours(brief(), one, 0)} == {44.0, 50.0, 56.0}
+    assert {near.width_mm for near in neighbours(fixed, one, 0)} == {50.0}
+    assert {near.wider_mm for near in neighbours(brief(), one, SMALL)} == {0.0, 0.1}
+    assert {near.wider_mm for near in neighbours(brief(), one.with_entry("sector_radius_mm", 40.0), SMALL)} == {0.0}
 
 
 def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -437,3 +437,11 @@ def test_entries_of_the_hardware_are_those_of_a_design() -> None:
     every = {name: info.get_default() for name, info in Hardware.model_fields.items() if info.get_default() is not None}
     given = brief(requirements=CUBE, hardware={name: [value] for name, value in every.items()})
     assert {name: values[0] for name, values in given.choices.items() if name in every} == every
+
+
+def test_what_only_a_capstan_has_is_told_where_all_drives_are_direct() -> None:
+    task = {"name": "b", "requirements": {"cube_side_mm": 60.0}}
+    direct = brief_from_dict(task | {"hardware": {"drive": "direct", "capstan_ratio": 5.0}})
+    (note,) = direct.notes
+    assert note.startswith("hardware.capstan_ratio is not used by design")
+    assert brief_from_dict(task | {"hardware": {"capstan_ratio": 5.0}}).notes == ()

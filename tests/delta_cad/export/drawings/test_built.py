@@ -54,6 +54,33 @@ def test_holes_are_told_as_the_list_of_holes_has_them(built: Built, folder: Path
         assert {key: counted[key] for key in expected} == dict(expected), number
 
 
+@pytest.mark.parametrize("number", ["base_plate", "motor_cheek", "sector"])
+def test_a_table_s_coordinates_are_those_of_the_list_of_holes_along_the_axes_that_a_note_names(
+    number: str, built: Built, folder: Path
+) -> None:
+    texts = svg_texts(folder / f"{number}.svg")
+    words = re.sub(r"\s+", " ", " ".join(texts))
+    zero = [float(value) for value in re.search(r"which is \(([^)]*)\)", words)[1].split(",")]  # type: ignore[index]
+    told = re.search(r"right is (-?)([XYZ]) there, its up (-?)([XYZ])\.", words)
+    assert told is not None
+    with (built.folder / "holes.csv").open(encoding="utf-8") as file:
+        starts = [[float(row[f"{axis}_mm"]) for axis in "xyz"] for row in csv.DictReader(file) if row["part"] == number]
+    tags = [k for k, text in enumerate(texts) if re.fullmatch(r"[A-Z]\d+", text)]
+    seen = 0
+    for k in tags:
+        try:
+            right, up = float(texts[k + 1]), float(texts[k + 2])
+        except ValueError:  # a tag beside its hole
+            continue
+        point = list(zero)
+        for value, sense, axis in ((right, told[1], told[2]), (up, told[3], told[4])):
+            point["XYZ".index(axis)] += -value if sense else value
+        kept = ["XYZ".index(told[2]), "XYZ".index(told[4])]
+        assert any(all(abs(at[j] - point[j]) < 2e-3 for j in kept) for at in starts), (texts[k], point)
+        seen += 1
+    assert seen >= 6
+
+
 def test_what_the_machine_needs_stands_on_the_drawings(folder: Path, best_dimensions: Dimensions) -> None:
     d = best_dimensions
     wanted = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -26,6 +27,7 @@ def test_every_bore_has_its_row(rows: list[HoleRow], best_assembly: Assembly) ->
     bores = Counter({part.number: n for part in made if (n := sum(len(h.bores) or 1 for h in part.holes))})
     assert Counter(row.part for row in rows) == bores
     names = [(row.part, row.hole) for row in rows]
+    assert all(re.fullmatch(r"#\d+(\.\d+)?", name) for _, name in names)  # a drawing's tags are letters: "B1"
     assert len(set(names)) == len(names)
     assert [row.callout for row in rows if row.x_mm is None] == [
         hole.callout for part in made for hole in part.holes if hole.is_slot
