@@ -12,7 +12,7 @@ from delta_cad.solids import panel
 from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought.fasteners import CORE_PLAY_MM
 from delta_cad.solids.panel import panel_of
-from delta_cad.solids.part import Contact, Make, Stated, Supply
+from delta_cad.solids.part import Contact, Make, Need, Stated, Supply
 
 SHARE = 0.6  # of a flat face, beside edges and the bores of screws
 SEATED_MM = 0.02  # along a normal: what a shim cannot enter
@@ -100,6 +100,13 @@ def panel_makes(d: Dimensions) -> list[Make]:
         stated.append(Make("boot", "rubber", False, panel.BOOT_CODE, mass_g=p.boot_g - p.carried_g))
         stated.append(Make("boot_collar", "rubber", False, panel.BOOT_CODE, piece_of="boot", mass_g=p.carried_g))
     return stated
+
+
+def panel_needs(d: Dimensions) -> list[Need]:
+    """States what holds the base down and the boot on its stem."""
+    screws = len(mount_places(d)) if d.design.hardware.mounting in ("screws", "both") else 0
+    found = [Need("mount_screw", screws, "ISO 4762 M*")] if screws else []
+    return [*found, Need("boot_tie", 1, "cable tie *")] if d.panel is not None else found
 
 
 def panel_supplies(d: Dimensions) -> tuple[Supply, ...]:

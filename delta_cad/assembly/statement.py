@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from delta_cad import catalogue
 from delta_cad.assembly.leads import lead_statement
-from delta_cad.assembly.panel import panel_statement
-from delta_cad.assembly.supplies import BAR_ADHESIVE
+from delta_cad.assembly.panel import panel_needs, panel_statement
+from delta_cad.assembly.supplies import BAR_ADHESIVE, keys
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.mechanism.placement import CHAINS, SIDES
@@ -34,14 +34,16 @@ def statement(d: Dimensions) -> tuple[Stated, ...]:
     return tuple(stated)
 
 
-def needs() -> tuple[Need, ...]:
-    """States what every machine needs beside its parts: a cord in each spring, two adhesives, grease."""
+def needs(d: Dimensions) -> tuple[Need, ...]:
+    """States what a machine needs beside its parts: cords, adhesives, grease, keys, and what holds it down."""
     tubes, bars = (catalogue.adhesive(name) for name in (TUBE_ADHESIVE, BAR_ADHESIVE))
     return (
         Need("rod_cord", len(CHAINS) * len(SIDES), "braided polyethylene cord *"),
         Need("tube_adhesive", 1, f"{tubes.maker} {tubes.order_code}"),
         Need("bar_adhesive", 1, f"{bars.maker} {bars.order_code}"),
         Need("joint_grease", 1, "silicone or PAO grease*"),
+        *(Need(key.number, 1, "hexagon key *") for key in keys(d)),
+        *panel_needs(d),
     )
 
 

@@ -74,13 +74,13 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             "silicone or PAO grease with PTFE",
             GREASE_SOURCE,
         ),
-        *_keys(d),
+        *keys(d),
         *panel_supplies(d),
     )
 
 
-def _keys(d: Dimensions) -> tuple[Supply, ...]:
-    """Keys that a common set has not: of motors' screws between the cheeks, of set screws deep in their slot."""
+def keys(d: Dimensions) -> tuple[Supply, ...]:
+    """Lists keys that a common set has not: of motors' screws between the cheeks, of set screws deep in their slot."""
     if d.capstan is None:
         return ()
     found = []

@@ -8,10 +8,13 @@ from __future__ import annotations
 from collections import Counter
 from fnmatch import fnmatchcase
 
+import numpy as np
+
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.report import CheckResult
 
 SHOWN = 8  # faults that a report names; their number is told
+ROUNDING = 1e-9  # of a rotation's products: a few turns one after the other are off by 1e-15, a part stretched so by nm
 
 
 def check_presence(assembly: Assembly) -> CheckResult:
@@ -20,8 +23,9 @@ def check_presence(assembly: Assembly) -> CheckResult:
     Returns:
         `parts present`: the number of faults, each named in the detail: a part that is missing, too many, of another
         number, on another link, or stated nowhere; a name given twice; a number that two different parts bear, which
-        the bill of materials could not tell apart; something bought beside the parts that is missing, doubled, too
-        little or ordered as something else.
+        the bill of materials could not tell apart; a part that its placement mirrors, stretches or puts nowhere;
+        something bought beside the parts that is missing, doubled, too little, ordered as something else or stated
+        nowhere.
     """
     faults: list[tuple[str, str]] = []
     unseen = {o.name: o for o in assembly.occurrences}
@@ -39,6 +43,7 @@ def check_presence(assembly: Assembly) -> CheckResult:
             if o.link != row.link:
                 faults.append((o.name, f"{o.name} of {row.group} is on {o.link}, stated is {row.link}"))
     faults += [(name, f"{name} ({o.part.number}) is stated by no joint and no drive") for name, o in unseen.items()]
+    faults += [(o.name, f"{o.name} is {how}") for o in assembly.occurrences if (how := _misplaced(o.placement))]
     first = {}
     for o in assembly.occurrences:
         if first.setdefault(o.part.number, o).part is not o.part:
@@ -53,9 +58,22 @@ def check_presence(assembly: Assembly) -> CheckResult:
     return CheckResult("parts present", not faults, len(faults), 0, "", worst_pair=names, detail=detail)
 
 
+def _misplaced(frame: np.ndarray) -> str:
+    """What a placement does to a part that no motion does; "" for a motion."""
+    turn = frame[:3, :3]
+    if not np.isfinite(frame).all() or (frame[3] != (0.0, 0.0, 0.0, 1.0)).any():
+        return "placed nowhere"
+    if np.abs(turn @ turn.T - np.eye(3)).max() > ROUNDING:
+        return "stretched by its placement"
+    return "" if np.linalg.det(turn) > 0.0 else "mirrored by its placement"
+
+
 def _supplied(assembly: Assembly) -> list[tuple[str, str]]:
     """What is wrong with the list of what is bought beside the parts: number and text of each fault."""
-    faults = []
+    stated = {need.number for need in assembly.needs}
+    faults = [
+        (s.number, f"{s.number} is bought, but stated nowhere") for s in assembly.supplies if s.number not in stated
+    ]
     for need in assembly.needs:
         found = [supply for supply in assembly.supplies if supply.number == need.number]
         if len(found) != 1:

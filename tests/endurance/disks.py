@@ -110,9 +110,9 @@ def read_only(folder: Path) -> list[str]:
             found += ended([*command, str(place)], needs=str(place.parent))
     with open("/dev/full", "wb") as nowhere:
         run = subprocess.run(
-            [sys.executable, "-m", "delta_cad", "schema"], cwd=ROOT, stdout=nowhere, stderr=subprocess.PIPE
+            [sys.executable, "-m", "delta_cad", "schema"], cwd=ROOT, stdout=nowhere, stderr=subprocess.PIPE, text=True
         )
-    expected = (2, b"standard output: No space left on device\n")
+    expected = (2, "standard output: No space left on device\n")
     return found + ([] if (run.returncode, said(run.stderr)) == expected else [f"schema >/dev/full: {run}"])
 
 

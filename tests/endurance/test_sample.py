@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 
+from tests.endurance.disks import TRIALS
 from tests.endurance.readers import Reader, fault, readers
 
 SAMPLE = 60  # files a reader: two seconds for all of them
@@ -21,6 +22,13 @@ def test_no_damaged_file_gets_more_than_one_line_out_of_its_reader(tmp_path: Pat
             if (found := fault(reader, number, tmp_path)) is not None:
                 faults[reader.name, number] = found
     assert faults == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trial", ["places that cannot be written", "no extras"])
+def test_what_can_be_tried_in_a_minute_is(trial: str, tmp_path: Path) -> None:
+    """That `make endurance` comes to its end, too: the others of its trials build, and are left to it."""
+    assert TRIALS[trial](tmp_path) == []
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from delta_cad.assembly.machine import Assembly
@@ -94,6 +95,7 @@ SPOILED: dict[str, tuple[Callable[[Assembly], Assembly], str]] = {
         ("tube_adhesive", 0, "", "tube_adhesive is bought in 0 lines"),
         ("rod_cord", 5, "", "5 rod_cord are bought, stated are 6"),
         ("bar_adhesive", 1, "glue stick", "bar_adhesive is ordered as glue stick"),
+        ("motor_key", 0, "", "motor_key is bought in 0 lines"),
     ],
 )
 def test_what_is_bought_beside_the_parts_is_stated_too(
@@ -113,6 +115,33 @@ def test_what_is_not_as_stated_is_named(best_assembly: Assembly, spoil: str) -> 
     result = found(make(best_assembly))
     assert not result.passed
     assert told in result.detail
+
+
+@pytest.mark.parametrize("name", ["rod_cup_1_0_elbow", "platform", "rod_spring_1_0", "encoder_magnet_1"])
+@pytest.mark.parametrize(
+    ("how", "told"),
+    [
+        (np.diag([1.0, -1.0, 1.0, 1.0]), "mirrored by its placement"),
+        (np.diag([1.02, 1.02, 1.02, 1.0]), "stretched by its placement"),
+        (np.eye(4) + 0.05 * np.eye(4, k=1), "stretched by its placement"),
+        (np.diag([1.0, 1.0, 1.0, 1.01]), "placed nowhere"),
+        (np.full((4, 4), np.nan), "placed nowhere"),
+    ],
+)
+def test_a_part_is_moved_to_its_place_and_nothing_else(
+    best_assembly: Assembly, name: str, how: np.ndarray, told: str
+) -> None:
+    """As a mirrored copy would be, of a part that looks the same: no contact of these parts sees it."""
+    (sound,) = [o for o in best_assembly.occurrences if o.name == name]
+    result = found(put(best_assembly, name, placement=sound.placement @ how))
+    assert result.value == 1
+    assert f"{name} is {told}" in result.detail
+
+
+def test_what_is_bought_beside_the_parts_and_stated_nowhere_is_named(best_assembly: Assembly) -> None:
+    first, *needs = best_assembly.needs
+    result = found(replace(best_assembly, needs=tuple(needs)))
+    assert f"{first.number} is bought, but stated nowhere" in result.detail
 
 
 def test_a_machine_that_states_nothing_is_refused(best_assembly: Assembly) -> None:
