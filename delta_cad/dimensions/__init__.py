@@ -273,7 +273,7 @@ def _dimensions(design: Design) -> Dimensions:
         base=base,
         panel=panel,
         leads=lead_dimensions(design, motor),
-        sensor_lead=sensor_lead_dimensions(design, stack, bracket, encoder),
+        sensor_lead=sensor_lead_dimensions(design, stack, bracket, encoder, motor),
         sleeve_mm=sleeve_mm(design, foot, base.mount_circle_mm, MOUNT_SPREAD_RAD, base.mount_hole_mm),
         motor=motor,
         bearing=bearing,

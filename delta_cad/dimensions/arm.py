@@ -7,7 +7,7 @@ from math import radians
 
 from delta_cad import catalogue
 from delta_cad.dimensions.layers import STUB_DEPTH_MM, Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, require
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, require, tenths_below
 
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
 MAGNET_WALL_MM = 0.9
@@ -85,7 +85,7 @@ def arm_dimensions(
     circle = max(shaft_mm, collar - 2.0) + DOWEL_MM + 2 * DOWEL_WALL_MM
     hub = (circle + DOWEL_MM) / 2 + DOWEL_WALL_MM + 0.5
     flange = hub if drive == "capstan" else shaft_mm / 2 + 14.0
-    boss = bar_bore_mm / 2 + BOSS_WALL_MM
+    boss = tenths_below(bar_bore_mm / 2 + BOSS_WALL_MM)
     require(
         length_mm >= flange + boss + BEAM_LEAST_MM,
         "upper_arm",

@@ -11,7 +11,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import handle_room_mm
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require, tenths_below
 from delta_cad.mechanism.geometry import SIN_60
 
 STOP_PIN_MM = 4.0
@@ -337,7 +337,9 @@ def bracket_dimensions(
         end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM, off))
         inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
         beside = -inf if capstan is None else _beside_mm(inner, top, (u + du, dz), body, leg_mm)
-        low = max(end - long, beside)
+        low = tenths_below(end - long)
+        if low < beside:
+            low = -tenths_below(-beside)
         return low, low + long
 
     def clear(top: float) -> bool:
@@ -354,6 +356,7 @@ def bracket_dimensions(
             middle = (low_top + base_top) / 2
             low_top, base_top = (middle, base_top) if clear(middle) else (low_top, middle)
         base_top = low_top
+    base_top = tenths_below(base_top)
     foot = foot_on(base_top)
     require(
         foot[0] >= FOOT_INSIDE_MM,

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from math import radians
+from math import floor, radians
 
 RUNNING_GAP_MM = 1.0  # between an arm and the cheeks beside it: room for 0.1 mm parts and a shim
 STOP_MARGIN_RAD = radians(3.0)  # the stop pin is met this far outside the cube's shoulder angles
@@ -17,6 +17,11 @@ THREAD_WALL_MM = 0.8
 Source: the least wall that shops cut in metal as a matter of course, super-ingenuity.cn/guides/cnc-design-guidelines
 (read 2026-11-23). Where there is room a thread has twice that: three pitches, bjg-design.com/designbook (same day).
 """
+
+
+def tenths_below(length_mm: float) -> float:
+    """Rounds down to tenths of a millimetre what others only have to keep clear of: no function asks for more."""
+    return floor(10.0 * length_mm + 1e-9) / 10.0
 
 
 @dataclass(frozen=True)

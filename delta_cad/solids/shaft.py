@@ -43,7 +43,7 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
             edges = sorted((side * s.flats_mm / 2, side * (head + THROUGH_MM)))
             tools.append(box((-head, y0 - THROUGH_MM, edges[0]), (head, y0 + FLATS_LONG_MM, edges[1])))
     solid = feature(number, "bores", "hardware.magnet", lambda: cut(turned(profile), [*boring.tools, *tools]))
-    description = f"shoulder shaft {s.diameter_mm:g} h6 x {y1 - y0:.1f}"
+    description = f"shoulder shaft {s.diameter_mm:g} h6 x {round(y1 - y0, 3):g}"
     if s.end_screw:
         torque = END_TORQUE_N_m[s.end_screw]
         held = f"flats {s.flats_mm:g} across on its head" if s.flats_mm else "its head held in soft jaws"

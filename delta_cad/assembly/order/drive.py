@@ -23,6 +23,9 @@ from delta_cad.drive import drive_torque
 
 OVER = (Leg((-1.0, 0.0, 0.0)), Leg((0.0, 1.0, 0.0), (CARRIAGE_MM[1] + CRIMP_MM[0]) / 2 + 0.6))
 """The second sleeve's way: from outside over its carriage, beside the arm, then into it."""
+AS_ONE = (
+    "Before the screws are tight, the shoulder's shaft goes through both bearings and the arm by hand, and out again."
+)
 RUN_IN = 50  # full strokes after which a rope has settled; from memory: tension it until it stays
 
 
@@ -86,7 +89,7 @@ def _encoder_cheek(d: Dimensions, names: tuple[str, ...], i: int, block: str) ->
         ),
         screws,
         tools=(PRESS,),
-        checks=("Before the screws are tight, a mandrel passes both seats.",) if d.capstan is not None else (),
+        checks=(AS_ONE,) if d.capstan is not None else (),
     )
 
 

@@ -15,6 +15,8 @@ from delta_cad.catalogue.row import CatalogueRow, outside
 DENSITY_g_cm3 = 0.8, 9.0
 BEARS_N_mm2 = 0.4, 200.0
 
+INSIDE_MM = 0.2  # radius that drawings leave in inner edges; the least fillet_max_mm of the rows whose sheet was opened
+
 
 @dataclass(frozen=True)
 class Bearing(CatalogueRow):
@@ -62,6 +64,8 @@ class Bearing(CatalogueRow):
             return "must have 2 ball_diameter_mm < outer_mm - bore_mm"
         if not self.bore_mm < self.shaft_shoulder_min_mm < self.housing_shoulder_max_mm < self.outer_mm:
             return "must have bore_mm < shaft_shoulder_min_mm < housing_shoulder_max_mm < outer_mm"
+        if self.fillet_max_mm is not None and self.fillet_max_mm < INSIDE_MM:
+            return f"must have fillet_max_mm >= {INSIDE_MM:g}: drawings leave inner edges so round"
         volume_cm3 = pi / 4.0 * (self.outer_mm**2 - self.bore_mm**2) * self.width_mm / 1e3
         side_mm2 = self.outer_mm * self.width_mm
         return (

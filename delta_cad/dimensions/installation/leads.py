@@ -11,12 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import acos, cos, hypot, pi, radians, sin
 
+import numpy as np
+
 from delta_cad import catalogue
 from delta_cad.design import Design
 from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.neighbours import PLUG_MM as ROOM_MM
 from delta_cad.dimensions.rules import require
+from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 LEAD_MM = 2.3  # outside diameter of a silicone lead of 0.5 mm^2; makers' tables: 2.1 to 2.3; from memory
 LEAD_G_M = 9.0  # 4.5 of copper, the rest silicone
@@ -38,6 +41,8 @@ CLIP_MM = (12.7, 3.5)  # side and height of a base that is glued on; half an inc
 TIE_MM = (2.5, 1.2)  # width and thickness of its tie; the least that is in stock: 2.5; thickness from memory
 SADDLE_MM = 0.2  # by which a lead lies in its base
 TIED_MM = CLIP_MM[1] + SENSOR_MM / 2.0 - SADDLE_MM
+APART_LEAST_MM = 0.1  # of a motor, as it is drawn off its cheek, from what is flexible
+LINE = 40  # points of a bend
 STEPS = 40  # in which the place of a tie settles, to a micrometre
 LONG_MM = 500.0  # of any lead as it is ordered: to a controller within half a metre; cut on the machine
 
@@ -131,13 +136,25 @@ class SensorLeadDimensions:
         """Length of what is drawn of it, from the plug on."""
         return STRAIGHT_MM + 2.0 * self.bend_mm * self.turn_rad + self.level_mm + CLIP_MM[0] + TAIL_MM
 
+    @property
+    def line_mm(self) -> np.ndarray:
+        """Points of its middle line down to the tie, (n, 3), shoulder's frame, some half a millimetre apart."""
+        turns = np.linspace(0.0, self.turn_rad, LINE)
+        bent, low = self.bend_mm * (1.0 - np.cos(turns)), self.bend_mm * np.sin(turns)
+        aside = hypot(*self.way_mm)
+        way = np.concatenate([np.zeros(2), bent, aside - bent[::-1], [aside]])
+        start, end = PLUGGED_MM[2] + STRAIGHT_MM, PLUGGED_MM[2] + STRAIGHT_MM + 2.0 * low[-1]
+        down = np.concatenate([[PLUGGED_MM[2], start], start + low, end - low[::-1], [end + CLIP_MM[0]]])
+        along = np.array([*self.way_mm, 0.0]) / aside
+        return np.array(self.plug_mm) + way[:, None] * along - down[:, None] * np.array([0.0, 0.0, 1.0])
+
 
 def _turn_rad(bend_mm: float, aside_mm: float) -> float:
     return acos(max(1.0 - aside_mm / (2.0 * bend_mm), 0.0))
 
 
 def sensor_lead_dimensions(
-    design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder
+    design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder, motor: catalogue.Motor
 ) -> SensorLeadDimensions | None:
     """Dimensions the lead of an encoder's board; None where the design draws none, or has no board.
 
@@ -149,9 +166,10 @@ def sensor_lead_dimensions(
         stack: Stack of a chain along the shoulder axis.
         bracket: Its chain's.
         encoder: Row of the catalogue; its board stands upright, its plug at its lower edge.
+        motor: Row of the catalogue.
 
     Raises:
-        DimensionError: The leg is too short for a tie over the screws of its foot.
+        DimensionError: The leg is too short for a tie over the screws of its foot, or a motor runs into the lead.
     """
     if design.hardware.leads != "bent" or design.hardware.encoder_at == "motor":
         return None
@@ -173,4 +191,38 @@ def sensor_lead_dimensions(
         "hardware.leads",
         "bent",
     )
+    _require_room(found, bracket, stack, motor)
     return found
+
+
+def _require_room(lead: SensorLeadDimensions, b: BracketDimensions, stack: Layers, motor: catalogue.Motor) -> None:
+    """Refuses a base on which a neighbour's motor, or its way off its cheek, runs into a board's lead."""
+    line, radius = lead.line_mm, (SENSOR_MM + motor.diameter_mm) / 2.0
+
+    def room(wider_mm: float) -> float:
+        points = line + np.array([b.shoulder_u_mm + wider_mm, 0.0, 0.0])
+        least = np.inf
+        for chain in CHAINS[1:]:
+            own = points @ chain_frame(chain)[:3, :3]  # in the neighbour's frame
+            beyond = stack.motor_cheek_mm[1] - own[:, 1]  # before its mounting face there is no motor
+            off = np.hypot(own[:, 0] - b.motor_axis_mm[0] - wider_mm, own[:, 2] - b.motor_axis_mm[1]) - radius
+            least = min(least, np.maximum(off, beyond - SENSOR_MM / 2.0).min())
+        return float(least)
+
+    found, low, high = room(0.0), 0.0, motor.diameter_mm
+    if found >= APART_LEAST_MM:
+        return
+    for _ in range(STEPS):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if room(middle) >= APART_LEAST_MM else (middle, high)
+    require(
+        False,
+        "sensor_lead",
+        "beside the neighbour's motor",
+        f"mechanism.base_radius_mm = {b.shoulder_u_mm:g} must be at least {b.shoulder_u_mm + high:.2f} mm, or the "
+        f"motors meet the leads of the encoders beside them: {found:.2f} mm apart, at least {APART_LEAST_MM:g}; or "
+        "hardware.leads left out",
+        "mechanism.base_radius_mm",
+        b.shoulder_u_mm,
+        b.shoulder_u_mm + high,
+    )

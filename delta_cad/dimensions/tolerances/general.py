@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 
+from delta_cad.catalogue.families.bearing import INSIDE_MM
 from delta_cad.dimensions.tolerances import GRADES_UM, NOMINAL_MM
 
 CLASSES = ("f", "m", "c")
@@ -11,6 +12,8 @@ CLASSES = ("f", "m", "c")
 ASKED = "m"  # what drawings state
 NOTES = {"f": "ISO 2768-fH", "m": "ISO 2768-mK", "c": "ISO 2768-cL"}
 """Class -> how drawings state it, with the class of forms and places that goes with it."""
+EDGES = f"ISO 13715: -0.1 to -0.3 outside, up to +{INSIDE_MM:g} inside"
+"""Of every part where nothing else is drawn: a bearing's ring stands on a shoulder, not on a wider fillet before it."""
 LINEAR_MM = (3.0, 6.0, 30.0, 120.0, 400.0, 1000.0, 2000.0)
 """Upper ends of the ranges of length of `GENERAL_MM`."""
 GENERAL_MM = {

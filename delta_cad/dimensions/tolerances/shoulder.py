@@ -89,7 +89,7 @@ def tilt_chain(d: Dimensions) -> list[Chain]:
             either_way(part, "dowels turn it", "fit", DOWEL_PLAY_MM, per_mm * 2 * -b.cheek_screw_z_mm / apart),
         ]
     limit = minutes(TILT_RAD)
-    why = "beyond, the bearings' races run askew: loosen a cheek and set it by the mandrel again"
+    why = "beyond, the bearings' races run askew: take the bearings out and set a cheek by the mandrel again"
     return [Chain("shaft's tilt", "arcmin", 0.0, tuple(links), -limit, limit, why, statistical=True)]
 
 

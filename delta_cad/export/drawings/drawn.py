@@ -159,9 +159,11 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
         ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
         ("", _finish(part)),
     ]
-    threads = [bore.thread for hole in part.holes for bore in hole.bores]
-    if any([*threads, *(size.asked.thread for size in features.sizes if size.asked is not None)]):
+    outside = any(size.asked is not None and size.asked.thread for size in features.sizes)
+    if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
         notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
+    if outside:  # no die cuts to a shoulder, on which this part stands
+        notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
     if any(is_hull_line(face, features) for face in features.faces):
         notes.append(("", "A line between two arcs is tangent to both."))
     for key, text in features.notes.items():

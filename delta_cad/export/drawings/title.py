@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from delta_cad.dimensions.tolerances.general import ASKED, NOTES
+from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
 from delta_cad.export.drawings.paper.lettering import LINE, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.part.record import Features
@@ -18,7 +18,6 @@ LEFT_MM, EDGE_MM = 20.0, 10.0  # margins: for filing, and on the other sides
 TITLE_MM = (180.0, 48.0)
 LABEL_MM, SMALL_MM = 1.6, 2.0
 SURFACE = "Ra 3.2 where none is stated"
-EDGES = "ISO 13715: -0.1 to -0.3 outside, +0.1 to +0.3 inside"
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_Datum, XCAFDoc_Dimension, XCAFDoc_DocumentTool, XCAFDoc_GeomTolerance
 
-from delta_cad.dimensions.tolerances.general import ASKED, NOTES
+from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
 from delta_cad.export.drawings.part.controlled import SAME_MM, Controlled, Length, Round
 from delta_cad.export.drawings.part.faces import Face
 from delta_cad.export.drawings.part.faces import faces_of as read_faces
@@ -51,7 +51,7 @@ GENERAL = {
     "general tolerances": NOTES[ASKED],
     "thread tolerance": "6H, ISO 965-1",
     "surface": "Ra 3.2, machined, unless noted",
-    "edges": "outer edges broken 0.2 +-0.1; inner edges up to R1.5 as the cutter leaves them (ISO 13715)",
+    "edges": EDGES,
 }
 """What holds for every part where nothing else is said."""
 GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9

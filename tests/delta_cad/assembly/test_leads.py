@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from math import acos, pi
 
+import cadquery as cq
 import numpy as np
 import pytest
 from OCP.BRepAdaptor import BRepAdaptor_Surface  # pyright: ignore[reportAttributeAccessIssue]
@@ -19,6 +21,7 @@ from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.presence import check_presence
 from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
+from delta_cad.dimensions.installation import leads as leads_module
 from delta_cad.dimensions.installation.leads import (
     BEND,
     CLIP_MM,
@@ -32,6 +35,7 @@ from delta_cad.dimensions.installation.leads import (
     sensor_lead_dimensions,
 )
 from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.solids.part import location_of
 from delta_cad.structure.refusals import least_outline_mm
 from tests.committed import changed
 
@@ -114,7 +118,27 @@ def test_its_tie_is_where_the_leg_is_wider_than_the_tie_s_base_and_no_leg_is_too
     assert d.sensor_lead is not None
     short = replace(d.bracket, base_top_mm=-55.0)
     with pytest.raises(DimensionError, match=r"the leg ends .* mm too high for it: hardware\.leads = none"):
-        sensor_lead_dimensions(d.design, d.layers, short, d.encoder)
+        sensor_lead_dimensions(d.design, d.layers, short, d.encoder, d.motor)
+
+
+def test_a_neighbour_s_motor_that_is_too_near_is_refused_in_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The oracle of the distance is the kernel's, between the solids as they are placed."""
+    solids = {
+        o.name: o.part.solid.moved(cq.Location(location_of(o.placement)))
+        for o in machine().occurrences
+        if o.part.number in ("sensor_lead", "motor")
+    }
+    apart = min(solids["sensor_lead_0"].distance(solids[f"motor_{i}"]) for i in (1, 2))
+    monkeypatch.setattr(leads_module, "APART_LEAST_MM", apart + 0.1)
+    with pytest.raises(DimensionError, match="motors meet the leads") as refused:
+        drawn()
+    (reason,) = refused.value.reasons
+    told = re.search(r": ([\d.]+) mm apart", reason.message)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(apart, abs=0.02)
+    assert reason.field == "mechanism.base_radius_mm"
+    assert isinstance(reason.bound, float)
+    drawn(mechanism__base_radius_mm=reason.bound)
 
 
 def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own() -> None:
@@ -124,7 +148,7 @@ def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own()
     assert (phases.number, own.number) == ("motor_lead", "encoder_lead")
     assert own.behind_mm == pytest.approx(PLUG_MM + (BEND + 1.0) * SENSOR_MM)
     assert min(own.across_mm) - max(phases.across_mm) > (LEAD_MM + SENSOR_MM) / 2.0
-    assert sensor_lead_dimensions(design, d.layers, d.bracket, d.encoder) is None
+    assert sensor_lead_dimensions(design, d.layers, d.bracket, d.encoder, d.motor) is None
     both = replace(d, leads=(phases, own), sensor_lead=None)
     assert {s.number: s.count for s in lead_statement(both, 0)} == {"motor_lead": 2, "encoder_lead": 1}
     assert _make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)

@@ -86,6 +86,7 @@ def test_a_cell_that_is_not_what_its_field_says_is_refused(name: str, column: st
         ("motor", {"peak_torque_N_m": 0.001}, "peak_torque_N_m = 0.001"),
         ("motor", {"max_radial_load_N": ""}, "both or neither"),
         ("bearing", {"ball_diameter_mm": 4.0}, "2 ball_diameter_mm < outer_mm - bore_mm"),
+        ("bearing", {"fillet_max_mm": 0.1}, "fillet_max_mm >= 0.2: drawings leave inner edges so round"),
         ("magnet", {"price_EUR": 2.0}, "price_source"),
         ("adhesive", {"kind": "glue"}, "kind = glue"),
         ("tension_spring", {"wire_mm": 6.0}, "wire_mm < mean_diameter_mm"),

@@ -15,6 +15,7 @@ from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.dimensions.bracket import MESHES_MM, BracketDimensions, beam_stop_angle_rad, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.platform import base_dimensions
+from delta_cad.dimensions.rules import tenths_below
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from tests.committed import DATA, changed
 from tests.delta_cad.dimensions.edited import edited
@@ -179,7 +180,7 @@ def test_the_base_lies_below_all_that_passes_over_it(changes: dict[str, float | 
     assert top == b.base_top_mm
     over = 0.0 if d.capstan is None else b.foot_height_mm
     assert top + over <= b.motor_axis_mm[1] - d.motor.diameter_mm / 2 - 2.0 + 1e-9
-    assert changes is not WIDE or top == pytest.approx(b.motor_axis_mm[1] - 0.8 * 66.0)
+    assert changes is not WIDE or top == tenths_below(b.motor_axis_mm[1] - 0.8 * 66.0)
     swept = d.capstan.keep_out_radius_mm if d.capstan is not None else d.arm.flange_radius_mm
     assert top + b.foot_height_mm <= -swept - 2.0 + 1e-9
     side = np.linspace(-cube.half_side_mm, cube.half_side_mm, 31)
@@ -191,6 +192,15 @@ def test_the_base_lies_below_all_that_passes_over_it(changes: dict[str, float | 
     over = np.hypot(elbows[..., 0], elbows[..., 1]) - d.arm.boss_radius_mm - 2.0 < d.base.radius_mm
     if over.any():
         assert top <= elbows[over][:, 2].min() - d.arm.boss_radius_mm - 2.0 + 1e-3
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"base_radius_mm": 36.37}, {"drive": "direct", "motor": "maxon-ec60flat-625858"}]
+)
+def test_what_others_only_keep_clear_of_stands_in_tenths(changes: dict[str, float | str]) -> None:
+    d = edited(**changes)
+    for length in (*d.bracket.foot_u_mm, d.bracket.base_top_mm, d.arm.boss_radius_mm, d.base.radius_mm):
+        assert f"{length:.10g}" == f"{length:.1f}".removesuffix(".0")
 
 
 DEEP = {"forearm_length_mm": 122.5, "bottom_height_mm": 48.2, "half_side_mm": 42.1}

@@ -16,6 +16,7 @@ MISSES = {
     "sector: of another bearing": "only its collar is wider, on a ring that is no wider",
     "foot_block: sawn*": "short and thick: no bar of the structure's table lies in it, and what it is held by is whole",
     "boot_collar: shifted by 0.5 mm along z": "tied on the stem by hand, to no better than that",
+    "lead_clip_*: shifted by 0.5 mm along z": "glued on by hand, to no better than that along its lead",
     "mount_sleeve_*: shifted by 0.5 mm along [xy]": "slipped on its screw by hand, in which it has so much play",
     "board_spacer: sawn*": "pressed flat by its screw; the structure has no bar in it",
     "cross_bar: sawn half through at 0.5 of y": "in the middle of its boss, to which it is bonded on either side",

@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.tolerances.general import EDGES
 from delta_cad.export.drawings.part.controlled import Controlled, controlled
 from delta_cad.export.shop.pmi import GENERAL, toleranced
 from delta_cad.export.step import write_part_step
@@ -115,6 +117,14 @@ def test_the_text_says_what_the_drawing_asks(
     assert {key: notes[key] for key in GENERAL} == GENERAL
     assert notes["material"] == part.material.name
     assert notes["remark"] == part.description
+
+
+def test_drawing_and_step_leave_inner_edges_no_rounder_than_any_bearing_s_corner() -> None:
+    """A ring that stands on a fillet wider than its own corner does not reach its shoulder."""
+    assert GENERAL["edges"] == EDGES
+    inside = float(re.search(r"up to \+([\d.]+) inside", EDGES)[1])  # type: ignore[index]
+    known = [row.fillet_max_mm for row in catalogue.bearing.rows.values() if row.fillet_max_mm is not None]
+    assert inside <= min(known)
 
 
 def test_the_kernel_still_states_grades_two_too_high(

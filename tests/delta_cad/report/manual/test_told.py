@@ -81,3 +81,14 @@ def test_torques_are_those_that_the_shaft_states(size: str) -> None:
 def test_a_torque_is_about_a_fifth_of_force_times_diameter(size: str) -> None:
     """The rule of thumb T = 0.2 F d of dry steel."""
     assert tightening_N_m(size) == pytest.approx(0.2 * screw_N(size) * float(size[1:]) / 1000.0, rel=0.12)
+
+
+def test_nothing_is_put_through_seats_in_which_bearings_lie(best_assembly: Assembly) -> None:
+    """A mandrel of the seats' own diameter goes through them where they are reamed, not when the bearings are in."""
+    filled = False
+    for unit in best_assembly.order:
+        for step in unit.steps:
+            filled |= any(name.startswith("bearing_") for bring in step.brings for name in bring.names)
+            said = " ".join((*step.words, *step.checks, *step.tools))
+            assert not (filled and ("mandrel" in said or "both seats" in said)), (unit.name, step.title)
+    assert filled
