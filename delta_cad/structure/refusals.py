@@ -310,11 +310,13 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half
     """
     told = f"{load.value:.4g} {load.unit}, {'at least' if load.least else 'at most'} {load.limit:.4g}"
     less = f"{force[0]} = {force[1]:g} at most {down(force[2], 3)} N"
+    if force[2] == 0.0:  # the springs alone are too strong
+        less = f"{force[0]} = {force[1]:g} smaller, for which weaker springs do"
     if load.name in TENSIONED:
         return _tensioned(d, load, half_N, told, less)
     field, column = SIZED.get(load.name, ("", ""))
     if not field:
-        return Reason(load.name, "load", f"{less}: {told}", *force)
+        return Reason(load.name, "load", f"{less}: {told}", force[0], force[1], force[2] or None)
     held, more = getattr(d.design.hardware, field.split(".")[1]), 1.0 / load.margin
     needed, does, size = load.value, list[str](), None
     if load.name == "motor shaft":
