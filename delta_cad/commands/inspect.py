@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import asdict
 from pathlib import Path
 
-from delta_cad.commands.machine import all_option, design_arguments, refuse_design, refused
+from delta_cad.commands.machine import (
+    all_option,
+    design_arguments,
+    hardware_lines,
+    hardware_record,
+    refuse_design,
+    refused,
+)
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse, refuse_all
 
 NAME = "inspect"
@@ -36,7 +42,7 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        reasons = refused(design)
+        found = refused(design)
         inertia = None
         if given.mass_properties is not None:
             inertia = load_masses(given.mass_properties, design).handle_inertia
@@ -48,10 +54,10 @@ def run(given: argparse.Namespace) -> int:
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     if given.json:
-        told = [asdict(reason) for reason in reasons]
-        print(json.dumps({"name": design.name, "rows": [row.to_json() for row in rows], "refused": told}, indent=1))
+        told = {"name": design.name, "rows": [row.to_json() for row in rows]} | hardware_record(found)
+        print(json.dumps(told, indent=1))
     else:
         print_inspection(design.name, rows, given.all)
-    if reasons:  # of its hardware: the mechanism's figures stand all the same
-        refuse_all([f"{given.design.name}: no build: {reason}" for reason in reasons], NOT_MET)
+    if found.reasons:  # of its hardware: the mechanism's figures stand all the same
+        refuse_all([f"{given.design.name}: no build: {line}" for line in hardware_lines(found)], NOT_MET)
     return DONE if all(row.holds is not False for row in rows) else NOT_MET

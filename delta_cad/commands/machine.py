@@ -18,7 +18,7 @@ from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
     from delta_cad.design import Design, DesignError
-    from delta_cad.dimensions import Reason
+    from delta_cad.structure.advice import Advice
 
 NOT_BUILT = 3
 # Imported late, some after a minute of work: that all are there is looked at first.
@@ -71,8 +71,8 @@ def made(
     from delta_cad.mechanism import MechanismError
 
     try:
-        if reasons := refused(design):
-            return refuse_hardware(given, design.name, [], reasons)
+        if (found := refused(design)).reasons:
+            return refuse_hardware(given, design.name, [], found)
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     try:
@@ -107,40 +107,62 @@ def _not_installed(module: str | None) -> int:
     return refuse(f"{module} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
 
 
-def refused(design: Design) -> tuple[Reason, ...]:
+def refused(design: Design) -> Advice:
     """Gives every reason why the hardware of a design cannot do, in closed form: no kernel is loaded for it."""
-    from delta_cad.structure.refusals import refusals
+    from delta_cad.structure.advice import advice
 
-    return refusals(design)
+    return advice(design)
+
+
+def hardware_lines(found: Advice) -> list[str]:
+    """Says why hardware cannot do: what is wrong, what would be once that is mended, and values that mend it all."""
+    lines = [*map(str, found.reasons), *(f"then {reason}" for reason in found.then)]
+    if found.together:
+        values = ", ".join(
+            f"{field} = {value if isinstance(value, str) else f'{value:g}'}" for field, value in found.together.items()
+        )
+        lines.append(f"together {values} leave nothing of this; inspect tells what they make of the other limits")
+    return lines
 
 
 def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
     """Refuses a design file with all that was found in it and, where it can be computed with, its hardware."""
     from delta_cad.mechanism import MechanismError
+    from delta_cad.structure.advice import Advice
+    from delta_cad.structure.refusals import refusals
 
-    reasons: tuple[Reason, ...] = ()
+    reasons: tuple[Any, ...] = ()
     if error.design is not None:
         with suppress(MechanismError, ValueError, ArithmeticError):  # told already: its numbers cannot go together
-            reasons = refused(error.design)
+            reasons = refusals(error.design)
     named = (str(error), *error.more)
     fresh = [reason for reason in reasons if not any(f" {reason.field} = " in line for line in named)]
     name = "" if error.design is None else error.design.name
-    return refuse_hardware(given, name, named, fresh)
+    return refuse_hardware(given, name, named, Advice(tuple(fresh)))
 
 
-def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], reasons: Sequence[Reason]) -> int:
+def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], found: Advice) -> int:
     """Tells why a design is refused, one line a reason, and with `--json` as records, too.
 
     Args:
         given: What was typed.
         name: The design's name; "" where its file could not be read as one.
         lines: Lines of the design file's own refusal.
-        reasons: Why its hardware cannot do.
+        found: Why its hardware cannot do.
     """
     if given.json and name:
-        told = [{"message": line} for line in lines] + [asdict(reason) for reason in reasons]
-        print(json.dumps({"name": name, "passed": False, "refused": told, "folder": None}, indent=1))
-    return refuse_all([*lines, *(f"{given.design.name}: {reason}" for reason in reasons)], BAD_INPUT)
+        told = [{"message": line} for line in lines]
+        print(json.dumps({"name": name, "passed": False, **hardware_record(found, told), "folder": None}, indent=1))
+    return refuse_all([*lines, *(f"{given.design.name}: {line}" for line in hardware_lines(found))], BAD_INPUT)
+
+
+def hardware_record(found: Advice, told: Sequence[dict[str, str]] = ()) -> dict[str, Any]:
+    """Gives what `hardware_lines` says as plain data, after what was told before."""
+    return {
+        "refused": [*told, *map(asdict, found.reasons)],
+        "then": [*map(asdict, found.then)],
+        "together": dict(found.together or {}),
+    }
 
 
 def _unwritten(given: argparse.Namespace, error: OSError) -> int:

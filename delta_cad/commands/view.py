@@ -48,8 +48,8 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        if reasons := refused(design):
-            return refuse_hardware(given, design.name, [], reasons)
+        if (found := refused(design)).reasons:
+            return refuse_hardware(given, design.name, [], found)
     except DesignError as error:
         return refuse_design(given, error)
     except MechanismError as error:

@@ -11,7 +11,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import handle_room_mm
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require, tenths_below
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require, tenths_below, up
 from delta_cad.mechanism.geometry import SIN_60
 
 STOP_PIN_MM = 4.0
@@ -184,7 +184,7 @@ def _require_leg_room(u: float, length: float, room: Callable[[float, float], fl
     longer = least(lambda more: room(u, more) >= RUNNING_GAP_MM, length)
     cures = [("mechanism.base_radius_mm", u, wider), ("mechanism.upper_arm_length_mm", length, longer)]
     field, value, bound = min(cures, key=lambda cure: cure[2] - cure[1])
-    told = [f"{name.rpartition('.')[2]} = {now:g} must be at least {more:.2f} mm" for name, now, more in cures]
+    told = [f"{name.rpartition('.')[2]} = {now:g} must be at least {up(more)} mm" for name, now, more in cures]
     told = [one for one, (*_, more) in zip(told, cures, strict=True) if more < inf]
     require(
         False,
@@ -364,7 +364,7 @@ def bracket_dimensions(
         "place",
         f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
         f"it must stay at least {FOOT_INSIDE_MM:g} mm away: base_radius_mm = {u:g} must be at least "
-        f"{u + FOOT_INSIDE_MM - foot[0]:.2f} mm, or the cube.bottom_height_mm larger",
+        f"{up(u + FOOT_INSIDE_MM - foot[0])} mm, or the cube.bottom_height_mm larger",
         "mechanism.base_radius_mm",
         u,
         u + FOOT_INSIDE_MM - foot[0],

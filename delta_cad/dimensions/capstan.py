@@ -8,7 +8,7 @@ from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
 from delta_cad import catalogue
 from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, THREAD_WALL_MM, require
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, THREAD_WALL_MM, down, require, up
 from delta_cad.mechanism.geometry import SIN_60
 
 SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
@@ -322,7 +322,7 @@ def capstan_dimensions(
         "pinion",
         "wall",
         f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
-        f"hardware.capstan_ratio must be <= {pitch / thinnest:.2f}",
+        f"hardware.capstan_ratio = {ratio:g} must be at most {down(pitch / thinnest)}",
         "hardware.capstan_ratio",
         ratio,
         pitch / thinnest,
@@ -344,12 +344,13 @@ def capstan_dimensions(
         run.pinion_mm <= widest,
         "pinion",
         "beside the motor's screws",
-        f"hardware.sector_radius_mm = {pitch:g} must be at most {ratio * widest:.4g}, or hardware.capstan_ratio = "
-        f"{ratio:g} at least {pitch / widest:.4g}: the screws of {motor.id} are drawn out past its pinion, which "
+        f"hardware.sector_radius_mm = {pitch:g} must be at most {down(ratio * widest)}, or hardware.capstan_ratio = "
+        f"{ratio:g} at least {up(pitch / widest)}: the screws of {motor.id} are drawn out past its pinion, which "
         f"must have a pitch radius of at most {widest:.2f} mm",
         "hardware.sector_radius_mm",
         pitch,
         ratio * widest,
+        ("hardware.capstan_ratio", pitch / widest),
     )
     middle = sum(layers.sector_mm) / 2
     half = run.grooved_mm / 2 + SHOULDER_MM
@@ -378,7 +379,7 @@ def capstan_dimensions(
         pitch >= least,
         "sector",
         "slot",
-        f"hardware.sector_radius_mm = {pitch:g} must be at least {least:.1f} mm, or the stop pin's slot on "
+        f"hardware.sector_radius_mm = {pitch:g} must be at least {up(least)} mm, or the stop pin's slot on "
         f"radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore",
         "hardware.sector_radius_mm",
         pitch,

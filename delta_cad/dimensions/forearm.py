@@ -20,7 +20,7 @@ from delta_cad.dimensions.joint import (
     chosen_spring,
     joint_dimensions,
 )
-from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.rules import require, up
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
@@ -278,7 +278,7 @@ def forearm_dimensions(
         length_mm - second >= end - 1e-9,
         "rod_eye",
         "springs",
-        f"forearm_length_mm = {length_mm:g} must be at least {second + end:.1f} mm: rods that fold to "
+        f"forearm_length_mm = {length_mm:g} must be at least {up(second + end)} mm: rods that fold to "
         f"{degrees(fold_rad):.1f} deg beside the arm leave its springs no room",
         "mechanism.forearm_length_mm",
         length_mm,

@@ -23,7 +23,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.dimensions.rules import DimensionError, require
+from delta_cad.dimensions.rules import DimensionError, down, require, up
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.drive import drive_friction_N_m, encoder_count_rad
 from delta_cad.mechanism import Cube
@@ -183,21 +183,21 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
             bool(ends),
             "rod_spring",
             "force",
-            f"force_N or peak_force_N = {force_N:g} must be at most {strongest / PRELOAD_PER_N:.3g} N: springs must "
-            f"give {low:g} N, the catalogue's strongest {strongest:g}",
+            f"force_N or peak_force_N = {force_N:g} must be at most {down(strongest / PRELOAD_PER_N, 3)} N: springs "
+            f"must give {low:g} N, the catalogue's strongest {strongest:g}",
             "requirements.force_N",
             force_N,
             strongest / PRELOAD_PER_N,
         )
         ends = ends or [width]
         nearest = min(ends, key=lambda end: abs(end - width))
-        bound = f"at least {nearest:.1f}" if nearest > width else f"at most {nearest:.1f}"
+        bound = f"at least {up(nearest)}" if nearest > width else f"at most {down(nearest)}"
         reached = [row for row in rows.values() if row.free_length_mm <= between_eyes_mm]
         pulls = [
             row.force_N(between_eyes_mm) for row in reached if between_eyes_mm <= row.length_max_mm - SPRING_LEAN_MM
         ]
         held = max((pull for pull in pulls if PRELOAD_N[0] <= pull < low), default=0.0) / PRELOAD_PER_N
-        less = f", or force_N and peak_force_N at most {held:.3g} N" if held > 0.0 else ""
+        less = f", or force_N and peak_force_N at most {down(held, 3)} N" if held > 0.0 else ""
         require(
             False,
             "rod_spring",

@@ -11,7 +11,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.bracket import BracketDimensions, Circle
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require, up
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 BESIDE_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
@@ -62,7 +62,7 @@ def require_room_for_board(
         found >= BESIDE_MM,
         "encoder_board",
         "beside the neighbour's motor",
-        f"mechanism.base_radius_mm = {base_radius_mm:g} must be at least {high:.2f} mm, or the motors meet the "
+        f"mechanism.base_radius_mm = {base_radius_mm:g} must be at least {up(high)} mm, or the motors meet the "
         f"encoders' boards of the chains beside them: {found:.2f} mm apart, at least {BESIDE_MM:g}",
         "mechanism.base_radius_mm",
         base_radius_mm,
@@ -150,7 +150,7 @@ def require_room_for_boss(
         "upper_arm",
         "beside its cheeks",
         f"the elbow's boss comes within {found:.2f} mm of a cheek, at least {RUNNING_GAP_MM:g}: upper_arm_length_mm = "
-        f"{arm.length_mm:g} must be at least {high:.2f} mm, or hardware.motor smaller",
+        f"{arm.length_mm:g} must be at least {up(high)} mm, or hardware.motor smaller",
         "mechanism.upper_arm_length_mm",
         arm.length_mm,
         high,

@@ -8,7 +8,7 @@ from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
-from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.rules import require, up
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
 
@@ -118,7 +118,7 @@ def platform_dimensions(
         radius_mm >= forearm.wrist_radius_min_mm,
         "platform",
         "wrists",
-        f"platform_radius_mm = {radius_mm:g} must be at least {forearm.wrist_radius_min_mm:.2f} mm, or neighbouring "
+        f"platform_radius_mm = {radius_mm:g} must be at least {up(forearm.wrist_radius_min_mm)} mm, or neighbouring "
         f"cups come within the clearance at parallelogram_width_mm = {forearm.width_mm:g}",
         "mechanism.platform_radius_mm",
         radius_mm,

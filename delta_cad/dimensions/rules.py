@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from math import floor, radians
+from math import ceil, floor, isfinite, log10, radians
 
 RUNNING_GAP_MM = 1.0  # between an arm and the cheeks beside it: room for 0.1 mm parts and a shim
 STOP_MARGIN_RAD = radians(3.0)  # the stop pin is met this far outside the cube's shoulder angles
@@ -24,6 +24,23 @@ def tenths_below(length_mm: float) -> float:
     return floor(10.0 * length_mm + 1e-9) / 10.0
 
 
+def up(value: float, digits: int = 4) -> str:
+    """Writes the least value that does, rounded up: what is read and typed does, too."""
+    return _rounded(value, digits, ceil, -1e-9)
+
+
+def down(value: float, digits: int = 4) -> str:
+    """Writes the largest value that does, rounded down."""
+    return _rounded(value, digits, floor, 1e-9)
+
+
+def _rounded(value: float, digits: int, way: Callable[[float], int], slack: float) -> str:
+    if value == 0.0 or not isfinite(value):
+        return f"{value:g}"
+    places = digits - 1 - floor(log10(abs(value)))
+    return f"{round(way(value * 10.0**places + slack) / 10.0**places, max(places, 0)):.{digits}g}"
+
+
 @dataclass(frozen=True)
 class Reason:
     """Why a part cannot be made, with what would do.
@@ -35,6 +52,9 @@ class Reason:
         field: Dotted path of the design's field to change; "" where a feature follows from several.
         value: Its value; None where there is no field.
         bound: The value that would do, in the field's unit or as the id of a row; None where none is known.
+        beside: Fields that have to change with it, each with its value; where the bound is a figure of a row, the
+            field with such a row.
+        instead: A field that would do in its place, with its value.
     """
 
     part: str
@@ -43,6 +63,8 @@ class Reason:
     field: str = ""
     value: float | str | None = None
     bound: float | str | None = None
+    beside: tuple[tuple[str, float | str], ...] = ()
+    instead: tuple[str, float] | None = None
 
     def __str__(self) -> str:
         return f"{self.part}, {self.feature}: {self.message}"
@@ -74,6 +96,7 @@ def require(
     field: str = "",
     value: float | str | None = None,
     bound: float | str | None = None,
+    instead: tuple[str, float] | None = None,
 ) -> None:
     """Raises a DimensionError unless `holds`; inside `all_reasons` it notes the reason and goes on.
 
@@ -85,10 +108,11 @@ def require(
         field: Dotted path of the design's field.
         value: Its value.
         bound: What would do.
+        instead: Another field that would do.
     """
     if holds:
         return
-    reason, collected = Reason(part, feature, message, field, value, bound), _COLLECTED.get()
+    reason, collected = Reason(part, feature, message, field, value, bound, instead=instead), _COLLECTED.get()
     if collected is None:
         raise DimensionError([reason])
     if reason not in collected:

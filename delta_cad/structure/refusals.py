@@ -7,7 +7,7 @@ if nothing had a weight. Each is necessary: what passes here may still fail a ch
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from math import cos, tanh
 from typing import Any
@@ -21,6 +21,7 @@ from delta_cad.design.record import CAPSTAN_RATIO_LEAST, CAPSTAN_RATIO_MOST, SEC
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.cable_run import FRICTION
 from delta_cad.dimensions.capstan import ROPE_FACTOR, CapstanDimensions, thinnest_pinion_mm, widest_pinion_mm
+from delta_cad.dimensions.rules import down, up
 from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
@@ -33,6 +34,7 @@ from delta_cad.structure.table import StructureTable, structure_table
 
 COUNT = 5  # positions along an edge of the cube, its corners among them
 HALVINGS = 30  # of a range in which something begins to hold: to 1e-9 of it
+SHARE_HALVINGS = 14  # of a force that is told with three digits
 SCANNED = 100  # radii of a sector
 WIDER = 1.5  # times a sector's radius that it may be asked to have
 TOLD = 4  # rows of the catalogue that a message names at most
@@ -82,21 +84,20 @@ def _drive(design: Design) -> list[Reason]:
             continue
         needed = required / (drive.ratio * drive.efficiency)
         others = _rows("motor", design, lambda row, c=column, n=needed: getattr(row, c) >= n and h.drive in row.drives)
-        advice = f"a motor of at least {needed:.4g} N m {words}{others}"
+        advice, beside = f"a motor of at least {up(needed)} N m {words}{_named(others)}", ()
         ratio = drive.ratio * required / value
-        most = _ratio_most(design) if h.drive == "capstan" else 0.0
-        if ratio <= most:
-            message = f"hardware.capstan_ratio = {h.capstan_ratio:g} must be at least {ratio:.4g}, or {advice}"
+        highest = _ratio_most(design) if h.drive == "capstan" else 0.0
+        if ratio <= highest:
+            message = f"hardware.capstan_ratio = {h.capstan_ratio:g} must be at least {up(ratio)}, or {advice}"
             bound, field, held = ratio, "hardware.capstan_ratio", h.capstan_ratio
         else:
-            if most:
-                advice += (
-                    f", for hardware.capstan_ratio = {ratio:.4g} is out of reach: at most {most:.4g} on this sector"
-                )
-            bound, field, held = needed, "hardware.motor", h.motor
+            if highest:
+                advice += f", for hardware.capstan_ratio = {ratio:.4g} is out of reach: "
+                advice += f"at most {down(highest)} on this sector"
+            bound, field, held, beside = needed, "hardware.motor", h.motor, _one("motor", others)
             message = f"hardware.motor = {h.motor} must be {advice}"
         told = f"{message}: {value:.4g} of {required:.4g} N m at the joint, {words}"
-        found.append(Reason("drive", f"{words} torque", told, field, held, bound))
+        found.append(Reason("drive", f"{words} torque", told, field, held, bound, beside))
     tension, ratio, least = drive.cable_tension_N, drive.bend_ratio, drive.bend_ratio_least
     if tension is None or ratio is None or least is None:
         return found
@@ -104,8 +105,8 @@ def _drive(design: Design) -> list[Reason]:
     if cable.breaking_load_N < ROPE_FACTOR * tension:
         needed = ROPE_FACTOR * tension
         others = _rows("cable", design, lambda row: row.breaking_load_N >= needed)
-        told = f"hardware.cable = {h.cable} must have a breaking load of at least {needed:.4g} N{others}"
-        found.append(Reason("cable", "strength", told, "hardware.cable", h.cable, needed))
+        told = f"hardware.cable = {h.cable} must have a breaking load of at least {up(needed)} N{_named(others)}"
+        found.append(Reason("cable", "strength", told, "hardware.cable", h.cable, needed, _one("cable", others)))
     if ratio < least:
         more = (least + 1.0) / (ratio + 1.0)
         radius, less = h.sector_radius_mm * more, h.capstan_ratio / more
@@ -115,15 +116,15 @@ def _drive(design: Design) -> list[Reason]:
                 "hardware.sector_radius_mm",
                 h.sector_radius_mm,
                 radius,
-                f"at least {radius:.4g} mm",
+                f"at least {up(radius)} mm",
             )
             beside = f"capstan_ratio = {h.capstan_ratio:g}"
         else:
-            field, held, bound, asked = "hardware.capstan_ratio", h.capstan_ratio, less, f"at most {less:.4g}"
+            field, held, bound, asked = "hardware.capstan_ratio", h.capstan_ratio, less, f"at most {down(less)}"
             beside = f"sector_radius_mm = {h.sector_radius_mm:g}"
         told = (
             f"{field} = {held:g} must be {asked}, for a bend ratio of {least:g} at {beside} and cable = {h.cable}, "
-            f"or another cable{others}"
+            f"or another cable{_named(others)}"
         )
         found.append(Reason("cable", "bend ratio", told, field, held, bound))
     return found
@@ -164,7 +165,7 @@ def _outline(d: Dimensions) -> list[Reason]:
         Reason(
             "base_plate" if size in plate else "assembly",
             name.replace("_mm", "").replace("_", " "),
-            f"requirements.{name} = {asked[name]:g} must be at least {size:.1f} mm: "
+            f"requirements.{name} = {asked[name]:g} must be at least {up(size)} mm: "
             f"{'its feet stand' if size in plate else 'elbows and motors reach'} so far out",
             f"requirements.{name}",
             asked[name],
@@ -191,7 +192,7 @@ def _cable_plane(d: Dimensions) -> list[Reason]:
     if holds_at(sector, CAPSTAN_RATIO_LEAST):
         field, held = "hardware.capstan_ratio", c.ratio
         bound = _border(lambda ratio: holds_at(sector, ratio), c.ratio, CAPSTAN_RATIO_LEAST)
-        message = f"{field} = {held:g} must be at most {bound:.4g}, or the cable a thinner one: {told}"
+        message = f"{field} = {held:g} must be at most {down(bound)}, or the cable a thinner one: {told}"
     else:
         field, held, bound = "hardware.cable", d.design.hardware.cable, c.cable_diameter_mm
         message = f"{field} = {held} must be one thinner than {bound:g} mm: {told}"
@@ -200,7 +201,7 @@ def _cable_plane(d: Dimensions) -> list[Reason]:
         radius = _border(lambda radius: holds_at(radius, c.ratio), sector, widest)
         if travel_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds:
             field, held, bound = "hardware.sector_radius_mm", sector, radius
-            message = f"{field} = {held:g} must be at least {bound:.4g} mm, or {message}"
+            message = f"{field} = {held:g} must be at least {up(bound)} mm, or {message}"
     return [Reason("cable", "plane", message, field, held, bound)]
 
 
@@ -220,7 +221,7 @@ def _cable_travel(d: Dimensions) -> list[Reason]:
     bound = _border(holds_at, smaller[first - 1], smaller[first])
     field = "hardware.sector_radius_mm"
     message = (
-        f"{field} = {sector:g} must be at most {bound:.4g} mm: a cable of {c.cable_length_mm:.0f} mm stretches and "
+        f"{field} = {sector:g} must be at most {down(bound)} mm: a cable of {c.cable_length_mm:.0f} mm stretches and "
         f"differs by more than its carriage goes"
     )
     return [Reason("cable", "travel", message, field, sector, bound)]
@@ -234,9 +235,9 @@ def _scaled(c: CapstanDimensions, radius_mm: float, ratio: float) -> CapstanDime
     return replace(c, run=run, rim_radius_mm=c.rim_radius_mm + wider)
 
 
-def _border(holds: Callable[[float], bool], bad: float, good: float) -> float:
+def _border(holds: Callable[[float], bool], bad: float, good: float, halvings: int = HALVINGS) -> float:
     """Finds where something begins to hold between a value at which it does not and one at which it does."""
-    for _ in range(HALVINGS):
+    for _ in range(halvings):
         middle = (bad + good) / 2.0
         bad, good = (bad, middle) if holds(middle) else (middle, good)
     return good
@@ -247,10 +248,19 @@ def _bend(pinion_mm: float, cable: catalogue.Cable) -> float:
     return (2.0 * pinion_mm - cable.diameter_mm) / cable.diameter_mm - BEND_LEAST_SHARE * cable.min_bend_ratio
 
 
-def _rows(name: str, design: Design, does: Callable[[Any], bool]) -> str:
-    """Names rows of a family that would do, for a message; "" where there are none."""
-    ids = [key for key, row in catalogue.family(name, design.hardware.own_parts).items() if does(row)]
+def _rows(name: str, design: Design, does: Callable[[Any], bool]) -> list[str]:
+    """Finds the rows of a family that would do."""
+    return [key for key, row in catalogue.family(name, design.hardware.own_parts).items() if does(row)]
+
+
+def _named(ids: Sequence[str]) -> str:
+    """Names rows that would do, for a message."""
     return f" ({', '.join(ids[:TOLD])})" if ids else " (the catalogue has none)"
+
+
+def _one(name: str, ids: Sequence[str]) -> tuple[tuple[str, float | str], ...]:
+    """Gives the first of the rows that would do, as what has to change."""
+    return tuple((f"hardware.{name}", key) for key in ids[:1])
 
 
 def _borne(d: Dimensions) -> list[Reason]:
@@ -285,7 +295,7 @@ def _share_borne(table: StructureTable, limits: Holds, positions: np.ndarray, gi
         scaled = Borne(**{name: share * values for name, values in one.items()})
         return next(x for x in loads(table, limits, positions[k : k + 1], scaled) if x.name == load.name).holds
 
-    return _border(holds_at, 1.0, 0.0)
+    return _border(holds_at, 1.0, 0.0, SHARE_HALVINGS)
 
 
 def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half_N: float) -> Reason:
@@ -298,28 +308,31 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half
         half_N: Half the largest difference between the cable's strands.
     """
     told = f"{load.value:.4g} {load.unit}, {'at least' if load.least else 'at most'} {load.limit:.4g}"
-    less = f"{force[0]} = {force[1]:g} at most {force[2]:.3g} N"
+    less = f"{force[0]} = {force[1]:g} at most {down(force[2], 3)} N"
+    if force[2] == 0.0:  # the springs alone are too strong
+        less = f"{force[0]} = {force[1]:g} smaller, for which weaker springs do"
     if load.name in TENSIONED:
         return _tensioned(d, load, half_N, told, less)
     field, column = SIZED.get(load.name, ("", ""))
     if not field:
-        return Reason(load.name, "load", f"{less}: {told}", *force)
+        return Reason(load.name, "load", f"{less}: {told}", force[0], force[1], force[2] or None)
     held, more = getattr(d.design.hardware, field.split(".")[1]), 1.0 / load.margin
+    needed, does, size = load.value, list[str](), None
     if load.name == "motor shaft":
-        needed, does = load.value, None
-        if d.capstan is not None:  # the same torque on a larger pinion pulls less
-            sector = d.design.hardware.sector_radius_mm
-            wider, field_too = sector * more, "hardware.sector_radius_mm"
-            told = f"{told}; or hardware.motor = {held} one {column} of at least {needed:.4g}"
-            message = (
-                f"{field_too} = {sector:g} must be at least {wider:.4g} mm{_with_ratio(d, wider)}: {told}; or {less}"
-            )
-            return Reason(load.name, "load", message, field_too, sector, wider)
-    elif load.name == "cable":
+        motor = f"hardware.motor = {held} one {column} of at least {up(needed)}"
+        sector = d.design.hardware.sector_radius_mm
+        wider = sector * more  # the same torque on a larger pinion pulls less
+        beside = () if d.capstan is None else _with_ratio(d, wider)
+        if d.capstan is None or wider > SECTOR_MOST_MM or any(ratio > CAPSTAN_RATIO_MOST for _, ratio in beside):
+            return Reason(load.name, "load", f"{less}: {told}; or {motor}", *force)
+        words = "".join(f" with {name} = {d.capstan.ratio:g} at least {up(ratio)}" for name, ratio in beside)
+        field = "hardware.sector_radius_mm"
+        message = f"{field} = {sector:g} must be at least {up(wider)} mm{words}: {told}; or {motor}; or {less}"
+        return Reason(load.name, "load", message, field, sector, wider, beside)
+    if load.name == "cable":
         needed = load.value * ROPE_FACTOR
         does = _rows("cable", d.design, lambda row: row.breaking_load_N >= needed)
     elif load.name == "shoulder bearing":
-        needed = load.value
         does = _rows("bearing", d.design, lambda row: row.static_load_N >= needed and row.bore_mm == d.bearing.bore_mm)
     elif load.name == "shoulder bearing life":
         needed = d.bearing.dynamic_load_N * more ** (1.0 / 3.0)
@@ -327,21 +340,21 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half
     elif load.name == "stud":
         needed = d.forearm.ball_diameter_mm * more ** (1.0 / 3.0)
         sizes = sorted({row.diameter_mm for row in catalogue.ball.rows.values() if row.diameter_mm >= needed})
-        does = f" ({', '.join(f'{v:g}' for v in sizes)} mm)" if sizes else " (the catalogue has none)"
+        does, size = [f"{v:g} mm" for v in sizes], next(iter(sizes), None)
     else:
         needed = d.tube.outer_mm * more ** (1.0 / 4.0)
         column = "of an outside diameter"
         does = _rows("tube", d.design, lambda row: row.outer_mm >= needed)
-    words = f"{column} of at least {needed:.4g}{does or ''}".strip()
+    words = f"{column} of at least {up(needed)}{_named(does)}".strip()
     message = f"{field} = {held} must be one {words}: {told}; or {less}"
-    return Reason(load.name, "load", message, field, held, needed)
+    beside = () if load.name == "stud" else _one(field.split(".")[1], does)
+    return Reason(load.name, "load", message, field, held, size or needed, beside)
 
 
-def _with_ratio(d: Dimensions, sector_mm: float) -> str:
-    """Names the ratio with which a larger sector's pinion passes the motor's screws, or nothing where it does."""
+def _with_ratio(d: Dimensions, sector_mm: float) -> tuple[tuple[str, float], ...]:
+    """Gives the ratio with which a larger sector's pinion passes the motor's screws, or nothing where it does."""
     ratio = sector_mm / widest_pinion_mm(d.motor, d.cable.diameter_mm)
-    held = d.design.hardware.capstan_ratio
-    return f" with hardware.capstan_ratio = {held:g} at least {ratio:.4g}" if ratio > held else ""
+    return (("hardware.capstan_ratio", ratio),) if ratio > d.design.hardware.capstan_ratio else ()
 
 
 def _tensioned(d: Dimensions, load: Load, half_N: float, told: str, less: str) -> Reason:
@@ -363,10 +376,10 @@ def _tensioned(d: Dimensions, load: Load, half_N: float, told: str, less: str) -
         field, held = "hardware.capstan_ratio", hardware.capstan_ratio
         torque = max(torque, drive.required_peak_N_m)
         bound = held * torque / drive.peak_torque_N_m
-        message = f"{field} = {held:g} must be at least {bound:.4g}, for a peak of {torque:.4g} N m"
+        message = f"{field} = {held:g} must be at least {up(bound)}, for a peak of {up(torque)} N m"
     else:
         field, held, bound = "requirements.peak_torque_N_m", drive.required_peak_N_m, torque
-        message = f"{field} = {held:g} must be at least {torque:.4g} N m"
+        message = f"{field} = {held:g} must be at least {up(torque)} N m"
     return Reason(
         load.name, "load", f"{message}, which the cable is tensioned for: {told}; or {less}", field, held, bound
     )

@@ -221,7 +221,7 @@ def _require_room(lead: SensorLeadDimensions, b: BracketDimensions, stack: Layer
         "beside the neighbour's motor",
         f"mechanism.base_radius_mm = {b.shoulder_u_mm:g} must be at least {b.shoulder_u_mm + high:.2f} mm, or the "
         f"motors meet the leads of the encoders beside them: {found:.2f} mm apart, at least {APART_LEAST_MM:g}; or "
-        "hardware.leads left out",
+        "hardware.leads = none",
         "mechanism.base_radius_mm",
         b.shoulder_u_mm,
         b.shoulder_u_mm + high,

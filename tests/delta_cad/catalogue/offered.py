@@ -60,7 +60,7 @@ WITH: dict[str, Changes] = {
     | {"hardware__encoder_at": "motor", "mechanism__parallelogram_width_mm": 60.0},
     "maxon-re50-370354": DESK,
     "steel-0.8-7x19": wider(3.0),
-    "cfrp-6x4": {"requirements__joint_torque_N_m": 0.42, "hardware__capstan_ratio": 5.2},  # heavier rods
+    "cfrp-6x4": wider(1.0),  # heavier rods
     "619-8": wider(1.0),
     "608": wider(4.0),
     "din319-32": wider(1.0),

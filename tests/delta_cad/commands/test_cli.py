@@ -12,8 +12,9 @@ import pytest
 from delta_cad.commands import build, check
 from delta_cad.commands.cli import main
 from delta_cad.commands.inspection import inspection
-from delta_cad.design import Design, design_schema, load_design
+from delta_cad.design import Design, design_from_dict, design_schema, load_design
 from delta_cad.mechanism.workspace import Cube, cube_extremes
+from delta_cad.structure.refusals import refusals
 from tests.committed import BEST, DATA, PUBLISHED, changed
 
 COMMANDS = ("build", "check", "drawings", "inspect")
@@ -251,12 +252,14 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     assert told.out == ""
     lines = told.err.splitlines()
     assert lines[0].startswith("thin.json: pinion, wall: ")
-    assert "hardware.capstan_ratio must be <= 9.63" in lines[0]
+    assert "hardware.capstan_ratio = 11 must be at most 9.626" in lines[0]
     for reason in (
         "hardware.platform_thickness_mm = 9 must be at least 10 mm",
         "hardware.sector_radius_mm = 38.7 must be at least 50.49 mm",
     ):
         assert sum(reason in line for line in lines) == 1
+    assert any(line.startswith("thin.json: then assembly, envelope depth: ") for line in lines[:-1])
+    assert lines[-1].startswith("thin.json: together hardware.capstan_ratio = ")
     assert not (tmp_path / "out").exists()
     assert main([command, "--design", str(file), "--json", *rest]) == 2
     record = json.loads(capsys.readouterr().out)
@@ -264,6 +267,11 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     fields = {reason["field"]: (reason["value"], reason["bound"]) for reason in record["refused"]}
     assert fields["hardware.platform_thickness_mm"] == (9.0, 10.0)
     assert fields["hardware.capstan_ratio"][1] == pytest.approx(38.7 / (3 + 0.75 + 0.27))
+    told = json.loads(file.read_text())
+    for field, value in record["together"].items():
+        where, _, name = field.partition(".")
+        told[where][name] = value
+    assert not refusals(design_from_dict(told))
 
 
 def test_inspect_tells_why_no_machine_can_be_built_beside_the_mechanism_s_figures(

@@ -71,7 +71,7 @@ REFUSED = {
         "at most",
         -1,
     ),
-    "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "<=", -1),
+    "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "at most", -1),
     "slot": ({"capstan_ratio": 3.0, "base_radius_mm": 43.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
     "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
@@ -90,8 +90,8 @@ def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: s
     found = re.search(rf"{re.escape(words)} ([0-9.]+)", message)
     assert found, message
     bound = float(found[1])
-    printed = 0.5 * 10.0 ** -len(found[1].partition(".")[2])  # the bound is rounded to its last digit
-    edited(**(changes | {field: bound + sense * printed}))
+    printed = 10.0 ** -len(found[1].partition(".")[2])  # the bound is rounded to its last digit, so that it does
+    edited(**(changes | {field: bound}))
     with pytest.raises(DimensionError) as again:
         edited(**(changes | {field: bound - sense * (printed + 0.01)}))
     assert (again.value.part, again.value.feature) == (part, feature)

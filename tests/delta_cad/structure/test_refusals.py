@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from time import process_time
 from typing import Any
 
@@ -11,6 +12,7 @@ from delta_cad import catalogue
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_MOST_MM
 from delta_cad.dimensions import Reason, dimensions
+from delta_cad.dimensions.tolerances.machine import machine_chains
 from delta_cad.structure.refusals import least_outline_mm, refusals
 from tests.committed import ROOT, changed
 from tests.delta_cad.dimensions.test_sizes import LARGE, made
@@ -252,3 +254,49 @@ def test_an_outline_that_elbows_and_motors_exceed_is_refused_at_what_they_take(b
     assert found["requirements.envelope_width_mm"].bound == pytest.approx(size.max())
     swapped = {"requirements__envelope_width_mm": 220.0, "requirements__envelope_depth_mm": 270.0}
     assert refusals(machine(**swapped)) == ()  # it is turned by 90 degrees
+
+
+def test_a_load_that_springs_alone_make_asks_for_weaker_springs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A force of 0 N is none to ask for."""
+    from delta_cad.structure import refusals as room
+
+    monkeypatch.setattr(room, "_share_borne", lambda *_: 0.0)
+    found = {one.part: one for one in refusals(machine(requirements__peak_force_N=30.0)) if one.feature == "load"}
+    reason = found["ball joint"]
+    assert (reason.field, reason.value, reason.bound) == ("requirements.peak_force_N", 30.0, None)
+    assert reason.message.startswith("requirements.peak_force_N = 30 smaller, for which weaker springs do: ")
+    assert "at most 0 N" not in " ".join(one.message for one in found.values())
+
+
+# What docs/best.md says that the committed machine bears of the figures that no source confirms: family, row, column,
+# what it bears, and beyond that, where the page names a limit.
+BEARS: list[tuple[str, str, str, tuple[float, ...], float | None]] = [
+    ("motor", "maxon-re30-310007", "length_mm", (62.0, 69.0), 70.0),
+    ("motor", "maxon-re30-310007", "shaft_diameter_mm", (4.0, 5.0, 7.0), None),
+    ("motor", "maxon-re30-310007", "shaft_length_mm", (12.0, 23.0), None),
+    ("motor", "maxon-re30-310007", "pilot_diameter_mm", (13.0, 16.0), 12.0),
+    ("motor", "maxon-re30-310007", "pilot_height_mm", (1.0, 4.0), 5.0),
+    ("motor", "maxon-re30-310007", "mount_count", (2, 6), None),
+    ("tube", "cfrp-5x3", "outer_mm", (5.2,), None),
+    ("tube", "cfrp-5x3", "inner_mm", (2.5, 3.2), None),
+    ("foot", "foot-m4-stud-15x8", "height_mm", (5.0, 15.0), None),
+    ("knob", "din319-25", "thread_depth_mm", (7.0, 13.0), None),
+    ("knob", "din319-25", "height_mm", (21.0, 24.0), None),
+]
+
+
+@pytest.mark.parametrize(("family", "key", "column", "bears", "beyond"), BEARS)
+def test_the_committed_best_bears_what_its_page_says_of_unconfirmed_figures(
+    family: str, key: str, column: str, bears: tuple[float, ...], beyond: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    design, rows = load_design(ROOT / "best.json"), getattr(catalogue, family)
+
+    def off(value: float) -> list[str]:
+        with monkeypatch.context() as patch:
+            patch.setitem(rows.__dict__, "rows", rows.rows | {key: replace(rows(key), **{column: value})})
+            if found := refusals(design):
+                return list(map(str, found))
+            return [chain.name for chain in machine_chains(dimensions(design)) if not chain.holds]
+
+    assert [off(value) for value in bears] == [[]] * len(bears)
+    assert beyond is None or off(beyond)

@@ -1,0 +1,132 @@
+"""All reasons at once, and values that mend them together: what each asks for is followed until none is left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from time import process_time
+
+from pydantic import ValidationError
+
+from delta_cad.design import Design, design_to_dict
+from delta_cad.design.sums import impossible_sums
+from delta_cad.dimensions import Reason
+from delta_cad.dimensions.rules import down, up
+from delta_cad.mechanism import MechanismError
+from delta_cad.structure.refusals import refusals
+
+ROUNDS = 7  # of following: what goes round in circles has done so by then
+SECONDS = 4.0  # of the processor after which nothing more is followed, most take a second
+
+PEAKS = ("peak_force_N", "force_N"), ("peak_torque_N_m", "joint_torque_N_m")  # of a moment, for ever
+
+Values = dict[str, float | str]
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Why a design's hardware cannot do, and what would.
+
+    Attributes:
+        reasons: Those of the design as it is.
+        then: Those that come once the first are mended as they ask, each once.
+        together: Field -> value, with which no reason is left; empty where following them led to none.
+    """
+
+    reasons: tuple[Reason, ...]
+    then: tuple[Reason, ...] = ()
+    together: Mapping[str, float | str] | None = None
+
+
+def advice(design: Design) -> Advice:
+    """Gives every reason why a design's hardware cannot do, in closed form, and values that mend all of them.
+
+    Args:
+        design: A validated design.
+
+    Raises:
+        UnreachableError: A point of the cube is out of reach.
+    """
+    start, first = process_time(), refusals(design)
+    told, reasons, values = {(one.part, one.feature): one for one in first}, first, Values()
+    ways: dict[str, bool] = {}  # field -> whether it was asked to be larger
+    for _ in range(ROUNDS):
+        moved = _mending(reasons, values, ways)
+        if not moved or process_time() - start > SECONDS:
+            break
+        values |= moved
+        values |= _for_ever(design, values)
+        try:
+            reasons = refusals(_changed(design, values))
+        except (MechanismError, ValidationError, ValueError, ArithmeticError):
+            break
+        told = {(one.part, one.feature): one for one in reasons} | told
+        if not reasons:
+            return Advice(first, _later(told.values(), first), values)
+    return Advice(first, _later(told.values(), first), {})
+
+
+def _later(told: Iterable[Reason], first: tuple[Reason, ...]) -> tuple[Reason, ...]:
+    return tuple(one for one in told if one not in first)
+
+
+def _for_ever(design: Design, values: Values) -> Values:
+    """Gives what lasts no more than what a moment bears: a peak that is lowered takes what is held for ever with it."""
+    given, lowered = design.requirements, Values()
+    for peak, lasting in PEAKS:
+        most = values.get(f"requirements.{peak}")
+        held = values.get(f"requirements.{lasting}", getattr(given, lasting))
+        if isinstance(most, float) and isinstance(held, float) and held > most:
+            lowered[f"requirements.{lasting}"] = most
+    return lowered
+
+
+def _mending(reasons: tuple[Reason, ...], values: Values, ways: dict[str, bool]) -> Values:
+    """Gives fields and the values that reasons ask for, which they do not have yet.
+
+    Args:
+        reasons: What is wrong.
+        values: What was asked for before.
+        ways: Field -> whether it was asked to be larger; what is asked now is added. A field that was moved the other
+            way keeps its value where another does instead, else it is moved back: what moved it asks once more, and
+            takes another.
+    """
+    asked: Values = {}
+    for one in reasons:
+        for field, value, larger in _asked(one, ways):
+            held = asked.get(field)
+            if not isinstance(held, float) or not isinstance(value, float) or (value > held) == larger:
+                asked[field] = value
+                ways[field] = larger
+    return {field: value for field, value in asked.items() if values.get(field) != value}
+
+
+def _asked(reason: Reason, ways: dict[str, bool]) -> Iterator[tuple[str, float | str, bool]]:
+    """Gives the fields that a reason asks for, each with its value and whether that is a least one."""
+    if isinstance(reason.bound, float) and isinstance(reason.value, float | int):
+        field, bound, larger = reason.field, reason.bound, reason.bound > reason.value
+        if ways.get(field, larger) != larger and reason.instead is not None:
+            (field, bound), larger = reason.instead, True
+        yield field, float(up(bound) if larger else down(bound)), larger
+    for field, value in reason.beside:
+        yield field, value if isinstance(value, str) else float(up(value)), True
+
+
+def _changed(design: Design, values: Values) -> Design:
+    """The design with some fields changed, its own parts kept.
+
+    Raises:
+        ValidationError: A value is out of its field's bounds.
+        ValueError: Its numbers cannot go together.
+    """
+    rooms: dict[str, Values] = {}
+    for field, value in values.items():
+        room, _, name = field.partition(".")
+        rooms.setdefault(room, {})[name] = value
+    changed = design.model_copy(
+        update={room: getattr(design, room).model_copy(update=given) for room, given in rooms.items()}
+    )
+    Design.model_validate(design_to_dict(changed))
+    if faults := impossible_sums(changed):
+        raise ValueError(faults[0].field)
+    return changed
