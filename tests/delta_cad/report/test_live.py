@@ -208,6 +208,14 @@ def test_nothing_is_wider_than_a_phone(live: Any) -> None:
     assert live.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
 
 
+def test_the_manual_is_no_wider_than_a_phone(chromium: Any, built: Built) -> None:
+    manual = chromium.new_page(viewport=PHONE)
+    manual.goto((built.folder / "manual" / "manual.html").as_uri())
+    wide = manual.evaluate("document.documentElement.scrollWidth")
+    manual.close()
+    assert wide <= PHONE["width"]
+
+
 def test_nothing_is_wider_than_a_page_of_paper(live: Any) -> None:
     """A4 less its margins at 96 dots an inch; what is wider is cut off, or shrinks all else."""
     live.emulate_media(media="print")
