@@ -25,6 +25,7 @@ html_copy_source = False
 default_role = "code"
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented_params"
 autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
 html_show_copyright = False
 napoleon_use_ivar = True

@@ -125,13 +125,14 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
         ("smallest arm to forearm angle", "deg", e.forearm_angle_min),
         ("lowest elbow", "mm", e.elbow_z_min),
         ("highest elbow", "mm", e.elbow_z_max),
-        ("smallest singular value of J", "mm/rad", e.singular_value_min),
-        ("largest singular value of J", "mm/rad", e.singular_value_max),
+        ("smallest singular value of J", "mm/deg", e.singular_value_min),
+        ("largest singular value of J", "mm/deg", e.singular_value_max),
         ("margin to a fold, w / L_B", "", e.serial_margin_min),
     )
     rows = []
     for quantity, unit, extreme in table:
-        value = {"deg": degrees(extreme.value), "": extreme.value}.get(unit, extreme.value * MM_PER_M)
+        shown = {"deg": degrees(1.0), "": 1.0, "mm/deg": MM_PER_M / degrees(1.0)}
+        value = extreme.value * shown.get(unit, MM_PER_M)
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
         rows.append(InspectionRow("over the cube (sampled and polished)", quantity, value, unit, at_mm=(x, y, z)))
     return rows

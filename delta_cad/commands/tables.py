@@ -60,6 +60,16 @@ def _number(value: float | str | None) -> str:
     return "" if value is None else value if isinstance(value, str) else f"{value:.{FIGURES}g}"
 
 
+def _unit(unit: str) -> str:
+    """A unit as people write it, where the terminal can."""
+    told = unit.replace("^2", "²").replace("^3", "³")
+    try:
+        told.encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        return unit
+    return told
+
+
 def _console() -> Console:
     """Colours on a terminal only; elsewhere as wide as the table needs."""
     return Console(file=sys.stdout) if sys.stdout.isatty() else Console(file=sys.stdout, width=160)
@@ -97,14 +107,14 @@ def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False) 
     console.print(f"{name}: {verdict}", highlight=False, soft_wrap=True)
     for row in failed:
         at = "" if row.at_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*row.at_mm)
-        told = f"{_number(row.value)} {row.unit}".strip()
+        told = f"{_number(row.value)} {_unit(row.unit)}".strip()
         console.print(f"[red]FAILS[/red] {row.quantity}{at}: {told}, {row.limit}", highlight=False, soft_wrap=True)
     if not whole:
         named = {word: row for word in FIRST_INSPECTED for row in reversed(rows) if row.quantity.startswith(word)}
         shown = list(named.values())[:MOST_FIGURES]
         shown += [row for row in rows if row.value == UNKNOWN_MASSES and row not in shown]
-        console.print(_figures([(_words(row), _number(row.value), row.unit, row.limit) for row in shown]))
-        console.print("every figure, with where it is worst: --all", highlight=False)
+        console.print(_figures([(_words(row), _number(row.value), _unit(row.unit), row.limit) for row in shown]))
+        console.print("--all prints every figure and where it is worst", highlight=False)
         return
     table = _table("", ">value", "unit", "limit", ">at x, y, z mm")
     group = ""
@@ -113,8 +123,8 @@ def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False) 
             group = row.group
             table.add_row(f"[bold]{group}[/bold]")
         mark = "" if row.holds is None else " [green]holds[/green]" if row.holds else " [red]FAILS[/red]"
-        at = "" if row.at_mm is None else ", ".join(f"{v:.1f}" for v in row.at_mm)
-        table.add_row(f"  {row.quantity}", _number(row.value), row.unit, f"{row.limit}{mark}", at)
+        at = "" if row.at_mm is None else ", ".join(f"{round(v, 1) + 0.0:.1f}" for v in row.at_mm)
+        table.add_row(f"  {row.quantity}", _number(row.value), _unit(row.unit), f"{row.limit}{mark}", at)
     console.print(table)
 
 
@@ -135,10 +145,10 @@ def print_outcome(outcome: Outcome, whole: bool = False) -> None:
     else:
         console.print(_figures(_headline(outcome)))
     total, moving = outcome.masses["total_mass_kg"], outcome.masses["moving_mass_kg"]
-    console.print(f"mass {total * 1000:.0f} g, of it moving {moving * 1000:.0f} g", highlight=False)
+    console.print(f"mass {total * 1000:.0f} g, moving mass {moving * 1000:.0f} g", highlight=False)
     if outcome.unverified:
         console.print(
-            f"check before ordering, not all data verified: {', '.join(outcome.unverified)}",
+            f"verify before ordering, data not fully verified: {', '.join(outcome.unverified)}",
             highlight=False,
             soft_wrap=True,
         )
@@ -146,7 +156,7 @@ def print_outcome(outcome: Outcome, whole: bool = False) -> None:
         state = "" if outcome.passed else " (rejected: a check fails)"
         console.print(f"files in {escape(str(outcome.folder))}{state}", highlight=False, soft_wrap=True)
     if not whole:
-        console.print("every check with its limit: --all", highlight=False)
+        console.print("--all prints every check with its limit", highlight=False)
 
 
 def _headline(outcome: Outcome) -> list[tuple[str, str, str, str]]:
@@ -157,7 +167,7 @@ def _headline(outcome: Outcome) -> list[tuple[str, str, str, str]]:
     lines = [("cube side", _number(2.0 * outcome.design.cube.half_side_mm), "mm", "")]
     for name in [name for name in FIRST_CHECKED if name in found][: MOST_FIGURES - 1]:
         limit = " ".join(line(found[name]).limit.replace("≤", "<=").replace("≥", ">=").split()[:2])  # the unit is told
-        lines.append((name, _number(found[name].value), found[name].unit, limit))
+        lines.append((name, _number(found[name].value), _unit(found[name].unit), limit))
     return lines
 
 
@@ -173,7 +183,7 @@ def _print_checks(console: Console, outcome: Outcome) -> None:
             verdict = ""  # a figure that nothing is asked of
         count = f" ({len(results)}x)" if len(results) > 1 else ""
         where = " / ".join(worst.worst_pair or ())
-        table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), worst.unit, verdict, where)
+        table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), _unit(worst.unit), verdict, where)
     console.print(table)
     for result in outcome.results:
         if result.passed and result.name in DETAILED:

@@ -20,6 +20,16 @@ from delta_cad.structure.report import LEFT_OUT
 from delta_cad.structure.table import structure_table
 
 CERTIFICATE_SCHEMA = "delta-certificate/1"
+PLAINLY = {
+    "reach": "within reach",
+    "assembly_mode": "no singular position",
+    "torque": "joint torque",
+    "kappa": "conditioning",
+    "lean": "lean of the rods",
+    "shoulder": "arms between their stops",
+    "couple_index": "platform held against turning",
+}
+"""Limit -> what it means."""
 MOST_BOXES = 400_000  # a second; of a design that passes its checks some thousands do
 
 
@@ -44,7 +54,7 @@ def assumptions(s: Subject) -> list[str]:
         f"Lives are computed for {LIFE_HOURS:g} h at {STROKES_PER_S:g} full strokes a second under the whole force.",
     ]
     if s.unverified:
-        found.append(f"Check before ordering, not all data verified: {', '.join(s.unverified)}.")
+        found.append(f"Verify before ordering, data not fully verified: {', '.join(s.unverified)}.")
     return found
 
 
@@ -81,7 +91,7 @@ def proof(s: Subject) -> dict[str, Any]:
     except GeometryError as error:
         return {"words": f"Nothing is proved of this cube: {error}.", "proved": [], "open": []}
     words = {limit.name: limit.words(_strictly) for limit in s.limits.pose}
-    listed = [(words[finding.condition], finding.verdict) for finding in found.findings]
+    listed = [(_plainly(one.condition, words[one.condition]), one.verdict) for one in found.findings]
     return {
         "words": f"This build proved by interval arithmetic over {found.boxes} boxes, which fill the cube of "
         f"{2.0 * cube.half_side_mm:.2f} mm, that at every point of it, not only at those sampled:",
@@ -94,7 +104,10 @@ def _proved(data: Any, side_mm: float) -> dict[str, Any]:
     """What the data of a certificate prove; raises one error or another where they are none."""
     words = {limit.name: limit.words(_strictly) for limit in Limits.from_record(data["limits"])}
     listed = [
-        (words.get(str(one["condition"]), str(one["condition"]).replace("_", " ")), str(one["verdict"]))
+        (
+            _plainly(one["condition"], words.get(str(one["condition"]), str(one["condition"]).replace("_", " "))),
+            str(one["verdict"]),
+        )
         for one in data["findings"]
     ]
     tolerance = data.get("tolerance_m")
@@ -105,6 +118,11 @@ def _proved(data: Any, side_mm: float) -> dict[str, Any]:
         "proved": [text for text, verdict in listed if verdict == "proved"],
         "open": [f"{text}: {verdict}" for text, verdict in listed if verdict != "proved"],
     }
+
+
+def _plainly(name: Any, words: str) -> str:
+    """A limit in the words of a customer before those of its mathematics."""
+    return f"{PLAINLY[name]}: {words}" if name in PLAINLY else words
 
 
 def _strictly(value: float, upwards: bool) -> str:

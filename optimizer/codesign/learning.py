@@ -206,8 +206,10 @@ def _levered(lessons: Lessons, side_mm: float, share: float, why: str) -> Lesson
     return lessons.taught(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
 
 
-def _measured(value: float | None, unit: str) -> str:
-    return "undecided" if value is None else f"{value:.4g} {unit}".strip()
+def _outcome(result: CheckResult) -> str:
+    """A check that failed in one line: its name, what was measured and what was allowed."""
+    value, limit = (None if v is None else f"{v:.4g} {result.unit}".strip() for v in (result.value, result.limit))
+    return f"{result.name}: {value or 'not proved'}" + (f", limit {limit}" if limit else "")
 
 
 def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
@@ -229,7 +231,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     before, lessons = lessons, with_outline(candidate, lessons, results)
     for result in failed:
         short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
-        why = f"{result.name}: {_measured(result.value, result.unit)}, limit {_measured(result.limit, result.unit)}"
+        why = _outcome(result)
         if (share := _share(result.name)) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
             lessons = lessons.taught(why, **{share: getattr(lessons, share) * SPARE / max(over, 1.0)})

@@ -48,7 +48,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{out}: is there already; to replace it give --force, to leave it another --out", BAD_INPUT)
     write_whole(out, preset_text(given.preset, out.stem))
     then = f"python -m optimizer design {shlex.quote(str(out))}"
-    print(f"{out}: {PRESETS[given.preset]}; change what you like, then: {then}")
+    print(f"{out}: {PRESETS[given.preset]}; edit it, then: {then}")
     return DONE
 
 

@@ -20,6 +20,7 @@ BAND_PIXELS = 92.0  # Height of the strip at the bottom that is kept for the tit
 MARGIN = 1.05
 BOX_WIDTH = 1.6  # Line width of cube and outline, pixels of the finished picture.
 BALLOON_PIXELS, BALLOON_PITCH, BALLOON_ROOM = 15.0, 36.0, 78.0  # radius; from one to the next; what they take at a side
+DOT_PIXELS = 3.5  # where a balloon's line ends, as drawing standards have it on a surface
 CHAIN_PIXELS = (22.0, 5.0, 4.0)  # Long dash, gap, short dash of a centre line.
 
 
@@ -125,7 +126,7 @@ class Sheet:
         self.label(middle, text, turned=upright)
 
     def balloons(self, points: Mapping[int, np.ndarray]) -> None:
-        """Numbers in circles on both sides of what is shown, each with a line to its point.
+        """Numbers in circles on both sides of what is shown, each with a line that ends in a dot on its point.
 
         Args:
             points: Number -> (3,) point, mm.
@@ -146,6 +147,8 @@ class Sheet:
                 circle = around + np.array([x, y])
                 self._segments += [circle[k : k + 2] for k in range(len(circle) - 1)]
                 self._segments.append(np.array([(x + sense * radius, y), flat[number]]))
+                rim = flat[number] + DOT_PIXELS * pixel / radius * around
+                self._arrows += [np.array([flat[number], *rim[k : k + 2]]) for k in range(len(rim) - 1)]
                 self.label(np.array([x, y - 0.62 * radius]), str(number))
 
     def centre_line(self, left: float, right: float, height: float) -> None:

@@ -2,7 +2,7 @@
 
 const ISO = [0.5, -0.78, 0.42]; // towards who looks
 const WIDE_DEG = 28;
-const NARROW_DEG = 3; // of the views along an axis: nearly parallel, so that lengths compare at whatever depth they are
+const NARROW_DEG = 0.5; // of the views along an axis: nearly parallel, so that lengths compare at whatever depth they are
 const FILLED = 0.94; // share of the picture that the machine takes
 
 // The model in 3D: poses, exploded view, section, names. Lengths in mm, z up; a picture is drawn only when asked for.
@@ -32,7 +32,10 @@ class Viewer {
     this.camera = new THREE.PerspectiveCamera(WIDE_DEG, 1, 5, 6000);
     this.camera.up.set(0, 0, 1);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
-    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("change", () => {
+      this.clip();
+      this.draw();
+    });
     this.model = new THREE.Group();
     this.scene.add(this.model, this.caps);
     this.cube = this.lines(boxEdges(2 * data.cube.half_mm), 0x2f6fd0);
@@ -69,9 +72,13 @@ class Viewer {
     this.box.union(new THREE.Box3().setFromObject(this.cube));
     const { centre_mm: [x, y], size_mm: [w, d] } = this.data.outline;
     this.outline = this.lines(rectangle(x, y, w, d, this.box.min.z), 0xc0392b, true);
-    // all that it may be moved to stays in the picture: the knob rises by half the cube, arms stay over the rectangle
-    this.reach = this.box.clone().union(new THREE.Box3().setFromObject(this.outline));
-    this.reach.max.z += this.data.cube.half_mm;
+    // what stays in the picture wherever the machine is moved: arms over the rectangle, about as high as the cube's
+    // floor, and the knob over the cube
+    const { half_mm: half, bottom_mm: bottom } = this.data.cube;
+    const over = this.box.max.z - bottom - half;
+    const arms = new THREE.Box3().setFromObject(this.outline).expandByPoint(new THREE.Vector3(x, y, bottom));
+    const knob = new THREE.Box3(new THREE.Vector3(-half, -half, bottom), new THREE.Vector3(half, half, bottom + 2 * half + over));
+    this.reach = [...cornersOf(arms), ...cornersOf(knob)];
     this.scene.add(this.outline);
     this.look("iso");
   }
@@ -244,31 +251,40 @@ class Viewer {
 
   look(view) {
     const towards = { iso: ISO, front: [0, -1, 0.0001], side: [1, 0, 0.0001], top: [0, -0.0001, 1] }[view];
-    const box = this.apart > 0 ? new THREE.Box3().setFromObject(this.model) : this.reach;
-    const centre = box.getCenter(new THREE.Vector3());
+    const points = this.apart > 0 ? this.parts.flatMap(({ node }) => cornersOf(new THREE.Box3().setFromObject(node))) : this.reach;
     const to = new THREE.Vector3(...towards).normalize();
     this.camera.fov = view === "iso" ? WIDE_DEG : NARROW_DEG;
-    const away = this.distance(box, centre, to);
-    Object.assign(this.camera, { near: away / 100, far: 6 * away });
-    this.camera.updateProjectionMatrix();
+    const [centre, away] = this.framed(points, to);
+    this.size = new THREE.Box3().setFromPoints(points).getSize(new THREE.Vector3()).length();
     this.controls.maxDistance = 4 * away;
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).addScaledVector(to, away);
     this.controls.update();
+    this.clip();
     this.draw();
   }
 
-  // How far from its centre a box fills the picture, seen from a direction: no corner is outside.
-  distance(box, centre, to) {
+  // Keeps the depths that are drawn about the machine, however far away who looks is.
+  clip() {
+    const away = this.camera.position.distanceTo(this.controls.target);
+    this.camera.near = Math.max(away / 200, away - 2 * this.size);
+    this.camera.far = away + 4 * this.size;
+    this.camera.updateProjectionMatrix();
+  }
+
+  // Where to look, and from how far, so that points fill the picture, seen from a direction.
+  framed(points, to) {
     const right = new THREE.Vector3().crossVectors(this.camera.up, to).normalize();
     const up = new THREE.Vector3().crossVectors(to, right);
     const half = FILLED * Math.tan((this.camera.fov * Math.PI) / 360);
-    const away = cornersOf(box).map((corner) => {
-      corner.sub(centre);
-      const aside = Math.max(Math.abs(corner.dot(right)) / this.camera.aspect, Math.abs(corner.dot(up)));
-      return corner.dot(to) + aside / half;
-    });
-    return Math.max(...away);
+    const axes = [[right, half * this.camera.aspect], [up, half]];
+    const sides = axes.flatMap(([axis, slope]) => [axis, axis.clone().negate()].map((side) => [side, slope]));
+    // a point p is inside a side of the picture if (p - c).side <= slope (away - (p - c).to): the tightest of each side
+    const [r, l, t, b] = sides.map(([side, slope]) => Math.max(...points.map((p) => p.dot(side) + slope * p.dot(to))));
+    const [wide, high] = [(r + l) / 2 / (half * this.camera.aspect), (t + b) / 2 / half];
+    const centre = right.multiplyScalar((r - l) / 2).addScaledVector(up, (t - b) / 2);
+    const middle = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3()).dot(to);
+    return [centre.addScaledVector(to, middle), Math.max(wide, high) - middle];
   }
 
   // The part under a point of the canvas, and the point, in pixels from its corner; null for none.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-FREE, FLOOR, RESISTANCE = "free, its weight held", "floor at half height", "viscous resistance"
+FREE, FLOOR, RESISTANCE = "none, weight held", "floor at half height", "viscous resistance"
 SCENES = (FREE, FLOOR, RESISTANCE)
 FLOOR_N_MM = 1.0  # 3 N at 3 mm: seen in the picture, and less than any loop of ours bears
 RESISTANCE_N_S_MM = 0.02  # 2 N at 100 mm/s, a quick move of a hand
@@ -15,7 +15,7 @@ def felt(scene: str, most_N: float, above_mm: float, v_mm_s: np.ndarray) -> np.n
 
     Args:
         scene: One of `SCENES`.
-        most_N: Force that the machine has for ever; more than that is not given.
+        most_N: Continuous force of the machine; more than that is not given.
         above_mm: Height of the handle over the cube's centre.
         v_mm_s: (3,) velocity of the handle.
 

@@ -86,11 +86,11 @@ class LivePage:
         self._told = server.gui.add_html("")
         with server.gui.add_folder("Lengths, mm"):
             self._sliders = {name: self._slider(name, words) for name, words in SLIDERS.items()}
-            server.gui.add_button("as designed").on_click(lambda _: self.change(self.own))
+            server.gui.add_button("original lengths").on_click(lambda _: self.change(self.own))
         server.gui.add_button("centre of the cube").on_click(lambda _: self.move(self.lengths.centre_mm))
-        self._solids = server.gui.add_checkbox("solids", True, disabled=True, hint="as designed only")
+        self._solids = server.gui.add_checkbox("solids", True, disabled=True, hint="for the original lengths only")
         self._solids.on_update(lambda _: self._show())
-        self._scene = server.gui.add_dropdown("felt", SCENES)
+        self._scene = server.gui.add_dropdown("virtual contact", SCENES)
         self._scene.on_update(lambda _: self._show())
         self._grip = server.scene.add_transform_controls(HANDLE, scale=0.06, disable_rotations=True, depth_test=False)
         self._grip.on_update(lambda event: self.move(MM_PER_M * np.asarray(event.target.position)))
@@ -301,17 +301,17 @@ class LivePage:
             return f"{head}<br><b>out of reach</b></div>"
         rows = readings(self.lengths, self._design.requirements.force_N, self._inertia, self.handle_mm)
         cells = "".join(f"<tr><td>{r.words}</td><td>{r.here}</td><td>{r.worst}</td></tr>" for r in rows)
-        told = [("felt", f"{np.linalg.norm(force_N):.2f} N")]
+        told = [("rendered force", f"{np.linalg.norm(force_N):.2f} N")]
         if held_N.any():
             motors = jacobian(self.lengths.geometry, self.handle_mm / MM_PER_M).T @ (force_N + held_N)
-            told += [("weight, which the motors hold", f"{np.linalg.norm(held_N):.2f} N")]
-            told += [("motors' torque for both", ", ".join(f"{one:.3f}" for one in motors) + " N m")]
+            told += [("weight, held by the motors", f"{np.linalg.norm(held_N):.2f} N")]
+            told += [("joint torques for both", ", ".join(f"{one:.3f}" for one in motors) + " N m")]
         if self._neighbours is not None and self.lengths == self.own:
             near, waits = self._near and self._near[1], "" if self._near_here() else " ..."
             where = f"{near.distance_mm:.2f} mm, {' / '.join(near.names)}{waits}" if near else waits
-            told += [(f"clearance, at least {self._neighbours.limit_mm:g} mm", where)]
+            told += [(f"clearance, required {self._neighbours.limit_mm:g} mm", where)]
         cells += "".join(f"<tr><td>{words}</td><td colspan=2>{value}</td></tr>" for words, value in told)
-        note = "" if self.lengths == self.own else "masses as designed; the solids are those of the design alone"
+        note = "" if self.lengths == self.own else "masses as designed; solids are shown for the original lengths only"
         heads = "<tr><th></th><th align=left>here</th><th align=left>worst in the cube</th></tr>"
         return f"{head}<table width=100%>{heads}{cells}</table>{note}</div>"
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+import re
+
+import numpy as np
 import pytest
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import tables
+from delta_cad.commands.inspection import inspection
 from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
+from delta_cad.mechanism.statics import singular_values
 
 
 @pytest.mark.parametrize("unverified", [(), ("motor", "nut_M2.5")])
@@ -17,7 +23,7 @@ def test_what_is_not_verified_is_named_in_one_line(
     masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
     tables.print_outcome(Outcome(best, [CheckResult("lean", True, 0.4, 1.0, "rad")], masses, None, unverified))
     lines = [line for line in capsys.readouterr().out.splitlines() if "verified" in line]
-    assert lines == (["check before ordering, not all data verified: motor, nut_M2.5"] if unverified else [])
+    assert lines == (["verify before ordering, data not fully verified: motor, nut_M2.5"] if unverified else [])
 
 
 @pytest.mark.parametrize("passed", [True, False])
@@ -64,7 +70,7 @@ def test_what_fails_comes_first_then_ten_figures_and_the_table_on_demand(
     tables.print_outcome(Outcome(best, found, masses, None, ()))
     lines = capsys.readouterr().out.splitlines()
     assert lines[:2] == [f"{best.name}: 1 of 53 checks FAIL", "FAILS broken at (1.0, 2.0, 3.0) mm: why it is"]
-    figures = lines[2 : lines.index("mass 1000 g, of it moving 250 g")]
+    figures = lines[2 : lines.index("mass 1000 g, moving mass 250 g")]
     assert [line.split()[0] for line in figures][:3] == ["cube", "envelope", "envelope"]
     assert len(figures) == tables.MOST_FIGURES == 10
     assert figures[1].split()[2:] == ["1", "mm", "<=", "2"]
@@ -72,3 +78,23 @@ def test_what_fails_comes_first_then_ten_figures_and_the_table_on_demand(
     told = capsys.readouterr().out
     assert all(result.name in told for result in found)
     assert told.startswith(f"{best.name}: 1 of 53 checks FAIL\nFAILS broken")
+
+
+def test_units_are_told_as_people_write_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Narrow:
+        encoding = "ascii"
+
+    assert tables._unit("kg mm^2") == "kg mm²"
+    assert tables._unit("N m") == "N m"
+    monkeypatch.setattr("sys.stdout", Narrow())
+    assert tables._unit("kg mm^2") == "kg mm^2"
+
+
+def test_no_figure_of_an_inspection_is_in_radians(best: Design) -> None:
+    rows = inspection(best)
+    assert [row.quantity for row in rows if re.search(r"\brad\b", f"{row.unit} {row.limit}")] == []
+    travel = next(row for row in rows if row.quantity == "largest singular value of J")
+    assert travel.unit == "mm/deg"
+    at = np.array(travel.at_mm) / 1000.0
+    expected = 1000.0 * math.radians(1.0) * singular_values(best.geometry, at).max()
+    assert travel.value == pytest.approx(expected, rel=1e-3)

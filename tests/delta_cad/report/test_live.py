@@ -99,6 +99,31 @@ def test_a_worst_place_is_shown_where_a_check_names_one(live: Any, built: Built)
     live.click("#home")
 
 
+def test_wherever_it_is_moved_it_stays_in_the_picture(live: Any, page: Page) -> None:
+    cube = page.data()["cube"]
+    live.click("button[data-view=iso]")
+    slide(live, "pose-z", cube["bottom_mm"] + 2.0 * cube["half_mm"])
+    shown = picture(live)
+    rim = np.concatenate([shown[:3].reshape(-1, 3), shown[:, :3].reshape(-1, 3), shown[:, -3:].reshape(-1, 3)])
+    assert np.ptp(rim, axis=1).max() < 40.0  # nothing coloured, but the background
+    assert rim.min() > 120.0  # nor the black knob
+    live.click("#home")
+
+
+def test_from_above_it_stands_within_the_outline(live: Any) -> None:
+    """Nearly parallel, else the arms, which are nearer, would stand out of a rectangle that they keep."""
+    live.click("button[data-view=top]")
+    shown = picture(live)
+    red = (shown[..., 0] > 150) & (shown[..., 1] < 120) & (shown[..., 2] < 110) & (shown[..., 0] - shown[..., 2] > 70)
+    arms = (shown[..., 0] > 200) & (shown[..., 2] < 90) & (shown[..., 1] > 80)
+    outline = [np.flatnonzero(red.mean(axis=axis) > 0.3) for axis in (0, 1)]
+    for axis in (0, 1):
+        within = np.flatnonzero(arms.any(axis=axis))
+        assert outline[axis].min() - 1 <= within.min()
+        assert within.max() <= outline[axis].max() + 1
+    live.click("button[data-view=iso]")
+
+
 def test_it_comes_apart_and_is_cut(live: Any) -> None:
     whole = picture(live)
     slide(live, "apart", 100)
@@ -156,7 +181,7 @@ def test_maps_are_drawn_and_lead_to_a_place(live: Any, page: Page) -> None:
         ".getImageData(0, 0, c.width, c.height).data).size)"
     )
     assert min(colours) > 20
-    live.locator("#maps canvas").first.click(position={"x": 1, "y": 1})
+    live.locator("#maps canvas").first.click(position={"x": 3, "y": 3})  # the corner itself is rounded off
     half = page.data()["cube"]["half_mm"]
     assert [float(live.locator(f"#told-{axis}").text_content()) for axis in "xy"] == pytest.approx(
         [-half, half], abs=0.1
@@ -181,6 +206,30 @@ def test_tables_are_filtered(live: Any) -> None:
 
 def test_nothing_is_wider_than_a_phone(live: Any) -> None:
     assert live.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+
+
+def test_the_manual_is_no_wider_than_a_phone(chromium: Any, built: Built) -> None:
+    manual = chromium.new_page(viewport=PHONE)
+    manual.goto((built.folder / "manual" / "manual.html").as_uri())
+    wide = manual.evaluate("document.documentElement.scrollWidth")
+    manual.close()
+    assert wide <= PHONE["width"]
+
+
+def test_nothing_is_wider_than_a_page_of_paper(live: Any) -> None:
+    """A4 less its margins at 96 dots an inch; what is wider is cut off, or shrinks all else."""
+    live.emulate_media(media="print")
+    live.set_viewport_size({"width": 688, "height": 1000})
+    wide = live.evaluate("document.documentElement.scrollWidth")
+    live.emulate_media(media="screen")
+    live.set_viewport_size(PHONE)
+    assert wide <= 688
+
+
+def test_drawings_are_linked_from_the_parts_and_lead_there(live: Any, built: Built) -> None:
+    links = live.evaluate("[...document.querySelectorAll('#bom td a')].map((a) => a.getAttribute('href'))")
+    made = {path.name for path in (built.folder / "drawings").glob("*.pdf")} - {"assembly.pdf"}
+    assert {link.removeprefix("drawings/") for link in links} == made
 
 
 def test_it_said_nothing_and_asked_for_nothing_else(live: Any, said: list[str], built: Built) -> None:

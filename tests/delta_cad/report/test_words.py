@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from delta_cad.design import design_hash
-from delta_cad.mechanism.limits import Limits
+from delta_cad.mechanism.limits import Kappa, Lean, Limits
 from delta_cad.report.subject import Subject
 from delta_cad.report.words import assumptions, certificate, provenance
+from delta_cad.report.words import proof as proved
 
 
 @pytest.fixture
@@ -75,6 +78,19 @@ def test_what_is_not_about_this_machine_proves_nothing(
     assert found["found"] is False
     assert said in found["words"]
     assert found["proved"] == []
+
+
+def test_without_a_certificate_the_build_proves_its_own_limits(subject: Subject) -> None:
+    kept = Limits.of(Kappa(2.5), Lean(math.radians(31.0)))
+    found = proved(replace(subject, limits=replace(subject.limits, pose=kept)))
+    assert "86.33 mm" in found["words"]
+    assert "conditioning: kappa <= 2.5" in found["proved"]
+    assert any(text.startswith("within reach: ") for text in found["proved"])
+    assert found["open"] == []
+    broken = Limits.of(Kappa(1.5))
+    found = proved(replace(subject, limits=replace(subject.limits, pose=broken)))
+    assert found["open"] == ["conditioning: kappa <= 1.5: refuted"]
+    assert not any("kappa" in text for text in found["proved"])
 
 
 def test_what_is_no_certificate_proves_nothing(subject: Subject, tmp_path: Path) -> None:

@@ -223,6 +223,21 @@ def test_each_failed_check_moves_what_it_is_about() -> None:
     assert solid.least("base_radius") == 31.5
 
 
+@pytest.mark.parametrize(
+    ("result", "told"),
+    [
+        (failed("clearance", 1.8765432, 2.0, "mm", "rod_tube_0_0", "rod_tube_2_1"), "clearance: 1.877 mm, limit 2 mm"),
+        (
+            failed("clearance proof", None, 2.0, "mm", "rod_tube_0_0", "rod_tube_2_1"),
+            "clearance proof: not proved, limit 2 mm",
+        ),
+        (failed(f"{PROOF}effective_mass", None, None), f"{PROOF}effective_mass: not proved"),
+    ],
+)
+def test_a_lesson_is_told_in_figures_of_people(result: CheckResult, told: str) -> None:
+    assert from_checks(candidate(), KNOWN, [result]).why[-1] == told
+
+
 def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
     reason = Reason("rod_tube", "beside the motor", "why", "requirements.elbow_angle_min_deg", 27.0, 33.31)
     _, lessons = from_reasons(brief(), CHOICE, KNOWN, [reason])
