@@ -65,6 +65,7 @@ def run(given: argparse.Namespace) -> int:
     from haptics.devices.device import DeviceError
     from haptics.devices.recording import RecordingError
     from haptics.model.machine import load_machine
+    from haptics.simulation.loops import at_rate
 
     machine = load_machine(given.design, given.masses, given.catalogue)
     if given.record is not None:
@@ -73,6 +74,7 @@ def run(given: argparse.Namespace) -> int:
         if given.record.suffix not in (".csv", ".npz"):
             return refuse(f"--record {given.record}: a recording ends in .csv or .npz", BAD_INPUT)
         require_room(given.record, folder=False)
+    laws_of(machine, given.scene, at_rate(given.rate))  # compiled and looked up before a board waits for it
     try:
         device = opened_device(
             machine, given.device, host=given.host, port=given.port, recording=given.recording,

@@ -23,8 +23,9 @@ from haptics.control.sincos import sincos
 
 # Rows of what `correct` fills; rows 0-2 are D, row i the drawn angle of chain i by each angle; row 5 the made angles.
 POSITION, DRAWN, ANGLE = 3, 4, 5
-ELBOW, COS, SIN = 6, 9, 10  # rows of work: elbows, then forearms; of the made device's angles
-ROWS = 11
+# Rows of work: elbows, then forearms; of the made device's angles; the handle's velocity by the rate of each made arm.
+ELBOW, COS, SIN, MOVES = 6, 9, 10, 11
+ROWS = 14
 # Columns of the table, by chain: radius difference, upper arm, forearm, side and height offset, zero, four waves.
 COLUMNS = 10
 TAU = 2.0 * math.pi
@@ -93,7 +94,7 @@ def correct(known, readings, out):
             chains do not close, or arms stand otherwise than a device that was made to the drawing; row 5 the angles
             of its own arms. The rest is work.
     """
-    table, e, c, s = known.table, out[ELBOW:COS, 0:3], out[COS], out[SIN]
+    table, e, c, s, moves = known.table, out[ELBOW:COS, 0:3], out[COS], out[SIN], out[MOVES:ROWS, 0:3]
     shoulders(known, readings, out[ANGLE])
     for i in range(3):
         s[i], c[i] = sincos(out[ANGLE, i])
@@ -124,6 +125,14 @@ def correct(known, readings, out):
         + e[0, 1] * (e[1, 2] * e[2, 0] - e[1, 0] * e[2, 2])
         + e[0, 2] * (e[1, 0] * e[2, 1] - e[1, 1] * e[2, 0])
     )
+    for j in range(3):
+        k, n = (j + 1) % 3, (j + 2) % 3
+        jx = 1.0 if j == 0 else -0.5
+        jy = 0.0 if j == 0 else (SIN_60 if j == 1 else -SIN_60)
+        rate = table[j, 1] * (c[j] * e[j, 2] - s[j] * (e[j, 0] * jx + e[j, 1] * jy)) / det
+        moves[j, 0] = rate * (e[k, 1] * e[n, 2] - e[k, 2] * e[n, 1])
+        moves[j, 1] = rate * (e[k, 2] * e[n, 0] - e[k, 0] * e[n, 2])
+        moves[j, 2] = rate * (e[k, 0] * e[n, 1] - e[k, 1] * e[n, 0])
     for i in range(3):
         rx = 1.0 if i == 0 else -0.5
         ry = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
@@ -138,23 +147,16 @@ def correct(known, readings, out):
         # from the made angle, less than a right angle away, by the arcsine's series: off by 0.4, 8e-4, 2e-17 at most
         near, sn, cn = out[ANGLE, i], s[i], c[i]
         out[DRAWN, i] = near if cos * cn + sin * sn > 0.0 else math.nan
-        for _ in range(3):
+        for k in range(3):
+            if k > 0:
+                sn, cn = sincos(out[DRAWN, i])
             rest = sin * cn - cos * sn
             out[DRAWN, i] += rest * (1.0 + rest * rest / 6.0)
-            sn, cn = sincos(out[DRAWN, i])
         # the drawn angle turns by s . v / (L_A w), s being the drawn forearm
         along, height = q - la * cos, pz - la * sin
-        sx, sy = along * rx - t * ry, along * ry + t * rx
+        sx, sy, share = along * rx - t * ry, along * ry + t * rx, 1.0 / (la * w)
         for j in range(3):
-            k, n = (j + 1) % 3, (j + 2) % 3
-            vx = e[k, 1] * e[n, 2] - e[k, 2] * e[n, 1]
-            vy = e[k, 2] * e[n, 0] - e[k, 0] * e[n, 2]
-            vz = e[k, 0] * e[n, 1] - e[k, 1] * e[n, 0]
-            jx = 1.0 if j == 0 else -0.5
-            jy = 0.0 if j == 0 else (SIN_60 if j == 1 else -SIN_60)
-            turn = c[j] * e[j, 2] - s[j] * (e[j, 0] * jx + e[j, 1] * jy)
-            rate = table[j, 1] * turn / det
-            out[i, j] = rate * (sx * vx + sy * vy + height * vz) / (la * w)
+            out[i, j] = share * (sx * moves[j, 0] + sy * moves[j, 1] + height * moves[j, 2])
 
 
 @compiled

@@ -237,6 +237,8 @@ def opened_device(
     elif device == "socket":
         if not (isinstance(port, int) and 0 < port < 65536):
             raise ValueError(f"port is {port!r}; a board's is from 1 to 65535, and `haptics board` prints its own")
+        # all that is compiled is, before the board's watchdog begins to wait for it
+        Host(board_controller(machine, at_rate(rate_Hz)), ConstantForce(np.zeros(3)))
         opened = RemoteDevice(UdpLink(host, port, allow_remote=allow_remote), timeout=timeout)
     elif device == "recorded":
         if recording is None:

@@ -18,7 +18,7 @@ from haptics.control.filters import fresh_memory
 from haptics.control.supervisor.faults import EXTERNAL, FaultCode
 from haptics.control.supervisor.memory import GRAVITY, KNOWN, OUT, PLACED, RENDERED, SIGNALS, STARTED
 from haptics.control.supervisor.safety import Supervisor
-from haptics.devices.device import Device, DeviceLostError, Reading, run
+from haptics.devices.device import Device, DeviceError, DeviceLostError, Reading, run
 from haptics.devices.recording import Recorder, Recording
 from haptics.rendering import law_table
 from haptics.rendering.law import GAIN, ForceLaw
@@ -119,7 +119,7 @@ class Host:
         """
         try:
             self.begin(device)
-        except ValueError:
+        except (ValueError, DeviceError):
             device.close()
             raise
         try:
@@ -135,8 +135,11 @@ class Host:
 
         Raises:
             ValueError: It does not fit, see `drive`.
+            DeviceLostError: It does not answer.
         """
         self._require_fit(device)
+        if rouse := getattr(device, "rouse", None):  # of a board, whose watchdog has waited for us
+            rouse()
         self._device = device
 
     def lost(self) -> None:

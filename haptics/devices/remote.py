@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from haptics.control.supervisor.faults import FaultCode
 from haptics.devices.board import NS_PER_S
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, three_torques
 from haptics.devices.link import UdpLink
@@ -70,6 +71,7 @@ class RemoteDevice:
         self._session = secrets.randbits(32) if session is None else session
         self._sequence = self._heard = self._time_ns = 0
         self._reset, self._closed = False, False
+        self._kept: Reading | None = None  # of `rouse`, for the next reading
         self.counts: Counter[str] = Counter()
         try:
             welcome = self._ask(PacketKind.HELLO, (watchdog,), PacketKind.WELCOME)
@@ -91,6 +93,20 @@ class RemoteDevice:
         """The next command ends what the board's watchdog began."""
         self._reset = True
 
+    def rouse(self) -> None:
+        """Ends what the board's watchdog began while nobody was ready to command, by a command of zero.
+
+        Raises:
+            DeviceLostError: As `read`.
+        """
+        for _ in range(TRIES):
+            first = self.read()
+            if not first.flags & FaultCode.WATCHDOG.bit:
+                self._kept = first
+                break
+            self._reset = True
+            self.write(np.zeros(3))
+
     def read(self) -> Reading:
         """Waits for a STATE newer than the last, and takes the newest of those that are there; see `Device`.
 
@@ -98,6 +114,9 @@ class RemoteDevice:
             DeviceLostError: None came in time, the board said BYE, or its address is dead.
         """
         self._require_open()
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            return kept
         end, newest = self._clock() + self._timeout, None
         while True:
             packet = self._next(0.0 if newest is not None else end - self._clock())

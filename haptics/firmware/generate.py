@@ -88,11 +88,16 @@ GUARD = """\
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "fast-math drops NaN and the order of operations, on which the supervisor relies"
 #endif
+/* parts of fast-math: gcc tells them from 12 on; clang does not, and is told below */
+#if defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(__NO_SIGNED_ZEROS__)
+#error "a part of fast-math changes the order of operations, on which the supervisor relies"
+#endif
 #if FLT_EVAL_METHOD != 0
 #error "this processor rounds to another precision than that of the type"
 #endif
 #ifdef __clang__
 #pragma STDC FP_CONTRACT OFF
+#pragma clang fp reassociate(off)
 #endif
 """
 WRAPPER = """\

@@ -1,3 +1,6 @@
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "fast-math drops NaN, by which wrong readings and commands are known"
+#endif
 #include "delta_board.h"
 #include "delta_hal.h"
 #include "delta_joints.h"
@@ -106,7 +109,7 @@ static void end(delta_board *board)
 void delta_board_begin(delta_board *board, double period, double torque_limit, uint32_t counts_per_turn)
 {
     memset(board, 0, sizeof *board);
-    board->period = period;
+    board->period = board->passed = period;
     board->torque_limit = torque_limit;
     board->counts_per_turn = counts_per_turn;
     board->watchdog = 0.02;
@@ -198,7 +201,7 @@ size_t delta_board_tick(delta_board *board, unsigned char state[DELTA_PACKET_MOS
     delta_real torque[3], theta[3];
     int stopped = hal_stop_pressed();
     if (board->connected) {
-        board->silent = board->answered ? 0.0 : board->silent + board->period;
+        board->silent = board->answered ? 0.0 : board->silent + board->passed;
         if (board->silent > board->watchdog + 0.5 * board->period || !hal_healthy()) board->tripped = 1;
     }
     int off = board->tripped || stopped || !board->connected;
@@ -206,7 +209,10 @@ size_t delta_board_tick(delta_board *board, unsigned char state[DELTA_PACKET_MOS
     delta_joints_write(torque);
     hal_watchdog();
     hal_wait();
+    double before = board->time;
     board->time = delta_joints_read(theta);
+    /* a tick that comes late counts for all the time that it took */
+    board->passed = board->time - before > board->period ? board->time - before : board->period;
     if (!board->connected) return 0;
     board->answered = 0;
     for (int j = 0; j < 3; j++) put_real(state + HEAD + 8 * j, (double)theta[j]);

@@ -11,7 +11,7 @@ typedef struct {
     unsigned char peer[DELTA_PEER];
     int connected, answered, tripped;
     uint32_t session, sequence, heard, counts_per_turn;
-    double period, torque_limit, watchdog, silent, time;
+    double period, torque_limit, watchdog, silent, time, passed;
     double torque[3];
     unsigned long dropped, late, sessions, served;
 } delta_board;

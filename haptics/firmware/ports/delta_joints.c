@@ -1,3 +1,6 @@
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "fast-math drops NaN, by which wrong readings and commands are known"
+#endif
 #include "delta_joints.h"
 #include "delta_device.h"
 #include "delta_hal.h"

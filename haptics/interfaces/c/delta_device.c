@@ -1,5 +1,8 @@
 /* See delta_device.h. */
 #define _POSIX_C_SOURCE 200809L
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "fast-math drops NaN, by which wrong readings and commands are known"
+#endif
 #include "delta_device.h"
 
 #include <math.h>

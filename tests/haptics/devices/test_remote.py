@@ -9,14 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptics.control.supervisor.faults import FaultCode
+from haptics.control.controller import Controller
+from haptics.control.filters import low_pass
+from haptics.control.pose import model
+from haptics.control.supervisor.faults import FaultCode, State
+from haptics.control.supervisor.memory import LATCHED
 from haptics.devices.board import LONGEST_WATCHDOG, Board
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, run
 from haptics.devices.fake import FakeDevice
+from haptics.devices.host import Host
 from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.remote import TRIES, DeviceRefusedError, RemoteDevice
 from haptics.devices.simulated import SimulatedDevice
-from tests.haptics.control.supervisor.rig import HOME, LIMITS, PLANT
+from haptics.rendering.laws.constant_force import ConstantForce
+from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
 
 PULL = np.array([0.02, -0.03, 0.04])
 HOST = ("127.0.0.1", 50000)
@@ -222,6 +228,33 @@ def test_the_watchdog_cuts_the_torque_until_it_is_told_otherwise() -> None:
     device.write(PULL)
     assert device.read().flags == 0
     np.testing.assert_array_equal(motors.written[-1], PULL)
+
+
+def test_a_host_that_is_slow_to_begin_finds_no_fault() -> None:
+    """Nobody had commanded yet: what the watchdog cut is given back before force is asked for."""
+    far = board()
+    device = remote(Wire(far), watchdog=5e-3)
+    for _ in range(9):  # while the host compiles
+        far.tick()
+    assert far.tripped
+    known = model(GEOMETRY, MASSES, DESIGN.requirements.gravity_m_s2)
+    host = Host(Controller(known, low_pass(1e-3, 100.0), LIMITS, np.inf), ConstantForce([0.0, 0.0, 0.1]))
+    host.begin(device)
+    host.enable()
+    for _ in range(3):
+        device.write(host(device.read()))
+    assert not far.tripped
+    assert int(host.supervisor.memory[LATCHED]) == 0
+    assert host.supervisor.state is State.RAMPING
+
+
+def test_a_host_that_is_quick_loses_no_tick() -> None:
+    wire = Wire(board())
+    device = remote(wire)
+    device.rouse()
+    first = device.read()
+    assert first.time == 0.0
+    assert wire.sent == 1  # the HELLO alone
 
 
 def test_the_boards_emergency_stop() -> None:

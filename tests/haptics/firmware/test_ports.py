@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import socket
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -164,6 +165,87 @@ def test_our_host_renders_on_it_and_its_stop_stops(
     assert np.abs(told.torques).max() > 0.02
     assert int(host.supervisor.memory[LATCHED]) == FaultCode.EMERGENCY_STOP.bit
     assert 6000 <= len(seen) < 20_000
+
+
+@pytest.mark.parametrize("pace", ["", "paced"])
+def test_a_flood_does_not_hold_the_watchdog_up(program: Path, pace: str) -> None:
+    """A stranger sends without a pause while the host is silent: the torque is gone all the same."""
+    started = subprocess.Popen([program, "0", *([pace] if pace else [])], stdout=subprocess.PIPE, text=True)
+    assert started.stdout is not None
+    place = ("127.0.0.1", int(started.stdout.readline().split()[-1]))
+    host, stranger = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
+    flooding = threading.Event()
+
+    def flood() -> None:
+        while not flooding.is_set():
+            stranger.sendto(b"DHAP" * 9, place)
+
+    floods = [threading.Thread(target=flood) for _ in range(2)]
+    try:
+        host.settimeout(5.0)
+        host.sendto(encode(Packet(PacketKind.HELLO, 7, 1, 0, 0, (1e-3,))), place)
+        assert decode(host.recv(2048)).kind is PacketKind.WELCOME
+        host.sendto(encode(Packet(PacketKind.COMMAND, 7, 2, 1, 0, (0.1, 0.0, 0.0))), place)
+        for one in floods:
+            one.start()
+        for _ in range(200):
+            state = decode(host.recv(2048))
+            if state.flags == 1:
+                break
+        assert state.flags == 1
+    finally:
+        flooding.set()
+        for one in floods:
+            if one.ident is not None:
+                one.join()
+        host.close()
+        stranger.close()
+        started.kill()
+        started.wait()
+        started.stdout.close()
+
+
+LATE = """
+#include "delta_board.h"
+#include "delta_hal.h"
+#include "delta_joints.h"
+#include <stdio.h>
+static double now;
+int hal_begin(void) { return 0; }
+void hal_wait(void) {}
+double hal_now(void) { return now; }
+int hal_encoder(int joint, double *angle) { *angle = joint; return 0; }
+void hal_current(int joint, double ampere) { if (joint == 0) printf("%g ", ampere); }
+void hal_enable(int on) { (void)on; }
+int hal_healthy(void) { return 1; }
+int hal_stop_pressed(void) { return 0; }
+void hal_watchdog(void) {}
+int main(void)
+{
+    static delta_board board;
+    unsigned char state[DELTA_PACKET_MOST];
+    now = 1000.0;
+    delta_board_begin(&board, 1e-3, 1.0, 4096);
+    delta_board_tick(&board, state);
+    board.connected = board.answered = 1;
+    board.torque[0] = 0.5;
+    for (int k = 0; k < 6; k++) {
+        now += k == 2 ? 0.1 : 1e-3; /* the third tick takes a hundred periods */
+        delta_board_tick(&board, state);
+    }
+    return 0;
+}
+"""
+
+
+def test_a_tick_that_comes_late_counts_for_all_its_time(folder: Path, tmp_path: Path) -> None:
+    """The board's watchdog of 20 ms: after a tick of 100 ms without a command the torque is gone in the next."""
+    (tmp_path / "late.c").write_text(LATE)
+    sources = [str(tmp_path / "late.c"), *(str(folder / name) for name in ("delta_board.c", "delta_joints.c"))]
+    command = [tool("gcc"), *FLAGS, f"-I{folder}", *sources, "-o", str(tmp_path / "late"), "-lm"]
+    subprocess.run(command, check=True)
+    told = subprocess.run([tmp_path / "late"], capture_output=True, text=True, check=True).stdout.split()
+    assert [float(word) > 0.0 for word in told] == [False, True, True, True, False, False, False]
 
 
 def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str], int]) -> None:

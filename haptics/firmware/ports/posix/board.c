@@ -14,7 +14,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { PATIENCE_MS = 50, IDLE_MS = 20000 };
+enum { PATIENCE_MS = 50, IDLE_MS = 20000, AT_ONCE = 16 }; /* datagrams of a tick: a flood must not hold it up */
 static volatile sig_atomic_t stopped;
 
 /* SIGUSR1 presses the emergency stop, SIGUSR2 releases it. */
@@ -36,6 +36,14 @@ static void pace(struct timespec *due)
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, due, NULL) == EINTR) {}
 }
 
+/* Time since then, ms. */
+static long since(const struct timespec *then)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (long)(now.tv_sec - then->tv_sec) * 1000L + (now.tv_nsec - then->tv_nsec) / 1000000L;
+}
+
 int main(int many, char **words)
 {
     static delta_board board;
@@ -45,7 +53,7 @@ int main(int many, char **words)
         fprintf(stderr, "the port cannot be had\n");
         return 2;
     }
-    struct timespec due;
+    struct timespec due, last;
     int paced = many > 2 && strcmp(words[2], "paced") == 0;
     signal(SIGUSR1, press);
     signal(SIGUSR2, press);
@@ -57,20 +65,27 @@ int main(int many, char **words)
     fflush(stdout);
     int served = 0;
     clock_gettime(CLOCK_MONOTONIC, &due);
+    last = due;
     while (!(served && !board.connected)) {
-        int waiting = !board.connected ? IDLE_MS : ((board.answered || paced) ? 0 : PATIENCE_MS);
+        long left = PATIENCE_MS - since(&last);
+        int waiting = !board.connected ? IDLE_MS : ((board.answered || paced || left < 0) ? 0 : (int)left);
         int ready = link_ready(waiting);
         if (!ready && !board.connected) break; /* nobody came */
-        if (!board.connected) clock_gettime(CLOCK_MONOTONIC, &due);
+        if (!board.connected) {
+            clock_gettime(CLOCK_MONOTONIC, &due);
+            last = due;
+        }
         if (paced && board.connected) pace(&due);
         hal_wired.stopped = stopped;
-        size_t bytes;
-        while ((bytes = hal_receive(data, sizeof data, sender)) > 0) {
+        for (int k = 0; k < AT_ONCE; k++) {
+            size_t bytes = hal_receive(data, sizeof data, sender);
+            if (bytes == 0) break;
             size_t answer = delta_board_received(&board, data, bytes, sender, reply);
             if (answer > 0) hal_send(reply, answer, sender);
             served = served || board.connected;
         }
-        if (board.connected && (board.answered || !ready || paced)) {
+        if (board.connected && (board.answered || paced || since(&last) >= PATIENCE_MS)) {
+            clock_gettime(CLOCK_MONOTONIC, &last);
             size_t state = delta_board_tick(&board, reply);
             if (state > 0) hal_send(reply, state, board.peer);
         }

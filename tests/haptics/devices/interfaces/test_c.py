@@ -84,6 +84,9 @@ def test_it_compiles_without_a_word(folder: Path, compiler: str) -> None:
         compiled(compiler, "-std=c99", level, "-Wconversion", "-c", source, "-o", os.devnull)
     compiled("c++" if compiler == "gcc" else "clang++", "-x", "c++", "-fsyntax-only", "-std=c++17",
              str(folder / "c" / "delta_device.h"))  # fmt: skip
+    for flag in ("-ffast-math", "-ffinite-math-only"):  # which drop the checks of angles and forces
+        refused = subprocess.run([compiler, flag, "-fsyntax-only", source], capture_output=True, text=True)
+        assert "fast-math" in refused.stderr
 
 
 def test_position_velocity_and_torques_are_those_of_the_mechanism(machine: MachineModel, client: Path) -> None:
