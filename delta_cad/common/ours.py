@@ -10,7 +10,7 @@ import errno
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from delta_cad.common.reading import ReadError, read_json
@@ -24,8 +24,23 @@ NOBODYS = {".DS_Store", "Thumbs.db", "desktop.ini"}
 def write_record(folder: Path) -> None:
     """Writes down what a folder holds, if its manifest does not say so."""
     if not any((folder / name).is_file() for name in RECORDS):
-        files = {name: {"sha256": _sha256(path)} for name, path in sorted(_files(folder, ""))}
-        (folder / RECORD).write_text(json.dumps({"files": files}, indent=1) + "\n", encoding="utf-8")
+        files = {name: path.read_bytes() for name, path in sorted(_files(folder, ""))}
+        (folder / RECORD).write_text(record_with(folder, files), encoding="utf-8")
+
+
+def record_with(folder: Path, contents: Mapping[str, bytes]) -> str:
+    """Gives the record of a folder with some of its files written anew, to be written together with them.
+
+    Args:
+        folder: The folder, with or without a record.
+        contents: Name in the folder -> what will stand there.
+    """
+    try:
+        files = dict(read_json(folder / RECORD)["files"])
+    except (ReadError, LookupError, TypeError, ValueError):
+        files = {}
+    files |= {name: {"sha256": hashlib.sha256(content).hexdigest()} for name, content in contents.items()}
+    return json.dumps({"files": files}, indent=1) + "\n"
 
 
 def require_ours(folder: Path) -> None:

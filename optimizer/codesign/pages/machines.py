@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.common.console import Line
-from delta_cad.common.files import write_whole
+from delta_cad.common.files import write_all
+from delta_cad.common.ours import RECORD, record_with
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.design import Design, design_hash
 from delta_cad.report.page import FILE_NAME
@@ -104,7 +105,8 @@ def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Line
             line.keep(f"{number}: {error}")
             continue
         built = standing({point.name: point.design for point in points}, out)
-        write_whole(place / PAGE, machines_page(points, name, place.as_posix(), built))
+        text = machines_page(points, name, place.as_posix(), built)
+        write_all({place / PAGE: text, place / RECORD: record_with(place, {PAGE: text.encode()})})
 
 
 def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built: Mapping[str, Standing]) -> str:

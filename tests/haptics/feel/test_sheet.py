@@ -13,6 +13,7 @@ import pytest
 import haptics.feel.loops
 import haptics.feel.sheet
 from delta_cad import catalogue
+from delta_cad.common.files import whole_folder
 from delta_cad.design import Design, design_from_dict
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import SingularError, inverse_kinematics, jacobian
@@ -355,19 +356,21 @@ def test_files_and_table(
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     facts = json.loads((folder / "feel.json").read_text())
     assert facts["schema"] == "delta-feel/1"
-    (folder / "stray").write_text("of a run before")
+    (folder / "stray").write_text("of somebody")
+    assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 2
+    assert "holds stray, which no run wrote here" in capsys.readouterr().err
+    (folder / "stray").unlink()
     monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # drawn once is enough
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
-    assert not (folder / "stray").exists()
 
 
 def test_a_run_that_fails_leaves_the_folder_before(
     masses: Path, tmp_path: Path, quick: dict[str, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert quick
-    (tmp_path / "synthesized-feel").mkdir()
-    (tmp_path / "synthesized-feel" / "feel.md").write_text("before")
+    with whole_folder(tmp_path / "synthesized-feel") as folder:
+        (folder / "feel.md").write_text("before")
 
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")

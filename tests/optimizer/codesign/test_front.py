@@ -11,6 +11,7 @@ import pytest
 
 from delta_cad.commands import pipeline
 from delta_cad.common.console import Line
+from delta_cad.common.files import require_room, whole_folder
 from delta_cad.design import NAME_LONGEST, Design, design_hash, load_design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
@@ -170,7 +171,8 @@ def test_what_none_beats_is_built_once_and_linked(
 ) -> None:
     points, _ = traced(monkeypatch, best)
     points = [replace(one, on_front=number < 3) for number, one in enumerate(points)]
-    (tmp_path / "b-machines").mkdir()
+    with whole_folder(tmp_path / "b-machines") as folder:
+        (folder / PAGE).write_text("before its machines stand")
     on_front = [point.design for point in points[:3]]
     made: list[str] = []
 
@@ -190,6 +192,7 @@ def test_what_none_beats_is_built_once_and_linked(
         with Line() as line:
             build_front(points, "b", tmp_path, line)
     assert made == [*(one.name for one in on_front), on_front[0].name]
+    require_room(tmp_path / "b-machines", folder=True)  # for the next front: the page is still ours
     assert "no such solid" in capsys.readouterr().err
     rows = {
         row.attributes["id"]: row.text
