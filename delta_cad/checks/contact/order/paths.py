@@ -193,7 +193,8 @@ class Ways:
         one.setTransform(self._fcl.Transform(a_in_b[:3, :3], a_in_b[:3, 3]))
         found = self._fcl.DistanceResult()
         apart = float(self._fcl.distance(one, other, self._fcl.DistanceRequest(enable_nearest_points=True), found))
-        there = np.subtract(found.nearest_points[1], found.nearest_points[0])
+        at_a, at_b = found.nearest_points
+        there = np.asarray(at_b) - np.asarray(at_a)
         return apart, there / max(float(np.linalg.norm(there)), TOUCH_MM)
 
     def _shape(self, name: str) -> tuple[Any, Any]:
