@@ -104,7 +104,8 @@ class Choice:
 def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
     """Lists the hardware near by: another ratio and width of the parallelograms, or pinion, each by itself.
 
-    Small steps leave the width as it is, for which solids told what room keys need, and go to other pinions instead.
+    Small steps leave the width as it is, for which solids told what room keys need, and go to other pinions instead,
+    and to other ratios with the same sector.
 
     Args:
         brief: What the customer asks, who may have fixed any of them.
@@ -117,11 +118,16 @@ def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
         found += [now.with_(width_mm=now.width_mm + w) for w in (-wide, wide) if now.width_mm + w > 0.0]
     if now.drive == "capstan":
         low, high = ratios_of(brief)
-        ratios = (round(min(max(now.ratio * factor, low), high), 2) for factor in (1.0 / (1.0 + step), 1.0 + step))
-        found += [now.with_(ratio=ratio) for ratio in ratios if ratio != now.ratio]
+        around = (round(min(max(now.ratio * factor, low), high), 2) for factor in (1.0 / (1.0 + step), 1.0 + step))
+        ratios = [ratio for ratio in around if ratio != now.ratio]
+        found += [now.with_(ratio=ratio) for ratio in ratios]
         if halved >= SMALL and SECTOR not in (*brief.hardware, *now.entries):
-            pinions = (max(now.wider_mm + more, 0.0) for more in (-wider, wider))
-            found += [now.with_(wider_mm=more) for more in pinions if more != now.wider_mm]
+            same = [
+                now.with_(ratio=ratio, wider_mm=(PINION_MM + now.wider_mm) * now.ratio / ratio - PINION_MM)
+                for ratio in ratios
+            ]
+            others = [*same, *(now.with_(wider_mm=max(now.wider_mm + more, 0.0)) for more in (-wider, wider))]
+            found += [one for one in others if one.wider_mm >= 0.0 and one != now]
     return found
 
 

@@ -51,6 +51,7 @@ DOUBLINGS = 3  # of the step of a length that was not enough the last time
 REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
 REACHED_STEP_MM = 1.0  # of chains in the way of one another
 PULLED = "motor shaft"  # part that refusals name, and check: "structure motor shaft, peak"
+APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
 ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
@@ -245,7 +246,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             lessons = _stiffer(lessons, why)
         elif result.name in REACHED:
             lessons = _chains_apart(candidate, lessons, REACHED_STEP_MM, why)
-        elif result.name == "chains apart":
+        elif result.name == APART:
             lessons = _chains_apart(candidate, lessons, short, why)
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
@@ -296,6 +297,25 @@ def with_outline(candidate: Candidate, lessons: Lessons, results: Iterable[Check
         return lessons
     why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
     return lessons.taught(why, overhead_mm=over)
+
+
+def with_room(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> tuple[Lessons, float]:
+    """Learns how much less of a base radius keys need, where that is what it was made for.
+
+    Args:
+        candidate: The machine.
+        lessons: What was known.
+        results: Its checks.
+
+    Returns:
+        What is known, and by how much the base radius may be shorter, mm.
+    """
+    radius, width = candidate.lengths_mm[VARIABLES.index("base_radius")], candidate.choice.width_mm
+    left = -min((one.value or 0.0 for one in results if one.name == APART), default=0.0)
+    asked = lessons.least_radius_mm(width)
+    if left <= 0.0 or radius > asked + UNKNOWN_MM or asked <= lessons.least("base_radius"):
+        return lessons, 0.0
+    return lessons.apart(width, radius, -left, f"{APART}: {left:.2f} mm more than keys need"), left
 
 
 def _one_chain(pair: Sequence[str]) -> bool:

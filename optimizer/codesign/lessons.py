@@ -138,10 +138,14 @@ class Lessons:
         return self.least_mm.get(length, 0.0)
 
     def least_radius_mm(self, width_mm: float) -> float:
-        """The least base radius beside a parallelogram's width: less, by `NARROWER` and `WIDER`, than it may be."""
+        """The least base radius beside a parallelogram's width: less, by `NARROWER` and `WIDER`, than it may be.
+
+        Of a width of which a machine was looked at, the last one tells.
+        """
+        own = [one for one in self.crowded if one.width_mm == width_mm]
         known = (
             one.least_mm + (NARROWER if width_mm < one.width_mm else WIDER) * (one.width_mm - width_mm)
-            for one in self.crowded
+            for one in own[-1:] or self.crowded
         )
         return max((self.least("base_radius"), *known))
 
@@ -154,12 +158,20 @@ class Lessons:
         Args:
             width_mm: A parallelogram's width.
             base_radius_mm: Of a machine whose chains are in the way of one another.
-            short_mm: What its base radius lacks.
+            short_mm: What its base radius lacks; less than 0: what it leaves.
             why: What told so.
         """
         more = short_mm
         before = next((one for one in reversed(self.crowded) if one.width_mm == width_mm), None)
-        if before is not None and base_radius_mm > before.radius_mm and min(short_mm, before.short_mm) >= LACKED_MM:
+        grows = (
+            before is not None and short_mm >= before.short_mm + LACKED_MM
+        )  # a longer one is of no use: another width
+        if (
+            before is not None
+            and not grows
+            and base_radius_mm > before.radius_mm
+            and min(short_mm, before.short_mm) >= LACKED_MM
+        ):
             slope = 1.0 + (short_mm - before.short_mm) / (base_radius_mm - before.radius_mm)
             more = max(more, short_mm / max(1.0 - slope, 1.0 / FARTHEST))
         told = Crowded(width_mm, base_radius_mm, short_mm, base_radius_mm + more)

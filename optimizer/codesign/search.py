@@ -29,6 +29,7 @@ from optimizer.codesign.learning import (
     from_stiffness,
     too_soft,
     with_outline,
+    with_room,
 )
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
@@ -277,9 +278,7 @@ class Search:
         """What `settled` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
         ratios = {choice.ratio, *self._first_ratios(choice.drive)}
         for ratio in sorted(ratios, key=lambda ratio: abs(np.log(ratio / choice.ratio))):
-            if self.stop():
-                return None
-            if (found := self.settled(choice.with_(ratio=ratio), weighing=weighing)) is not None:
+            if not self.stop() and (found := self.settled(choice.with_(ratio=ratio), weighing=weighing)) is not None:
                 return found
         return None
 
@@ -411,7 +410,8 @@ class Search:
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, lessons, results)
                 spare = max(a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True))
-                lessons = closer
+                lessons, left = with_room(candidate, closer, results)
+                spare = max(spare, left)
                 if roomy or spare < ROOMY_MM:
                     # what closed forms ask of this choice they do not ask of another
                     self.lessons[key] = built.with_shares_of(lessons)

@@ -35,6 +35,7 @@ DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 wh
 HEIGHTS = 321  # of the platform on the cube's middle axis: 0.4 degrees of an arm, 2 of its pinion
 SAME_MM = 0.05  # of a socket as it is drawn and of its key
 MOST_MM, TOLERANCE_MM = 16.0, 0.25  # of a base radius that keys lack: how far is looked, and how closely
+SPARE_MM = 2.0  # that keys leave of it: how far is looked
 SPREAD_STEP = 64  # of the handle's heights one in so many, then
 CHAIN = re.compile(r"^(?!bezel_|mount_).*?_(\d)(?:_|$)")  # in an occurrence's name, but of screws of panel and floor
 OFF_MM = 0.1  # a tool begins so far before the face that it stands on
@@ -189,7 +190,8 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
         meshes: Of its parts.
 
     Returns:
-        Millimetres: 0 where nothing is in the way, `MOST_MM` where that much more or something else is needed.
+        Millimetres: `MOST_MM` where that much more or something else is needed; where nothing is in the way 0 or less,
+        down to `-SPARE_MM`: by so much it may be shorter.
     """
     scene, library = Scene(assembly, meshes, up_and_down(limits)[::SPREAD_STEP]), FeatureLibrary()
     still = [one for one in assembly.reached if one.screw in scene.index and scene.stands[scene.index[one.screw]]]
@@ -202,11 +204,13 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
 
     def free(more_mm: float) -> bool:
         scene.frames[..., :3, 3] = home[..., :3, 3] + more_mm * out
-        return all(key_swing(one, scene, library) >= SWING_RAD for one in held)
+        return all(key_swing(one, scene, library) >= SWING_RAD for one in held or still)
 
-    low, high = 0.0, MOST_MM
-    if not held or not free(high):
-        return low if not held else high
+    low, high = (0.0, MOST_MM) if held else (-SPARE_MM, 0.0)
+    if not still or (held and not free(high)):
+        return high
+    if not held and free(low):
+        return low
     while high - low > TOLERANCE_MM:
         middle = (low + high) / 2.0
         low, high = (low, middle) if free(middle) else (middle, high)

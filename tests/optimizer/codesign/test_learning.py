@@ -29,6 +29,7 @@ from optimizer.codesign.learning import (
     from_stiffness,
     too_soft,
     with_outline,
+    with_room,
 )
 from optimizer.codesign.lessons import FARTHEST, KNOB_MM, NARROWER, WIDER, Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
@@ -294,3 +295,28 @@ def test_what_keys_lack_again_is_extrapolated(short_mm: tuple[float, float], mor
     assert first.least_radius_mm(54.0) == pytest.approx(31.0 + short_mm[0])
     # 8 mm more met 4 mm of it: the 2 mm that are left take 4
     assert first.apart(54.0, 39.0, short_mm[1], "").least_radius_mm(54.0) == pytest.approx(39.0 + more_mm)
+
+
+def test_what_keys_lack_the_more_the_longer_the_radius_is_not_extrapolated() -> None:
+    """At 47 mm of width 1.25 mm of 31.5 and 3.5 mm of 33.25, by solids; at 50 mm 30.87 are enough."""
+    first = KNOWN.apart(47.0, 31.5, 1.25, "")
+    again = first.apart(47.0, 33.25, 3.5, "")
+    assert again.least_radius_mm(47.0) == pytest.approx(36.75)
+    assert again.least_radius_mm(50.0) == pytest.approx(36.75 - 3.0 * WIDER)
+
+
+def test_room_that_keys_leave_is_learnt_where_the_base_radius_was_made_for_them() -> None:
+    one = candidate()
+    radius, width = one.lengths_mm[2], one.choice.width_mm
+    left = CheckResult("chains apart", True, -1.25, 0.0, "mm")
+    crowded = KNOWN.apart(width + 2.0, radius - 2.0 * NARROWER - 1.0, 1.0, "of another width")
+    assert crowded.least_radius_mm(width) == pytest.approx(radius)
+    closer, spare = with_room(one, crowded, [left])
+    assert spare == 1.25
+    assert closer.least_radius_mm(width) == pytest.approx(radius - 1.25)
+    for known, found in (
+        (KNOWN, left),
+        (crowded, replace(left, value=0.0)),
+        (crowded.raised("base_radius", radius, ""), left),
+    ):
+        assert with_room(one, known, [found]) == (known, 0.0)

@@ -148,7 +148,9 @@ def test_what_the_brief_fixes_no_neighbour_changes() -> None:
     fixed = brief_from_dict({**brief().model_dump(exclude_none=True), "limits": {"parallelogram_width_mm": 50.0}})
     assert {near.width_mm for near in neighbours(brief(), one, 0)} == {44.0, 50.0, 56.0}
     assert {near.width_mm for near in neighbours(fixed, one, 0)} == {50.0}
-    assert {near.wider_mm for near in neighbours(brief(), one, SMALL)} == {0.0, 0.1}
+    small = neighbours(brief(), one, SMALL)
+    assert {near.wider_mm for near in small if near.ratio == one.ratio} == {0.1}
+    assert {round(near.sector_mm(brief()), 1) for near in small if near.ratio < one.ratio} == {39.3, 40.0}
     assert {near.wider_mm for near in neighbours(brief(), one.with_entry("sector_radius_mm", 40.0), SMALL)} == {0.0}
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.contact.access import MOST_MM, TOLERANCE_MM, missing_spread_mm
+from delta_cad.checks.contact.access import MOST_MM, SPARE_MM, TOLERANCE_MM, missing_spread_mm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.bought.fasteners import make_cap_screw
@@ -42,8 +42,14 @@ def test_a_neighbour_over_a_screw_goes_off_it_by_one_and_a_half_times_the_radius
     assert off - 0.1 <= found <= off + TOLERANCE_MM + 0.1
 
 
+def test_what_a_neighbour_leaves_is_by_how_much_the_radius_may_be_shorter() -> None:
+    corner = FLATS_MM / sqrt(3.0)
+    off = (corner - 3.0) / (1.0 + cos(pi / 3.0))
+    assert off - 0.1 <= missing(walled(-3.0, "wall_1")) <= off + TOLERANCE_MM + 0.1 < 0.0
+
+
 def test_nothing_in_the_way_lacks_nothing_and_what_goes_along_is_never_off() -> None:
-    assert missing(walled(-20.0, "wall_1")) == 0.0
+    assert missing(walled(-20.0, "wall_1")) == -SPARE_MM
     assert missing(walled(3.0, "wall_0")) == MOST_MM
 
 
@@ -51,4 +57,4 @@ def test_nothing_in_the_way_lacks_nothing_and_what_goes_along_is_never_off() -> 
 def test_the_machine_lacks_nothing(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     cube = best_dimensions.design.cube
     limits = CheckLimits(cube.bottom_height_mm, cube.half_side_mm, 270.0, 220.0)
-    assert missing_spread_mm(best_assembly, limits, MeshLibrary(best_assembly.parts)) == 0.0
+    assert missing_spread_mm(best_assembly, limits, MeshLibrary(best_assembly.parts)) <= 0.0
