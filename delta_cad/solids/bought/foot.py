@@ -8,13 +8,14 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.bought.fasteners import CORE_PLAY_MM
 from delta_cad.solids.making import bought_part, round_z
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import bore_z, cut, fuse
 
 
 def make_foot(d: Dimensions) -> Part:
     """Rubber foot hanging below z = 0, its stud above."""
     f = d.foot
+    holes: tuple[Hole, ...] = ()
     pad = bore_z(f.diameter_mm, (0.0, 0.0), (-f.height_mm, 0.0))
     if f.stud_length_mm is not None:
         core = catalogue.screw(f.thread).tap_drill_mm - CORE_PLAY_MM
@@ -26,5 +27,7 @@ def make_foot(d: Dimensions) -> Part:
         tools = [bore_z(hole, (0.0, 0.0), (-f.height_mm - 1, 1))]
         tools.append(bore_z(row.counterbore_diameter_mm, (0.0, 0.0), (-f.height_mm - 1, seat)))
         shape = cut(pad, tools)
+        sunk = f"counterbore {row.counterbore_diameter_mm:g} x {row.counterbore_depth_mm:g}"
+        holes = Hole(hole, 1, f"{hole:g} through"), Hole(row.counterbore_diameter_mm, 1, sunk)
     extent = round_z(f.diameter_mm / 2, (-f.height_mm, f.stud_length_mm or 0.0))
-    return bought_part("foot", f, shape, "rubber", extent, f.mass_g)
+    return bought_part("foot", f, shape, "rubber", extent, f.mass_g, holes=holes)
