@@ -33,6 +33,7 @@ LONGEST = (
     "delta_cad/mechanism/proof/test_tolerance.py",
     "delta_cad/structure/test_solids.py",
     "haptics/feel/test_sheet.py",
+    "haptics/stability/test_whole_loop.py",
     "optimizer/front/test_front.py",
     "delta_cad/checks/clearance/test_clearance.py",
     "optimizer/globalopt/test_bound.py",

@@ -103,7 +103,7 @@ def band(loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray,
     response = np.linalg.solve(shifted, np.broadcast_to(enters + 0j, (POINTS, *enters.shape)))
     moved = place @ response[:, : place.shape[1]]
     density = np.real(moved @ error @ np.conj(np.swapaxes(moved, -1, -2)))
-    return loop.period / math.pi * np.trapezoid(density, w, axis=0)
+    return loop.period / math.pi * np.asarray(np.trapezoid(density, w, axis=0))
 
 
 def _enters(loop: SampledLoop, stiffness: float, damping: float) -> np.ndarray:

@@ -1,21 +1,143 @@
-"""Walls and noise of the device as it is, cable, structure and five-parameter hands, against a loop written anew."""
+"""Walls and noise of the device as it is, cable, structure and five-parameter hands, against a loop written anew.
+
+The oracle is of nothing but lengths, masses and constants: kinematics by closing each chain, mass by the energy of
+every body, cable, structure, grasp and arm as links of a matrix, a period as one exponential, the controller by hand.
+Its map over a tick is built by stepping it; noise is a Monte Carlo of many loops side by side.
+"""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from delta_cad.design import Design
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
-from haptics.model.plant import FREE
+from haptics.model.plant import FREE, Hand, Plant
 from haptics.scenes.noise import in_band
 from haptics.simulation.hardware import UNKNOWN_NOISE, real_plant
 from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability.noise import NoisyLoop
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
-from tests.haptics.stability.whole_loop import WholeLoop
+
+NEUTRAL = 1e-9  # Distance from 1 within which an eigenvalue stands for a way along the wall
+
+
+def shoulder(machine: MachineModel, i: int, p: np.ndarray) -> float:
+    """Angle of a chain whose elbow is outwards: a wrist on a circle of the forearm about the elbow."""
+    g, turn = machine.design.mechanism, 2.0 * math.pi * i / 3.0
+    arm, rod = g.upper_arm_length_mm / 1e3, g.forearm_length_mm / 1e3
+    out = np.array([math.cos(turn), math.sin(turn), 0.0])
+    w = p + out * (g.platform_radius_mm - g.base_radius_mm) / 1e3
+    along, up = float(w @ out), float(w[2])
+    return math.atan2(up, along) - math.acos((arm**2 + w @ w - rod**2) / (2.0 * arm * math.hypot(along, up)))
+
+
+def rates(machine: MachineModel, p: np.ndarray, step: float = 1e-6) -> np.ndarray:
+    """(3 chains, 3) rates of the shoulders by the platform's velocity, rad/m, by differences."""
+    ways = step * np.eye(3)
+    return np.array([[shoulder(machine, i, p + d) - shoulder(machine, i, p - d) for d in ways] for i in range(3)]) / (
+        2.0 * step
+    )
+
+
+def energy(machine: MachineModel, par: Plant, p: np.ndarray, v: np.ndarray) -> float:
+    """Kinetic energy of arms and rods, and of the platform without its knob, J; a rod's ends carry three masses."""
+    masses, arm = machine.masses, machine.design.mechanism.upper_arm_length_mm / 1e3
+    total = 0.5 * (masses.platform - par.knob) * float(v @ v)
+    for i, turning in enumerate(rates(machine, p) @ v):
+        angle, at = shoulder(machine, i, p), 2.0 * math.pi * i / 3.0
+        out = np.array([math.cos(at), math.sin(at), 0.0])
+        u = turning * arm * (np.array([0.0, 0.0, math.cos(angle)]) - out * math.sin(angle))
+        total += 0.5 * masses.arm_inertia * turning**2
+        total += 0.5 * (masses.rod_elbow * u @ u + 2.0 * masses.rod_cross * u @ v + masses.rod_wrist * v @ v)
+    return total
+
+
+class WholeLoop:
+    """A wall across a normal at a pose, let go of or held.
+
+    Args:
+        machine: The device.
+        par: Constants of cable, structure, friction, knob, rotor and current loop.
+        p: (3,) m.
+        normal: (3,).
+        hand: Who holds it, behind a grasp; None for nobody.
+        period: s.
+        corner: Of the low-pass, Hz.
+        late: Whole periods from reading to torque.
+    """
+
+    def __init__(
+        self, machine: MachineModel, par: Plant, p: np.ndarray, normal: np.ndarray, hand: Hand | None, period: float,
+        corner: float, late: int = 1,
+    ) -> None:  # fmt: skip
+        self.seen, self.normal, self.period = rates(machine, p), np.asarray(normal, float), period
+        self.back = np.linalg.inv(self.seen)
+        self.n = n = 9 if hand is None else 12
+        mass, damping, stiffness = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+        one = np.eye(3)
+        mass[:3, :3] = [
+            [0.5 * (energy(machine, par, p, a + b) - energy(machine, par, p, a - b)) for a in one] for b in one
+        ]
+        mass[3:6, 3:6], mass[6:9, 6:9] = par.rotor_inertia * one, par.knob * one
+        damping[3:6, 3:6] = par.viscous * one
+
+        def link(spring: float, damper: float, *ends: tuple[int, np.ndarray]) -> None:
+            way = np.zeros((3, n))
+            for at, by in ends:
+                way[:, at : at + 3] = by
+            stiffness[:] += spring * way.T @ way
+            damping[:] += damper * way.T @ way
+
+        link(par.cable_stiffness, par.cable_damping, (0, -self.seen), (3, one))
+        link(par.structure_stiffness, par.structure_damping, (0, -one), (6, one))
+        if hand is not None:
+            mass[9:, 9:] = hand.mass * one
+            link(hand.grasp_stiffness, hand.grasp_damping, (6, -one), (9, one))
+            link(hand.stiffness, hand.damping, (9, one))
+        self.size = size = 2 * n + 3
+        rate, asked = np.zeros((size, size)), np.zeros((size, 3))
+        rate[:n, n : 2 * n] = np.eye(n)
+        rate[n : 2 * n] = np.linalg.solve(mass, np.hstack([-stiffness, -damping, np.eye(n)[:, 3:6]]))
+        rate[2 * n :, 2 * n :], asked[2 * n :] = -one / par.current_lag, one / par.current_lag
+        moved = expm(period * np.block([[rate, asked], [np.zeros((3, size + 3))]]))
+        self.moves, self.pushes = moved[:size, :size], moved[:size, size:]
+        self.pole, self.late = math.exp(-2.0 * math.pi * corner * period), late
+
+    def tick(self, z: np.ndarray, stiffness: float, damping: float, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """One tick of many loops side by side: (N, m) states on; the forces (m,) that are commanded."""
+        x, before, rate, waiting = np.split(z, [self.size, self.size + 3, self.size + 6])
+        read = self.seen @ x[:3] + error
+        rate = self.pole * rate + (1.0 - self.pole) * (read - before) / self.period
+        force = -self.normal @ self.back @ (stiffness * read + damping * rate)
+        line = np.vstack([np.outer(self.back.T @ self.normal, force), waiting])
+        x = self.moves @ x + self.pushes @ line[3 * self.late : 3 * self.late + 3]
+        return np.vstack([x, read, rate, line[: 3 * self.late]]), force
+
+    def radius(self, stiffness: float, damping: float) -> float:
+        """Largest absolute eigenvalue of the map over a tick, but for ways along the wall, which nothing calls back."""
+        wide = self.size + 6 + 3 * self.late
+        roots = np.linalg.eigvals(self.tick(np.eye(wide), stiffness, damping, np.zeros((3, wide)))[0])
+        return float(np.abs(roots[np.abs(roots - 1.0) > NEUTRAL]).max())
+
+    def shaken(
+        self, stiffness: float, damping: float, noise: float, ticks: int, many: int, skip: int
+    ) -> tuple[float, np.ndarray]:
+        """Monte Carlo of independent loops: rms of the force (N), and the knob's ways (ticks, 3 many)."""
+        rng, z = np.random.default_rng(11), np.zeros((self.size + 6 + 3 * self.late, many))
+        forces, ways = [], []
+        for k in range(ticks + skip):
+            z, force = self.tick(z, stiffness, damping, noise * rng.normal(size=(3, many)))
+            if k >= skip:
+                forces.append(force)
+                ways.append(z[6:9].ravel())
+        return float(np.std(forces)), np.array(ways)
+
 
 PLACES = {"centre": (0.0, 0.0, 0.0), "floor": (0.0, 0.0, -1.0), "corner": (-1.0, -1.0, 1.0)}
 MANY = 60  # Loops side by side, three minutes in all: the estimate of a narrow band deviates by 1 %
