@@ -32,6 +32,7 @@ from delta_cad.mechanism.placement import LinkPlacement, frames
 X, Y, Z = np.eye(3)
 ROUNDING = 1e-12  # of cosines and their squares: a thousand roundings of doubles
 SLABS = 512  # directions of the slabs tried between what two arms sweep: 9 degrees apart
+CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
 Falls = Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
@@ -205,14 +206,12 @@ class Swing(ConfigurationSpace):
         return lambda box, pair, n: (motion[box, first[pair]] + motion[box, second[pair]]) * sine(n, Y)
 
     def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:  # noqa: ARG002
-        """Each point by its own speed at the centre, `|n x y . v|`, and by half the turn's square times its radius."""
+        """Each point by its own speed at the centre, and by what bends its way, see `_swung`."""
 
         def fall(k: int, box: np.ndarray, direction: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
             if not self._lever[k]:
                 return np.zeros((len(box), len(points)))
-            turn, stray = halves[box, :1], self.pairs.bodies[k].mesh.deviation_mm
-            speed = np.abs((np.cross(direction, Y)[:, None] @ frame[:, :3, :3])[:, 0] @ points.T)
-            return turn * (speed + stray) + turn**2 / 2.0 * (np.hypot(points[:, 0], points[:, 2]) + stray)
+            return _swung(halves[box, :1], direction, frame, points, self.pairs.bodies[k].mesh.deviation_mm)
 
         return fall
 
@@ -240,6 +239,8 @@ class TwoSwings(ConfigurationSpace):
         lever = np.array([b.lever_about_y() for b in pairs.bodies])
         self._levers = np.stack([np.where([b.link == link for b in pairs.bodies], lever, 0.0) for link in self.links])
         self._turned = turn_about_z(2.0 * np.pi / 3.0)
+        self._link = np.array([self.links.index(b.link) for b in pairs.bodies])
+        self._axes = np.stack([Y, self._turned[:3, :3] @ Y])
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
         """The whole range as one box."""
@@ -253,6 +254,27 @@ class TwoSwings(ConfigurationSpace):
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
         return [halves @ self._levers]
+
+    def along(
+        self, centres: np.ndarray, halves: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+        """How much closer pairs come along directions: of either turn a direction sees what is square to its axis."""
+        (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
+
+        def travel(box: np.ndarray, pair: np.ndarray, n: np.ndarray) -> np.ndarray:
+            ends = first[pair], second[pair]
+            return np.sum([motion[box, k] * sine(n, self._axes[self._link[k]]) for k in ends], axis=0)
+
+        return travel
+
+    def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:  # noqa: ARG002
+        """Each point by its own speed at the centre, and by what bends its way, see `_swung`."""
+
+        def fall(k: int, box: np.ndarray, direction: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
+            turn, stray = halves[box, self._link[k], None], self.pairs.bodies[k].mesh.deviation_mm
+            return _swung(turn, direction, frame, points, stray)
+
+        return fall
 
     def always_apart(self) -> np.ndarray:
         """Widest slab between the bodies of revolution that the two arms' bodies sweep about their own shoulder axes.
@@ -315,6 +337,29 @@ class ParallelRods(ConfigurationSpace):
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
         return [halves * self._levers]
+
+
+def _swung(
+    turn: np.ndarray, direction: np.ndarray, frame: np.ndarray, points: np.ndarray, stray_mm: float
+) -> np.ndarray:
+    """How far points of an arm come forward while it turns about the y axis of its frame.
+
+    A point at v from the axis has the speed `|n x y . v|` along n at the centre, and bends off by half the turn's
+    square times its radius.
+
+    Args:
+        turn: (k, 1) most that the arm turns either way, rad.
+        direction: (k, 3) the directions.
+        frame: (k, 4, 4) frames of the arm at the centres.
+        points: (h, 3) points of the arm, mm.
+        stray_mm: What the exact surface strays from them.
+
+    Returns:
+        (k, h) mm.
+    """
+    axis = frame[:, :3, 1]
+    speed = np.abs((np.cross(direction, axis)[:, None] @ frame[:, :3, :3])[:, 0] @ points.T)
+    return turn * (speed + stray_mm) + turn**2 / 2.0 * (np.hypot(points[:, 0], points[:, 2]) + stray_mm)
 
 
 def _directions(count: int) -> np.ndarray:

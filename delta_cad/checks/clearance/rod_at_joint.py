@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from delta_cad.checks.clearance.configuration_spaces import (
+    CUT_SHARE,
     ROUNDING,
     ConfigurationSpace,
     Falls,
@@ -22,7 +23,6 @@ from delta_cad.checks.links import turn_about_x
 from delta_cad.mechanism.placement import LinkPlacement, frames
 
 SLENDER = 4.0  # a box moves a body by so much more through one variable than through another at most
-CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
 
 
 class RodAtJoint(ConfigurationSpace):

@@ -10,7 +10,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance import continuum
 from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine
-from delta_cad.checks.clearance.configuration_spaces import Swing
+from delta_cad.checks.clearance.configuration_spaces import Swing, TwoSwings
 from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
@@ -142,11 +142,13 @@ def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
             assert (truth <= own + 1e-6).all(), space.name
             moving = fall > 0.1
             sharper[space.name] = float(np.median(np.minimum(own, fall)[moving] / fall[moving]))
-    assert len(sharper) == 10  # the swing, rods at both ends, as they are and turning, at what is round, the handle
+    assert (
+        len(sharper) == 11
+    )  # one swing and two, rods at both ends, as they are and turning, at what is round, the handle
     assert np.median(list(sharper.values())) < 0.95  # in boxes this large what bends a path counts most
 
 
-@pytest.mark.parametrize("kind", [Swing, RodAtJoint, TurningRodAtJoint, Handle])
+@pytest.mark.parametrize("kind", [Swing, TwoSwings, RodAtJoint, TurningRodAtJoint, Handle])
 def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as_far(kind: type) -> None:
     assembly = with_fins()
     pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
