@@ -61,6 +61,7 @@ class Ways:
         self._shapes: dict[str, tuple[Any, Any]] = {}
         self._volumes: dict[str, float] = {}
         self._outlines: dict[str, Outline] = {}
+        self._extents: dict[tuple[str, bytes], tuple[np.ndarray, np.ndarray]] = {}
         self._features = FeatureLibrary()
         self._free: dict[Key, float | None] = {}
         self._fcl = fcl
@@ -99,14 +100,16 @@ class Ways:
 
     def _box(self, name: str, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest coordinates of an occurrence along three axes (rows), mm."""
-        mesh, frame = self._mesh(name), self.frames[name]
-        points = (mesh.hull_points @ frame[:3, :3].T + frame[:3, 3]) @ axes.T
-        low, high = self._outline(name).extents(axes @ frame[:3, :3])
-        at = axes @ frame[:3, 3]
-        return (
-            np.maximum(points.min(axis=0) - mesh.deviation_mm, at + low),
-            np.minimum(points.max(axis=0) + mesh.deviation_mm, at + high),
-        )
+        frame = self.frames[name]
+        seen, at = axes @ frame[:3, :3], axes @ frame[:3, 3]
+        key = self._of[name].part.number, np.round(seen, 9).tobytes()
+        if key not in self._extents:
+            mesh, (low, high) = self._mesh(name), self._outline(name).extents(seen)
+            heights = mesh.vertices @ seen.T
+            lowest, highest = heights.min(axis=0) - mesh.deviation_mm, heights.max(axis=0) + mesh.deviation_mm
+            self._extents[key] = np.maximum(low, lowest), np.minimum(high, highest)
+        low, high = self._extents[key]
+        return at + low, at + high
 
     def _outline(self, name: str) -> Outline:
         part = self._of[name].part
@@ -141,9 +144,15 @@ class Ways:
         while at < end:
             frame = seen.copy()
             frame[:3, 3] += at * way
-            apart = self._distance(a, b, frame)
+            apart, normal = self._closest(a, b, frame)
             if apart > TOUCH_MM:
-                at += max(apart - near, LEAST_MM)
+                # between two slabs across the line of the closest points nothing is met, however far the way goes
+                gap = float((mesh_b.vertices @ normal).min() - (mesh_a.vertices @ (frame[:3, :3].T @ normal)).max())
+                gap -= float(frame[:3, 3] @ normal) + near
+                nearing = float(way @ normal)
+                if gap > 0.0 and gap > nearing * (end - at):
+                    return None
+                at += max(apart - near, gap / nearing if nearing > 0.0 else 0.0, LEAST_MM)
                 continue
             if not is_asked and self._slides(a, b, seen, way, (at, end)):
                 return None
@@ -178,10 +187,15 @@ class Ways:
         )
         return common is not None and common <= SHARED_MM3
 
-    def _distance(self, a: str, b: str, a_in_b: np.ndarray) -> float:
+    def _closest(self, a: str, b: str, a_in_b: np.ndarray) -> tuple[float, np.ndarray]:
+        """Distance of two meshes, mm, and the (3,) direction from the first to the second where they are closest."""
         one, other = self._shape(a)[0], self._shape(b)[1]
         one.setTransform(self._fcl.Transform(a_in_b[:3, :3], a_in_b[:3, 3]))
-        return float(self._fcl.distance(one, other))
+        found = self._fcl.DistanceResult()
+        apart = float(self._fcl.distance(one, other, self._fcl.DistanceRequest(enable_nearest_points=True), found))
+        at_a, at_b = found.nearest_points
+        there = np.asarray(at_b) - np.asarray(at_a)
+        return apart, there / max(float(np.linalg.norm(there)), TOUCH_MM)
 
     def _shape(self, name: str) -> tuple[Any, Any]:
         """Two collision objects of a part, so that it can be held against its like."""

@@ -1,0 +1,31 @@
+"""What is found once is found again, and goes with the object."""
+
+import gc
+
+from delta_cad.common.once import once
+
+
+class Thing:
+    """Equal to all of its kind, as shapes of the CAD kernel are."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Thing)
+
+    def __hash__(self) -> int:
+        return 1
+
+
+def test_each_object_is_asked_once_by_identity_and_forgotten_with_it() -> None:
+    asked: list[int] = []
+
+    @once
+    def find(of: Thing) -> int:
+        asked.append(id(of))
+        return len(asked)
+
+    one, other = Thing(), Thing()
+    assert [find(one), find(other), find(one), find(other)] == [1, 2, 1, 2]
+    del one
+    gc.collect()
+    for count in range(20):  # one of these takes the place of the first in memory
+        assert find(Thing()) == 3 + count
