@@ -53,8 +53,8 @@ def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
     of = np.repeat(np.arange(len(asked)), [len(one) for one in asked])
     x, y, z = ways.T
     sine = np.sqrt(sum(np.subtract(np.outer(a, b), np.outer(b, a)) ** 2 for a, b in ((y, z), (z, x), (x, y))))
-    has = np.zeros((len(ways), len(asked)), dtype=bool)  # whether what is asked has a direction
-    np.logical_or.at(has, (slice(None), of), (sine < SAME) & (ways @ ways.T > 0.0))
+    starts = np.flatnonzero(np.diff(of, prepend=-1))
+    has = np.logical_or.reduceat((sine < SAME) & (ways @ ways.T > 0.0), starts, axis=1)  # what is asked has a direction
     found: list[np.ndarray] = []
     left = np.ones(len(asked), dtype=bool)
     while left.any():
