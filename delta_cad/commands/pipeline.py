@@ -166,13 +166,26 @@ def check_machine(
     sweep: Sweep | None = None,
     meanwhile: Callable[[], None] = lambda: None,
 ) -> list[CheckResult]:
-    """Runs all checks of a machine: the geometry's those of `run_checks`, of gravity, drive and structure."""
+    """Runs all checks of a machine: the geometry's those of `run_checks`, of gravity, drive and structure.
+
+    What needs nothing of the sweep is done while that goes on.
+    """
+    limits = check_limits(machine.dimensions, machine.masses)
+    others: list[CheckResult] = []
+
+    def besides() -> None:
+        meanwhile()
+        others.extend(_check_others(machine, limits, progress))
+
+    return run_checks(machine.assembly, limits, machine.meshes, progress, sweep, besides) + others
+
+
+def _check_others(machine: BuiltMachine, limits: CheckLimits, progress: Progress) -> list[CheckResult]:
+    """Runs the checks that come after those of the geometry."""
     d, required = machine.dimensions, machine.dimensions.design.requirements
-    limits = check_limits(d, machine.masses)
-    results = run_checks(machine.assembly, limits, machine.meshes, progress, sweep, meanwhile)
     progress("torque with gravity")
     bodies = machine.masses["bodies"]
-    results.append(_holding(machine, limits))
+    results = [_holding(machine, limits)]
     drive = drive_torque(d.design)
     results += check_drive(drive)
     results += check_cable(machine.assembly)
