@@ -41,6 +41,16 @@ def order(d: Dimensions, occurrences: Sequence[Occurrence]) -> tuple[Unit, ...]:
     return tuple(_supplied(unit, known) for unit in (*units, platform_unit(d), _machine(d, names)))
 
 
+def _kept(d: Dimensions) -> tuple[str, ...]:
+    """What is said of the keys that stay with a machine."""
+    if d.capstan is None:
+        return ()
+    return (
+        "Keep the cut key and the long one with the machine: they reach the motors' and the pinions' screws when a "
+        "motor is exchanged, the rest of the machine as it stands.",
+    )
+
+
 def _supplied(unit: Unit, known: set[str]) -> Unit:
     """A unit whose steps name only those supplies that the design has: not every one needs keys of its own."""
     steps = (replace(step, supplies=tuple(one for one in step.supplies if one in known)) for step in unit.steps)
@@ -118,12 +128,7 @@ def _machine(d: Dimensions, names: tuple[str, ...]) -> Unit:
         *panel_steps(d, names),
         Step(
             "The whole machine",
-            (
-                "Keep the cut key and the long one with the machine: they reach the motors' and the pinions' screws "
-                "when a motor is exchanged, the rest of the machine as it stands."
-                if d.capstan is not None
-                else "Connect motors and sensors; let all wires hang free of what moves.",
-            ),
+            ("Connect motors and sensors; let all wires hang free of what moves.", *_kept(d)),
             supplies=("motor_key", "pinion_key"),
             checks=(
                 "The handle goes to every corner of the cube without a catch.",

@@ -54,7 +54,7 @@ def test_holes_are_told_as_the_list_of_holes_has_them(built: Built, folder: Path
         assert {key: counted[key] for key in expected} == dict(expected), number
 
 
-@pytest.mark.parametrize("number", ["base_plate", "motor_cheek", "sector"])
+@pytest.mark.parametrize("number", ["base_plate", "motor_cheek", "encoder_cheek"])
 def test_a_table_s_coordinates_are_those_of_the_list_of_holes_along_the_axes_that_a_note_names(
     number: str, built: Built, folder: Path
 ) -> None:
@@ -64,21 +64,20 @@ def test_a_table_s_coordinates_are_those_of_the_list_of_holes_along_the_axes_tha
     told = re.search(r"right is (-?)([XYZ]) there, its up (-?)([XYZ])\.", words)
     assert told is not None
     with (built.folder / "holes.csv").open(encoding="utf-8") as file:
-        starts = [[float(row[f"{axis}_mm"]) for axis in "xyz"] for row in csv.DictReader(file) if row["part"] == number]
-    tags = [k for k, text in enumerate(texts) if re.fullmatch(r"[A-Z]\d+", text)]
-    seen = 0
-    for k in tags:
-        try:
-            right, up = float(texts[k + 1]), float(texts[k + 2])
-        except ValueError:  # a tag beside its hole
-            continue
+        own = [row for row in csv.DictReader(file) if row["part"] == number and row["x_mm"]]
+    starts = [[float(row[f"{axis}_mm"]) for axis in "xyz"] for row in own]
+    rows = {  # of the table, which comes after the view: its tag, and two coordinates
+        tag: (float(right), float(up))
+        for tag, right, up in zip(texts, texts[1:], texts[2:], strict=False)
+        if re.fullmatch(r"[A-Z]\d+", tag) and all(re.fullmatch(r"-?[\d.]+", one) for one in (right, up))
+    }
+    assert len(rows) >= 6
+    for tag, (right, up) in rows.items():
         point = list(zero)
         for value, sense, axis in ((right, told[1], told[2]), (up, told[3], told[4])):
             point["XYZ".index(axis)] += -value if sense else value
         kept = ["XYZ".index(told[2]), "XYZ".index(told[4])]
-        assert any(all(abs(at[j] - point[j]) < 2e-3 for j in kept) for at in starts), (texts[k], point)
-        seen += 1
-    assert seen >= 6
+        assert any(all(abs(at[j] - point[j]) < 2e-3 for j in kept) for at in starts), (tag, point)
 
 
 def test_what_the_machine_needs_stands_on_the_drawings(folder: Path, best_dimensions: Dimensions) -> None:

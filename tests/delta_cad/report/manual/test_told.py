@@ -92,3 +92,9 @@ def test_nothing_is_put_through_seats_in_which_bearings_lie(best_assembly: Assem
             said = " ".join((*step.words, *step.checks, *step.tools))
             assert not (filled and ("mandrel" in said or "both seats" in said)), (unit.name, step.title)
     assert filled
+
+
+def test_the_last_step_of_a_capstan_machine_connects_it_and_keeps_its_keys(best_assembly: Assembly) -> None:
+    said = " ".join(best_assembly.order[-1].steps[-1].words)
+    assert "Connect motors and sensors" in said
+    assert "Keep the cut key" in said
