@@ -276,7 +276,8 @@ class Family:
 
 def _with(machine: Candidate, known: Lessons) -> Lessons:
     """What was learnt of a machine's hardware, as far as the machine keeps it: it is one of its family."""
-    own, width = dict(zip(VARIABLES, machine.lengths_mm, strict=True)), machine.choice.width_mm
+    own: dict[str, float] = dict(zip(VARIABLES, machine.lengths_mm, strict=True))
+    width = machine.choice.width_mm
     kept = replace(known, least_mm={name: min(least, own[name]) for name, least in known.least_mm.items()})
     radius = own["base_radius"]
     return kept if kept.least_radius_mm(width) <= radius else kept.apart(width, radius, 0.0, "it passes")
