@@ -120,15 +120,17 @@ class Family:
     """
 
     def __init__(self, brief: DesignBrief, machine: Candidate, lessons: dict[tuple[str, str], Lessons]) -> None:
-        self._brief, self._machine, self._lessons = brief, machine, lessons
-        own = lessons[machine.choice.motor, machine.choice.drive]
+        self._brief, self._machine, self._lessons = brief, machine, dict(lessons)
+        key = machine.choice.motor, machine.choice.drive
+        own = self._lessons[key] = _with(machine, lessons[key])
         longer, shorter = (max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
         self._overhead = longer, shorter
         self._least = {
-            length: min(one.least(length) for one in lessons.values()) for length in ("base_radius", "platform_radius")
+            length: min(one.least(length) for one in self._lessons.values())
+            for length in ("base_radius", "platform_radius")
         }
         width = machine.choice.width_mm
-        self._crowded = min(lessons.values(), key=lambda one: one.least_radius_mm(width)).crowded
+        self._crowded = min(self._lessons.values(), key=lambda one: one.least_radius_mm(width)).crowded
         self._proved: dict[tuple[object, ...], float] = {}
         self._balls = tuple(LIGHT * force for force in own.ball_friction_N)
 
@@ -270,6 +272,15 @@ class Family:
             LIGHT * m.rod_cross * ends,
             LIGHT * bare.joint_inertia + weighed.masses.rotor_inertia,
         )
+
+
+def _with(machine: Candidate, known: Lessons) -> Lessons:
+    """What was learnt of a machine's hardware, as far as the machine keeps it: it is one of its family."""
+    own: dict[str, float] = dict(zip(VARIABLES, machine.lengths_mm, strict=True))
+    width = machine.choice.width_mm
+    kept = replace(known, least_mm={name: min(least, own[name]) for name, least in known.least_mm.items()})
+    radius = own["base_radius"]
+    return kept if kept.least_radius_mm(width) <= radius else kept.apart(width, radius, 0.0, "it passes")
 
 
 def bounded(

@@ -204,8 +204,7 @@ class Search:
 
     def _words(self, score: float) -> str:
         """Says what a score is."""
-        kind = self.brief.objective
-        if kind == "cube_side":
+        if (kind := self.brief.objective) == "cube_side":
             return f"{score:.2f} mm of cube"
         if kind == "cost":
             return f"{-score:.0f} EUR"
@@ -250,9 +249,13 @@ class Search:
 
     def _polished(self, candidate: Candidate) -> Candidate:
         """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
-        finer = self._climbed(candidate, FINE)
+        key = candidate.choice.motor, candidate.choice.drive
+        finer, known = self._climbed(candidate, FINE), self.lessons[key]
         again = None if finer is candidate or self.stop() else self.settled(finer.choice, finer.lengths_mm)
-        return candidate if again is None or again.score <= candidate.score else again
+        if again is not None and again.score > candidate.score:
+            return again
+        self.lessons[key] = known  # what another machine was taught is not this one's
+        return candidate
 
     def _climbed(self, best: Candidate, halvings: Iterable[int]) -> Candidate:
         """Goes on to hardware near by that is better, by steps that are halved so often, as long as there is some."""
@@ -354,12 +357,8 @@ class Search:
 
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
-        index, per_mm = held
-        lessons = replace(
-            built,
-            couple_index_min=max(built.couple_index_min, index),
-            couple_per_mm=max(built.couple_per_mm, per_mm),
-        )
+        index, per_mm = max(built.couple_index_min, held[0]), max(built.couple_per_mm, held[1])
+        lessons = replace(built, couple_index_min=index, couple_per_mm=per_mm)
         geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):

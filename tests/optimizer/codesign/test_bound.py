@@ -143,6 +143,16 @@ def test_what_is_stopped_tells_what_is_proved() -> None:
     assert any("parallelograms 50 mm" in line for line in found.family)
 
 
+def test_a_machine_is_one_of_its_family_whatever_others_were_taught() -> None:
+    one = machine(4.8)
+    radius = one.lengths_mm[2]
+    taught = KNOWN.raised("base_radius", radius + 1.0, "").apart(50.0, radius, 2.0, "another machine's keys")
+    family = Family(BRIEF, one, {(MOTOR, "capstan"): taught})
+    *_, relaxed = family._relaxed(Interval(MOTOR, "capstan", (4.8, 4.8), (90.0, 90.0)))
+    assert relaxed.least_radius_mm(50.0) == pytest.approx(radius)
+    assert relaxed.least("platform_radius") <= one.lengths_mm[3]
+
+
 def test_what_lies_between_a_machine_and_its_bound_is_told_in_parts() -> None:
     one = machine(4.8)
     family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})

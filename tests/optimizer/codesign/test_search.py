@@ -128,6 +128,7 @@ def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(mo
 def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of machines that are best at 4.86:1 and a pinion 0.17 mm wider, from 5:1."""
     search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search.lessons[MOTORS[0], "capstan"] = Lessons(reference())
     weighed: list[Choice] = []
 
     def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
@@ -141,6 +142,24 @@ def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pyt
     assert found.choice.width_mm == 50.0
     assert found.choice.wider_mm == pytest.approx(0.17, abs=0.02)
     assert weighed[-1] == found.choice
+
+
+def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By closed forms 4.9:1 is better; its solids ask for a longer base, and leave less."""
+    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    key = MOTORS[0], "capstan"
+    search.lessons[key] = known = Lessons(reference())
+
+    def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
+        if weighing and choice.ratio < 5.0:
+            search.lessons[key] = known.raised("base_radius", 40.0, "keys")
+        score = 80.0 if weighing else 84.0 - abs(choice.ratio - 4.9) - choice.wider_mm
+        return Candidate(cast(Design, None), choice, (90.0,) * 6, cast(Weighed, None), score)
+
+    monkeypatch.setattr(search, "settled", settled)
+    one = settled(Choice(MOTORS[0], "capstan", 5.0, 50.0), weighing=False)
+    assert search._polished(one) is one
+    assert search.lessons[key] is known
 
 
 def test_what_the_brief_fixes_no_neighbour_changes() -> None:
