@@ -251,9 +251,10 @@ class Search:
         """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
         key = candidate.choice.motor, candidate.choice.drive
         finer, known = self._climbed(candidate, FINE), self.lessons[key]
-        again = None if finer is candidate or self.stop() else self.settled(finer.choice, finer.lengths_mm)
-        if again is not None and again.score > candidate.score:
-            return again
+        if finer is not candidate and not self.stop():
+            again = self.settled(finer.choice, finer.lengths_mm, beats=candidate.score)
+            if again is not None:
+                return again
         self.lessons[key] = known  # what another machine was taught is not this one's
         return candidate
 

@@ -51,7 +51,7 @@ def test_it_inspects_proves_and_renders_a_wall(
 ) -> None:
     checkout(tmp_path, committed.folder)
     told = executed(light(notebook), tmp_path, monkeypatch)
-    assert "cube side 2 L              82.522 mm" in told["cell 0"]
+    assert "cube side 2 L              82.536 mm" in told["cell 0"]
     assert "kappa proved" in told["cell 2"]
     assert "kappa refuted (" in told["cell 2"]
     depth = float(told["cell 3"].split()[0])

@@ -150,14 +150,19 @@ def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkey
     key = MOTORS[0], "capstan"
     search.lessons[key] = known = Lessons(reference())
 
-    def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
-        if weighing and choice.ratio < 5.0:
+    def settled(
+        choice: Choice, *_: object, weighing: bool = True, beats: float | None = None, **__: object
+    ) -> Candidate | None:
+        if weighing:
             search.lessons[key] = known.raised("base_radius", 40.0, "keys")
-        score = 80.0 if weighing else 84.0 - abs(choice.ratio - 4.9) - choice.wider_mm
+        if weighing and beats is not None:
+            return None  # 80 mm
+        score = 84.0 - abs(choice.ratio - 4.9) - choice.wider_mm
         return Candidate(cast(Design, None), choice, (90.0,) * 6, cast(Weighed, None), score)
 
     monkeypatch.setattr(search, "settled", settled)
     one = settled(Choice(MOTORS[0], "capstan", 5.0, 50.0), weighing=False)
+    assert one is not None
     assert search._polished(one) is one
     assert search.lessons[key] is known
 
