@@ -249,13 +249,12 @@ class Search:
 
     def _polished(self, candidate: Candidate) -> Candidate:
         """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
-        key = candidate.choice.motor, candidate.choice.drive
-        finer, known = self._climbed(candidate, FINE), self.lessons[key]
+        finer, known = self._climbed(candidate, FINE), dict(self.lessons)
         if finer is not candidate and not self.stop():
             again = self.settled(finer.choice, finer.lengths_mm, beats=candidate.score)
             if again is not None:
                 return again
-        self.lessons[key] = known  # what another machine was taught is not this one's
+        self.lessons = known  # what another machine was taught is not this one's
         return candidate
 
     def _climbed(self, best: Candidate, halvings: Iterable[int]) -> Candidate:
