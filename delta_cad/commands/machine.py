@@ -117,7 +117,8 @@ def refused(design: Design) -> Advice:
 def hardware_lines(found: Advice) -> list[str]:
     """Says why hardware cannot do: what is wrong, what would be once that is mended, and values that mend it all."""
     lines = [*map(str, found.reasons), *(f"then {reason}" for reason in found.then)]
-    if found.together:
+    alone = len(lines) == 1 and set(found.together or ()) == {found.reasons[0].field}  # which its one line says
+    if found.together and not alone:
         values = ", ".join(
             f"{field} = {value if isinstance(value, str) else f'{value:g}'}" for field, value in found.together.items()
         )

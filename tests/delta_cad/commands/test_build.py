@@ -324,7 +324,12 @@ def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions, machin
 
 def own_checks(machine: BuiltMachine, design: Design, monkeypatch: pytest.MonkeyPatch) -> dict[str, CheckResult]:
     """What `check_machine` adds to the geometry's checks."""
-    monkeypatch.setattr(pipeline, "run_checks", lambda *_: [GOOD])
+
+    def geometry(*given: Callable[[], None]) -> list[CheckResult]:
+        given[-1]()  # what is checked besides
+        return [GOOD]
+
+    monkeypatch.setattr(pipeline, "run_checks", geometry)
     results = check_machine(replace(machine, dimensions=replace(machine.dimensions, design=design)))
     return {result.name: result for result in results}
 
