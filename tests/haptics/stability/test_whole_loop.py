@@ -18,7 +18,7 @@ from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
 from haptics.scenes.noise import in_band
-from haptics.simulation.hardware import UNKNOWN_NOISE, real_plant
+from haptics.simulation.hardware import UNKNOWN_NOISE, reading_age, real_plant
 from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability.noise import NoisyLoop
 from haptics.stability.walls import WallAt
@@ -69,12 +69,13 @@ class WholeLoop:
         hand: Who holds it, behind a grasp; None for nobody.
         period: s.
         corner: Of the low-pass, Hz.
+        age: Of a reading when it is taken, s.
         late: Whole periods from reading to torque.
     """
 
     def __init__(
         self, machine: MachineModel, par: Plant, p: np.ndarray, normal: np.ndarray, hand: Hand | None, period: float,
-        corner: float, late: int = 1,
+        corner: float, age: float, late: int = 1,
     ) -> None:  # fmt: skip
         self.seen, self.normal, self.period = rates(machine, p), np.asarray(normal, float), period
         self.back = np.linalg.inv(self.seen)
@@ -105,23 +106,26 @@ class WholeLoop:
         rate[:n, n : 2 * n] = np.eye(n)
         rate[n : 2 * n] = np.linalg.solve(mass, np.hstack([-stiffness, -damping, np.eye(n)[:, 3:6]]))
         rate[2 * n :, 2 * n :], asked[2 * n :] = -one / par.current_lag, one / par.current_lag
-        moved = expm(period * np.block([[rate, asked], [np.zeros((3, size + 3))]]))
+        ways = np.block([[rate, asked], [np.zeros((3, size + 3))]])
+        moved, seen = expm(period * ways), expm((period - age) * ways)[:3]
         self.moves, self.pushes = moved[:size, :size], moved[:size, size:]
+        self.sees, self.sees_push = self.seen @ seen[:, :size], self.seen @ seen[:, size:]
         self.pole, self.late = math.exp(-2.0 * math.pi * corner * period), late
 
     def tick(self, z: np.ndarray, stiffness: float, damping: float, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """One tick of many loops side by side: (N, m) states on; the forces (m,) that are commanded."""
-        x, before, rate, waiting = np.split(z, [self.size, self.size + 3, self.size + 6])
-        read = self.seen @ x[:3] + error
+        x, ahead, before, rate, waiting = np.split(z, [self.size, self.size + 3, self.size + 6, self.size + 9])
+        read = ahead + error
         rate = self.pole * rate + (1.0 - self.pole) * (read - before) / self.period
         force = -self.normal @ self.back @ (stiffness * read + damping * rate)
         line = np.vstack([np.outer(self.back.T @ self.normal, force), waiting])
-        x = self.moves @ x + self.pushes @ line[3 * self.late : 3 * self.late + 3]
-        return np.vstack([x, read, rate, line[: 3 * self.late]]), force
+        torque = line[3 * self.late : 3 * self.late + 3]
+        ahead, x = self.sees @ x + self.sees_push @ torque, self.moves @ x + self.pushes @ torque
+        return np.vstack([x, ahead, read, rate, line[: 3 * self.late]]), force
 
     def radius(self, stiffness: float, damping: float) -> float:
         """Largest absolute eigenvalue of the map over a tick, but for ways along the wall, which nothing calls back."""
-        wide = self.size + 6 + 3 * self.late
+        wide = self.size + 9 + 3 * self.late
         roots = np.linalg.eigvals(self.tick(np.eye(wide), stiffness, damping, np.zeros((3, wide)))[0])
         return float(np.abs(roots[np.abs(roots - 1.0) > NEUTRAL]).max())
 
@@ -129,7 +133,7 @@ class WholeLoop:
         self, stiffness: float, damping: float, noise: float, ticks: int, many: int, skip: int
     ) -> tuple[float, np.ndarray]:
         """Monte Carlo of independent loops: rms of the force (N), and the knob's ways (ticks, 3 many)."""
-        rng, z = np.random.default_rng(11), np.zeros((self.size + 6 + 3 * self.late, many))
+        rng, z = np.random.default_rng(11), np.zeros((self.size + 9 + 3 * self.late, many))
         forces, ways = [], []
         for k in range(ticks + skip):
             z, force = self.tick(z, stiffness, damping, noise * rng.normal(size=(3, many)))
@@ -162,7 +166,8 @@ def machine(best: Design) -> MachineModel:
 def test_the_largest_wall(machine: MachineModel, place: str, normal: np.ndarray, rate: float, hand: str | None) -> None:
     p = machine.centre + machine.half_side * np.array(PLACES[place])
     loop = at_rate(rate)
-    other = WholeLoop(machine, real_plant(machine), p, normal, HANDS[hand] if hand else None, loop.period, loop.corner)
+    held, age = HANDS[hand] if hand else None, reading_age(machine)
+    other = WholeLoop(machine, real_plant(machine), p, normal, held, loop.period, loop.corner, age)
     told = WallAt(machine, loop, p, normal).stable(HANDS[hand] if hand else FREE)
     # 2 % is asked; the two agree to the 0.1 % that the search for the limit leaves
     assert other.radius(0.997 * told, loop.damping) < 1.0 < other.radius(1.003 * told, loop.damping)
@@ -175,7 +180,7 @@ def test_the_largest_wall(machine: MachineModel, place: str, normal: np.ndarray,
 def test_what_noise_commands_and_moves(machine: MachineModel, place: str, normal: np.ndarray, hand: str | None) -> None:
     p = machine.centre + machine.half_side * np.array(PLACES[place])
     held = HANDS[hand] if hand else None
-    other = WholeLoop(machine, real_plant(machine), p, normal, held, BOARD.period, BOARD.corner)
+    other = WholeLoop(machine, real_plant(machine), p, normal, held, BOARD.period, BOARD.corner, reading_age(machine))
     told = NoisyLoop(machine, BOARD, p, held or FREE, noise=UNKNOWN_NOISE, normal=normal).figures(3000.0, 2.0)
     force, ways = other.shaken(3000.0, 2.0, UNKNOWN_NOISE, 24_000, MANY, 3000)
     assert force == pytest.approx(told.force, rel=0.02)
