@@ -292,8 +292,9 @@ def _require_kind(path: Path, folder: bool) -> None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not folder and path.exists() and not path.is_file():  # a pipe, or a device: renaming would take it away
         raise OSError(errno.EINVAL, NO_PLAIN_FILE, str(path))
-    if folder:
-        require_ours(path)
+    if folder and path.is_dir():
+        with _locked_parent(path):  # else another run may put its own there between the record and the files
+            require_ours(path)
 
 
 def _encoded(line: str) -> bytes:

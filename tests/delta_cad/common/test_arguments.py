@@ -155,6 +155,7 @@ OWN = {
     "--generations": "of ours, or of the paper",
     "--gravity-torque": "reserved, or required of a certificate",
     "--tolerance": "proved, or required of a certificate",
+    "--allow-remote": "who may connect, or where the board may be",
     "--rate": "of the controller, or of a simulated device",
     "--delay": "one, or a range",
     "--scene": "of a simulation, or of a device",

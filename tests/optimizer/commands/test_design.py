@@ -15,6 +15,7 @@ import pytest
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Outcome
+from delta_cad.common.ours import write_record
 from delta_cad.design import Design, design_hash, load_design
 from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
@@ -74,6 +75,7 @@ def paper_build(built: Built, monkeypatch: pytest.MonkeyPatch) -> None:
         (folder / "mass_properties.json").write_text(json.dumps(masses), encoding="utf-8")
         outcome = Outcome(design, checks, masses, folder, ())
         beside(folder, outcome)
+        write_record(folder)
         return outcome
 
     monkeypatch.setattr(pipeline, "build", build)
