@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.arguments import design_option, json_option, out_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all, refuse_folder
 from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def made(
     try:
         require_room(place(design, given), folder=folder)
     except OSError as error:
-        return _unwritten(given, error)
+        return refuse_folder(given.out, error)
     if absent := [name for name in BUILT_WITH if find_spec(name) is None]:
         return _not_installed(absent[0])
     with Line() as line:
@@ -92,7 +92,7 @@ def made(
         except MechanismError as error:
             return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
         except OSError as error:
-            return _unwritten(given, error)
+            return refuse_folder(given.out, error)
         except geometry_errors() as error:
             return refuse(f"{given.design.name}: {error}", NOT_BUILT)
     if given.json:
@@ -164,12 +164,6 @@ def hardware_record(found: Advice, told: Sequence[dict[str, str]] = ()) -> dict[
         "then": [*map(asdict, found.then)],
         "together": dict(found.together or {}),
     }
-
-
-def _unwritten(given: argparse.Namespace, error: OSError) -> int:
-    """Refuses a folder that cannot be written, or no longer."""
-    at = "" if error.filename in (None, str(given.out)) else f"{error.filename}: "
-    return refuse(f"--out {given.out}: {at}{error.strerror or error}; must be a folder that can be written", BAD_INPUT)
 
 
 def geometry_errors() -> tuple[type[Exception], ...]:

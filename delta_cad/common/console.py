@@ -270,6 +270,20 @@ def refuse(message: str, code: int) -> int:
     return code
 
 
+def refuse_folder(out: Path, error: OSError) -> int:
+    """Tells that a folder of results cannot be written, or replaced, and returns the exit code.
+
+    Args:
+        out: As it was typed.
+        error: What the system, or `common.ours`, says of it or of a place below it.
+    """
+    from delta_cad.common.ours import NotOursError
+
+    at = "" if error.filename in (None, str(out)) else f"{error.filename}: "
+    more = "" if isinstance(error, NotOursError) else "; must be a folder that can be written"
+    return refuse(f"--out {out}: {at}{error.strerror or error}{more}", BAD_INPUT)
+
+
 def refuse_all(messages: Sequence[str], code: int) -> int:
     """Tells everything that is wrong, one printable line each, as `refuse` does."""
     for message in messages:

@@ -21,6 +21,10 @@ RECORDS = (RECORD, "manifest.json")  # that of a build; either has name -> SHA-2
 NOBODYS = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
+class NotOursError(FileExistsError):
+    """A folder holds what no run wrote; the message says what to do."""
+
+
 def write_record(folder: Path) -> None:
     """Writes down what a folder holds, if its manifest does not say so."""
     if not any((folder / name).is_file() for name in RECORDS):
@@ -50,7 +54,7 @@ def require_ours(folder: Path) -> None:
         folder: The folder; one that is not there or is empty is nobody's.
 
     Raises:
-        FileExistsError: The message names the first such file.
+        NotOursError: The message names the first such file.
     """
     if not folder.is_dir():
         return
@@ -70,8 +74,8 @@ def require_ours(folder: Path) -> None:
             raise _other(folder, name, "which was changed since it was written")
 
 
-def _other(folder: Path, name: str, why: str) -> FileExistsError:
-    return FileExistsError(
+def _other(folder: Path, name: str, why: str) -> NotOursError:
+    return NotOursError(
         errno.EEXIST, f"holds {name}, {why}; move it away, or give another place, to lose nothing", str(folder)
     )
 

@@ -24,6 +24,7 @@ from delta_cad.common.console import (
     natural,
     refuse,
     refuse_all,
+    refuse_folder,
 )
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def run(given: argparse.Namespace) -> int:
     try:
         require_room(given.out / brief.name, folder=True)
     except OSError as error:
-        return refuse(f"--out {given.out}: {error.strerror or error}; must be a folder that can be written", BAD_INPUT)
+        return refuse_folder(given.out, error)
     from optimizer.codesign.journal import Journal
     from optimizer.synthesis.checkpoint import CheckpointError
 

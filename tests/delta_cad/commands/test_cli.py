@@ -334,6 +334,18 @@ def test_a_folder_that_cannot_be_used_is_refused_before_the_work(
     assert taken.read_text() == "a file"
 
 
+def test_a_build_s_place_that_holds_something_else_is_refused_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    held = tmp_path / load_design(BEST).name
+    held.mkdir()
+    (held / "thesis.txt").write_text("of years")
+    line = refused(capsys, ["build", "--design", str(BEST), "--out", str(tmp_path)])
+    assert line.startswith(f"--out {tmp_path}: {held}: holds thesis.txt, ")
+    assert line.endswith("to lose nothing\n")
+    assert (held / "thesis.txt").read_text() == "of years"
+
+
 def test_a_folder_that_must_not_be_written_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
