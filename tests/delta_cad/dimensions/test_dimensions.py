@@ -231,8 +231,8 @@ def test_arms_at_their_lower_stop_keep_clear_of_foot_block_and_base(
     assert asked == pytest.approx(2.1)
     assert min(gaps) >= asked - 1e-6
     assert min(rooms) >= asked - 1e-9
-    if changes is DEEP:  # and no lower than that
-        assert min(*gaps, *rooms) == pytest.approx(asked, abs=0.01)
+    if changes is DEEP:  # and no lower than that but for the tenth that it is rounded down by
+        assert min(*gaps, *rooms) < asked + 0.11
     assert b.foot_u_mm[1] - b.foot_u_mm[0] == pytest.approx(42.0)
     middle = sum(b.foot_u_mm) / 2
     for pair in (b.cheek_screw_u_mm, b.cheek_dowel_u_mm, b.base_screw_u_mm, b.base_dowel_u_mm):

@@ -68,7 +68,7 @@ def test_a_set_is_the_machine_that_closed_forms_leave_its_hardware() -> None:
     """Of one motor at one ratio, weighed by its solids: it keeps what is asked, and less force leaves more cube."""
     fixed = {"hardware": {"motor": MOTOR, "drive": "capstan", "capstan_ratio": 5.0}}
     task = TASK | fixed | {"limits": {"parallelogram_width_mm": 50.0}, "feel": {"kappa_max": 2.3}}
-    found = grid_from_dict({"base": task, "axes": {FORCE: [2.0, 3.0]}, "method": MACHINES}, "g.toml")
+    found = grid_from_dict({"base": task, "axes": {FORCE: [3.0, 4.0]}, "method": MACHINES}, "g.toml")
     less, more = (machine_row(asdict(one))["machine"] for one in found.sets)
     assert less["cube_side_mm"] > more["cube_side_mm"] > 60.0
     for one in (less, more):
