@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from tests.committed import ROOT, Built
+from tests.committed import COMMITTED, ROOT, Built
 from tests.docs.pages import checkout
 
 NOTEBOOK = ROOT / "examples" / "one_design.ipynb"
@@ -51,7 +52,8 @@ def test_it_inspects_proves_and_renders_a_wall(
 ) -> None:
     checkout(tmp_path, committed.folder)
     told = executed(light(notebook), tmp_path, monkeypatch)
-    assert "cube side 2 L              82.536 mm" in told["cell 0"]
+    side = 2 * json.loads(COMMITTED.read_text())["cube"]["half_side_mm"]
+    assert f"cube side 2 L              {side:.5g} mm" in told["cell 0"]
     assert "kappa proved" in told["cell 2"]
     assert "kappa refuted (" in told["cell 2"]
     depth = float(told["cell 3"].split()[0])
