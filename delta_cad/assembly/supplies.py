@@ -7,7 +7,7 @@ from delta_cad.assembly.panel import panel_supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
-from delta_cad.dimensions.keys import CUT, KEYS_MM, LONG_MM
+from delta_cad.dimensions.keys import KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought.spring import CORD_MM, CORD_SLACK_MM, cord_mm
 from delta_cad.solids.brackets import key_slot_length_mm
@@ -86,7 +86,8 @@ def keys(d: Dimensions) -> tuple[Supply, ...]:
     found = []
     flats = catalogue.screw(d.motor.mount_thread).socket_mm
     if flats in KEYS_MM:
-        text = f"hexagon key {flats:g}, short leg cut to {CUT * KEYS_MM[flats][1]:.0f} mm, for the motors' screws"
+        inside, handle = cut_key_mm(flats)
+        text = f"hexagon key {flats:g}, legs cut to {inside:.0f} and {handle:.0f} mm, for the motors' screws"
         order, source = f"hexagon key {flats:g}", f"cut from a stock key; {KEY_SOURCE}"
         found.append(Supply("motor_key", text, 1, "", 0.0, "ISO 2936", order, source))
     flats = catalogue.set_screw(SET_SCREW).socket_mm

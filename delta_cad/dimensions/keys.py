@@ -24,12 +24,25 @@ FsData/iso2936def.csv of github: shaise/FreeCAD_FastenersWB."""
 LONG_MM = {1.3: 81.0, 1.5: 91.5, 2.0: 102.0, 2.5: 114.5, 3.0: 129.0, 4.0: 144.0, 5.0: 165.0, 6.0: 186.0}
 """Long leg of the long type (L) by width across flats, mm; its short leg is as above. Source: the same table."""
 CORNERS = 1.13  # largest width across corners by that across flats: 1.68 / 1.5, 2.82 / 2.5 in the same table
-CUT = 0.8  # share of its short leg to which a key is cut that must turn between the two cheeks
+CUT, HANDLE_CUT = 0.8, 0.7
+"""Shares of its short leg and of its long one, the handle, to which a key is cut that must turn between the two cheeks
+of a chain and beside its neighbours' motors: a whole handle met these where the base would have done otherwise. What is
+left of it takes 50 N or less for what the screws of any motor of the catalogue are tightened to."""
 OFF_CHEEK_MM = 0.2  # of that key's handle from the encoder's cheek
 UNDER_HEAD_MM = 1.5  # least metal of a motor's cheek under its screws' heads
 SWUNG = 0.8  # share of a handle by which it reaches down while it swings by a sixth of a turn, somewhere in its circle
 SET_SCREWS_RAD = (0.0, pi / 2)  # directions of a pinion's set screws from one another
 ASKEW_RAD = radians(1.0)  # by which a key stands askew in its slot: half of what 3 mm leave a key of 1.7
+
+
+def cut_key_mm(flats_mm: float) -> tuple[float, float]:
+    """Gives what is left of both legs of the key that turns a motor's screws: the one in the socket, and its handle.
+
+    Args:
+        flats_mm: Width across flats, one of `KEYS_MM`.
+    """
+    long, short = KEYS_MM[flats_mm]
+    return CUT * short, HANDLE_CUT * long
 
 
 def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float]:
@@ -44,9 +57,8 @@ def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float
     row, thread = catalogue.screw(motor.mount_thread), motor_thread_mm(motor)
     inside, face = layers.motor_cheek_mm
     buried = [mm for mm in row.lengths_mm if mm <= face - inside - row.counterbore_depth_mm + thread + 1e-9]
-    key = (
-        CUT * KEYS_MM[row.socket_mm][1] + CORNERS * row.socket_mm / 2 + OFF_CHEEK_MM if row.socket_mm in KEYS_MM else 0
-    )
+    flats = row.socket_mm
+    key = cut_key_mm(flats)[0] + CORNERS * flats / 2 + OFF_CHEEK_MM if flats in KEYS_MM else 0
 
     def sunk(length: float) -> float:
         return face - inside + thread - length

@@ -1,8 +1,8 @@
 """A machine can be mended: a key reaches what must be loosened, and what is exchanged comes off in a straight line.
 
 A key is an L of two round legs as wide as its corners. One leg stands in the screw's socket, on its axis, the other is
-the handle, which must be free to swing by what turns a hexagon on to its next corner. The short leg may be cut, the
-long one of the long type. Sockets, heads and all obstacles are read off the solids; a position of the machine counts as
+the handle, which must be free to swing by what turns a hexagon on to its next corner. Both legs may be cut, the long
+one of the long type. Sockets, heads and all obstacles are read off the solids; a position of the machine counts as
 free where nothing of any body is met.
 """
 
@@ -26,7 +26,7 @@ from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
-from delta_cad.dimensions.keys import CORNERS, CUT, KEYS_MM, LONG_MM
+from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 
@@ -255,7 +255,7 @@ def key_swing(reach: Reach, scene: Scene, library: FeatureLibrary) -> float:
         return 0.0
     long, short = legs[1]
     longest = LONG_MM.get(legs[0], long)
-    keys = (short, long), (long, short), (CUT * short, long), (longest, short)
+    keys = (short, long), (long, short), cut_key_mm(legs[0]), (longest, short)
     if scene.stands[k]:  # what a part that stands still leaves no room for has none at any position
         keys = tuple(key for key in keys if _swing_at(0, k, socket, reach.way_mm, *key, scene, True) >= SWING_RAD)
     best = 0.0

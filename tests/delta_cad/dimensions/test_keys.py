@@ -12,9 +12,10 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.dimensions import DimensionError, Dimensions, preload_spring
 from delta_cad.dimensions.capstan import cable_run, collar_mm, collar_off_mm
-from delta_cad.dimensions.keys import handle_room_mm, motor_screw_mm, set_screws_rad
+from delta_cad.dimensions.keys import KEYS_MM, cut_key_mm, handle_room_mm, motor_screw_mm, set_screws_rad
 from delta_cad.dimensions.neighbours import require_room_for_board
 from delta_cad.dimensions.tolerances import preload_range_N
+from delta_cad.structure.holds import tightening_N_m
 from delta_cad.structure.refusals import refusals
 from tests.delta_cad.catalogue.offered import machine
 
@@ -27,6 +28,16 @@ def test_a_screw_is_as_long_as_a_cut_key_lets_it_stand_out(best_dimensions: Dime
     assert motor_screw_mm(d.motor, thick) == (6.0, pytest.approx(5.9))
     wide = replace(thick, encoder_cheek_mm=(-20.0, -8.0))
     assert motor_screw_mm(d.motor, wide) == (8.0, pytest.approx(3.9))
+
+
+def test_what_is_left_of_a_cut_keys_handle_tightens_any_motors_screws_by_hand() -> None:
+    """M3: 0.96 N m at 41 mm of the 58.5 that a key for it has; M4, the largest, 2.2 at 46."""
+    assert cut_key_mm(2.5) == (pytest.approx(16.4), pytest.approx(40.95))
+    sizes = {row.mount_thread for row in catalogue.motor.rows.values()}
+    keys = {size: catalogue.screw(size).socket_mm for size in sizes}
+    pushed = {size: 1e3 * tightening_N_m(size) / cut_key_mm(key)[1] for size, key in keys.items() if key in KEYS_MM}
+    assert {"M2.5", "M3", "M4"} <= set(pushed)
+    assert max(pushed.values()) <= 50.0
 
 
 def test_the_base_lies_four_fifths_of_a_keys_long_leg_below_the_motor(best_dimensions: Dimensions) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi, tau
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,12 +12,15 @@ import pytest
 from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.contact import access
 from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
-from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.bracket import motor_pattern_rad
+from delta_cad.dimensions.keys import KEYS_MM
 from delta_cad.solids.part import Reach, Removal
+from tests.delta_cad.catalogue.offered import machine
 from tests.delta_cad.checks.machines import at, box, changed, part
 
 
@@ -51,6 +55,33 @@ def test_a_screw_behind_the_sector_is_refused(best_dimensions: Dimensions) -> No
     assert result.value == 0.0
     assert result.worst_pair == ("motor_screw_1_0",)
     assert result.detail.startswith("1 fail")
+
+
+def test_a_cut_handle_passes_the_neighbours_of_a_base_that_is_too_short_for_a_whole_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A ratio of 4.86: the motor and its screws lie further in than at 5, between the cheeks of its neighbours."""
+    changes: dict[str, Any] = {
+        "mechanism__base_radius_mm": 30.91,
+        "mechanism__platform_radius_mm": 21.304,
+        "mechanism__upper_arm_length_mm": 92.498,
+        "mechanism__forearm_length_mm": 143.013,
+        "mechanism__parallelogram_width_mm": 50.0,
+        "cube__bottom_height_mm": 74.598,
+        "cube__half_side_mm": 41.55,
+        "requirements__joint_torque_N_m": 0.3965,
+        "hardware__capstan_ratio": 4.86,
+        "hardware__sector_radius_mm": 39.7,
+    }
+    d = dimensions(machine(changes))
+    a, names = assemble(d), ("motor_screw_0_1",)
+    monkeypatch.setattr(access, "HEIGHTS", 5)  # what stands in its way stands at any
+    assert found(a, d, names)["tool access"].passed
+    monkeypatch.setattr(access, "cut_key_mm", lambda flats: (0.8 * KEYS_MM[flats][1], KEYS_MM[flats][0]))
+    result = found(a, d, names)["tool access"]
+    assert not result.passed
+    assert result.value is not None
+    assert 0.0 <= result.value < 60.0
 
 
 @pytest.mark.slow
