@@ -297,6 +297,7 @@ class Search:
             candidate = self._polished(candidate) if candidate is not None and not turn else candidate
             if candidate is None or self.dearer * candidate.score <= least or self.stop():
                 return None
+            choice = candidate.choice
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
             self.report(f"{named}: what moves")
             outcome = None
@@ -323,7 +324,6 @@ class Search:
             except StuckError as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            choice = candidate.choice
         return None
 
     def _priced(self, candidate: Candidate, outcome: Outcome) -> Candidate:

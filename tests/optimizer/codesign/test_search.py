@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -77,6 +77,16 @@ def test_what_fails_where_it_moves_is_not_built(monkeypatch: pytest.MonkeyPatch)
     assert [failed for _, failed in search.tried.built] == [("clearance",), ("clearance",), ()]
     lessons = search.lessons[MOTORS[0], "capstan"]
     assert lessons.least("base_radius") == 31.0  # 0.5 mm more, the second time 1 mm
+
+
+def test_a_machine_is_told_by_the_ratio_that_small_steps_came_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    paper, told = Paper({MOTORS[0]: [[PASSED]]}), list[str]()
+    search = searched(paper, {MOTORS[0]: [83.0]}, monkeypatch)
+    search.tell = search.report = told.append
+    monkeypatch.setattr(search, "_polished", lambda one: replace(one, choice=one.choice.with_(ratio=4.86)))
+    assert search.best() is not None
+    assert f"83.00 mm with {MOTORS[0]} at 4.86:1 passes every check" in told
+    assert not any("at 5:1" in line for line in told)
 
 
 def test_the_next_motor_is_built_only_if_it_promises_more(monkeypatch: pytest.MonkeyPatch) -> None:
