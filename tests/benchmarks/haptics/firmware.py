@@ -15,7 +15,7 @@ from delta_cad.design import load_design
 from delta_cad.mechanism import inverse_kinematics
 from haptics.model.machine import MachineModel
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import ROOT
+from tests.committed import BEST
 
 SUBJECT = "controller in C"
 TICKS, ROUNDS = 50_000, 7
@@ -91,7 +91,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     compiler = shutil.which("cc")
     if compiler is None:
         raise RuntimeError("no C compiler (cc) on this machine")
-    design = load_design(ROOT / "best.json")
+    design = load_design(BEST)
     machine = scene_machine(design)
     controller = default_controller(machine)
     half = design.cube.half_side_mm / 1000.0
