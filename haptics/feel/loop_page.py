@@ -157,8 +157,8 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltS
         f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_told(sheet.wall_noise)} | with the "
         f"structure as soft as asked; at most {FORCE:g} N and {1e6 * MOTION:g} um are taken for unnoticed |",
         *(
-            f"| noise in the wall that is rendered, {place} | {_ranged(one)} | over structures and damping; unnoticed "
-            f"with readings of {1e6 * one.reading:.1f} urad rms |"
+            f"| noise in the wall that is rendered, {place} | {_ranged(one)} | over structures and damping; "
+            f"{_calm(one)} |"
             for place, one in sheet.noise.items()
         ),
         f"| damping that noise allows | {sheet.spring_damping:.1f} N s/m | beside a spring of {SPRING[0]:g} N/m |",
@@ -204,6 +204,14 @@ def _ranged(one: NoiseRange) -> str:
     if not high.steady:
         return "not stable"
     return f"{low.force:.3f} to {high.force:.3f} N, {1e6 * low.motion:.3f} to {1e6 * high.motion:.3f} um rms"
+
+
+def _calm(one: NoiseRange) -> str:
+    """What would make the noise unnoticed."""
+    if one.most.quiet:
+        return f"unnoticed up to readings of {1e6 * one.reading:.1f} urad rms"
+    damped = f", or a structure that damps {100.0 * one.loss:.0f} % of critical" if one.loss < math.inf else ""
+    return f"NOT unnoticed: that takes readings of {1e6 * one.reading:.1f} urad rms{damped}"
 
 
 def _three(summary: Summary) -> str:

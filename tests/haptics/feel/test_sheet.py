@@ -172,7 +172,7 @@ def test_whether_it_buzzes(found: Feel) -> None:
     assert "x with the light hand" in shaken.text
     calm, still = NoiseFigures(0.01, 1e-8, True), NoiseFigures(0.005, 1e-9, True)
     for most, short in ((calm, "No."), (replace(calm, force=0.06), "Yes."), (replace(calm, motion=6e-8), "Finely")):
-        told = buzzes(replace(loop, noise={"centre": NoiseRange(still, most, 1e-5)}), summaries)
+        told = buzzes(replace(loop, noise={"centre": NoiseRange(still, most, 1e-5, 0.1)}), summaries)
         assert told.short.startswith(short)
         assert told.good == (short == "No.")
         assert ("19.3 bits" in told.text) == (short == "Finely")
