@@ -56,6 +56,7 @@ def loop_facts(sheet: LoopSheet, built: BuiltStructure | None) -> dict[str, Any]
                     "least": _noise(one.least),
                     "most": _noise(one.most),
                     "reading_that_is_quiet_rad_rms": one.reading,
+                    "damping_that_is_quiet": one.loss if one.loss < math.inf else None,
                 }
                 for place, one in sheet.noise.items()
             },
@@ -174,7 +175,7 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltS
         f"{stiff.less:.0f} Hz, structure as asked to ten times that | {DEFINITIONS['force_bandwidth']} |",
         f"| current loop | {current_loop_Hz(loop):.0f} Hz | {DEFINITIONS['current_loop']} |",
         f"| first resonance | {sheet.first_resonance:.0f} Hz | {DEFINITIONS['first_resonance']} |",
-        *_structure(built),
+        *_structure(built, summaries["wall"]),
         "",
         "### Definitions and sources",
         "",
@@ -188,15 +189,23 @@ def current_loop_Hz(loop: LoopChoice) -> float:
     return 1.0 / (2.0 * math.pi * loop.current_lag)
 
 
-def _structure(built: BuiltStructure | None) -> list[str]:
+def _structure(built: BuiltStructure | None, wall: Summary) -> list[str]:
     if built is None:
         return [f"| structural stiffness | not at hand | {DEFINITIONS['structural_stiffness']} |"]
+    centre, worst = met(wall.centre, built.centre), met(wall.worst[0], built.softest)
     return [
         f"| structural stiffness, centre; softest | {N_PER_MM * built.centre:.1f}; {N_PER_MM * built.softest:.1f} "
         f"N/mm | {DEFINITIONS['structural_stiffness']} |",
+        f"| the wall that is rendered, as a hand meets it, centre; worst | at least {N_PER_MM * centre:.1f}; "
+        f"{N_PER_MM * worst:.1f} N/mm | {DEFINITIONS['met']} |",
         f"| first mode of that, centre; lowest of the cube | {built.mode:.0f}; {built.slowest:.0f} Hz | motors held, "
         "cable included, nobody at the knob |",
     ]
+
+
+def met(wall: float, structure: float) -> float:
+    """Stiffness of a wall behind what gives way, `K S / (K + S)`, in the unit of both."""
+    return wall * structure / (wall + structure)
 
 
 def _ranged(one: NoiseRange) -> str:

@@ -43,6 +43,7 @@ import os, sys
 import numpy as np
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
+from haptics.control.supervisor.memory import LATCHED
 from haptics.devices.device import DeviceError
 from haptics.devices.host import Host
 from haptics.devices.link import UdpLink
@@ -54,15 +55,17 @@ PERIOD, WATCHDOG = %r, %r
 limits = LIMITS._replace(period=PERIOD, late=2.5 * PERIOD, missed=0.2)
 spring = SpringDamper(stiffness=150.0, damping=1.0, point=np.array(HOME) + [0.01, 0.0, 0.0])
 known = model(GEOMETRY, MASSES, DESIGN.requirements.gravity_m_s2)
-host = Host(Controller(known, low_pass(PERIOD, 100.0), limits, 3.0), spring)
+controller = Controller(known, low_pass(PERIOD, 100.0), limits, 3.0)
+Host(controller, spring)
 print("ready", flush=True)
 for line in sys.stdin:
     child = os.fork()
     if child == 0:
         def until(_):
             host.heard()
-            return False
-        for _ in range(5):  # as whoever sits there would: a board may be busy with a session that was sent again
+            return host.supervisor.memory[LATCHED] != 0.0
+        for _ in range(50):  # as whoever sits there would: a board may be busy, a tick late on a busy machine
+            host = Host(controller, spring)
             try:
                 device = RemoteDevice(UdpLink("127.0.0.1", int(line)), watchdog=WATCHDOG, timeout=0.2)
                 device.rouse()
