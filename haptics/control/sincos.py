@@ -44,11 +44,11 @@ def sincos(angle):
     half = 0.5 * z
     one = 1.0 - half
     c = one + (((1.0 - one) - half) + z * z * (F4 - z * (F6 - z * (F8 - tail))))
-    quarter = int(n) & 3
-    if quarter == 1:
+    quarter = n - 4.0 * float(math.floor(0.25 * n))  # exact, and cheaper on a core than a whole number
+    if quarter == 1.0:
         return c, -s
-    if quarter == 2:
+    if quarter == 2.0:
         return -s, -c
-    if quarter == 3:
+    if quarter == 3.0:
         return -c, s
     return s, c

@@ -5,7 +5,9 @@ What drives joints is a `Device`: the reference server puts the simulated plant 
 
 from __future__ import annotations
 
+import secrets
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -28,6 +30,8 @@ from haptics.devices.protocol import (
 )
 
 NS_PER_S = 1_000_000_000
+WRAP = 2**32
+FIRST_BITS = 30  # of a session's first number: newer than the 0 of a host that has taken nothing
 LONGEST_WATCHDOG = 0.1  # A host may not ask for more, s: at 2 m/s a handle crosses the cube in less than that
 
 
@@ -40,6 +44,8 @@ class Board:
         torque_limit: Torque limit of a joint, N m; what is beyond is clipped.
         counts: Counts in a turn of an encoder, reported to the host.
         watchdog: Time without a good COMMAND after which torque goes to zero, s, until the host asks for another.
+        first: Number before the first packet of a session, another in each, so that commands of an old session answer
+            nothing of a new one; tests give theirs.
 
     Attributes:
         counts: How many packets were dropped, and why.
@@ -51,11 +57,15 @@ class Board:
         stop: Whether the emergency stop is pressed: torque is zero then.
     """
 
-    def __init__(self, device: Device, period: float, torque_limit: float, counts: int, watchdog: float = 0.02) -> None:
+    def __init__(
+        self, device: Device, period: float, torque_limit: float, counts: int, watchdog: float = 0.02,
+        first: Callable[[], int] = lambda: secrets.randbits(FIRST_BITS),
+    ) -> None:  # fmt: skip
         self._device, self._period, self._limit, self._counts_per_turn = device, period, torque_limit, counts
         self._default_watchdog = self._watchdog = watchdog
         self.peer: Any = None
-        self._session = self._sequence = self._heard = 0
+        self._first = first
+        self._session = self._sequence = self._heard = self._issued = 0
         self._silent, self.tripped, self.answered = 0.0, False, False
         self._torques, self._time = np.zeros(3), 0.0
         self.counts: Counter[str] = Counter()
@@ -93,6 +103,8 @@ class Board:
             self.counts["UNEXPECTED"] += 1
         elif not newer(packet.sequence, self._heard):
             self.counts["OLD"] += 1
+        elif (self._sequence - packet.answers) % WRAP >= self._issued:
+            self.counts["FOREIGN"] += 1  # answers nothing of this session: one that was recorded in another
         else:
             self._command(packet)
         return None
@@ -140,7 +152,7 @@ class Board:
             if recover := getattr(self._device, "recover", None):  # of a simulated one, which may have left its numbers
                 recover()
             self.peer, self._session, self._watchdog = peer, packet.session, requested
-            self._sequence, self._silent, self.answered = 0, 0.0, True
+            self._sequence, self._issued, self._silent, self.answered = self._first(), 0, 0.0, True
             self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
         return self._packet(PacketKind.WELCOME, (self._period, self._watchdog, self._limit, self._counts_per_turn))
@@ -155,7 +167,7 @@ class Board:
         self._torques = np.clip(packet.values, -self._limit, self._limit)
 
     def _packet(self, kind: PacketKind, values: tuple[float, ...] = (), flags: int = 0) -> bytes:
-        self._sequence = following(self._sequence)
+        self._sequence, self._issued = following(self._sequence), min(self._issued + 1, WRAP // 2)
         time = round(self._time * NS_PER_S)
         return encode(Packet(kind, self._session, self._sequence, self._heard, time, values, flags))
 

@@ -56,6 +56,7 @@ def loop_facts(sheet: LoopSheet, built: BuiltStructure | None) -> dict[str, Any]
                     "least": _noise(one.least),
                     "most": _noise(one.most),
                     "reading_that_is_quiet_rad_rms": one.reading,
+                    "damping_that_is_quiet": one.loss if one.loss < math.inf else None,
                 }
                 for place, one in sheet.noise.items()
             },
@@ -157,8 +158,8 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltS
         f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_told(sheet.wall_noise)} | with the "
         f"structure as soft as asked; at most {FORCE:g} N and {1e6 * MOTION:g} um are taken for unnoticed |",
         *(
-            f"| noise in the wall that is rendered, {place} | {_ranged(one)} | over structures and damping; unnoticed "
-            f"with readings of {1e6 * one.reading:.1f} urad rms |"
+            f"| noise in the wall that is rendered, {place} | {_ranged(one)} | over structures and damping; "
+            f"{_calm(one)} |"
             for place, one in sheet.noise.items()
         ),
         f"| damping that noise allows | {sheet.spring_damping:.1f} N s/m | beside a spring of {SPRING[0]:g} N/m |",
@@ -174,7 +175,7 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltS
         f"{stiff.less:.0f} Hz, structure as asked to ten times that | {DEFINITIONS['force_bandwidth']} |",
         f"| current loop | {current_loop_Hz(loop):.0f} Hz | {DEFINITIONS['current_loop']} |",
         f"| first resonance | {sheet.first_resonance:.0f} Hz | {DEFINITIONS['first_resonance']} |",
-        *_structure(built),
+        *_structure(built, summaries["wall"]),
         "",
         "### Definitions and sources",
         "",
@@ -188,15 +189,23 @@ def current_loop_Hz(loop: LoopChoice) -> float:
     return 1.0 / (2.0 * math.pi * loop.current_lag)
 
 
-def _structure(built: BuiltStructure | None) -> list[str]:
+def _structure(built: BuiltStructure | None, wall: Summary) -> list[str]:
     if built is None:
         return [f"| structural stiffness | not at hand | {DEFINITIONS['structural_stiffness']} |"]
+    centre, worst = met(wall.centre, built.centre), met(wall.worst[0], built.softest)
     return [
         f"| structural stiffness, centre; softest | {N_PER_MM * built.centre:.1f}; {N_PER_MM * built.softest:.1f} "
         f"N/mm | {DEFINITIONS['structural_stiffness']} |",
+        f"| the wall that is rendered, as a hand meets it, centre; worst | at least {N_PER_MM * centre:.1f}; "
+        f"{N_PER_MM * worst:.1f} N/mm | {DEFINITIONS['met']} |",
         f"| first mode of that, centre; lowest of the cube | {built.mode:.0f}; {built.slowest:.0f} Hz | motors held, "
         "cable included, nobody at the knob |",
     ]
+
+
+def met(wall: float, structure: float) -> float:
+    """Stiffness of a wall behind what gives way, `K S / (K + S)`, in the unit of both."""
+    return wall * structure / (wall + structure)
 
 
 def _ranged(one: NoiseRange) -> str:
@@ -204,6 +213,14 @@ def _ranged(one: NoiseRange) -> str:
     if not high.steady:
         return "not stable"
     return f"{low.force:.3f} to {high.force:.3f} N, {1e6 * low.motion:.3f} to {1e6 * high.motion:.3f} um rms"
+
+
+def _calm(one: NoiseRange) -> str:
+    """What would make the noise unnoticed."""
+    if one.most.quiet:
+        return f"unnoticed up to readings of {1e6 * one.reading:.1f} urad rms"
+    damped = f", or a structure that damps {100.0 * one.loss:.0f} % of critical" if one.loss < math.inf else ""
+    return f"NOT unnoticed: that takes readings of {1e6 * one.reading:.1f} urad rms{damped}"
 
 
 def _three(summary: Summary) -> str:

@@ -55,6 +55,6 @@ def impedance(sheet: LoopSheet, name: str) -> Figure:
     line = {"color": "black", "linewidth": 0.7, "linestyle": ":", "label": "first resonance, motors held"}
     ax.axvline(sheet.first_resonance, ymin=ABOVE_LEGEND, **line)
     ax.set(xlabel="frequency, Hz", ylabel="|Z|, N s/m", xlim=(1.0, float(sheet.frequency[-1])), ylim=(0.02, 5e3))
-    ax.set_title(f"Impedance at the handle of {name} along {AXIS}", fontsize=11)
+    ax.set_title(f"Impedance at the handle of {name} along {AXIS}, the structure as soft as asked", fontsize=11)
     ax.legend(frameon=False, fontsize=9, ncols=2)
     return figure

@@ -40,9 +40,11 @@ DEFINITIONS = {
     "port": "largest wall whose averaged impedance at the handle takes energy at all frequencies, with B",
     "worst": "largest wall stable with every hand of the set, with the corners of their ranges, and with nobody",
     "nominal": "largest wall stable with the nominal hand",
-    "rendered": f"what the tick lets through at a pose: {SHARE:g} of the formula with the least friction and the "
-    "largest delay, damping held to what the joints' inertia bears, scaled where eigenvalues bear less "
-    "(`stability/wall_share.py`); across the direction in which that is least",
+    "rendered": f"what the tick lets through at a pose, by the arms' angles: {SHARE:g} of the formula with the least "
+    "friction and the largest delay, damping held to what the joints' inertia bears, scaled where eigenvalues bear "
+    "less (`stability/wall_share.py`); across the direction in which that is least",
+    "met": "what is rendered and the structural stiffness one behind the other, K S / (K + S), the worst with the "
+    "softest; the encoders sit behind the cable, which counts in S all the same: at least this",
     "z_width": "K-B plane: largest stiffness at a damping, by hand and rate, with the passive region (Colgate and "
     "Brown, as Chawda, Celik, O'Malley, Application of Levant's differentiator, tell it; first page opened)",
     "dynamic_range": "continuous force in every direction over friction in the worst, at one position (ratio of the "

@@ -156,9 +156,10 @@ def feel_markdown(sheet: Feel) -> str:
         )
     lines += [
         "",
-        "Effective mass: felt along a direction with the others free. Friction: Coulomb friction of the joints, "
-        "against a steady motion; in the best direction it is also the smallest force that moves a handle at rest, and "
-        "hides smaller forces from a resting hand. Force in every direction: the largest ball in the polytope of "
+        "Effective mass: felt along a direction with the others free. Friction: Coulomb friction of the joints, the "
+        "rods' ball joints included, against a steady motion (the limit `friction_max_N` is proved of a bound, which "
+        "lies above it); in the best direction it is also the smallest force that moves a handle at rest, and hides "
+        "smaller forces from a resting hand. Force in every direction: the largest ball in the polytope of "
         f"forces that the joints give beside the weight. {_stops(sheet)}",
         "",
         *hold_markdown(sheet.machine, sheet.holds),

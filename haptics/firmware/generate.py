@@ -100,6 +100,17 @@ GUARD = """\
 #pragma clang fp reassociate(off)
 #endif
 """
+BUILTINS = """\
+/* One instruction each where the core has it; a freestanding compiler would call the library for the same values. */
+#ifdef __GNUC__
+#define fabs(x) __builtin_fabs(x)
+#define floor(x) __builtin_floor(x)
+#define sqrt(x) __builtin_sqrt(x)
+#define fabsf(x) __builtin_fabsf(x)
+#define floorf(x) __builtin_floorf(x)
+#define sqrtf(x) __builtin_sqrtf(x)
+#endif
+"""
 WRAPPER = """\
 static Memory delta_view(delta_memory *memory)
 {{
@@ -267,6 +278,7 @@ def sources(
             "#include <stdlib.h>",
             "",
             GUARD,
+            BUILTINS,
             f"#ifndef {STALE}",
             f"#define {STALE} {literal(limits.stale)}",
             "#endif",

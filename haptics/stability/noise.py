@@ -39,6 +39,8 @@ SPRING = (400.0, 20.0)  # N/m and N s/m of the spring that is held
 # A handle all but let go of: what keeps it from wandering along a wall, a five-hundredth of the wall's own stiffness.
 BARELY = Hand(mass=0.0, damping=0.5, stiffness=10.0)
 MOST_DAMPING = 1e3  # N s/m; beyond what any loop here bears
+# Share of critical up to which a structure's damping is asked for, and to what share of itself it is found.
+MOST_LOSS, FOUND_TO = 1.0, 0.03
 
 
 @dataclass(frozen=True)
@@ -185,11 +187,14 @@ class NoiseRange:
         least: Least force and least motion of all cases.
         most: Most force and most motion of all cases.
         reading: Deviation of one reading, counts included, at which the most would be just unnoticed, rad rms.
+        loss: Share of critical damping that every structure would need for the motion to be unnoticed with the readings
+            as they are; the least of what is assumed (`LOSS`) if that is enough, infinite if none is.
     """
 
     least: NoiseFigures
     most: NoiseFigures
     reading: float
+    loss: float
 
 
 def noise_range(
@@ -208,14 +213,27 @@ def noise_range(
     Returns:
         The range.
     """
-    found: list[NoiseFigures] = []
     errors, count = sensor_errors(machine), encoder_count(machine)
-    for place in range(len(LOSS)):
-        plain = real_plant(machine, loop, place)
-        for share in STIFFER:
-            par = structured(plain, share * plain.structure_stiffness, place)
-            found += [NoisyLoop(machine, loop, p, BARELY, normal=n, par=par).figures(k, b) for n, k, b in walls]
+    plain = [real_plant(machine, loop, place) for place in range(len(LOSS))]
+
+    def over(par: Plant, loss: float) -> list[NoiseFigures]:
+        stiffer = [structured(par, share * par.structure_stiffness, loss) for share in STIFFER]
+        return [
+            NoisyLoop(machine, loop, p, BARELY, normal=n, par=s).figures(k, b) for s in stiffer for n, k, b in walls
+        ]
+
+    found = [one for par, loss in zip(plain, LOSS, strict=True) for one in over(par, loss)]
     steady = all(one.steady for one in found)
     least, most = (NoiseFigures(of(f.force for f in found), of(f.motion for f in found), steady) for of in (min, max))
     here = math.hypot(errors.noise, count / math.sqrt(12.0))
-    return NoiseRange(least, most, here * min(FORCE / most.force, MOTION / most.motion))
+    reading = here * min(FORCE / most.force, MOTION / most.motion)
+    low, high = LOSS[0], MOST_LOSS
+    if most.motion <= MOTION:
+        return NoiseRange(least, most, reading, low)
+    if max(one.motion for one in over(plain[0], high)) > MOTION:
+        return NoiseRange(least, most, reading, math.inf)
+    while high > (1.0 + FOUND_TO) * low:
+        middle = math.sqrt(low * high)
+        calm = max(one.motion for one in over(plain[0], middle)) <= MOTION
+        low, high = (low, middle) if calm else (middle, high)
+    return NoiseRange(least, most, reading, high)

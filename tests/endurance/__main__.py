@@ -1,8 +1,8 @@
 """`python -m tests.endurance [MINUTES]`: damaged files through every reader, kills, full disks; prints what was found.
 
 Two hands work at once: one reads damaged files, 100,000 of them, or as many as the minutes allow; the other kills
-commands and takes disks away. What is found is named by reader and number, and its file is kept in `out/endurance`.
-Exit code 1 if anything is found.
+commands, takes disks away, and hosts from a board. What is found is named by reader and number, and its file is kept in
+`out/endurance`. Exit code 1 if anything is found.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from tests.endurance.readers import fault, readers
 
 INPUTS = 100_000  # of all readers together
 MINUTES = 30.0  # after which nothing new is begun
+LINK_S = 600.0  # for hosts on a bad link
 KEPT = ROOT / "out" / "endurance"
 SHOWN = 10  # findings of a reader that are printed
 

@@ -9,6 +9,7 @@ import pytest
 
 from tests.endurance.disks import TRIALS
 from tests.endurance.readers import Reader, fault, readers
+from tests.endurance.sockets import MOST, strained
 
 SAMPLE = 60  # files a reader: two seconds for all of them
 
@@ -29,6 +30,16 @@ def test_no_damaged_file_gets_more_than_one_line_out_of_its_reader(tmp_path: Pat
 def test_what_can_be_tried_in_a_minute_is(trial: str, tmp_path: Path) -> None:
     """That `make endurance` comes to its end, too: the others of its trials build, and are left to it."""
     assert TRIALS[trial](tmp_path) == []
+
+
+@pytest.mark.slow
+def test_a_board_outlives_its_hosts() -> None:
+    """Fifteen seconds of a link that slows, tears and repeats, hosts killed at random, old sessions sent again."""
+    found, told = strained(15.0, seed=2)
+    assert found == []
+    assert told["hosts killed"] + told["left before"] >= 3
+    assert told["most ticks of force after a command"] <= MOST
+    assert told["dropped"]["FOREIGN"] > 100
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The committed design with the masses of its build, so that scenes need no build."""
+"""The machine that the tests know with the masses of its build, so that scenes need no build."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from delta_cad.design import Design, load_design
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import Masses
 from haptics.model.machine import MachineModel
-from tests.committed import ROOT
+from tests.committed import BEST, ROOT
 
 MASSES = Masses(0.0654, 0.0022, -3.707e-4, 1.845e-4, 0.003798, 0.001425, 0.003798, 8.02e-5)
-"""Of the committed design's solids to three digits; `gravity.test_gravity` holds them to the build."""
+"""Of the solids of `tests.committed.BEST` to three digits; `gravity.test_gravity` holds them to the build."""
 
 GALLERY = {
     "pocket-40": Masses(0.04474, 9.528e-4, -1.487e-4, 5.599e-5, 0.003102, 0.001190, 0.003102, 3.558e-5),
@@ -25,4 +25,8 @@ def gallery_machine(name: str) -> MachineModel:
 
 
 def scene_machine(best: Design) -> MachineModel:
+    """That machine, with other hardware or limits where a test changes them; another machine has other masses."""
+    known = load_design(BEST).mechanism
+    if best.mechanism != known:
+        raise ValueError(f"the masses are those of {BEST.name}, whose lengths are {known}, not {best.mechanism}")
     return MachineModel(best, MASSES, drive_torque(best))

@@ -82,6 +82,7 @@ static size_t close_packet(const delta_board *board, unsigned char *packet, int 
 static size_t own_packet(delta_board *board, unsigned char *packet, int kind, unsigned flags)
 {
     if (++board->sequence == 0) board->sequence = 1;
+    if (board->issued < 0x80000000u) board->issued++;
     return close_packet(board, packet, kind, flags, board->session, board->sequence, board->heard);
 }
 
@@ -115,6 +116,17 @@ void delta_board_begin(delta_board *board, double period, double torque_limit, u
     board->watchdog = 0.02;
 }
 
+/* Number before a session's first: by the time, so that commands that were recorded in an old session answer nothing. */
+static uint32_t first(const delta_board *board, uint32_t session)
+{
+    double now = hal_now();
+    uint64_t mixed;
+    memcpy(&mixed, &now, sizeof mixed);
+    mixed = (mixed ^ session ^ ((uint64_t)board->sessions << 32)) * 0x9e3779b97f4a7c15u;
+    mixed = (mixed ^ (mixed >> 29)) * 0xbf58476d1ce4e5b9u;
+    return (uint32_t)(mixed >> 34); /* 30 bits: newer than the 0 of a host that has taken nothing */
+}
+
 static size_t hello(delta_board *board, const unsigned char *data, uint32_t session, uint32_t sequence,
                     const unsigned char *peer, unsigned char *reply)
 {
@@ -131,7 +143,8 @@ static size_t hello(delta_board *board, const unsigned char *data, uint32_t sess
         board->connected = board->answered = 1;
         board->session = session;
         board->watchdog = asked;
-        board->sequence = 0;
+        board->sequence = first(board, session);
+        board->issued = 0;
         board->silent = 0.0;
         board->sessions++;
     }
@@ -188,7 +201,8 @@ size_t delta_board_received(delta_board *board, const unsigned char *data, size_
         return 0;
     }
     if (kind == BYE) return delta_board_farewell(board, reply);
-    if (kind == COMMAND && newer(sequence, board->heard)) {
+    uint32_t behind = board->sequence - (uint32_t)get(data + 16, 4);
+    if (kind == COMMAND && newer(sequence, board->heard) && behind < board->issued) {
         command(board, data, sequence);
     } else {
         board->dropped++;

@@ -15,12 +15,11 @@ from delta_cad.design import load_design
 from delta_cad.mechanism import inverse_kinematics
 from haptics.model.machine import MachineModel
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import ROOT
+from tests.committed import BEST
 
 SUBJECT = "controller in C"
 TICKS, ROUNDS = 50_000, 7
 COUNTED = 6000  # Ticks on a bare core
-EMPTY = {"energy": 2e-3, "energy_start": 2e-3, "energy_time": 10.0}  # Limits with which the tank is soon empty
 HARNESS = """\
 #define _POSIX_C_SOURCE 199309L
 #include "delta_controller.h"
@@ -91,7 +90,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     compiler = shutil.which("cc")
     if compiler is None:
         raise RuntimeError("no C compiler (cc) on this machine")
-    design = load_design(ROOT / "best.json")
+    design = load_design(BEST)
     machine = scene_machine(design)
     controller = default_controller(machine)
     half = design.cube.half_side_mm / 1000.0
@@ -132,24 +131,29 @@ def _timed(compiler: str, files: dict[str, str], harness: str) -> list[list[floa
 
 def _counted(machine: MachineModel, say: Callable[[str], None]) -> list[Figure]:
     """Instructions a tick on bare cores under QEMU, and the load that an assumed number of cycles would mean."""
+    from haptics.control.correction import correction
     from haptics.firmware.precision import DOUBLE, MIXED
     from haptics.simulation.hardware import board_controller
     from haptics.simulation.loops import at_rate
-    from tests.haptics.firmware.rig import COUNTS, compile_bare, recording, replay, write
+    from tests.haptics.calibration.devices import made
+    from tests.haptics.firmware.rig import COUNTS, EMPTY, compile_bare, recording, replay, write
 
     found = []
-    for core, precision, rate, clock, cycles, target in (
-        ("m7", DOUBLE, 8000.0, 600e6, 2.0, 20.0),
-        ("m4", MIXED, 4000.0, 168e6, 1.5, 80.0),
+    measured = correction(machine.geometry, made(machine.design, np.random.default_rng(4), machine.drive.ratio))
+    for core, precision, known, rate, clock, cycles, target in (
+        ("m7", DOUBLE, None, 8000.0, 600e6, 2.0, 20.0),
+        ("m7", DOUBLE, measured, 8000.0, 600e6, 2.0, 20.0),
+        ("m4", MIXED, None, 4000.0, 168e6, 1.5, 80.0),
     ):
         name = f"Cortex-{core.upper()}, {'single' if precision.single else 'double'}"
+        name += "" if known is None else ", calibrated"
         say(f"{name}: {COUNTED:,} ticks under QEMU")
         recorded = recording(machine, COUNTED, 7, 1.0 / rate)
         took = []
         for limits in ({}, EMPTY):
             controller = board_controller(machine, at_rate(rate), stale=0.1, **limits)
             with tempfile.TemporaryDirectory() as folder:
-                image = compile_bare(write(controller, precision, Path(folder)), core)
+                image = compile_bare(write(controller, precision, Path(folder), known), core)
                 took.append(replay(image, recorded, "f4" if precision.single else "f8")[0]["took"] / COUNTS)
         note = "counted by QEMU, six laws, faults; no cycles, caches or wait states"
         figures = ("median", float(np.median(took[0]))), ("most, of an empty energy tank", float(took[1].max()))

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import ROOT, interleaved, python, ratios, slope, succeeded
+from tests.benchmarks.timing import interleaved, python, ratios, slope, succeeded
+from tests.committed import BEST
 
 SUBJECT = "haptics"
 PEER = "haptics beside MuJoCo"
@@ -134,7 +135,7 @@ def _machine() -> Any:
     from delta_cad.design import load_design
     from tests.haptics.scene_machine import scene_machine
 
-    return scene_machine(load_design(ROOT / "best.json"))
+    return scene_machine(load_design(BEST))
 
 
 def measured() -> None:
@@ -225,7 +226,7 @@ def felt() -> None:
 
     with TemporaryDirectory() as folder:
         haptics.model.machine.load_machine = lambda *_: _machine()  # the design and the masses of the benchmarks
-        if main(["feel", "--design", "best.json", "--out", folder]) == 2:
+        if main(["feel", "--design", str(BEST), "--out", folder]) == 2:
             raise RuntimeError("the feel sheet was refused")
 
 
@@ -238,7 +239,7 @@ def twin() -> None:
     from delta_cad.export.mass_properties import mass_report
     from delta_cad.export.mjcf import twin as text_of
 
-    folder, design = Path(sys.argv[1]), load_design(ROOT / "best.json")
+    folder, design = Path(sys.argv[1]), load_design(BEST)
     sizes = dimensions(design)
     assembly = assemble(sizes)
     masses = mass_report(assembly)
@@ -256,7 +257,7 @@ def beside() -> None:
     from delta_cad.drive.masses import masses_from_dict
     from haptics.model.plant import FREE, STATES, advance, plant
 
-    folder, machine, design = Path(sys.argv[1]), _machine(), load_design(ROOT / "best.json")
+    folder, machine, design = Path(sys.argv[1]), _machine(), load_design(BEST)
     masses = json.loads((folder / "mass_properties.json").read_text())
     known = masses_from_dict(masses, design.geometry.forearm_length, drive_torque(design))
     par = plant(design.geometry, known, design.requirements.gravity_m_s2)

@@ -9,7 +9,8 @@ from time import perf_counter, process_time
 from typing import Any
 
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import ROOT, python, slope, succeeded
+from tests.benchmarks.timing import python, slope, succeeded
+from tests.committed import BEST
 
 SUBJECT = "haptics"
 SEARCH_S = 5.0
@@ -64,7 +65,7 @@ def measured() -> None:
     from haptics.stability.wall_trial import WallBench
     from tests.haptics.scene_machine import scene_machine
 
-    machine = scene_machine(load_design(ROOT / "best.json"))
+    machine = scene_machine(load_design(BEST))
     stands = WallBench(machine, "x", HANDS["medium"], substeps=SUBSTEPS).stands
     largest_walls(machine, axes=("x",))  # compiles what is not in the cache
 

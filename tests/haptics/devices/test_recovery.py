@@ -7,6 +7,7 @@ import pytest
 
 from delta_cad.design import Design
 from haptics.devices.board import Board
+from haptics.devices.fake import FakeDevice
 from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.simulated import simulated_machine
 from haptics.simulation.hardware import real_plant
@@ -19,7 +20,7 @@ def hello(session: int) -> bytes:
 
 def test_a_board_that_lost_its_numbers_lives_again_in_a_new_session(best: Design) -> None:
     device = simulated_machine(scene_machine(best))
-    board = Board(device, device.period, 0.8, 1 << 21)
+    board = Board(device, device.period, 0.8, 1 << 21, first=lambda: 0)
     board.received(hello(1), "host")
     start = decode(board.tick() or b"").values
     device.state[:] = np.nan
@@ -39,7 +40,7 @@ def test_a_board_that_lost_its_numbers_lives_again_in_a_new_session(best: Design
 
 def test_a_healthy_board_goes_on_where_it_is(best: Design) -> None:
     device = simulated_machine(scene_machine(best))
-    board = Board(device, device.period, 0.8, 1 << 21)
+    board = Board(device, device.period, 0.8, 1 << 21, first=lambda: 0)
     board.received(hello(1), "host")
     for n in range(2, 40):
         board.received(encode(Packet(PacketKind.COMMAND, 1, n, n - 1, 0, (0.2, 0.2, 0.2))), "host")
@@ -48,6 +49,26 @@ def test_a_healthy_board_goes_on_where_it_is(best: Design) -> None:
     assert np.linalg.norm(moved - device.anchor) > 1e-3
     board.received(hello(2), "other" if board.tripped else "host")
     np.testing.assert_array_equal(device.state[:3], moved)
+
+
+def test_a_session_that_is_sent_again_moves_nothing() -> None:
+    """The same number from the same address, HELLO first, as a recorder on the line would have it."""
+    motors = FakeDevice([[0.1, 0.2, 0.3]] * 500)
+    board = Board(motors, 1e-3, 0.8, 16384)
+    told = [hello(1)]
+    newest = decode(board.received(told[0], "host") or b"").sequence
+    for n in range(2, 7):
+        told.append(encode(Packet(PacketKind.COMMAND, 1, n, newest, 0, (0.1, 0.1, 0.1))))
+        board.received(told[-1], "host")
+        newest = decode(board.tick() or b"").sequence
+    assert np.all(motors.written[-1] == 0.1)
+    board.end()
+    begun = len(motors.written)
+    for data in told:
+        board.received(data, "host")
+        board.tick()
+    assert (board.sessions, board.counts["FOREIGN"]) == (2, 5)
+    assert not np.any(motors.written[begun:])
 
 
 @pytest.mark.parametrize("sense", [-1.0, 1.0])

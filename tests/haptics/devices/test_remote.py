@@ -78,7 +78,7 @@ def board(**more: Any) -> Board:
 
 def scripted() -> tuple[Board, FakeDevice]:
     device = FakeDevice([[0.1, 0.2, 0.3]] * 500)
-    return Board(device, 1e-3, 0.8, 16384), device
+    return Board(device, 1e-3, 0.8, 16384, first=lambda: 0), device
 
 
 def remote(wire: Wire, **more: Any) -> RemoteDevice:

@@ -155,7 +155,7 @@ class Clock:
 def served(messages: list[bytes], **more: Any) -> tuple[Board, FakeDevice, list[Packet], int]:
     """Serves what is waiting on the socket already."""
     motors, clock = FakeDevice([[0.1, 0.2, 0.3]] * 10_000), Clock()
-    board = Board(motors, 1e-3, 0.8, 16384)
+    board = Board(motors, 1e-3, 0.8, 16384, first=lambda: 0)
     with listen() as listening, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as host:
         host.connect(listening.getsockname())
         for message in messages:

@@ -36,6 +36,7 @@ from haptics.feel.sheet import (
     joint_drive,
     stays,
 )
+from haptics.feel.structure import BuiltStructure
 from haptics.feel.summary import QUANTITIES, summarise
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
@@ -172,10 +173,10 @@ def test_whether_it_buzzes(found: Feel) -> None:
     assert "x with the light hand" in shaken.text
     calm, still = NoiseFigures(0.01, 1e-8, True), NoiseFigures(0.005, 1e-9, True)
     for most, short in ((calm, "No."), (replace(calm, force=0.06), "Yes."), (replace(calm, motion=6e-8), "Finely")):
-        told = buzzes(replace(loop, noise={"centre": NoiseRange(still, most, 1e-5)}), summaries)
+        told = buzzes(replace(loop, noise={"centre": NoiseRange(still, most, 1e-5, 0.1)}), summaries)
         assert told.short.startswith(short)
         assert told.good == (short == "No.")
-        assert ("19.3 bits" in told.text) == (short == "Finely")
+        assert ("19.3 bits, or a structure that damps 10 %" in told.text) == (short == "Finely")
     step = found.summaries["position_step"]
     for way, says in ((1e-6, "too little to be felt"), (3e-5, "while moving"), (1e-3, "felt as grain")):
         coarse = summaries | {"position_step": replace(step, worst=(way, step.worst[1]))}
@@ -192,8 +193,13 @@ def test_the_loop_is_told_with_its_definitions(found: Feel) -> None:
         assert f"{told['worst']:.2f}" in next(line for line in text.splitlines() if line.startswith(f"{axis}   "))
     assert set(facts["rates"]) == {"1000_Hz", "8000_Hz"}
     assert facts["rates"]["8000_Hz"]["x"]["worst"] > 5.0 * facts["rates"]["1000_Hz"]["x"]["worst"]
+    behind = feel_markdown(replace(found, built=BuiltStructure(60e3, 30e3, 139.0, 96.0)))
     for definition in DEFINITIONS.values():
-        assert definition in page
+        assert definition in behind
+    assert "as a hand meets it" not in page  # without a build there is no structure to be behind
+    centre, worst = found.summaries["wall"].centre, found.summaries["wall"].worst[0]
+    felt = 1e-3 / (1.0 / centre + 1.0 / 60e3), 1e-3 / (1.0 / worst + 1.0 / 30e3)
+    assert f"at least {felt[0]:.1f}; {felt[1]:.1f} N/mm" in behind
     assert 0.2 * 132.0 < facts["first_resonance_Hz"] < 132.0  # the structure's own first mode at the centre
     # the free handle is its mass at low frequencies, the wall its stiffness
     w = 2.0 * np.pi * found.loop.frequency

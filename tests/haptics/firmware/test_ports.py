@@ -184,8 +184,9 @@ def test_a_flood_does_not_hold_the_watchdog_up(program: Path, pace: str) -> None
     try:
         host.settimeout(5.0)
         host.sendto(encode(Packet(PacketKind.HELLO, 7, 1, 0, 0, (1e-3,))), place)
-        assert decode(host.recv(2048)).kind is PacketKind.WELCOME
-        host.sendto(encode(Packet(PacketKind.COMMAND, 7, 2, 1, 0, (0.1, 0.0, 0.0))), place)
+        welcome = decode(host.recv(2048))
+        assert welcome.kind is PacketKind.WELCOME
+        host.sendto(encode(Packet(PacketKind.COMMAND, 7, 2, welcome.sequence, 0, (0.1, 0.0, 0.0))), place)
         for one in floods:
             one.start()
         for _ in range(200):
@@ -304,6 +305,8 @@ def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str],
         assert back is not None
         assert back.flags == 0
         first.sendto(encode(command._replace(sequence=3)), ("127.0.0.1", port))  # older: dropped
+        foreign = command._replace(sequence=8, answers=(state.sequence + 2**29) % 2**32)  # of another session
+        first.sendto(encode(foreign), ("127.0.0.1", port))
         first.sendto(encode(Packet(PacketKind.BYE, 7, 6, 0, 0)), ("127.0.0.1", port))
         bye = answer(first, 2.0)
         while bye is not None and bye.kind is not PacketKind.BYE:
@@ -312,4 +315,4 @@ def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str],
     told = process.communicate(timeout=30)[0]
     sessions, served, _, dropped = (int(part.split()[0]) for part in told.split(", "))
     assert (sessions, served) == (1, 1)
-    assert dropped == 8  # an empty one does not count
+    assert dropped == 9  # an empty one does not count

@@ -18,7 +18,7 @@ from haptics.rendering import law_table
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.scenes.noise import in_band
 from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import UNKNOWN_NOISE, board_controller, real_plant, sensor_errors, structured
+from haptics.simulation.hardware import LOSS, UNKNOWN_NOISE, board_controller, real_plant, sensor_errors, structured
 from haptics.simulation.loop import simulate, timing
 from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability.bodies import axis, loaded
@@ -133,6 +133,28 @@ def test_the_range_of_noise_holds_structures_and_damping(machine: MachineModel) 
     assert found.reading < noise  # the default encoder's noise is not below what that asks for
     here = math.hypot(noise, encoder_count(machine) / math.sqrt(12.0))
     assert found.reading / here == pytest.approx(MOTION / found.most.motion)
-    par = structured(real_plant(machine), 4.0 * real_plant(machine).structure_stiffness)
-    quiet = NoisyLoop(machine, noise=found.reading, hand=BARELY, normal=np.eye(3)[0], par=par)
-    assert quiet.figures(5000.0, BOARD.damping).motion <= MOTION
+    plain, x = real_plant(machine, place=0), np.eye(3)[0]
+    for share in np.geomspace(1.0, 10.0, 41):  # between the structures of the range, too
+
+        def moved(loss: float, noise: float | None = None, share: float = share) -> float:
+            par = structured(plain, share * plain.structure_stiffness, loss)
+            return NoisyLoop(machine, noise=noise, hand=BARELY, normal=x, par=par).figures(5000.0, BOARD.damping).motion
+
+        assert moved(LOSS[0]) <= 1.05 * found.most.motion
+        assert moved(LOSS[0], found.reading) <= 1.05 * MOTION
+        assert moved(found.loss) <= 1.05 * MOTION
+    assert LOSS[-1] < found.loss < 0.2  # more than bolted aluminium is assumed to damp
+
+
+@pytest.mark.parametrize("corner", [100.0, 300.0, 1000.0, 3000.0])
+@pytest.mark.parametrize("drive", [0.1, 0.4, 1.0])
+def test_no_filter_and_no_damping_of_the_loop_makes_it_unnoticed(
+    machine: MachineModel, corner: float, drive: float
+) -> None:
+    """With the default encoder, in a wall of 5 N/mm, on structures that hardly damp."""
+    loop, x = replace(BOARD, corner=corner, drive_damping=drive), np.eye(3)[0]
+    plain = real_plant(machine, loop, 0)
+    stiffer = [structured(plain, share * plain.structure_stiffness, LOSS[0]) for share in (1.0, 2.0, 4.0, 10.0)]
+    noisy = [NoisyLoop(machine, loop, hand=BARELY, normal=x, par=par) for par in stiffer]
+    for damping in (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0):
+        assert max(one.figures(5000.0, damping).motion for one in noisy) > 1.5 * MOTION

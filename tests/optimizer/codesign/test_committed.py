@@ -5,9 +5,18 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from delta_cad.design import load_design
+from delta_cad.mechanism import jacobian
+from haptics.feel.loops import rendered_walls
+from haptics.model.hands import CORNERS, HANDS
+from haptics.model.machine import load_machine
+from haptics.model.plant import FREE
+from haptics.stability.noise import FORCE, NoisyLoop
+from haptics.stability.wall_share import proven_cap, rendered
+from haptics.stability.walls import WallAt
 from optimizer.problem.brief import brief_hash, load_brief
 from tests.committed import COMMITTED, ROOT, Built
 
@@ -36,6 +45,20 @@ def test_its_build_passes_and_keeps_what_is_asked_of_the_hand(committed: Built) 
     assert found["structure stiffness at the knob"] >= 15.0
     assert found["structure first mode"] >= 40.0
     assert record["moving_mass_kg"] <= 0.400
+
+
+def test_its_loop_bears_a_good_wall_quietly(committed: Built) -> None:
+    """5 N/mm at the centre and 2 everywhere, steady let go of and in every hand, at most 0.05 N rms of noise."""
+    machine = load_machine(COMMITTED, committed.folder / "mass_properties.json")
+    cap, edge = proven_cap(machine), np.linspace(-machine.half_side, machine.half_side, 9)
+    cube = machine.centre + np.stack(np.meshgrid(edge, edge, edge, indexing="ij"), axis=-1).reshape(-1, 3)
+    assert rendered(cap, jacobian(machine.geometry, machine.centre))[0] >= 5000.0
+    assert rendered(cap, jacobian(machine.geometry, cube))[0].min() >= 2000.0
+    for normal in np.eye(3):
+        assert all(WallAt(machine, normal=normal).stable(hand) > 5000.0 for hand in (FREE, *(HANDS | CORNERS).values()))
+    for p in (machine.centre, cube[0], cube[-1]):
+        for normal, stiffness, damping in rendered_walls(machine, cap, p):
+            assert NoisyLoop(machine, p=p, normal=normal).figures(stiffness, damping).force <= FORCE
 
 
 def test_no_number_of_a_machine_stands_in_the_requirements() -> None:
