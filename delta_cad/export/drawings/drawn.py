@@ -31,7 +31,7 @@ from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, lettered
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.part.shape import is_hull_line
-from delta_cad.export.drawings.title import Titles
+from delta_cad.export.drawings.title import Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
 from delta_cad.export.drawings.views.projection import Frame
@@ -205,7 +205,7 @@ def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) ->
                 description=lettered(part.description),
                 material=part.material.name,
                 quantity=str(count[part.number]),
-                mass=f"{masses[part.number] * G_PER_KG:.3g} g",
+                mass=f"{grams(masses[part.number] * G_PER_KG)} g",
                 size=size_of((box.xlen, box.ylen, box.zlen)),
                 machine=_machine(d, assembly),
                 revision=REVISION,
