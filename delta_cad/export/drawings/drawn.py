@@ -30,7 +30,7 @@ from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, lettered
 from delta_cad.export.drawings.part.record import Features
-from delta_cad.export.drawings.part.shape import is_hull_line
+from delta_cad.export.drawings.part.shape import is_hull_line, is_slant
 from delta_cad.export.drawings.title import Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
@@ -166,6 +166,8 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
         notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
     if any(is_hull_line(face, features) for face in features.faces):
         notes.append(("", "A line between two arcs is tangent to both."))
+    if any(is_slant(face, features) for face in features.faces):
+        notes.append(("", "A slanting line from an arc to a corner is tangent to the arc."))
     for key, text in features.notes.items():
         words = f"Chamfers {text} where they are drawn" if key.startswith("chamfer") else text
         notes.append((key, f"{words}."))

@@ -272,12 +272,10 @@ class Setting(Pointing):
         return found
 
     def _edges(self) -> np.ndarray:
-        """(n, 2, 2) visible edges of the view."""
-        return lines_of(
-            scaled(item, self.scale)
-            for item in self.view.items
-            if isinstance(item, Stroke | Arc) and item.layer == "visible"
-        )
+        """(n, 2, 2) visible edges and centre lines of the view, along which no leader should run."""
+        drawn = (i for i in self.view.items if isinstance(i, Stroke | Arc) and i.layer == "visible")
+        centres = (i for i in self.centre_lines() if isinstance(i, Stroke))
+        return lines_of([*(scaled(item, self.scale) for item in drawn), *centres])
 
     def _aside_of(self, told: list[Callout], side: float) -> list[Item]:
         """Callouts one below another on the right (side 1) or the left (-1)."""
