@@ -108,10 +108,11 @@ def hint(message: str, parser: argparse.ArgumentParser) -> str:
         parser: The parser of all commands, or of one.
 
     Returns:
-        "" or "; did you mean WORD?".
+        "", "; did you mean WORD?", or that other commands have the option.
     """
     if found := re.search(r"unrecognized arguments: (--[\w-]+)", message):
-        return _hint(found[1], (name for action in actions(parser) for name in action.option_strings))
+        options = {name for action in actions(parser) for name in action.option_strings}
+        return "; other commands have it, this one has not" if found[1] in options else _hint(found[1], sorted(options))
     if found := re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message):
         return _hint(found[1], re.findall(r"[\w+.-]+", found[2]))
     return ""

@@ -13,6 +13,8 @@ from delta_cad.drive import drive_torque
 from delta_cad.report.fields import Field
 from delta_cad.report.subject import Subject
 
+KINDS = {"structure": "Strength", "sections": "Cross-sections", "tolerance": "Tolerances", "dfm": "For the shop"}
+"""First word of a check's name -> what it is about."""
 ASKED = {
     "reach": "Reach: distance to a stretched or folded arm",
     "envelope width": "Swept outline, width",
@@ -113,7 +115,15 @@ def binding(results: Sequence[CheckResult]) -> list[Line]:
     able = [r for r in results if r.passed and r.value is not None and r.limit and r.value != r.limit]
     close = [(min(group, key=room), name) for name, group in grouped(able).items()]
     close = sorted((one for one in close if room(one[0]) < CLOSE), key=lambda one: room(one[0]))
-    return [line(result, name) for result, name in close[:BINDING]]
+    return [line(result, plain(name)) for result, name in close[:BINDING]]
+
+
+def plain(name: str) -> str:
+    """Gives the name of a check in the words of a reader who does not know it."""
+    if name in ASKED:
+        return ASKED[name]
+    kind, _, of = name.partition(" ")
+    return f"{KINDS[kind]}: {of}" if kind in KINDS else f"{name[:1].upper()}{name[1:]}"
 
 
 def every(results: Sequence[CheckResult]) -> list[Line]:

@@ -97,11 +97,12 @@ def encoder_cheek_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
     """States what lies in an encoder's cheek before it is put on."""
     del names
     cheek, brings = f"encoder_cheek_{i}", [Bring((f"encoder_cheek_{i}",))]
-    words = ("The encoder's cheek is taken as it is.",)
+    step = Step("Encoder's cheek", ("The encoder's cheek is taken as it is: nothing lies in it.",), tuple(brings))
     if d.capstan is not None:
         brings += [Bring((f"wave_spring_{i}",), OUT, cheek), Bring((f"bearing_{i}_e",), OUT, cheek)]
         words = ("Lay the wave spring into the seat from inside, then push the bearing in by hand: it must slide.",)
-    step = Step("Bearing and spring", words, tuple(brings), checks=("The bearing springs back when it is pressed in.",))
+        checks = ("The bearing springs back when it is pressed in.",)
+        step = Step("Bearing and spring", words, tuple(brings), checks=checks)
     return Unit(f"encoder cheek {i}", "encoder cheek", "Encoder's cheek", (step,))
 
 

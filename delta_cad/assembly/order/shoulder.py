@@ -70,17 +70,19 @@ def arm_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
     ]
     steps.append(bonded[1])
     if d.capstan is None:
+        out = f"{d.layers.arm_mm[0] - d.shaft.y_mm[0]:g} mm"
         stub = [f"shoulder_shaft_{i}", *(f"encoder_magnet_{i}" for _ in range(d.sensed_at_shoulder))]
         steps.append(
             Step(
                 "Stub of the magnet",
                 (
-                    "Bond the stub in the arm's bore"
+                    f"Bond the stub in the arm's bore so that it stands out {out} on the encoder's side"
                     + (", then the magnet in the stub." if d.sensed_at_shoulder else "."),
                 ),
                 tuple(Bring((one,), IN, arm) for one in stub),
-                tools=("degreaser and primer",),
+                tools=("degreaser and primer", "depth gauge"),
                 supplies=("bar_adhesive",),
+                checks=(f"From the arm's face to the stub's end {out}: the gap before the sensor follows from it.",),
             )
         )
         return Unit(f"arm {i}", "arm", "Arm", tuple(steps))

@@ -9,14 +9,16 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
 from delta_cad.export.drawings.paper.sheet import (
     EDGES,
+    Area,
     Drawing,
     Sheet,
+    Stroke,
     Text,
     crosses,
     leaves,
@@ -25,6 +27,7 @@ from delta_cad.export.drawings.paper.sheet import (
 )
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.title import inner
+from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
 from delta_cad.solids.part import Part
 
 SAME_MM = 2e-3  # what is printed is rounded to a micrometre
@@ -143,7 +146,7 @@ def sheet_faults(sheet: Sheet) -> list[str]:
     ]
     edges = lines_of(item for item in leaves(sheet.items) if not isinstance(item, Text) and item.layer in EDGES)
     faults += [f"{text.text!r} lies over an edge" for text in texts if crosses(text.box, edges)]
-    return faults + list(_symbol_faults(sheet, edges))
+    return faults + list(_symbol_faults(sheet, edges)) + list(_leader_faults(sheet, edges))
 
 
 def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
@@ -159,6 +162,30 @@ def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
         hit = [f"symbol {other.name}" for other in symbols[k + 1 :] if overlap(box, other.box, -TOUCHING_MM)]
         hit += [repr(t.text) for t in texts if id(t) not in own and overlap(box, t.box, -TOUCHING_MM)]
         yield from (f"symbol {symbol.name} and {other} overlap" for other in hit)
+
+
+def _leader_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
+    """Finds leaders that cross one another, or whose last line runs along an edge: one cannot tell what they mean."""
+    items = list(leaves(sheet.items))
+    found = [
+        np.array(line.points)
+        for line, head in pairwise(items)
+        if isinstance(line, Stroke)
+        and isinstance(head, Area)
+        and line.layer == head.layer == "dimension"
+        and line.points[-1] == head.points[0]
+    ]
+    parts = [np.stack([leader[:-1], leader[1:]], axis=1) for leader in found]
+    for one, other in combinations(parts, 2):
+        if any(lines_cross(a, b) for a in one for b in other):
+            yield f"leaders to ({_at(one[-1, 1])}) and ({_at(other[-1, 1])}) cross"
+    for leader in parts:
+        if runs_along(leader[-1], edges):
+            yield f"leader to ({_at(leader[-1, 1])}) runs along an edge"
+
+
+def _at(point: np.ndarray) -> str:
+    return f"{point[0]:.1f}, {point[1]:.1f}"
 
 
 def _overlapping(texts: Sequence[Text]) -> Iterable[tuple[Text, Text]]:

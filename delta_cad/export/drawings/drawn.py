@@ -26,12 +26,12 @@ from delta_cad.export.drawings.paper.pdf import pdf_bytes
 from delta_cad.export.drawings.paper.sheet import Drawing
 from delta_cad.export.drawings.paper.svg import svg_text
 from delta_cad.export.drawings.part.controlled import Controlled, controlled
-from delta_cad.export.drawings.part.faces import faces_of
+from delta_cad.export.drawings.part.faces import faces_of, is_along
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, lettered
 from delta_cad.export.drawings.part.record import Features
-from delta_cad.export.drawings.part.shape import is_hull_line
-from delta_cad.export.drawings.title import Titles
+from delta_cad.export.drawings.part.shape import is_hull_line, is_slant
+from delta_cad.export.drawings.title import Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
 from delta_cad.export.drawings.views.projection import Frame
@@ -41,6 +41,7 @@ from delta_cad.solids.part import Part
 REVISION = "A"
 FOLDER = "drawings"
 LOADS = ("ezdxf", "fontTools.subset")
+CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
 UNDRAWN = (HoleError, ViewError, LayoutError, RoomError, LetteringError)
 """What keeps a single part from being drawn."""
 
@@ -164,14 +165,27 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
         notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
     if outside:  # no die cuts to a shoulder, on which this part stands
         notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
+    if _between_centres(part, features):
+        notes.append(("", f"Centre holes ISO 6411-A{CENTRE_MM[0]:g}/{CENTRE_MM[1]:g} may stay in solid ends."))
     if any(is_hull_line(face, features) for face in features.faces):
         notes.append(("", "A line between two arcs is tangent to both."))
+    if any(is_slant(face, features) for face in features.faces):
+        notes.append(("", "A slanting line from an arc to a corner is tangent to the arc."))
     for key, text in features.notes.items():
         words = f"Chamfers {text} where they are drawn" if key.startswith("chamfer") else text
         notes.append((key, f"{words}."))
     for n, slot in enumerate(features.slots):
         notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
     return notes
+
+
+def _between_centres(part: Part, features: Features) -> bool:
+    """Whether a part is turned, has an end without a bore, and no end too thin for a centre hole."""
+    bored = [bore for group in features.groups for bore in group.bores if is_along(bore.axis, features.main)]
+    outer = [2.0 * f.radius for f in features.faces if f.kind == "cylinder" and not f.hollow]
+    if not features.turned or part.order_code or not outer or min(outer) < CENTRE_MM[1]:
+        return False
+    return len(bored) < 2 and not any(bore.through for bore in bored)
 
 
 def _axis(along: np.ndarray) -> str:
@@ -183,7 +197,8 @@ def _axis(along: np.ndarray) -> str:
 def _finish(part: Part) -> str:
     """What is done to a part's surface after it is cut."""
     if "anodised" in part.description:
-        return "Finish: anodised, see the description. Sizes hold with the coating; fits and threads stay bare."
+        layer = "ISO 10074, 25 µm" if "hard anodised" in part.description else "ISO 7599-AA10"
+        return f"Finish: anodised {layer} as described. Sizes hold with the coating; fits and threads stay bare."
     return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
 
 
@@ -205,7 +220,7 @@ def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) ->
                 description=lettered(part.description),
                 material=part.material.name,
                 quantity=str(count[part.number]),
-                mass=f"{masses[part.number] * G_PER_KG:.3g} g",
+                mass=f"{grams(masses[part.number] * G_PER_KG)} g",
                 size=size_of((box.xlen, box.ylen, box.zlen)),
                 machine=_machine(d, assembly),
                 revision=REVISION,

@@ -8,15 +8,15 @@ from delta_cad.export.bom import BomRow
 from delta_cad.export.drawings.paper.lettering import LINE, wrapped
 from delta_cad.export.drawings.paper.sheet import Box, Item, Stroke, Text
 from delta_cad.export.drawings.part.holes import lettered
-from delta_cad.export.drawings.title import inner, title_box
+from delta_cad.export.drawings.title import grams, inner, title_box
 
 SIZE = "A3"
 COLUMNS: tuple[tuple[str, float], ...] = (
     ("Item", 11.0),
     ("Qty", 10.0),
     ("Part number", 44.0),
-    ("Description", 128.0),
-    ("Material, or standard and order code", 96.0),
+    ("Description", 158.0),
+    ("Material, or standard and order code", 106.0),
     ("Mass g", 16.0),
     ("Made", 14.0),
 )
@@ -64,7 +64,8 @@ def _cells(row: BomRow | None) -> list[list[str]]:
     if row is None:
         return [[name] for name, _ in COLUMNS]
     bought = row.make_or_buy == "buy"
-    what = ", ".join(text for text in (row.standard, row.order_code) if text) if bought else row.material
+    codes = [row.order_code] if row.standard in row.order_code else [row.standard, row.order_code]
+    what = ", ".join(filter(None, codes)) if bought else row.material
     texts = [str(row.item), str(row.quantity), row.part_number, row.description, what or row.material]
-    texts += [f"{row.unit_mass_g:.3g}", row.make_or_buy]
+    texts += [grams(row.unit_mass_g), row.make_or_buy]
     return [wrapped(lettered(text), 2.0, COLUMNS[k][1] - 2.0) for k, text in enumerate(texts)]

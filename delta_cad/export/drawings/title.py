@@ -36,6 +36,11 @@ class Titles:
     tolerance: str = NOTES[ASKED]
 
 
+def grams(mass_g: float) -> str:
+    """Writes a mass in grams with three figures, none of them as a power of ten; "-" for what has none of its own."""
+    return f"{float(f'{mass_g:.3g}'):g}" if mass_g > 0.0 else "-"
+
+
 def inner(size: str) -> Box:
     """Gives the box inside of a sheet's frame, mm."""
     width, height = SHEETS[size]

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.export.bom import BomRow
 from delta_cad.export.drawings.items import item_lists
 from delta_cad.export.drawings.layout import ratio
@@ -24,6 +25,7 @@ from delta_cad.export.drawings.paper.sheet import Arc, Area, Box, Drawing, Item,
 from delta_cad.export.drawings.title import TITLE_MM, Titles, framed, inner
 from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, scaled, spread
 from delta_cad.export.drawings.views.projection import Frame, Seen, seen_of
+from delta_cad.export.views.explode import exploded_chain
 from delta_cad.solids.part import Occurrence, location_of
 
 SIZE = "A3"
@@ -33,10 +35,8 @@ DOT_MM = 0.8
 SHOWN_MM = 1.2  # of visible edge on paper at least, for a balloon to point at it
 AWAY_MM = 14.0  # from a view to its balloons
 DIMENSION_MM = 9.0
-PULL = 2.2  # how much further from the middle a part that is pulled apart stands, as a share of its distance
 SHELL_MM, ROD_MM, END_MM, TUBE_MM = 10.0, 24.0, 26.0, 16.0  # by which a rod's parts are pulled off its balls and apart
-SCREW_MM, CARRIAGE_MM = 14.0, 12.0  # by which a screw stands out of its hole, and the cable's carriage of its pocket
-BELOW_MM = 26.0  # by which what holds the bracket on the base is pulled down
+MESHED = 0.2, 0.6  # deviation, mm, and angle, rad, of the meshes whose boxes tell how far parts have to move
 SMALL = ("capstan_cable", "pinion", "wave_spring", "set_screw", "crimp_sleeve", "tension_", "encoder_magnet", "dowel_")
 """Numbers, by their beginnings, of what an overall view leaves out: within others, or thinner than a pen."""
 ALONE, APART_MM = 6, 8.0  # parts on a sheet where they stand by themselves, and from one to the next
@@ -123,7 +123,7 @@ def _views(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[_Shown]:
     return [
         _Shown("from the front, handle in its middle position", Frame((1, 0, 0), (0, 0, 1)), overall, overall=True),
         _Shown("from above", Frame((1, 0, 0), (0, 1, 0)), overall, overall=True),
-        _Shown("drive of one chain, pulled apart along the shoulder's axis", oblique, _drive(assembly, poses)),
+        _Shown("drive of one chain, each part pulled off along its axis", oblique, _drive(assembly, poses)),
         _Shown("pair of rods of one chain, pulled off its balls", oblique, _rods(assembly, poses)),
     ]
 
@@ -154,23 +154,10 @@ def _of_rods(occurrence: Occurrence) -> bool:
 
 
 def _drive(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[Placed]:
-    """The parts of chain 0 without its rods, each further along the shoulder's axis, y, than it stands."""
+    """The parts of chain 0 without its rods, taken apart as in the picture: none stands in another."""
     group = [o for o in assembly.occurrences if CHAIN.fullmatch(o.name) and not _of_rods(o) and o.part.number != "foot"]
-    centres = [np.array([*one.part.solid.BoundingBox().center.toTuple(), 1.0]) for one in group]
-    levels = [float((poses[one.name] @ centre)[1]) for one, centre in zip(group, centres, strict=True)]
-    mean = float(np.mean(levels))
-    pulls = next((poses[o.name][:3, 2] for o in group if o.part.number.startswith("tension_screw")), np.zeros(3))
-    found = []
-    for one, level in zip(group, levels, strict=True):
-        away = np.array([0.0, PULL * (level - mean), 0.0])
-        if one.name.startswith("base_"):
-            away[2] = -BELOW_MM
-        if "screw" in one.name:
-            away += SCREW_MM * poses[one.name][:3, 2]  # towards its head
-        if one.part.number.startswith("tension_"):
-            away += CARRIAGE_MM * pulls
-        found.append((one, _shifted(poses[one.name], away)))
-    return found
+    moves = exploded_chain(assembly, MeshLibrary(assembly.parts, *MESHED), group, 0)
+    return [(one, _shifted(poses[one.name], moves[one.name])) for one in group]
 
 
 def _rods(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[Placed]:

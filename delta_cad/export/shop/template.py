@@ -15,7 +15,15 @@ BULGE = tan(pi / 8.0)  # of a quarter of a circle: the tangent of a fourth of it
 MARGIN_MM = 10.0
 BAR_MM = 50.0  # printed beside it: who lays a rule on it sees whether the printer scaled
 FONT = 'font-size="3.5" text-anchor="middle" font-family="sans-serif"'
-LAYERS = {"CUT": 1, "DRILL": 5, "BEZEL": 8}  # with their colours; the bezel's rim is for the eye
+LAYERS = {
+    "CUT": 1,
+    "DRILL": 5,
+    "BEZEL": 8,
+    "ARM": 3,
+}  # with their colours; the latter two are for the eye
+ARM_WORDS = "an arm of the machine points this way"  # chain 0 along +x: the square itself looks alike four ways round
+ARROW_MM, HEAD_MM = 8.0, 2.0
+LETTER_MM = 2.5
 
 
 def write_template(p: PanelDimensions, folder: Path) -> None:
@@ -53,6 +61,12 @@ def template_dxf(p: PanelDimensions) -> str:
         for layer, corner in (("CUT", p.opening_mm), ("BEZEL", p.rim_mm)):
             points = corners(p.half_mm, corner)
             space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
+        tip = p.half_mm + p.rim_mm + ARROW_MM
+        head = [(tip - HEAD_MM, HEAD_MM / 2), (tip, 0.0), (tip - HEAD_MM, -HEAD_MM / 2)]
+        space.add_lwpolyline([(tip - ARROW_MM, 0.0), (tip, 0.0)], dxfattribs={"layer": "ARM"})
+        space.add_lwpolyline(head, dxfattribs={"layer": "ARM"})
+        words = space.add_text(f"seen from above: {ARM_WORDS}", height=LETTER_MM, dxfattribs={"layer": "ARM"})
+        words.set_placement((tip + HEAD_MM, -LETTER_MM / 2))
         radius = catalogue.screw(SCREW).clearance_hole_mm / 2
         for at in p.screw_places():
             space.add_circle(at, radius, dxfattribs={"layer": "DRILL"})
@@ -68,7 +82,7 @@ def template_dxf(p: PanelDimensions) -> str:
 def template_svg(p: PanelDimensions) -> str:
     """Gives the text of the SVG, in millimetres, seen from above: opening, bezel's rim, holes, a bar to measure."""
     far = p.half_mm + p.rim_mm + MARGIN_MM
-    below = far + 2.0 * MARGIN_MM
+    below = far + 3.0 * MARGIN_MM
     size = f'width="{2 * far:g}mm" height="{far + below:g}mm" viewBox="{-far:g} {-far:g} {2 * far:g} {far + below:g}"'
     radius, half = catalogue.screw(SCREW).clearance_hole_mm / 2, BAR_MM / 2
     drawn = [f'<path d="{_path(p, p.opening_mm)}"/>', f'<path d="{_path(p, p.rim_mm)}" stroke-dasharray="3 2"/>']
@@ -76,10 +90,16 @@ def template_svg(p: PanelDimensions) -> str:
         drawn.append(f'<circle cx="{x:g}" cy="{-y:g}" r="{radius:g}"/>')
         drawn.append(f'<path d="M{x - 3:g} {-y:g}h6M{x:g} {-y - 3:g}v6"/>')
     drawn.append('<path d="M-4 0h8M0 -4v8"/>')
+    drawn.append(
+        f'<path d="M{far - MARGIN_MM:g} 0h{ARROW_MM:g}m{-HEAD_MM:g} {-HEAD_MM / 2:g}l{HEAD_MM:g} {HEAD_MM / 2:g}'
+        f'l{-HEAD_MM:g} {HEAD_MM / 2:g}"/>'
+    )
     bar, side = far + MARGIN_MM / 2, 2 * (p.half_mm + p.opening_mm)
     drawn.append(f'<path d="M{-half:g} {bar - 2:g}v4M{-half:g} {bar:g}h{BAR_MM:g}M{half:g} {bar - 2:g}v4"/>')
     words = (
         f"{BAR_MM:g} mm if printed in true size",
+        "seen from above; the arrow:",
+        ARM_WORDS,
         f"opening {side:g} x {side:g}, corners R{p.opening_mm:g}; {len(p.screw_places())} holes {2 * radius:g}; mm",
     )
     texts = "".join(f'<text x="0" y="{bar + 6 + 5 * k:g}" {FONT}>{line}</text>' for k, line in enumerate(words))

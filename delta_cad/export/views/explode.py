@@ -2,7 +2,8 @@
 
 The machine comes apart in groups: what lies on the ground, each chain's drive, each chain's rods, the platform. In a
 group the part that holds most others stays; the others leave it along the axis of what they are turned about (a screw
-towards its head, else away from that part), the outermost last, each as far as it takes to clear all before it.
+towards its head, else away from that part), the outermost last and a screw after all that it goes through, each as far
+as it takes to clear all before it.
 """
 
 from __future__ import annotations
@@ -137,7 +138,7 @@ class _Taken:
         self._poses = assembly.poses(assembly.home_mm)
         self._links = assembly.placement(assembly.home_mm)
         self._holds = Counter(name for contact in assembly.contacts for name in (contact.a, contact.b))
-        self._axes = {part.number: revolution_axis(meshes[part.number]) for part in assembly.parts}
+        self._axes: dict[str, np.ndarray | None] = {}
         self._numbers = {o.name: o.part.number for o in assembly.occurrences}
         on_one = [c for c in assembly.contacts if self._numbers.get(c.b) in BONDED]
         self._bonded = {c.b: c.a for c in on_one if c.kind == "cylinder"}
@@ -153,7 +154,7 @@ class _Taken:
 
     def upright(self, o: Occurrence) -> bool:
         """Decides whether a part is turned about an upright axis."""
-        axis = self._axes[o.part.number]
+        axis = self._axis(o.part.number)
         return axis is not None and abs((self._poses[o.name][:3, :3] @ axis)[Z]) > 0.9
 
     def group(self, wanted: Callable[[Occurrence], bool], frame: np.ndarray, default: int) -> _Group:
@@ -197,7 +198,7 @@ class _Taken:
 
     def _leaves(self, o: Occurrence, to_group: np.ndarray, default: int) -> tuple[int, int]:
         """Along which axis of its group a part leaves, and in which sense; 0 where nothing tells."""
-        turned = self._axes[o.part.number]
+        turned = self._axis(o.part.number)
         if o.link.startswith("spring"):
             return Z, 0  # off both rods at once
         if turned is None:
@@ -210,6 +211,12 @@ class _Taken:
             towards = to_group[:3, :3] @ (self._middle(self._balls[o.name]) - self._middle(o.name))
             return axis, 1 if towards[axis] > 0.0 else -1
         return axis, 0
+
+    def _axis(self, number: str) -> np.ndarray | None:
+        """Axis of revolution of a part, looked for once."""
+        if number not in self._axes:
+            self._axes[number] = revolution_axis(self._meshes[number])
+        return self._axes[number]
 
     def _middle(self, name: str) -> np.ndarray:
         """(3,) mean of a placed part's vertices, base frame, mm."""
@@ -235,6 +242,7 @@ def apart(units: list[_Unit], holds: Callable[[_Unit], int]) -> dict[str, np.nda
     middle = (stays.boxes[:, 0].min(axis=0) + stays.boxes[:, 1].max(axis=0)) / 2.0
     rows: dict[tuple[str, int, int, int], _Unit] = {}
     still = [unit for unit in units if unit.alike == stays.alike]
+    led = [unit for unit in units if unit.sense]  # screws above all, whose heads stand on what they go through
     for unit in units:
         if unit not in still:
             off = float(unit.boxes[:, :, unit.axis].mean() - middle[unit.axis])
@@ -244,12 +252,17 @@ def apart(units: list[_Unit], holds: Callable[[_Unit], int]) -> dict[str, np.nda
             if row is not unit:
                 row.names, row.boxes = row.names + unit.names, np.concatenate([row.boxes, unit.boxes])
 
-    def far(unit: _Unit) -> tuple[float, float, tuple[str, ...]]:
-        return (unit.sense * (unit.end(unit.sense) - float(middle[unit.axis])), -unit.volume, unit.names)
+    def beyond(unit: _Unit) -> float:
+        return unit.sense * (unit.end(unit.sense) - float(middle[unit.axis]))
+
+    def far(unit: _Unit) -> tuple[float, bool, float, tuple[str, ...]]:
+        ways = [other for other in rows.values() if (other.axis, other.sense) == (unit.axis, unit.sense)]
+        through = [beyond(other) for other in ways if unit in led and other not in led and _meets(unit, other)]
+        return (max(beyond(unit), *through, -np.inf), bool(through), -unit.volume, unit.names)
 
     moves = {name: np.zeros(3) for unit in still for name in unit.names}
     standing = np.concatenate([unit.boxes for unit in still])
-    for unit in sorted(rows.values(), key=far):
+    for unit in sorted(rows.values(), key=far):  # all keys are of where parts stand in the machine
         move = np.zeros(3)
         move[unit.axis] = unit.sense * _step(unit, standing)
         unit.boxes = unit.boxes + move
@@ -257,6 +270,13 @@ def apart(units: list[_Unit], holds: Callable[[_Unit], int]) -> dict[str, np.nda
         moves |= dict.fromkeys(unit.names, move)
     units[:] = [*still, *rows.values()]
     return moves
+
+
+def _meets(one: _Unit, other: _Unit) -> bool:
+    """Whether a box of one unit and one of another have a volume in common."""
+    low = np.maximum(one.boxes[:, None, 0], other.boxes[None, :, 0])
+    high = np.minimum(one.boxes[:, None, 1], other.boxes[None, :, 1])
+    return bool((high > low).all(axis=-1).any())
 
 
 def _step(unit: _Unit, standing: np.ndarray) -> float:

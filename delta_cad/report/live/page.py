@@ -44,6 +44,9 @@ SHAFT_M = 0.0018  # radius of an arrow
 LEAST_N = 0.01  # less is no arrow
 REST_S = 0.25  # after which a handle that nobody moved stands still
 SAME_MM = 1e-3  # what the handle is off where it is left to who drags it
+NARROW = 0.8  # width of a screen over its height below which its controls cover its lower part
+ROOM = 1.35  # of what is shown about the middle, to the radius of the elbows: knob, motors, what is near looks larger
+COVERED = 0.6  # of its height, by viser's own panel
 STYLE = "<div style='font-size:0.8rem;padding:0 0.75rem'>"
 HANDLE = "/handle"
 
@@ -83,6 +86,7 @@ class LivePage:
         far = M_PER_MM * 2.6 * (self.own.forearm_length_mm + self.own.base_radius_mm)
         server.initial_camera.position = (0.45 * far, -0.75 * far, 0.6 * far)
         server.initial_camera.look_at = tuple(M_PER_MM * self.own.centre_mm * 0.4)
+        server.on_client_connect(lambda client: self.frame(client.camera))
         self._told = server.gui.add_html("")
         with server.gui.add_folder("Lengths, mm"):
             self._sliders = {name: self._slider(name, words) for name, words in SLIDERS.items()}
@@ -108,6 +112,23 @@ class LivePage:
     def _slid(self, name: str, event: Any) -> None:
         if event.client is not None:  # not what `change` sets
             self.change(replace(self.lengths, **{name: float(event.target.value)}))
+
+    def frame(self, camera: Any) -> None:
+        """Shows the machine over the panel of controls where the screen is narrow, whose lower part that covers."""
+        if camera.image_width >= NARROW * camera.image_height:
+            return
+        at = M_PER_MM * self.own.centre_mm * 0.4
+        away = np.asarray(camera.position) - np.asarray(camera.look_at)
+        away /= np.linalg.norm(away)
+        up = np.array([0.0, 0.0, 1.0]) - away[2] * away
+        up /= np.linalg.norm(up)
+        shown, half = 1.0 - COVERED, ROOM * M_PER_MM * (self.own.base_radius_mm + self.own.upper_arm_length_mm)
+        share = min(shown, camera.image_width / camera.image_height)  # of the screen's height, which is free
+        far = half / (share * np.tan(camera.fov / 2.0))
+        lower = COVERED * far * np.tan(camera.fov / 2.0)  # brings what was in the middle to the middle of what is free
+        with camera.client.atomic():
+            camera.position = tuple(at + far * away - lower * up)
+            camera.look_at = tuple(at - lower * up)
 
     def solids(
         self,

@@ -131,6 +131,13 @@ def test_a_wrong_word_gets_a_hint(
     assert ("did you mean" in told) == bool(meaning)
 
 
+def test_an_option_of_other_commands_is_told_as_such(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ended(delta_cad.main, ["schema", "--json"]) == 2
+    told = capsys.readouterr().err
+    assert "--json; other commands have it, this one has not" in told
+    assert "did you mean" not in told
+
+
 def test_a_message_of_another_kind_gets_none() -> None:
     assert hint("the following arguments are required: --design", Parser(prog="-")) == ""
 

@@ -53,7 +53,7 @@ OVER = ("panel", "bezel", "boot", "boot_collar", "mount_sleeve", "sensor_lead", 
 
 
 def paneled() -> Design:
-    """The example that has a panel over it, with its leads, for which its outline is wider."""
+    """The example that has a panel over it, in an outline that has some room."""
     return with_example(hardware__leads="bent", requirements__envelope_depth_mm=230.0)
 
 

@@ -96,6 +96,15 @@ def test_like_parts_side_by_side_go_together() -> None:
     assert moves["screw#0"][Y] > moves["lug"][Y] > 0.0
 
 
+def test_a_screw_goes_further_than_a_board_whose_connector_is_higher_than_its_head() -> None:
+    board = unit("board", (0, 10, 0), (10, 12, 10), Y)
+    board.boxes = np.concatenate([board.boxes, [[[0, 12, 0], [3, 30, 3]]]])  # its connector
+    units = [unit("block", (0, 0, 0), (10, 10, 10), Z), board, unit("screw", (7, 4, 7), (9, 14, 9), Y, 1)]
+    moves = apart(units, lambda one: {"block": 3}.get(one.names[0], 0))
+    assert moves["board"] == pytest.approx([0.0, GAP_MM, 0.0])
+    assert 4 + moves["screw"][Y] >= 12 + moves["board"][Y] + GAP_MM  # its tip is beyond the board
+
+
 def test_no_two_parts_of_the_machine_meet_when_it_is_apart(page: Page, built: Built) -> None:
     import trimesh
     from trimesh.collision import CollisionManager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from delta_cad.checks.report import CheckResult
-from delta_cad.report.figures import asked, binding, every, line, told
+from delta_cad.report.figures import asked, binding, every, line, plain, told
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_what_binds_is_closest_as_a_share_of_its_limit() -> None:
         CheckResult("counted", True, 0.0, 0.0, ""),
         CheckResult("fails", False, 1.01, 1.0, ""),
     ]
-    assert [one.words for one in binding(results)] == ["tight", "gap a / b"]
+    assert [one.words for one in binding(results)] == ["Tight", "Gap a / b"]
     assert binding(results)[1].value == "1.05 mm"
     assert [one.words for one in every(results)][:2] == ["fails", "far"]
     assert "gap a / b (2×)" in [one.words for one in every(results)]
@@ -66,3 +66,17 @@ def test_what_is_asked_comes_in_its_order() -> None:
         "Swept outline",
         "Conditioning",
     ]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("kappa", "Conditioning, worst in the cube"),
+        ("structure motor shaft, peak", "Strength: motor shaft, peak"),
+        ("dfm walls", "For the shop: walls"),
+        ("cable bend ratio", "Drum to cable diameter"),
+        ("ball tilt", "Ball tilt"),
+    ],
+)
+def test_a_check_is_named_as_a_customer_reads_it(name: str, words: str) -> None:
+    assert plain(name) == words

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Iterator
-from contextlib import redirect_stdout
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from dataclasses import replace
 from io import StringIO
 from typing import Any
@@ -74,6 +74,42 @@ def show_solids(page: LivePage, subject: Subject, weight_N: np.ndarray) -> list[
 
 def drawn(page: LivePage) -> dict[str, bool]:
     return {name: handle.visible for name, (_, handle) in page._drawn.items()}
+
+
+class Camera:
+    """What a viewer's camera is asked and told, looking along y at something."""
+
+    def __init__(self, width: int, height: int) -> None:
+        self.image_width, self.image_height, self.fov = width, height, 1.3
+        self.position, self.look_at, self.client = (0.0, -0.5, 0.3), (0.0, 0.0, 0.05), self
+
+    def atomic(self) -> AbstractContextManager[None]:
+        return nullcontext()
+
+    def sees(self, point: np.ndarray) -> np.ndarray:
+        """(2,) where a point stands on the screen: right and up from -1 to 1."""
+        ahead = np.subtract(self.look_at, self.position)
+        ahead /= np.linalg.norm(ahead)
+        right = np.cross(ahead, [0.0, 0.0, 1.0])
+        right /= np.linalg.norm(right)
+        off = point - np.asarray(self.position)
+        scale = off @ ahead * np.tan(self.fov / 2.0)
+        return np.array([off @ right * self.image_height / self.image_width, off @ np.cross(right, ahead)]) / scale
+
+
+def test_on_a_phone_the_machine_stands_over_the_controls(page: LivePage) -> None:
+    phone, screen = Camera(390, 844), Camera(1440, 900)
+    before = screen.position, screen.look_at
+    page.frame(screen)
+    assert (screen.position, screen.look_at) == before
+    page.frame(phone)
+    wide = page.own.base_radius_mm + page.own.upper_arm_length_mm
+    ends = [(x, y, z) for x in (-wide, wide) for y in (-wide, wide) for z in (0.0,)]
+    cube = page.own.cube_edges().reshape(-1, 3)
+    for point in np.concatenate([ends, cube]) / 1000.0:
+        x, y = phone.sees(point)
+        assert abs(x) < 1.0
+        assert 1.0 - 2.0 * 0.4 < y < 1.0, point  # viser's panel ends at six tenths of the height
 
 
 def test_the_handle_is_led_back_into_the_cube(page: LivePage) -> None:

@@ -207,6 +207,11 @@ def is_hull_line(face: Face, found: Features) -> bool:
     return face.kind == "plane" and not found.turned and len(tangent_axes(face, found)) >= 2
 
 
+def is_slant(face: Face, found: Features) -> bool:
+    """Decides whether a face is seen as a slanting line from an arc, which it touches, to a corner."""
+    return face.kind == "plane" and not found.turned and len(tangent_axes(face, found)) == 1
+
+
 def ends_of(face: Face, main: np.ndarray) -> list[tuple[Face, np.ndarray]]:
     """What a plane borders on along edges in the main direction, with the edges' points."""
     return [

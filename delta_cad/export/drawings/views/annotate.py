@@ -15,11 +15,12 @@ from math import hypot
 import numpy as np
 
 from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text
+from delta_cad.export.drawings.paper.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text, lines_of
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import is_across, is_along
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
+from delta_cad.export.drawings.views.leaders import Leader, untangled
 from delta_cad.export.drawings.views.lines import (
     BASE_MM,
     PITCH_MM,
@@ -32,7 +33,7 @@ from delta_cad.export.drawings.views.lines import (
     set_line,
     triangle,
 )
-from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, spread, tied
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, scaled, spread, tied
 from delta_cad.export.drawings.views.pointing import FAR_MM, Pointing
 
 CALLOUT_MM = 62.0  # longest line of a callout
@@ -270,35 +271,55 @@ class Setting(Pointing):
             found.append(Callout(tip(far), tip, lines, (), self.features.turned, outward=outward))
         return found
 
+    def _edges(self) -> np.ndarray:
+        """(n, 2, 2) visible edges and centre lines of the view, along which no leader should run."""
+        drawn = (i for i in self.view.items if isinstance(i, Stroke | Arc) and i.layer == "visible")
+        centres = (i for i in self.centre_lines() if isinstance(i, Stroke))
+        return lines_of([*(scaled(item, self.scale) for item in drawn), *centres])
+
     def _aside_of(self, told: list[Callout], side: float) -> list[Item]:
         """Callouts one below another on the right (side 1) or the left (-1)."""
-        told = sorted(told, key=lambda one: one.anchor[1])
-        heights = spread([one.anchor[1] for one in told], [PITCH_MM * len(one.lines) + 0.8 for one in told])
-        found: list[Item] = []
         edge = (self.room[2] if side > 0.0 else self.room[0]) + side * (FAR_MM + 3.0)
-        for one, middle in zip(told, heights, strict=True):
+
+        def heights(order: Sequence[int], places: Sequence[float]) -> list[float]:
+            return spread(places, [PITCH_MM * len(told[k].lines) + 0.8 for k in order])
+
+        def leaders(order: Sequence[int], places: Sequence[float]) -> list[Leader]:
+            levels = [(k, y) for k, y in zip(order, heights(order, places), strict=True)]
+            return [((edge - side * 0.8, y), e := (edge - side * 3.0, y), told[k].tip(e)) for k, y in levels]
+
+        order, places = untangled([one.anchor[1] for one in told], leaders, self._edges())
+        found: list[Item] = []
+        for k, middle, leader in zip(order, heights(order, places), leaders(order, places), strict=True):
+            one = told[k]
             top = middle + PITCH_MM * len(one.lines) / 2
             texts: list[Item] = []
             for n, line in enumerate(one.lines):
                 left = edge if side > 0.0 else edge - length_of(line)
                 texts += set_line(line, (left, top - PITCH_MM * (n + 1) + BASE_MM), one.told if n == 0 else ())
-            elbow, start = (edge - side * 3.0, middle), (edge - side * 0.8, middle)
-            found += one.drawn((start, elbow, one.tip(elbow)), texts)
+            found += one.drawn(leader, texts)
         return found
 
     def _over(self, told: list[Callout]) -> list[Item]:
         """Callouts side by side over the view."""
-        told = sorted(told, key=lambda one: one.anchor[0])
+        base = self.room[3] + FAR_MM
         widths = [max(map(length_of, one.lines)) + 4.0 for one in told]
-        centres = spread([one.anchor[0] for one in told], widths)
+
+        def centres(order: Sequence[int], places: Sequence[float]) -> list[float]:
+            return spread(places, [widths[k] for k in order])
+
+        def leaders(order: Sequence[int], places: Sequence[float]) -> list[Leader]:
+            starts = [(k, (x, base - 1.0)) for k, x in zip(order, centres(order, places), strict=True)]
+            return [(start, told[k].tip(start)) for k, start in starts]
+
+        order, places = untangled([one.anchor[0] for one in told], leaders, self._edges())
         found: list[Item] = []
-        for one, centre, width in zip(told, centres, widths, strict=True):
-            base, texts = self.room[3] + FAR_MM, list[Item]()
+        for k, centre, leader in zip(order, centres(order, places), leaders(order, places), strict=True):
+            one, texts = told[k], list[Item]()
             for n, line in enumerate(one.lines):
-                at = centre - width / 2 + 2.0, base + (len(one.lines) - 1 - n) * PITCH_MM
+                at = centre - widths[k] / 2 + 2.0, base + (len(one.lines) - 1 - n) * PITCH_MM
                 texts += set_line(line, at, one.told if n == 0 else ())
-            start = centre, base - 1.0
-            found += one.drawn((start, one.tip(start)), texts)
+            found += one.drawn(leader, texts)
         return found
 
     def tag(self, letter: str, group: HoleGroup, items: list[Item]) -> list[Tagged]:

@@ -123,8 +123,8 @@ def _cut_line(cut: Cut, scale: float, drawn: Box, items: Sequence[Item]) -> list
         tip = point(end, at + cut.sense * 5.0)
         found += [
             Stroke("cut", (point(end, at), point(inner, at))),
+            arrow(tip, point(end, at)),  # before its line: behind it, it would be the head of a leader
             Stroke("dimension", (point(end, at), tip)),
-            arrow(tip, point(end, at)),
         ]
     for end in (low, high):
         beside = point(end, at + cut.sense * 2.5)

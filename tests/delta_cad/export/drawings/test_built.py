@@ -12,14 +12,16 @@ import pypdfium2
 import pytest
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.commands.cli import main
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings import whole
 from delta_cad.export.drawings.drawn import write_drawings
 from delta_cad.export.drawings.title import Titles
 from delta_cad.export.mass_properties import mass_report
-from tests.committed import Built
+from tests.committed import ROOT, Built
 from tests.delta_cad.export.drawings.reading import dxf_texts, svg_texts
+from tests.delta_cad.export.told import differences, of_step
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +54,12 @@ def test_holes_are_told_as_the_list_of_holes_has_them(built: Built, folder: Path
             thread = re.match(r"M[\d.]+", row["callout"])
             expected[thread[0] if thread else f"Ø{float(row['diameter_mm']):g}"] += 1
         assert {key: counted[key] for key in expected} == dict(expected), number
+
+
+def test_each_part_s_step_file_states_as_many_tolerances_as_its_drawing(built: Built) -> None:
+    assert differences(built.folder) == {}
+    told = sum((of_step(path) for path in (built.folder / "parts").glob("*.step")), Counter())
+    assert min(told[one] for one in ("H7", "h6", "M3", "position", "perpendicularity", "coaxiality", "datum A")) > 0
 
 
 @pytest.mark.parametrize("number", ["base_plate", "motor_cheek", "encoder_cheek"])
@@ -116,6 +124,11 @@ def test_the_three_files_say_the_same_and_the_dxf_is_sound(number: str, folder: 
 
 def test_a_reader_that_shares_no_code_opens_every_dxf(folder: Path) -> None:
     """GDAL, in C++: it draws a dimension by its block, so that each text is one of its own."""
+    assert_read(folder)
+
+
+def assert_read(folder: Path) -> None:
+    """Holds that GDAL opens each DXF of a folder and finds all texts of its SVG."""
     from pyogrio.raw import read
 
     for path in sorted(folder.glob("*.dxf")):
@@ -139,6 +152,19 @@ def test_every_item_stands_in_the_list_and_has_a_balloon(built: Built, folder: P
     alone = Counter(word for page in views for word in page.split() if word.isdigit())
     placed = [row["item"] for row in rows if row["source"] or row["make_or_buy"] == "make"]
     assert [item for item in placed if item <= 39 and not alone[str(item)]] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["desk-150", "direct-83"])
+def test_two_other_machines_are_drawn_without_fault(name: str, tmp_path: Path) -> None:
+    """A large one with capstans and a direct drive: the checker, what the STEP files state, the other reader."""
+    design = ROOT / "docs" / "gallery" / f"{name}.json"
+    assert main(["build", "--design", str(design), "--out", str(tmp_path)]) == 0
+    folder = tmp_path / name
+    checks = {one["name"]: one for one in json.loads((folder / "checks.json").read_text())["checks"]}
+    assert checks["drawings"]["passed"]
+    assert differences(folder) == {}
+    assert_read(folder / "drawings")
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import pytest
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
 from delta_cad.export.drawings.paper.sheet import Drawing, Item, Leaf, Mark, Sheet, Stroke, Text, leaves
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.views.marks import arrow
 from tests.delta_cad.export.drawings.sample import drawn, plate, texts
 
 
@@ -124,4 +125,27 @@ def symbol(x: float, y: float, name: str = "datum A") -> Mark:
     ],
 )
 def test_a_symbol_stands_clear_of_texts_edges_and_others(items: list[Item], told: list[str]) -> None:
+    assert sheet_faults(Sheet(297.0, 210.0, items)) == told
+
+
+def leader(*points: tuple[float, float]) -> list[Item]:
+    """A line that ends in an arrow."""
+    return [Stroke("dimension", points), arrow(points[-1], points[-2])]
+
+
+CROSSED = [*leader((100, 100), (80, 80)), *leader((80, 100), (100, 80))]
+LEVEL = leader((120, 90), (100, 90))
+
+
+@pytest.mark.parametrize(
+    ("items", "told"),
+    [
+        (CROSSED, ["leaders to (80.0, 80.0) and (100.0, 80.0) cross"]),
+        ([*CROSSED[:2], *leader((100, 80), (95, 80), (90, 80))], []),
+        ([*LEVEL, Stroke("visible", ((90, 90), (110, 90)))], ["leader to (100.0, 90.0) runs along an edge"]),
+        ([*LEVEL, Stroke("visible", ((90, 90), (102, 90)))], []),
+        ([*LEVEL, Stroke("visible", ((100, 80), (100, 110)))], []),
+    ],
+)
+def test_leaders_that_cannot_be_followed_are_found(items: list[Item], told: list[str]) -> None:
     assert sheet_faults(Sheet(297.0, 210.0, items)) == told

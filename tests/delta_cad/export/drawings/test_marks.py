@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from delta_cad.export.drawings.paper.lettering import LetteringError, width_of, wrapped
-from delta_cad.export.drawings.paper.sheet import Item, Stroke, crosses, overlap
+from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
+from delta_cad.export.drawings.views.leaders import lines_cross, runs_along, untangled
 from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread
 from tests.designs import UNTIMED
 
@@ -71,3 +73,29 @@ def test_a_tag_finds_room_beside_lines_and_says_when_there_is_none() -> None:
     dense: list[Item] = [Stroke("visible", ((-50, y / 2), (50, y / 2))) for y in range(-90, 90)]
     with pytest.raises(RoomError, match="A1"):
         free_text("A1", (0.0, 0.0), 2.0, dense)
+
+
+def test_leaders_are_put_in_an_order_in_which_they_do_not_cross() -> None:
+    tips = [(0.0, 5.0), (0.0, 3.0)]  # the upper text would point at the lower place
+
+    def leaders(order: Sequence[int], places: Sequence[float]) -> list[tuple[Point, ...]]:
+        return [((10.0, y), tips[k]) for k, y in zip(order, spread(places, [4.0, 4.0]), strict=True)]
+
+    order, places = untangled([3.0, 4.0], leaders, np.zeros((0, 2, 2)))
+    assert order == [1, 0]
+    one, other = (np.array(line) for line in leaders(order, places))
+    assert not lines_cross(one, other)
+    assert lines_cross(np.array([[10.0, 3.0], tips[0]]), np.array([[10.0, 4.0], tips[1]]))
+
+
+def test_a_leader_that_would_run_along_an_edge_comes_aslant() -> None:
+    edges = np.array([[[-20.0, 2.0], [5.0, 2.0]]])
+
+    def leaders(order: Sequence[int], places: Sequence[float]) -> list[tuple[Point, ...]]:
+        return [((12.0, y), (10.0, y), (0.0, 2.0)) for _, y in zip(order, places, strict=True)]
+
+    assert runs_along(np.array([[10.0, 2.0], [0.0, 2.0]]), edges)
+    assert not runs_along(np.array([[10.0, 2.0], [3.0, 2.0]]), edges)  # no longer than its arrow's head
+    _, (place,) = untangled([2.0], leaders, edges)
+    assert place != 2.0
+    assert not runs_along(np.array(leaders([0], [place])[0][-2:]), edges)

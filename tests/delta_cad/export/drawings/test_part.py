@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from delta_cad.dimensions import Dimensions
+from delta_cad.export.drawings.drawn import notes_of
 from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.controlled import Controlled, Round, controlled
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, hole_groups, lettered
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.solids.part import Hole, Part
 from tests.delta_cad.export.drawings.sample import HELD, METAL, plate
 
@@ -147,3 +149,20 @@ def test_diameters_are_told_to_a_micrometre_and_with_their_tolerance() -> None:
     (solid,) = rim.val().Solids()  # type: ignore[union-attr]
     found = features(Part("rim", "", solid, METAL, True), Controlled(rounds=(Round(20.0, either_mm=0.1),)))
     assert "R10 ±0.05" in [size.text for size in found.sizes]  # half of what the diameter may be off
+
+
+def pin(bore: float = 0.0, thin: float = 4.0) -> Part:
+    """A turned part with a stud at its end, bored through where that is asked."""
+    body = cq.Workplane("YZ").circle(5).extrude(20).faces(">X").workplane().circle(thin / 2).extrude(6)
+    hole = Hole(bore, 1, f"{bore:g} through")
+    (solid,) = (body.faces(">X").workplane().hole(bore) if bore else body).val().Solids()  # type: ignore[union-attr]
+    return Part("pin", "hard anodised", solid, METAL, True, holes=(hole,) if bore else ())
+
+
+@pytest.mark.parametrize(
+    ("part", "allowed"), [(pin(), True), (pin(bore=3.0), False), (pin(thin=1.5), False), (plate(), False)]
+)
+def test_a_turned_part_s_note_tells_whether_centre_holes_may_stay(part: Part, allowed: bool) -> None:
+    notes = [text for _, text in notes_of(part, features(part, Controlled()), Frame((1, 0, 0), (0, 1, 0)))]
+    assert ("Centre holes ISO 6411-A1/2.12 may stay in solid ends." in notes) == allowed
+    assert any("anodised ISO 10074, 25 µm" in text for text in notes) == (part.number == "pin")

@@ -18,8 +18,8 @@ from delta_cad.export.drawings.part.controlled import Controlled, controlled
 from delta_cad.export.shop.pmi import GENERAL, toleranced
 from delta_cad.export.step import write_part_step
 from delta_cad.solids.part import Part
+from tests.delta_cad.export.shop.reading import Entities, entities, of_kind, strings
 
-Entities = dict[int, str]
 # part -> fits as (letter, what, grade), threads, places, squares, coaxialities and datums, by hand from the drawing
 DRAWN: dict[str, tuple[dict[tuple[str, str, str], int], int, int, int, int, str]] = {
     "upper_arm": ({("H", "hole", "7"): 3}, 0, 2, 1, 0, "AB"),  # shoulder, dowels; the bar's bore has its own deviations
@@ -34,25 +34,6 @@ DRAWN: dict[str, tuple[dict[tuple[str, str, str], int], int, int, int, int, str]
     "cup_shell": ({}, 0, 0, 0, 0, ""),
     "handle_stem": ({}, 1, 0, 0, 0, ""),
 }
-
-
-def entities(path: Path) -> Entities:
-    """Number -> text of every instance of a Part 21 file, blanks outside strings left out."""
-    body = path.read_text().split("DATA;", 1)[1]
-    pieces = re.split(r"('(?:[^']|'')*')", body)
-    text = "".join(piece if k % 2 else re.sub(r"\s+", "", piece) for k, piece in enumerate(pieces))
-    found: Entities = {}
-    for match in re.finditer(r"#(\d+)=((?:'(?:[^']|'')*'|[^;'])*);", text):
-        found[int(match[1])] = match[2]
-    return found
-
-
-def of_kind(found: Entities, kind: str) -> list[str]:
-    return [text for text in found.values() if re.search(rf"(^|[()]){kind}\(", text)]
-
-
-def strings(text: str) -> list[str]:
-    return [one.replace("\n", "").replace("''", "'") for one in re.findall(r"'((?:[^']|'')*)'", text)]
 
 
 def measures(found: Entities, texts: list[str]) -> list[float]:

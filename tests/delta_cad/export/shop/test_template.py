@@ -6,10 +6,12 @@ import re
 from math import atan, hypot, pi, sin
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from delta_cad.dimensions.installation.panel import PanelDimensions
 from delta_cad.export.shop.template import template_dxf, template_svg
+from delta_cad.mechanism.placement import chain_frame
 from tests.delta_cad.dimensions.paneled import of_panel
 
 Entity = list[tuple[int, str]]
@@ -78,6 +80,20 @@ def test_the_dxf_has_opening_and_holes_in_true_size() -> None:
     assert {values(hole, 40)[0] for hole in holes} == {1.7}
     assert {dict(hole)[8] for hole in holes} == {"DRILL"}
     assert re.search(r"\$INSUNITS\s+70\s+4\n", template_dxf(p))  # millimetres
+
+
+def test_an_arrow_tells_which_way_round_the_machine_stands() -> None:
+    """The opening looks alike four ways round, the machine under it only one: chain 0 lies along +x."""
+    p = panel()
+    read = [entity for entity in entities(template_dxf(p)) if dict(entity)[8] == "ARM"]
+    shaft, head = (entity for entity in read if entity[0][1] == "LWPOLYLINE")
+    assert values(shaft, 20) == [0.0, 0.0]
+    assert p.half_mm + p.rim_mm <= values(shaft, 10)[0] < values(shaft, 10)[1] == max(values(head, 10))
+    (words,) = (dict(entity)[1] for entity in read if entity[0][1] == "TEXT")
+    assert words == "seen from above: an arm of the machine points this way"
+    assert re.search(r">seen from above; the arrow:<.*>an arm of the machine points this way<", template_svg(p))
+    arm = np.array([1.0, 0.0, 0.0])
+    assert chain_frame(0)[:3, :3] @ arm == pytest.approx(arm)  # an arm's own x points to its elbow
 
 
 def test_the_dxf_is_the_same_each_time_and_sound() -> None:
