@@ -19,7 +19,7 @@ from typing import TextIO
 
 from tests.committed import ROOT
 from tests.endurance.disks import TRIALS
-from tests.endurance.kills import COMMANDS, KILLS, faults
+from tests.endurance.kills import COMMANDS, faults
 from tests.endurance.readers import fault, readers
 
 INPUTS = 100_000  # of all readers together
@@ -71,7 +71,7 @@ def suffer(folder: Path, until: float, told: TextIO) -> int:
         How many things were not as they should be.
     """
     works = {
-        f"{KILLS} kills of {one.name}": lambda at, one=one: faults(one, at, KILLS, lambda _: None) for one in COMMANDS
+        f"{one.kills} kills of {one.name}": lambda at, one=one: faults(one, at, lambda _: None) for one in COMMANDS
     }
     found = 0
     for number, (name, work) in enumerate((TRIALS | works).items()):
