@@ -21,6 +21,8 @@ DATA = Path(__file__).parent / "data"
 MOST_BYTES = 4_000_000  # of a family; ours have a thousandth of it
 R = TypeVar("R", bound=CatalogueRow)
 MOST_DIGITS = 15  # of a whole number: each is a double, too
+# Of a number that is not 0: no figure of a part is near either, and powers and quotients of such stay within doubles.
+SIZES = 1e-12, 1e12
 ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
 MAY_BE_ZERO = frozenset({"red", "green", "blue", "cogging_torque_N_m", "torque_ripple"})
@@ -41,6 +43,9 @@ def _number(text: str, zero: bool) -> float:
         raise ValueError("must be a number") from None
     if not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero):
         raise ValueError("must be a finite number " + (">= 0" if zero else "> 0"))
+    low, high = SIZES
+    if value != 0.0 and not low <= value <= high:
+        raise ValueError(f"must be {low:g} to {high:g}")
     return value
 
 
@@ -149,7 +154,7 @@ def _values(
             value = defaults[name](values) if callable(defaults[name]) else defaults[name]
             if isinstance(value, float):
                 _number(repr(value), name in MAY_BE_ZERO)
-        except (ArithmeticError, ValueError):
+        except ValueError:
             raise CatalogueError(f"{where}: {name}: must be stated: what follows for it is no number > 0") from None
         values[name] = value
     return values

@@ -28,6 +28,7 @@ BESIDE_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a floo
 FAR_MM = 1e3  # beyond every part
 SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it
 LEFT_MM = 0.05  # that a cutter may leave in a corner without a rounding: half of what ISO 2768-m allows a size
+NEAR_MM = 1e-5  # of faces that nearly meet: a hundredth of what is measured
 THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
 
 
@@ -215,8 +216,11 @@ def swept_round(pieces: Sequence[Sequence[Sequence[float]]], diameter: float) ->
 
 
 def fuse(solid: cq.Shape, *others: cq.Shape) -> cq.Shape:
-    """Union with coplanar faces merged."""
-    return solid.fuse(*others).clean()
+    """Union with coplanar faces merged; what is within 10 nm counts as one where the kernel comes to nothing else."""
+    try:
+        return solid.fuse(*others).clean()
+    except ValueError:  # a null shape
+        return solid.fuse(*others, tol=NEAR_MM).clean()
 
 
 def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
@@ -231,7 +235,8 @@ def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
 
     def build() -> cq.Shape:
         edges = cq.Workplane(obj=solid).faces(faces).edges().vals()
-        return solid.chamfer(size, None, edges)  # type: ignore[attr-defined]
+        broken = solid.chamfer(size, None, edges)  # type: ignore[attr-defined]
+        return broken if broken.isValid() else broken.fix()  # beside an arc of hundredths a face crosses itself
 
     return feature(part, f"edge break {size:g}", faces, build)
 

@@ -15,10 +15,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
+from typing import TextIO
 
 from tests.committed import ROOT
 from tests.endurance.disks import TRIALS
-from tests.endurance.kills import COMMANDS, KILLS, faults
+from tests.endurance.kills import COMMANDS, faults
 from tests.endurance.readers import fault, readers
 
 INPUTS = 100_000  # of all readers together
@@ -59,31 +60,32 @@ def read(folder: Path, until: float) -> int:
     return bad.total()
 
 
-def suffer(folder: Path, until: float) -> int:
+def suffer(folder: Path, until: float, told: TextIO) -> int:
     """Kills commands and takes disks away.
 
     Args:
         folder: Where the commands write.
         until: Time of the clock after which nothing new is begun.
+        told: Where it says what it came to: standard output is at times what a command of the reading hand is held to.
 
     Returns:
         How many things were not as they should be.
     """
     works = {
-        f"{KILLS} kills of {one.name}": lambda at, one=one: faults(one, at, KILLS, lambda _: None) for one in COMMANDS
+        f"{one.kills} kills of {one.name}": lambda at, one=one: faults(one, at, lambda _: None) for one in COMMANDS
     }
     found = 0
     for number, (name, work) in enumerate((TRIALS | works).items()):
         if monotonic() > until:
-            print(f"{name}: not begun, the minutes are over", flush=True)
+            print(f"{name}: not begun, the minutes are over", file=told, flush=True)
             continue
         begun, place = monotonic(), folder / str(number)
         if name in TRIALS:
             place.mkdir()
         wrong = work(place)
-        print(f"{name}: {monotonic() - begun:.1f} s, {len(wrong)} found", flush=True)
+        print(f"{name}: {monotonic() - begun:.1f} s, {len(wrong)} found", file=told, flush=True)
         for one in wrong:
-            print(f"FOUND {name}: {one}", flush=True)
+            print(f"FOUND {name}: {one}", file=told, flush=True)
         found += len(wrong)
     return found
 
@@ -94,7 +96,7 @@ def main(words: list[str]) -> int:
     until = begun + 60.0 * (float(words[0]) if words else MINUTES)
     warnings.simplefilter("error")
     with TemporaryDirectory() as first, TemporaryDirectory() as second, ThreadPoolExecutor(1) as other:
-        suffering = other.submit(suffer, Path(second), until)
+        suffering = other.submit(suffer, Path(second), until, sys.stdout)
         found = read(Path(first), until) + suffering.result()
     print(f"{found} found in {(monotonic() - begun) / 60.0:.1f} minutes")
     return 1 if found else 0

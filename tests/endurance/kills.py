@@ -19,7 +19,7 @@ from delta_cad.design import load_design
 from optimizer.synthesis.output import UNFINISHED
 from tests.committed import BEST, ROOT
 
-KILLS = 20  # of each command
+KILLS = 20  # of each command but a search of machines, of which one run takes as long as ten of others
 LIMIT_S = 900.0  # of a run that is not killed: several times what a busy machine takes
 TASK = ROOT / "examples/synthesized.toml"
 GRID = """
@@ -29,6 +29,24 @@ steps = [1, 2]
 method = "sqp"
 [axes]
 "requirements.joint_torque_N_m" = [0.5, 0.6, 0.7, 0.8]
+"""
+BRIEF = """
+name = "small"
+[requirements]
+cube_side_mm = 40
+force_N = 1
+[hardware]
+motor = "maxon-ec60flat-625858"
+drive = "direct"
+leads = "none"
+[limits]
+parallelogram_width_mm = 41
+[bounds_mm]
+upper_arm_length = [56, 58]
+forearm_length = [98, 100]
+platform_radius = [18, 19]
+[goal]
+minimize = "outline"
 """
 
 
@@ -41,12 +59,14 @@ class Killed:
         arguments: Of `python`, for a folder; what takes up a killed run is among them.
         results: Relative places of what a whole run leaves, files or folders.
         rests: Endings of the names that a killed run may leave beside them.
+        kills: How often.
     """
 
     name: str
     arguments: Callable[[Path], list[str]]
     results: tuple[str, ...]
     rests: tuple[str, ...] = (".part", ".checkpoint.jsonl")
+    kills: int = KILLS
 
 
 COMMANDS = (
@@ -78,6 +98,13 @@ COMMANDS = (
         ],
         ("atlas/grid/atlas.json", "atlas/grid/atlas.csv"),
         (".part", "rows.jsonl"),
+    ),
+    Killed(
+        "design",
+        lambda out: ["-m", "optimizer", "design", str(out / "small.toml"), "--out", str(out), "--resume"],
+        ("small",),
+        (".part", ".design.jsonl"),
+        5,
     ),
 )  # fmt: skip
 
@@ -123,7 +150,7 @@ def _rests(killed: Killed, out: Path) -> list[str]:
         for path in out.rglob("*")
         if not any(path == one or path.is_relative_to(one) or one.is_relative_to(path) for one in known)
         and not any(part.endswith(killed.rests) for part in path.relative_to(out).parts)
-        and path.name not in ("grid.toml", "joystick.toml", "atlas.md", "atlas.png")
+        and path.name not in ("grid.toml", "joystick.toml", "small.toml", "atlas.md", "atlas.png")
     ]
 
 
@@ -132,22 +159,22 @@ def _unfinished(path: Path) -> bool:
     return path.suffix == ".json" and UNFINISHED in load_design(path).provenance
 
 
-def faults(killed: Killed, folder: Path, kills: int, say: Callable[[str], None]) -> list[str]:
+def faults(killed: Killed, folder: Path, say: Callable[[str], None]) -> list[str]:
     """Kills a command at random moments, with and without a whole result of an earlier run in its place.
 
     Args:
         killed: The command.
         folder: Where it writes.
-        kills: How often.
         say: Told what is being done.
 
     Returns:
         What was not as it should be.
     """
-    rng, found = Random(killed.name), []
+    rng, found, kills = Random(killed.name), [], killed.kills
     folder.mkdir(parents=True)
     (folder / "joystick.toml").write_bytes(TASK.read_bytes())
     (folder / "grid.toml").write_text(GRID)
+    (folder / "small.toml").write_text(BRIEF)
     begun = time.monotonic()
     wanted = _whole(killed, folder)
     seconds = time.monotonic() - begun

@@ -34,7 +34,7 @@ def test_a_good_copy_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("column", "cell"),
     [
-        *(("mass_g", cell) for cell in ("0", "-1", "nan", "inf", "light", "")),
+        *(("mass_g", cell) for cell in ("0", "-1", "nan", "inf", "light", "", "1e-13", "1e13")),
         ("source", ""),
         *(("id", cell) for cell in ("ndfeb-6x2.5-diametric", "a b")),
         ("verified", "yes"),
@@ -58,6 +58,8 @@ def test_a_row_that_cannot_be_true_is_refused(column: str, cell: str, tmp_path: 
         ("fasteners/screws.csv", "lengths_mm", "5;4"),
         ("fasteners/screws.csv", "lengths_mm", "4;4"),
         ("materials.csv", "red", "-0.1"),
+        ("feet.csv", "diameter_mm", "1e-320"),
+        ("encoders.csv", "board_length_mm", "1e-200"),
     ],
 )
 def test_a_cell_that_is_not_what_its_field_says_is_refused(name: str, column: str, cell: str, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from itertools import chain
 from time import perf_counter
 
 from tests.delta_cad.faults.misses import excuse
-from tests.delta_cad.faults.planting import OVER, faults, paneled, sound, with_panel
+from tests.delta_cad.faults.planting import faults, machines, sound
 from tests.delta_cad.faults.refusing import Refusing
 
 
@@ -19,10 +19,8 @@ def main(words: list[str]) -> int:
     """Plants the faults that have one of the words in their name, or all."""
     wrong: list[str] = []
     caught = total = 0
-    for whole, design, planted in (
-        (sound(), None, faults()),
-        (with_panel(), paneled(), faults(OVER, others=False, whole=with_panel())),
-    ):
+    for whole, design, numbers in machines():
+        planted = faults(numbers, others=whole is sound(), whole=whole)
         chosen = (fault for fault in planted if not words or any(word in fault.name for word in words))
         if (first := next(chosen, None)) is None:
             continue

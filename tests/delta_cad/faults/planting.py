@@ -11,10 +11,10 @@ import numpy as np
 
 from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import Design, design_from_dict, load_design
 from delta_cad.dimensions import dimensions
 from delta_cad.solids.part import Occurrence, Part, location_of
-from tests.committed import changed
+from tests.committed import ROOT, changed
 from tests.delta_cad.dimensions.paneled import with_panel as with_example
 from tests.delta_cad.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
 
@@ -48,10 +48,6 @@ OTHERS: dict[str, dict[str, object]] = {
 """Designs whose parts are put in the place of those of the same name: wrong drawings, wrong orders."""
 
 
-OVER = ("panel", "bezel", "boot", "boot_collar", "mount_sleeve", "sensor_lead", "lead_clip")
-"""Numbers of what that has and the committed design has not."""
-
-
 def paneled() -> Design:
     """The example that has a panel over it, in an outline that has some room."""
     return with_example(hardware__leads="bent", requirements__envelope_depth_mm=230.0)
@@ -77,10 +73,32 @@ def sound() -> Assembly:
     return assemble(dimensions(design_from_dict(changed())))
 
 
-@cache
-def with_panel() -> Assembly:
-    """The assembly of the example that has a panel over it, sleeves beside its feet, and leads."""
-    return assemble(dimensions(paneled()))
+def encoded() -> Design:
+    """The committed design with motors that have an encoder of their own, and their leads, for which it is wider."""
+    outline = {"requirements__envelope_width_mm": 330.0, "requirements__envelope_depth_mm": 330.0}
+    outline |= {"mechanism__base_radius_mm": 44.0, "mechanism__platform_radius_mm": 37.0}
+    motor = {"hardware__motor": "maxon-re30-310009-500", "hardware__encoder_at": "motor", "hardware__leads": "bent"}
+    return design_from_dict(changed(**outline, **motor))
+
+
+def direct() -> Design:
+    """The design of the gallery whose motors turn the arms without a cable."""
+    return load_design(ROOT / "docs/gallery/direct-83.json")
+
+
+ALONE = ("shoulder_shaft", "upper_arm")
+"""Numbers of what a direct drive has in a shape of its own."""
+
+
+def machines() -> Iterator[tuple[Assembly, Design, tuple[str, ...]]]:
+    """Yields sound machines and their designs, each with the numbers of the parts that those before it have not."""
+    known: set[str] = set()
+    for make in (lambda: design_from_dict(changed()), paneled, encoded, direct):
+        design = make()
+        whole = assemble(dimensions(design)) if known else sound()
+        numbers = [p.number for p in whole.parts if p.number not in known]
+        known.update(numbers)
+        yield whole, design, (*numbers, *(ALONE if make is direct else ()))
 
 
 @cache

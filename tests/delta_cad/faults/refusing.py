@@ -1,13 +1,25 @@
-"""The checks of a build, the quick ones first, until one refuses; what did not change is not looked at again."""
+"""The checks of a build, the quick ones first, until one refuses; what did not change is not looked at again.
+
+The sound machine has passed all checks: of contacts, stops, bores' places, pairs held apart and common volumes only
+those are looked at in which a fault changed a body, and the outline takes what it changed beside what decides that of
+the sound machine.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+from unittest.mock import patch
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
 from delta_cad.checks import CheckLimits, CheckResult
+from delta_cad.checks.clearance import clearance
 from delta_cad.checks.clearance.clearance import check_clearance
+from delta_cad.checks.contact import fits
 from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.contact.anchors import check_anchors
 from delta_cad.checks.contact.attachment import check_attachment
@@ -17,7 +29,8 @@ from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.dfm.makes import check_makes
-from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.outline import envelope
+from delta_cad.checks.outline.envelope import check_envelope, swept_outline
 from delta_cad.checks.panel import check_panel
 from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.cable import check_cable
@@ -45,11 +58,38 @@ class _Meshes(MeshLibrary):
         return self._known[number] if number in self._sound else super().__getitem__(number)
 
 
+@contextmanager
+def only_of(changed: Collection[str], deciding: Collection[str]) -> Iterator[None]:
+    """Leaves out of clearance and common volumes the pairs without a changed body, and bodies of less reach.
+
+    Args:
+        changed: Names of the occurrences that a fault changed.
+        deciding: Those that decide the sound machine's outline.
+    """
+    held, within, across, bodies = clearance.held_apart, fits._within_links, fits._across_links, envelope.bodies_of
+
+    def of_changed(find: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
+        return lambda *given: [pair for pair in find(*given) if not {pair.a.name, pair.b.name}.isdisjoint(changed)]
+
+    def far(*given: Any) -> dict[str, Any]:
+        return {name: one for name, one in bodies(*given).items() if name in changed or name in deciding}
+
+    with ExitStack() as stack:
+        for module, name, fewer in (
+            (clearance, "held_apart", of_changed(held)),
+            (fits, "_within_links", of_changed(within)),
+            (fits, "_across_links", of_changed(across)),
+            (envelope, "bodies_of", far),
+        ):
+            stack.enter_context(patch.object(module, name, fewer))
+        yield
+
+
 class Refusing:
     """Runs the checks of a build that look at solids, and stops at the first that refuses."""
 
     def __init__(self, assembly: Assembly, design: Design | None = None) -> None:
-        self._sound = {id(part) for part in assembly.parts}
+        self._assembly, self._sound = assembly, {id(part) for part in assembly.parts}
         self._meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
         self._d = d = dimensions(design or design_from_dict(changed()))
         self._limits = check_limits(d, mass_report(assembly))
@@ -57,8 +97,22 @@ class Refusing:
 
     def first_refusal(self, assembly: Assembly) -> str | None:
         """Names the first check that refuses a machine, with its detail; None where all pass."""
+        if assembly is self._assembly:
+            return self._refused(assembly, {o.name for o in assembly.occurrences})
+        as_before, there = {id(o) for o in self._assembly.occurrences}, {o.name for o in assembly.occurrences}
+        changed = {o.name for o in assembly.occurrences if id(o) not in as_before}
+        changed |= {o.name for o in self._assembly.occurrences} - there
+        with only_of(changed, self._deciding):
+            return self._refused(assembly, changed)
+
+    @cached_property
+    def _deciding(self) -> set[str]:
+        """Names of the bodies that decide the sound machine's outline."""
+        return {body.name for body in swept_outline(self._assembly, self._limits, self._meshes).bodies}
+
+    def _refused(self, assembly: Assembly, changed: Collection[str]) -> str | None:
         try:
-            for check in self._checks(assembly):
+            for check in self._checks(assembly, changed):
                 for result in check():
                     if not result.passed:
                         return f"{result.name}: {result.detail[:160]}"
@@ -66,7 +120,7 @@ class Refusing:
             return str(error)
         return None
 
-    def _checks(self, a: Assembly) -> Iterator[Callable[[], list[CheckResult]]]:
+    def _checks(self, a: Assembly, changed: Collection[str]) -> Iterator[Callable[[], list[CheckResult]]]:
         meshes = _Meshes(a.parts, self._meshes, self._sound)
         parts: list[Part] = [part for part in a.parts if id(part) not in self._sound]
         limits: CheckLimits = self._limits
@@ -76,7 +130,16 @@ class Refusing:
         yield lambda: [check_makes(a)]
         if spans := [span for span in self._spans if span.part in wrong]:
             yield lambda: check_sections(a, spans)
-        yield lambda: [check_contacts(a), check_anchors(a), check_stops(a)]
+        contacts = tuple(c for c in a.contacts if not {c.a, c.b}.isdisjoint(changed))
+        stops = tuple(s for s in a.stops if not {s.a, s.b}.isdisjoint(changed))
+        anchors = tuple(one for one in a.anchors if one.name in changed)
+        near = replace(a, contacts=contacts, stops=stops, anchors=anchors)
+        if contacts:
+            yield lambda: [check_contacts(near)]
+        if anchors:
+            yield lambda: [check_anchors(near)]
+        if stops:
+            yield lambda: [check_stops(near)]
         yield lambda: [check_joint_axes(a)]
         yield lambda: check_cable(a)
         yield lambda: check_screws(a, meshes)

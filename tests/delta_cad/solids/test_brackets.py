@@ -11,6 +11,7 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.checks.dfm.bores import depths
+from delta_cad.checks.solidity import solid_faults
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.solids.boring import DRILL_DIAMETERS
@@ -21,6 +22,7 @@ from delta_cad.solids.brackets import (
     make_foot_block,
     make_motor_cheek,
 )
+from tests.committed import changed
 from tests.delta_cad.assembly.test_assemble import DIRECT, variant
 from tests.delta_cad.solids.measured import cylinders
 
@@ -78,6 +80,16 @@ def test_a_stop_pin_has_metal_all_around_it() -> None:
         for angle in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False).tolist():
             point = cq.Vector(x + 3.4 * cos(angle), middle, z + 3.4 * sin(angle))
             assert cheek.isInside(point), (u, height, angle)
+
+
+@pytest.mark.parametrize("radius_mm", [35.9, 36.0, 36.7, 37.9, 38.0])
+def test_a_cheek_is_one_sound_solid_where_the_kernel_stumbles(radius_mm: float) -> None:
+    """Its outline ends in an arc of 0.03 mm that is chamfered, or its head nearly meets the leg's chamfer."""
+    d, near = (dimensions(design_from_dict(changed(hardware__sector_radius_mm=r))) for r in (radius_mm, 37.0))
+    cheek, like = make_encoder_cheek(d).solid, make_encoder_cheek(near).solid
+    assert cheek.isValid()
+    assert not solid_faults(cheek)
+    assert cheek.Volume() == pytest.approx(like.Volume(), rel=0.05)
 
 
 def test_a_block_too_wide_to_drill_through_is_drilled_from_both_sides(best_dimensions: Dimensions) -> None:
