@@ -124,7 +124,7 @@ def mesh_clearance(
     ordinary = [p for p in pairs if not p.running_gap]
     few = proven or not thorough
     progress("clearance: closest pairs" if few else "clearance: sampling")
-    closest = sampler.closest(_nearest(ordinary, proofs) if few else ordinary)
+    closest = sampler.closest(_nearest(ordinary, proofs) if few else ordinary, is_sorted=few)
     progress("clearance: running gaps")
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
     results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls - before)]
