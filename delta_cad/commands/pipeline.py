@@ -292,14 +292,15 @@ def build(
             if narrator is not None:
                 narrator.give((machine.dimensions, bare, meshes, machine.masses, folder.path))
             fingerprints: list[str] = []
-            progress("costs")
-            cost = cost_of(machine)
+            costs: list[Cost] = []
 
             def meanwhile() -> None:
                 moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
                 moves += (design.requirements.gravity_m_s2, joint_friction(design))
                 writer.give((bare, meshes, folder.path, _stage(machine, sweep) if report else None, moves))
-                fingerprints.append(write_files(machine, cost, folder.path, progress, schema))
+                progress("costs")
+                costs.append(cost_of(machine))
+                fingerprints.append(write_files(machine, costs[0], folder.path, progress, schema))
 
             results = check_machine(machine, progress, sweep, meanwhile)
             if draughtsman is not None:
@@ -308,7 +309,7 @@ def build(
             folder.rejected = not all_passed(results)
             landed = f"{design.name}.rejected" if folder.rejected else design.name
             unverified = _unverified(machine)
-            outcome = Outcome(design, results, machine.masses, out / landed, unverified, cost.total_EUR())
+            outcome = Outcome(design, results, machine.masses, out / landed, unverified, costs[0].total_EUR())
             (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
             progress("meshes and pictures" if report else "meshes")
             mesh_files.written(writer)
