@@ -62,8 +62,10 @@ def built(design: Path, out: Path) -> Path:
     loaded = load_design(design)
     folder = out / loaded.name
     manifest = folder / "manifest.json"
-    if manifest.exists() and json.loads(manifest.read_text(encoding="utf-8"))["input_sha256"] == design_hash(loaded):
-        return folder
+    if manifest.exists():
+        was = json.loads(manifest.read_text(encoding="utf-8"))
+        if was["input_sha256"] == design_hash(loaded) and "pictures" not in was["left_out"]:
+            return folder
     words = ["build", "--design", str(design), "--out", str(out), "--no-drawings"]
     if code := subprocess.run([sys.executable, "-m", "delta_cad", *words], cwd=ROOT).returncode:
         raise SystemExit(code)

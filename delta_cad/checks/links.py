@@ -8,6 +8,7 @@ body is then translated with the middle, a point of the parallelogram, on a link
 from __future__ import annotations
 
 from collections import defaultdict
+from functools import cache
 
 import numpy as np
 
@@ -40,6 +41,7 @@ def swept_links(placement: LinkPlacement) -> list[str]:
     return [f"pinion_{i}" for i in CHAINS] if placement.drive_ratio != 1.0 else []
 
 
+@cache
 def chain_of(link: str) -> int:
     """Gives the chain of a link, -1 for the base and the platform."""
     digits = [word for word in link.split("_") if word.isdigit()]

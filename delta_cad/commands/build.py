@@ -24,6 +24,9 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--step-schema", choices=("AP242", "AP214"), default="AP242", help="STEP schema; default: AP242"
     )
     command.add_argument("--no-drawings", action="store_true", help="skip drawings and manual; the manifest records it")
+    command.add_argument(
+        "--no-report", action="store_true", help="skip report.html and pictures; the manifest records it"
+    )
 
 
 def run(given: argparse.Namespace) -> int:
@@ -34,4 +37,5 @@ def run(given: argparse.Namespace) -> int:
 def _built(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
     from delta_cad.commands.pipeline import build
 
-    return build(design, given.out, progress, given.step_schema, drawings=not given.no_drawings)
+    drawings, report = not given.no_drawings, not given.no_report
+    return build(design, given.out, progress, given.step_schema, drawings=drawings, report=report)

@@ -262,6 +262,7 @@ def build(
     schema: str = "AP242",
     beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
     drawings: bool = True,
+    report: bool = True,
 ) -> Outcome:
     """Builds a design into `out/<name>`, or into `out/<name>.rejected` when a check fails.
 
@@ -272,6 +273,7 @@ def build(
         schema: STEP schema, "AP242" or "AP214".
         beside: Called with the folder and what came of the machine, to write more files before the manifest.
         drawings: Whether drawings are made and checked, and the manual, too.
+        report: Whether the page and the pictures are made.
 
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
@@ -281,7 +283,7 @@ def build(
         writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
         draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
         narrator = others.enter_context(Beside(manual.__name__, behind=True)) if drawings else None
-        machine, sweep = make_machine(design, progress), Sweep(sweeper, mapped=True)
+        machine, sweep = make_machine(design, progress), Sweep(sweeper, mapped=report)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
         with output_folder(out, design.name) as folder:
@@ -290,14 +292,15 @@ def build(
             if narrator is not None:
                 narrator.give((machine.dimensions, bare, meshes, machine.masses, folder.path))
             fingerprints: list[str] = []
-            progress("costs")
-            cost = cost_of(machine)
+            costs: list[Cost] = []
 
             def meanwhile() -> None:
                 moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
                 moves += (design.requirements.gravity_m_s2, joint_friction(design))
-                writer.give((bare, meshes, folder.path, _stage(machine, sweep), moves))
-                fingerprints.append(write_files(machine, cost, folder.path, progress, schema))
+                writer.give((bare, meshes, folder.path, _stage(machine, sweep) if report else None, moves))
+                progress("costs")
+                costs.append(cost_of(machine))
+                fingerprints.append(write_files(machine, costs[0], folder.path, progress, schema))
 
             results = check_machine(machine, progress, sweep, meanwhile)
             if draughtsman is not None:
@@ -306,16 +309,17 @@ def build(
             folder.rejected = not all_passed(results)
             landed = f"{design.name}.rejected" if folder.rejected else design.name
             unverified = _unverified(machine)
-            outcome = Outcome(design, results, machine.masses, out / landed, unverified, cost.total_EUR())
+            outcome = Outcome(design, results, machine.masses, out / landed, unverified, costs[0].total_EUR())
             (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
-            progress("meshes and pictures")
+            progress("meshes and pictures" if report else "meshes")
             mesh_files.written(writer)
             if narrator is not None:
                 progress("manual")
                 manual.written(narrator)
             beside(folder.path, outcome)
-            progress("report.html")
-            _report(machine, sweep, outcome, folder.path)
+            if report:
+                progress("report.html")
+                _report(machine, sweep, outcome, folder.path)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
             write_manifest(
@@ -323,7 +327,7 @@ def build(
                 input_hash=design_hash(design),
                 status=status,
                 fingerprint=fingerprints[0],
-                left_out=() if drawings else ("drawings", "manual"),
+                left_out=(*(() if drawings else ("drawings", "manual")), *(() if report else ("report", "pictures"))),
             )
     return outcome
 

@@ -37,12 +37,12 @@ Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[floa
 """Masses, drive, stops, gravity and friction, as `twin` takes them."""
 
 
-def results(order: tuple[Assembly, Meshes, Path, Stage, Moves]) -> Iterator[list[Path]]:
+def results(order: tuple[Assembly, Meshes, Path, Stage | None, Moves]) -> Iterator[list[Path]]:
     """Writes the files into a folder, then the pictures.
 
     Args:
-        order: The machine without its solids, its meshes by part number, the build's folder, outline and cube, and
-            what the twins need.
+        order: The machine without its solids, its meshes by part number, the build's folder, outline and cube (None:
+            no pictures are made), and what the twins need.
 
     Yields:
         The pictures' files.
@@ -61,7 +61,7 @@ def results(order: tuple[Assembly, Meshes, Path, Stage, Moves]) -> Iterator[list
     robot = Robot(assembly, masses["bodies"], drive, stops, friction)
     (folder / "machine.urdf").write_text(urdf(robot), encoding="utf-8")
     (folder / "machine.sdf").write_text(sdf(robot), encoding="utf-8")
-    yield write_views(assembly, meshes, folder / "views", stage)
+    yield [] if stage is None else write_views(assembly, meshes, folder / "views", stage)
 
 
 def written(writer: Beside) -> None:

@@ -13,6 +13,7 @@ import cadquery as cq
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.common.vectors import cross_length
 from delta_cad.dimensions.tolerances import (
     FITTED_RA_UM,
     TIP_DEG,
@@ -139,11 +140,14 @@ def faces_of(solid: cq.Shape, bore: Bore) -> list[cq.Face]:
             continue
         cylinder = BRepAdaptor_Surface(face.wrapped).Cylinder()
         point, way = cylinder.Location(), cylinder.Axis().Direction()
-        off = np.cross(np.array([point.X(), point.Y(), point.Z()]) - start, along)
-        askew = np.cross([way.X(), way.Y(), way.Z()], along)
-        at = float((np.array(face.Center().toTuple()) - start) @ along)
-        same = abs(2 * cylinder.Radius() - bore.diameter_mm) < DIAMETER_MM and 0.0 < at < bore.depth_mm
-        if same and max(np.linalg.norm(off), np.linalg.norm(askew)) < AXIS_MM:
+        if abs(2 * cylinder.Radius() - bore.diameter_mm) >= DIAMETER_MM:
+            continue
+        off = cross_length(np.array([point.X(), point.Y(), point.Z()]) - start, along)
+        askew = cross_length(np.array([way.X(), way.Y(), way.Z()]), along)
+        if (
+            max(off, askew) < AXIS_MM
+            and 0.0 < float((np.array(face.Center().toTuple()) - start) @ along) < bore.depth_mm
+        ):
             found.append(face)
     return found
 

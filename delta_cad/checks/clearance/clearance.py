@@ -124,7 +124,7 @@ def mesh_clearance(
     ordinary = [p for p in pairs if not p.running_gap]
     few = proven or not thorough
     progress("clearance: closest pairs" if few else "clearance: sampling")
-    closest = sampler.closest(_nearest(ordinary, proofs) if few else ordinary)
+    closest = sampler.closest(_nearest(ordinary, proofs) if few else ordinary, is_sorted=few)
     progress("clearance: running gaps")
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
     results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls - before)]
@@ -274,12 +274,15 @@ def _contained(pairs: Sequence[HeldApart], sampler: Sampler) -> list[HeldApart]:
 
     One position is enough: a body cannot get in or out while the distance of the surfaces is proven positive.
     """
-    return [pair for pair in pairs if _holds(pair, sampler)]
+    bodies = {id(b): b for pair in pairs for b in (pair.a, pair.b)}
+    middle = {key: sampler.middle(b, 0) for key, b in bodies.items()}
+    apart = np.reshape([middle[id(pair.a)] - middle[id(pair.b)] for pair in pairs], (-1, 3))
+    largest = np.array([max(pair.a.radius, pair.b.radius) for pair in pairs])
+    near = np.linalg.norm(apart, axis=1) <= largest  # else the smaller one's centre is outside the larger one's sphere
+    return [pairs[k] for k in np.flatnonzero(near).tolist() if _holds(pairs[k], sampler)]
 
 
 def _holds(pair: HeldApart, sampler: Sampler) -> bool:
-    if np.linalg.norm(sampler.middle(pair.a, 0) - sampler.middle(pair.b, 0)) > max(pair.a.radius, pair.b.radius):
-        return False  # the smaller one's centre is outside the larger one's sphere
     frame_a, frame_b = sampler.frames[pair.a.link][0], sampler.frames[pair.b.link][0]
     return holds(pair.a.mesh, pair.b.mesh, frame_a @ pair.a.placement, frame_b @ pair.b.placement)
 

@@ -19,19 +19,23 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
 from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import Raster
+from delta_cad.checks.clearance.segments import cells_of
 from delta_cad.checks.links import turn_about_z
 from delta_cad.mechanism.placement import LinkPlacement, frames
 
 X, Y, Z = np.eye(3)
 ROUNDING = 1e-12  # of cosines and their squares: a thousand roundings of doubles
 SLABS = 512  # directions of the slabs tried between what two arms sweep: 9 degrees apart
+CELLS = 4  # halvings: 16 pieces need a third of the distances of a socket's ring or a sector, 32 save no more
+LARGE_MM = 10.0  # radius from which a body's pieces are worth their bounds
 CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
 Falls = Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
@@ -60,6 +64,44 @@ class Pairs:
         """The pairs (m,) bool of the same bodies."""
         names = [self.names[k] for k in np.flatnonzero(which).tolist()]
         return Pairs(self.bodies, self.first[which], self.second[which], self.limit[which], names)
+
+    def cut(
+        self,
+        segments: Callable[[CollisionBody], Sequence[CollisionBody]],
+        wanted: Callable[[CollisionBody, CollisionBody], bool] = lambda a, b: True,  # noqa: ARG005
+    ) -> Pairs:
+        """The pairs with their bodies cut into segments, of those for which that is wanted."""
+        bodies = list(self.bodies)
+        index: dict[int, list[int]] = {}
+        equal: dict[tuple[str, str, bytes], Sequence[CollisionBody]] = {}  # those of all rods, of all arms
+        cut_up: list[tuple[int, int, int]] = []
+        for k, (a, b) in enumerate(zip(self.first.tolist(), self.second.tolist(), strict=True)):
+            if not wanted(self.bodies[a], self.bodies[b]):
+                cut_up.append((a, b, k))
+                continue
+            for i in (a, b):
+                if i not in index:
+                    made = same_pieces(self.bodies[i], segments, equal)
+                    index[i] = [i] if len(made) == 1 else list(range(len(bodies), len(bodies) + len(made)))
+                    bodies += made if len(made) > 1 else []
+            cut_up += [(i, j, k) for i in index[a] for j in index[b]]
+        *ends, origin = np.array(cut_up, dtype=int).reshape(-1, 3).T
+        used, held = np.unique(ends, return_inverse=True)
+        first, second = held.reshape(2, -1)
+        names = [self.names[k] for k in origin]
+        return Pairs([bodies[k] for k in used], first, second, self.limit[origin], names)
+
+
+def same_pieces(
+    b: CollisionBody,
+    segments: Callable[[CollisionBody], Sequence[CollisionBody]],
+    known: dict[tuple[str, str, bytes], Sequence[CollisionBody]],
+) -> list[CollisionBody]:
+    """The segments of a body, those of one that is equal on a link of the same kind taken over from what is known."""
+    key = b.key, b.link.split("_")[0], b.placement.tobytes()
+    if key not in known:
+        known[key] = segments(b)
+    return [replace(piece, name=b.name, link=b.link) for piece in known[key]]
 
 
 class ConfigurationSpace(ABC):
@@ -151,6 +193,10 @@ class ConfigurationSpace(ABC):
         """
         return np.ones(halves.shape, dtype=bool)
 
+    def in_pieces(self, which: np.ndarray) -> Self:  # noqa: ARG002
+        """The space of some pairs (m,) bool, bodies cut up where that makes the proof cheaper; otherwise itself."""
+        return self
+
     def always_apart(self) -> np.ndarray:
         """(m,) lower bound on each pair's distance for all variables at once, mm; -inf where none is known."""
         return np.full(len(self.pairs.limit), -np.inf)
@@ -241,6 +287,8 @@ class TwoSwings(ConfigurationSpace):
         self._turned = turn_about_z(2.0 * np.pi / 3.0)
         self._link = np.array([self.links.index(b.link) for b in pairs.bodies])
         self._axes = np.stack([Y, self._turned[:3, :3] @ Y])
+        between = self._axes[0] + self._axes[1], self._axes[0] - self._axes[1]
+        self.directions = np.stack([*self._axes, *(way / np.linalg.norm(way) for way in between)])
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
         """The whole range as one box."""
@@ -275,6 +323,10 @@ class TwoSwings(ConfigurationSpace):
             return _swung(turn, direction, frame, points, stray)
 
         return fall
+
+    def in_pieces(self, which: np.ndarray) -> TwoSwings:
+        """The space of some pairs in pieces: a sector reaches round its hub, its hull is full."""
+        return TwoSwings(self.name, self.pairs.chosen(which).cut(_in_cells), self._radius, self._rasters)
 
     def always_apart(self) -> np.ndarray:
         """Widest slab between the bodies of revolution that the two arms' bodies sweep about their own shoulder axes.
@@ -337,6 +389,11 @@ class ParallelRods(ConfigurationSpace):
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
         return [halves * self._levers]
+
+
+def _in_cells(b: CollisionBody) -> list[CollisionBody]:
+    """A large body in pieces, whose hulls leave free what the body's own fills."""
+    return cells_of(b, CELLS) if b.radius > LARGE_MM else [b]
 
 
 def _swung(

@@ -62,9 +62,12 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
         The outcome; proven when `undecided` is empty.
     """
     proof = ClearanceProof(space.name)
-    pairs = space.pairs
+    left = ~(space.always_apart() >= space.pairs.limit + GUARD_MM)
+    whole, space = space, space.in_pieces(left)
+    if space is not whole:
+        left = ~(space.always_apart() >= space.pairs.limit + GUARD_MM)
+    pairs, pair = space.pairs, np.flatnonzero(left)
     centres, halves = space.root()
-    pair = np.flatnonzero(~(space.always_apart() >= pairs.limit + GUARD_MM))
     box = np.zeros(len(pair), dtype=int)
     normal = np.full((len(pair), 3), np.nan)  # from the first body to the second, in the common frame
     measured = np.zeros(len(pair), dtype=bool)  # whether the normal is that of the box from which this one was cut

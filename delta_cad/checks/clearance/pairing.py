@@ -13,6 +13,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of, body, is_round, spun, turned_hull
 from delta_cad.checks.clearance.configuration_spaces import (
+    CELLS,
     ConfigurationSpace,
     Fixed,
     Pairs,
@@ -21,6 +22,7 @@ from delta_cad.checks.clearance.configuration_spaces import (
     TwoSwings,
     X,
     Y,
+    same_pieces,
 )
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import JointRanges, Raster
@@ -36,7 +38,6 @@ SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth 
 SOCKET_SLICE_MM = 2.0  # of sockets beside those of another chain: most slices stay within a ball about their wrist
 SOCKETS_MM = 20.0  # from the wrist on, where they are
 BY_ONE_JOINT = {("base", "base"), ("base", "upper_arm"), ("platform", "rod"), ("platform", "swaying")}  # kinds of links
-CELLS = 4  # halvings of a socket's ring: 16 pieces need a third of the distances of the whole, 32 save no more
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
 CHAIN = np.eye(3)  # what is near a joint is cut along the chain, whatever way round its part is: the same for all three
 
@@ -127,7 +128,7 @@ def spaces_of(
     arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
     width = placement.parallelogram_width_mm
     groups: dict[str, list[tuple[CollisionBody, CollisionBody, float]]] = defaultdict(list)
-    moved = _Moved()
+    moved = _Moved(swept_links(placement))
     for pair in pairs:
         kind, a, b = _classified(pair, placement, moved)
         if tilt_rad and kind in ("handle", "rods"):
@@ -145,7 +146,7 @@ def spaces_of(
             if not turning.all():
                 spaces.append(RodAtJoint(told, cut_up.chosen(~turning), *joint, width, rasters, round_holders))
             if turning.any():
-                turned = _cut(cut_up.chosen(turning), _socket_in_cells, lambda a, b: True)  # noqa: ARG005
+                turned = cut_up.chosen(turning).cut(_socket_in_cells)
                 told = f"{told}, turning"
                 spaces.append(TurningRodAtJoint(told, turned, *joint, width, rasters, tilt_rad, round_holders))
         return spaces
@@ -166,12 +167,10 @@ def spaces_of(
         "handle": lambda p: [
             Handle(
                 "handle position",
-                _cut(
-                    _cut(
-                        p,
-                        lambda b: _slices(b) if b.link.startswith("rod") else [b],
-                        lambda a, b: "base" in (a.link, b.link),
-                    ),
+                p.cut(
+                    lambda b: _slices(b) if b.link.startswith("rod") else [b],
+                    lambda a, b: "base" in (a.link, b.link),
+                ).cut(
                     lambda b: _slices(b, SOCKET_SLICE_MM),
                     lambda a, b: all(_at_wrist(x, forearm) for x in (a, b)),
                 ),
@@ -188,54 +187,58 @@ def spaces_of(
 def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tuple[str, CollisionBody, CollisionBody]:
     """The space of a pair, and its bodies placed on that space's links."""
     a, b = sorted((pair.a, pair.b), key=lambda x: x.link)
-    fixed = [x.link == "base" or x.link in swept_links(placement) for x in (a, b)]
+    fixed = [x.link == "base" or x.link in moved.swept for x in (a, b)]
     chain_a, chain_b = chain_of(a.link), chain_of(b.link)
     if all(fixed):
         one, other = (moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
         return "fixed", one, other
     if fixed[0] and b.link.startswith("upper_arm"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "swing", moved(a, "fixed", back @ fixed_frame(a.link, placement)), replace(b, link="arm")
+        return "swing", moved(a, "fixed", back @ fixed_frame(a.link, placement)), moved(b, "arm")
     if a.link.startswith("upper_arm") and b.link.startswith("upper_arm"):
         if (chain_a + 1) % 3 != chain_b:
             a, b = b, a
-        return "arms", replace(a, link="arm"), replace(b, link="next_arm")
+        return "arms", moved(a, "arm"), moved(b, "next_arm")
     if _on_one_pair(a, b):
-        one, other = (replace(x, link=f"{x.link.split('_')[0]}_{x.link[-1]}") for x in (a, b))
+        one, other = (moved(x, f"{x.link.split('_')[0]}_{x.link[-1]}") for x in (a, b))
         return "rods", one, other
     if a.link == "platform" and b.link.startswith("swaying"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "spring at wrist", moved(a, "holder", back), replace(b, link=f"spring_{b.link[-1]}")
+        return "spring at wrist", moved(a, "holder", back), moved(b, f"spring_{b.link[-1]}")
     if a.link.startswith("swaying") and b.link.startswith("upper_arm") and chain_a == chain_b:
-        return "spring at elbow", replace(b, link="holder"), replace(a, link=f"spring_{a.link[-1]}")
+        return "spring at elbow", moved(b, "holder"), moved(a, f"spring_{a.link[-1]}")
     if a.link == "platform" and b.link.startswith("rod"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "wrist", moved(a, "holder", back), replace(b, link=f"rod_{b.link[-1]}")
+        return "wrist", moved(a, "holder", back), moved(b, f"rod_{b.link[-1]}")
     if a.link.startswith("rod") and b.link.startswith("upper_arm") and chain_a == chain_b:
-        return "elbow", replace(b, link="holder"), replace(a, link=f"rod_{a.link[-1]}")
+        return "elbow", moved(b, "holder"), moved(a, f"rod_{a.link[-1]}")
     return "handle", a, b
 
 
 class _Moved:
     """Bodies on other links, each made once."""
 
-    def __init__(self) -> None:
-        self._made: dict[tuple[str, str, bytes], CollisionBody] = {}
+    def __init__(self, swept: Sequence[str]) -> None:
+        self.swept = swept
+        self._made: dict[tuple[int, str, bytes], CollisionBody] = {}  # by identity; the pairs keep them alive
         self._turning: dict[tuple[str, bytes], CollisionBody] = {}
 
-    def __call__(self, b: CollisionBody, link: str, frame: np.ndarray) -> CollisionBody:
-        """The body on another link that holds its old one at `frame`."""
-        key = (b.name, link, frame.tobytes())
+    def __call__(self, b: CollisionBody, link: str, frame: np.ndarray | None = None) -> CollisionBody:
+        """The body on another link that holds its old one at `frame`, or is the same."""
+        key = (id(b), link, b"" if frame is None else frame.tobytes())
         if key not in self._made:
-            self._made[key] = body(b.name, b.key, link, b.mesh, frame @ b.placement)
+            moved = replace(b, link=link) if frame is None else body(b.name, b.key, link, b.mesh, frame @ b.placement)
+            self._made[key] = moved
         return self._made[key]
 
     def turning(self, b: CollisionBody, tilt_rad: float) -> CollisionBody:
         """What holds a body of a rod while the rod turns about itself."""
-        key = (b.key, b.placement.tobytes())
+        asked, key = (id(b), f"{b.link} turning", b""), (b.key, b.placement.tobytes())
         if key not in self._turning:
             self._turning[key] = spun(b) if is_round(b) else turned_hull(b, tilt_rad)
-        return replace(self._turning[key], name=b.name, link=b.link)
+        if asked not in self._made:
+            self._made[asked] = replace(self._turning[key], name=b.name, link=b.link)
+        return self._made[asked]
 
 
 def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pairs:
@@ -288,9 +291,13 @@ def _in_segments(pairs: Pairs, centre_mm: np.ndarray, ball_mm: float, width_mm: 
     lever of the ball's centre however the rod is turned, so of the holder only what is within lever + limit counts.
     Of rods that turn about themselves what is round counts as its body of revolution.
     """
-    segments = [segments_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
-    if turning:
-        segments = [[spun(b) if is_round(b) else b for b in pieces] for pieces in segments]
+
+    def pieces_of(b: CollisionBody) -> Sequence[CollisionBody]:
+        pieces = segments_of(b, ball_mm)
+        return [spun(x) if is_round(x) else x for x in pieces] if turning else pieces
+
+    equal: dict[tuple[str, str, bytes], Sequence[CollisionBody]] = {}
+    segments = [same_pieces(b, pieces_of, equal) if b.link.startswith("rod") else [] for b in pairs.bodies]
     bodies: list[CollisionBody] = []
     index: dict[tuple[int, int], int] = {}
     reached: dict[tuple[int, str, float], int | None] = {}
@@ -323,7 +330,7 @@ def _arms_in_segments(pairs: Pairs) -> Pairs:
     What turns beside a cheek at a constant small gap, which its profile about the shoulder proves at once, is then
     apart from the elbow's boss, which reaches over the cheek's plane elsewhere.
     """
-    return _cut(pairs, lambda b: segments_of(b, 0.0) if b.link == "arm" else [b], lambda a, b: True)  # noqa: ARG005
+    return pairs.cut(lambda b: segments_of(b, 0.0) if b.link == "arm" else [b])
 
 
 def _socket_in_cells(b: CollisionBody) -> list[CollisionBody]:
@@ -344,26 +351,3 @@ def _slices(b: CollisionBody, size_mm: float = SLICE_MM) -> list[CollisionBody]:
         return [b]
     slices = cut(b.mesh, plane, levels)
     return [body(b.name, f"{b.key} slice {k}", b.link, mesh, b.placement) for k, mesh in enumerate(slices)]
-
-
-def _cut(
-    pairs: Pairs,
-    segments: Callable[[CollisionBody], Sequence[CollisionBody]],
-    wanted: Callable[[CollisionBody, CollisionBody], bool],
-) -> Pairs:
-    """The pairs with their bodies cut into segments where that is wanted for the pair."""
-    bodies = list(pairs.bodies)
-    index: dict[int, list[int]] = {}
-    cut_up = []
-    for k, (a, b) in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
-        if not wanted(pairs.bodies[a], pairs.bodies[b]):
-            cut_up.append((a, b, k))
-            continue
-        for i in (a, b):
-            if i not in index:
-                made = segments(pairs.bodies[i])
-                index[i] = [i] if len(made) == 1 else list(range(len(bodies), len(bodies) + len(made)))
-                bodies += made if len(made) > 1 else []
-        cut_up += [(i, j, k) for i in index[a] for j in index[b]]
-    first, second, origin = np.array(cut_up, dtype=int).T
-    return Pairs(bodies, first, second, pairs.limit[origin], [pairs.names[k] for k in origin])

@@ -135,11 +135,12 @@ class Sampler:
             self._profiles[b.name, arm] = HalfPlaneProfile(b.mesh, frame)
         return self._profiles[b.name, arm]
 
-    def closest(self, pairs: Sequence[HeldApart]) -> list[PairSample]:
+    def closest(self, pairs: Sequence[HeldApart], *, is_sorted: bool = False) -> list[PairSample]:
         """The closest pairs.
 
         Args:
             pairs: The pairs.
+            is_sorted: Whether those that come closest are first: the sooner, the less is measured.
 
         Returns:
             The smallest sample of every pair that had to be measured, ascending; the first is the smallest of all
@@ -155,9 +156,9 @@ class Sampler:
             best[:] = min(best[0], mm)
 
         low = bounds.min(axis=1)
-        for k in np.argsort(low, kind="stable"):
+        for k in range(len(pairs)) if is_sorted else np.argsort(low, kind="stable"):
             if low[k] >= best[0] - TOLERANCE_MM:
-                break
+                continue
             asked = np.full(len(best), np.inf)
             poses = self.positions(pairs[k])
             asked[poses] = bounds[k, poses]

@@ -141,13 +141,17 @@ def above(triangles: np.ndarray, normal: np.ndarray, level: float) -> np.ndarray
         (n, 3, 3) triangles that fill what has `normal . p >= level`; those in the plane itself are kept.
     """
     height = triangles @ normal - level
-    above_plane = (height >= 0.0).all(axis=1)
-    parts = [triangles[above_plane]]
+    is_above = (height >= 0.0).all(axis=1)
+    if is_above.all():
+        return triangles
+    parts, up = [triangles[is_above]], (height > 0.0).sum(axis=1)
     for count in (1, 2):  # corners above the plane; the corner that is alone on its side comes first
-        split = ~above_plane & ((height > 0.0).sum(axis=1) == count)
-        alone = ((height[split] > 0.0) if count == 1 else (height[split] <= 0.0)).argmax(axis=1)
+        split = np.flatnonzero(~is_above & (up == count))[:, None]
+        if not len(split):
+            continue
+        alone = ((height[split[:, 0]] > 0.0) if count == 1 else (height[split[:, 0]] <= 0.0)).argmax(axis=1)
         order = (alone[:, None] + np.arange(3)) % 3
-        t, h = (np.take_along_axis(triangles[split], order[..., None], 1), np.take_along_axis(height[split], order, 1))
+        t, h = triangles[split, order], height[split, order]
         share = (h[:, :1] / (h[:, :1] - h[:, 1:]))[..., None]
         b, c = np.moveaxis(t[:, :1] + share * (t[:, 1:] - t[:, :1]), 1, 0)
         if count == 1:

@@ -26,6 +26,7 @@ from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.vectors import cross_rows
 from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal
@@ -83,9 +84,9 @@ class Around:
         found = np.ones(len(ends_mm), dtype=bool)
         placed: dict[int, Any] = {}
         asked = np.flatnonzero(near.any(axis=0))
-        aside = np.cross(along[asked], np.eye(3)[np.abs(along[asked]).argmin(axis=1)])
+        aside = cross_rows(along[asked], np.eye(3)[np.abs(along[asked]).argmin(axis=1)])
         aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-        turns = np.stack([aside, np.cross(along[asked], aside), along[asked]], axis=2)
+        turns = np.stack([aside, cross_rows(along[asked], aside), along[asked]], axis=2)
         for n, turn in zip(asked.tolist(), turns, strict=True):
             frame = fcl.Transform(turn, (start_mm + ends_mm[n]) / 2.0)
             for k in np.flatnonzero(near[:, n]):

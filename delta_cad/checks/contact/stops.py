@@ -11,6 +11,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.common import common_size, volume
+from delta_cad.checks.contact.placing import Key, relative_key
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.part import Occurrence, Stop, location_of
@@ -28,6 +29,7 @@ def check_stops(assembly: Assembly) -> CheckResult:
     """
     occurrences = {o.name: o for o in assembly.occurrences}
     shares: list[tuple[float, Stop, str]] = []
+    known: dict[tuple[Key, Key], float] = {}  # the stops of all chains are equal
     for stop in assembly.stops:
         missing = [name for name in (stop.a, stop.b) if name not in occurrences]
         missing += [] if stop.joint in {joint.name for joint in assembly.joints} else [f"joint {stop.joint}"]
@@ -36,10 +38,10 @@ def check_stops(assembly: Assembly) -> CheckResult:
             shares.append((0.0, stop, f"{where}: {' and '.join(missing)} is missing"))
             continue
         pair = occurrences[stop.a], occurrences[stop.b]
-        if _meeting(assembly, stop, *pair, -WITHIN_RAD) != 0.0:
+        if _meeting(assembly, stop, *pair, -WITHIN_RAD, known) != 0.0:
             shares.append((0.0, stop, f"{where} meet more than a degree before"))
             continue
-        length = _meeting(assembly, stop, *pair, WITHIN_RAD)
+        length = _meeting(assembly, stop, *pair, WITHIN_RAD, known)
         text = f"{where} meet over {length:.2f} mm, {stop.least_mm:.2f} mm asked"
         shares.append((length / stop.least_mm, stop, text))
     if not shares:
@@ -51,7 +53,14 @@ def check_stops(assembly: Assembly) -> CheckResult:
     return CheckResult("stops met", not bad, worst, 1.0, "", worst_pair=(stop.a, stop.b), detail=detail)
 
 
-def _meeting(assembly: Assembly, stop: Stop, a: Occurrence, b: Occurrence, beyond_rad: float) -> float:
+def _meeting(
+    assembly: Assembly,
+    stop: Stop,
+    a: Occurrence,
+    b: Occurrence,
+    beyond_rad: float,
+    known: dict[tuple[Key, Key], float],
+) -> float:
     """Length along the joint's axis of what two parts share at an angle beyond their stop, mm; 0 where they are free.
 
     The kernel's contradictions count as free beyond the stop, and as met before it.
@@ -60,10 +69,22 @@ def _meeting(assembly: Assembly, stop: Stop, a: Occurrence, b: Occurrence, beyon
     angle = stop.angle_rad + stop.sense * beyond_rad
     turned = frames(np.array([np.cos(angle), 0.0, np.sin(angle)]), Y, np.zeros(3))
     in_joint = (np.linalg.inv(joint.frame_a) @ a.placement, turned @ np.linalg.inv(joint.frame_b) @ b.placement)
-    shapes = [o.part.solid.wrapped.Moved(location_of(frame)) for o, frame in zip((a, b), in_joint, strict=True)]
+    one, other = (
+        relative_key(str(id(o.part)), str(beyond_rad > 0.0), frame) for o, frame in zip((a, b), in_joint, strict=True)
+    )
+    if (one, other) not in known:
+        known[one, other] = _shared_length((a, b), in_joint, beyond_rad > 0.0)
+    return known[one, other]
+
+
+def _shared_length(
+    pair: tuple[Occurrence, Occurrence], in_joint: tuple[np.ndarray, np.ndarray], is_beyond: bool
+) -> float:
+    """Length along y of what two parts share in a joint's frame, mm, as `_meeting` tells it."""
+    shapes = [o.part.solid.wrapped.Moved(location_of(frame)) for o, frame in zip(pair, in_joint, strict=True)]
     common = common_size((shapes[0], shapes[1]), (volume(shapes[0]), volume(shapes[1])), volume, NOISE_MM3)
     if common is None:
-        return 0.0 if beyond_rad > 0.0 else np.inf
+        return 0.0 if is_beyond else np.inf
     return _along_y(shapes[0], shapes[1]) if common > NOISE_MM3 else 0.0
 
 

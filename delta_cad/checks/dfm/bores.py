@@ -12,7 +12,7 @@ from delta_cad import catalogue
 from delta_cad.checks.contact.features import features
 from delta_cad.checks.dfm.lines import Lines
 from delta_cad.checks.dfm.located import ALONG, AXIS_MM, DIAMETER_MM
-from delta_cad.common.vectors import cross_length
+from delta_cad.common.vectors import cross, cross_length
 from delta_cad.dimensions.tolerances import RUN_OUT_MM
 from delta_cad.solids.boring import DRILL_DIAMETERS
 from delta_cad.solids.part import Bore, Part
@@ -119,9 +119,9 @@ def round_bores(part: Part) -> list[Bore]:
 
 def _comes(lines: Lines, point: np.ndarray, way: np.ndarray, radius_mm: float) -> bool:
     """Whether a cylinder from a point along a way is free, looked at along its outside."""
-    across = np.cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
+    across = cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
     across /= np.linalg.norm(across)
-    other = np.cross(way, across)
+    other = cross(way, across)
     angles = [2 * pi * k / RING for k in range(RING)]
     ring = [RING_SHARE * radius_mm * (cos(a) * across + sin(a) * other) for a in angles]
     return all(lines.is_free(point + BEFORE_MM * way + off, way) for off in ring)

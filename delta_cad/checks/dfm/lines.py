@@ -22,8 +22,10 @@ class Lines:
 
     def __init__(self, solid: Any) -> None:
         """Takes a `cadquery.Shape`."""
+        from OCP import gp
         from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
+        self._gp = gp
         self._lines = IntCurvesFace_ShapeIntersector()
         self._lines.Load(solid.wrapped, 1e-6)
 
@@ -47,9 +49,8 @@ class Lines:
         return float(self._lines.WParameter(k)), normal
 
     def _shoot(self, start: np.ndarray, along: np.ndarray, far_mm: float = FAR_MM) -> None:
-        from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
-
-        self._lines.Perform(gp_Lin(gp_Pnt(*start.tolist()), gp_Dir(*along.tolist())), OFF_MM, far_mm)
+        gp = self._gp
+        self._lines.Perform(gp.gp_Lin(gp.gp_Pnt(*start.tolist()), gp.gp_Dir(*along.tolist())), OFF_MM, far_mm)
 
 
 @once

@@ -11,6 +11,7 @@ from delta_cad import catalogue
 from delta_cad.checks.dfm.bores import Finding, at, bores
 from delta_cad.checks.dfm.lines import Lines
 from delta_cad.checks.dfm.walls import ACROSS, INTO_MM
+from delta_cad.common.vectors import cross
 from delta_cad.dimensions.rules import THREAD_WALL_MM
 from delta_cad.solids.part import Bore, Part
 
@@ -30,12 +31,13 @@ def thread_walls(part: Part) -> Iterator[Finding]:
 def _ends(lines: Lines, bore: Bore) -> Iterator[float]:
     """How far from a thread's axis the material around it ends in a face across the way out, mm."""
     start, along = np.array(bore.start_mm), np.array(bore.direction)
-    across = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
+    across = cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
     across /= np.linalg.norm(across)
+    aside = cross(along, across)
     begin = bore.diameter_mm / 2 + INTO_MM
     for deep in (np.arange(STATIONS) + 0.5) / STATIONS * bore.thread_mm:
         for angle in 2 * pi * np.arange(RING) / RING:
-            way = cos(angle) * across + sin(angle) * np.cross(along, across)
+            way = cos(angle) * across + sin(angle) * aside
             hit = lines.first(start + deep * along + begin * way, way)
             if hit is not None and hit[1] @ way > ACROSS:
                 yield begin + hit[0]

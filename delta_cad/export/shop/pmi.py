@@ -143,9 +143,9 @@ def add_notes(model: Any, part: Part, general: str = ASKED) -> None:
     entities = [model.Value(number) for number in range(1, model.NbEntities() + 1)]
     product = next(e for e in entities if isinstance(e, StepBasic_ProductDefinition))
     context = next(e for e in entities if isinstance(e, StepRepr_RepresentationContext))
+    definition = StepRepr_CharacterizedDefinition()
+    definition.SetValue(product)
     for name, text in notes(part, general).items():
-        definition = StepRepr_CharacterizedDefinition()
-        definition.SetValue(product)
         stated = StepRepr_PropertyDefinition()
         stated.Init(_text(name), True, _text(""), definition)
         general = StepBasic_GeneralProperty()

@@ -159,15 +159,34 @@ def test_json_is_the_record_and_nothing_else(
         assert (drawings["name"], drawings["passed"]) == ("drawings", True)
 
 
-@pytest.mark.parametrize(("words", "left_out"), [([], []), (["--no-drawings"], ["drawings", "manual"])])
-def test_drawings_and_manual_are_made_or_left_out_and_the_manifest_says_so(
-    words: list[str], left_out: list[str], quick: Quick, best: Design, tmp_path: Path
+@pytest.mark.parametrize(
+    ("words", "left_out"),
+    [
+        ([], []),
+        (["--no-drawings"], ["drawings", "manual"]),
+        (["--no-report"], ["report", "pictures"]),
+        (["--no-drawings", "--no-report"], ["drawings", "manual", "report", "pictures"]),
+    ],
+)
+def test_drawings_manual_and_report_are_made_or_left_out_and_the_manifest_says_so(
+    words: list[str],
+    left_out: list[str],
+    quick: Quick,
+    best: Design,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     quick([GOOD])
+    given, reported = list[Any](), list[Any]()
+    monkeypatch.setattr(Idle, "give", lambda _, order: given.append(order))
+    monkeypatch.setattr(pipeline, "_stage", lambda *_: "stage")
+    monkeypatch.setattr(pipeline, "_report", lambda *asked: reported.append(asked))
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path), *words]) == 0
     read = {name: json.loads((tmp_path / best.name / f"{name}.json").read_text()) for name in ("manifest", "checks")}
     assert read["manifest"]["left_out"] == left_out
-    assert ("drawings" in [check["name"] for check in read["checks"]["checks"]]) == (not left_out)
+    assert ("drawings" in [check["name"] for check in read["checks"]["checks"]]) == ("drawings" not in left_out)
+    assert len(reported) == ("report" not in left_out)
+    assert ("stage" in given[-1]) == ("pictures" not in left_out)  # the last process that is given an order
 
 
 def test_check_writes_its_report_only(

@@ -22,7 +22,7 @@ from delta_cad.checks.contact.common import common_size, volume
 from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.order.swept import PARALLEL, Outline, Span, turned_solid
 from delta_cad.checks.contact.placing import Key, located, relative_key
-from delta_cad.common.vectors import cross_length
+from delta_cad.common.vectors import cross, cross_length
 from delta_cad.mechanism.placement import frames
 
 LEAST_MM = 1.0  # of a step beside something that is closer
@@ -220,6 +220,6 @@ class Ways:
 
 def _axes(out: np.ndarray) -> np.ndarray:
     """(3, 3) rows: a direction, then two square to it, in a level plane and up where there is a choice."""
-    aside = np.cross([0.0, 0.0, 1.0] if abs(out[2]) < 0.9 else [1.0, 0.0, 0.0], out)
+    aside = cross(np.array([0.0, 0.0, 1.0] if abs(out[2]) < 0.9 else [1.0, 0.0, 0.0]), out)
     aside /= np.linalg.norm(aside)
-    return np.stack([out, aside, np.cross(out, aside)])
+    return np.stack([out, aside, cross(out, aside)])

@@ -12,6 +12,7 @@ import numpy as np
 
 from delta_cad.common.vectors import cross_length
 
+SHARES = [k / 8 for k in range(9)]  # of an edge's length at which its points are read
 ALONG = 1e-6  # sine of an angle below which two directions are one
 
 
@@ -72,18 +73,34 @@ def faces_of(solid: Any) -> list[Face]:
     """Reads all faces of a `cadquery.Solid`."""
     read, by_edge = [], {}
     for face in solid.Faces():
-        one = _read(face)
+        edges = [(edge.hashCode(), _along(edge)) for edge in face.Edges()]
+        one = _read(face, np.concatenate([np.zeros((0, 3)), *(points for _, points in edges)]))
         read.append(one)
-        for edge in face.Edges():
-            by_edge.setdefault(edge.hashCode(), []).append((one, edge))
+        for edge, points in edges:
+            by_edge.setdefault(edge, []).append((one, points[::2]))
     for pairs in by_edge.values():
-        for one, edge in pairs:
-            points = np.array([edge.positionAt(k / 4).toTuple() for k in range(5)])
+        for one, points in pairs:
             one.borders += [(other, points) for other, _ in pairs if other is not one]
     return read
 
 
-def _read(face: Any) -> Face:
+def _along(edge: Any) -> np.ndarray:
+    """(9, 3) points of an edge, evenly spread over its length, mm."""
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GCPnts import GCPnts_AbscissaPoint
+    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
+
+    curve = BRepAdaptor_Curve(edge.wrapped)
+    first, last = curve.FirstParameter(), curve.LastParameter()
+    if curve.GetType() in (GeomAbs_Line, GeomAbs_Circle):  # the parameter goes with the length
+        at = [first + share * (last - first) for share in SHARES]
+    else:
+        length = GCPnts_AbscissaPoint.Length_s(curve)
+        at = [GCPnts_AbscissaPoint(curve, length * share, first).Parameter() for share in SHARES]
+    return np.array([_array(curve.Value(u)) for u in at])
+
+
+def _read(face: Any, corners: np.ndarray) -> Face:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
     from OCP.TopAbs import TopAbs_REVERSED
@@ -91,7 +108,6 @@ def _read(face: Any) -> Face:
     surface = BRepAdaptor_Surface(face.wrapped)
     kind, is_reversed = surface.GetType(), face.wrapped.Orientation() == TopAbs_REVERSED
     turn = float(surface.LastUParameter() - surface.FirstUParameter())
-    corners = np.array([edge.positionAt(k / 8).toTuple() for edge in face.Edges() for k in range(9)])
     bounds, area, centre = face.BoundingBox(1e-4), float(face.Area()), np.array(face.Center().toTuple())
     box = np.array([[bounds.xmin, bounds.ymin, bounds.zmin], [bounds.xmax, bounds.ymax, bounds.zmax]])
 
