@@ -1,8 +1,8 @@
 """`python -m tests.endurance [MINUTES]`: damaged files through every reader, kills, full disks; prints what was found.
 
 Two hands work at once: one reads damaged files, 100,000 of them, or as many as the minutes allow; the other kills
-commands, takes disks away, and hosts from a board. What is found is named by reader and number, and its file is kept in
-`out/endurance`. Exit code 1 if anything is found.
+commands, takes disks away, and hosts from a board, in which the first helps it when all is read. What is found is named
+by reader and number, and its file is kept in `out/endurance`. Exit code 1 if anything is found.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from __future__ import annotations
 import shutil
 import sys
 import warnings
-from collections import Counter
+from collections import Counter, deque
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,10 +22,12 @@ from tests.committed import ROOT
 from tests.endurance.disks import TRIALS
 from tests.endurance.kills import COMMANDS, faults
 from tests.endurance.readers import fault, readers
+from tests.endurance.sockets import strained
 
 INPUTS = 100_000  # of all readers together
 MINUTES = 30.0  # after which nothing new is begun
 LINK_S = 600.0  # for hosts on a bad link
+Work = Callable[[Path], list[str]]
 KEPT = ROOT / "out" / "endurance"
 SHOWN = 10  # findings of a reader that are printed
 
@@ -60,10 +63,11 @@ def read(folder: Path, until: float) -> int:
     return bad.total()
 
 
-def suffer(folder: Path, until: float, told: TextIO) -> int:
+def suffer(works: deque[tuple[str, Work]], folder: Path, until: float, told: TextIO) -> int:
     """Kills commands and takes disks away.
 
     Args:
+        works: What is still to be done, by name; both hands take from it.
         folder: Where the commands write.
         until: Time of the clock after which nothing new is begun.
         told: Where it says what it came to: standard output is at times what a command of the reading hand is held to.
@@ -71,15 +75,16 @@ def suffer(folder: Path, until: float, told: TextIO) -> int:
     Returns:
         How many things were not as they should be.
     """
-    works = {
-        f"{one.kills} kills of {one.name}": lambda at, one=one: faults(one, at, lambda _: None) for one in COMMANDS
-    }
     found = 0
-    for number, (name, work) in enumerate((TRIALS | works).items()):
+    while True:
+        try:
+            name, work = works.popleft()
+        except IndexError:
+            return found
         if monotonic() > until:
             print(f"{name}: not begun, the minutes are over", file=told, flush=True)
             continue
-        begun, place = monotonic(), folder / str(number)
+        begun, place = monotonic(), folder / name.replace(" ", "-")
         if name in TRIALS:
             place.mkdir()
         wrong = work(place)
@@ -87,7 +92,6 @@ def suffer(folder: Path, until: float, told: TextIO) -> int:
         for one in wrong:
             print(f"FOUND {name}: {one}", file=told, flush=True)
         found += len(wrong)
-    return found
 
 
 def main(words: list[str]) -> int:
@@ -95,9 +99,14 @@ def main(words: list[str]) -> int:
     begun = monotonic()
     until = begun + 60.0 * (float(words[0]) if words else MINUTES)
     warnings.simplefilter("error")
+    kills: dict[str, Work] = {
+        f"{one.kills} kills of {one.name}": lambda at, one=one: faults(one, at, lambda _: None) for one in COMMANDS
+    }
+    link: dict[str, Work] = {"hosts on a bad link": lambda _: strained(LINK_S)[0]}
+    works = deque((link | TRIALS | kills).items())
     with TemporaryDirectory() as first, TemporaryDirectory() as second, ThreadPoolExecutor(1) as other:
-        suffering = other.submit(suffer, Path(second), until, sys.stdout)
-        found = read(Path(first), until) + suffering.result()
+        suffering = other.submit(suffer, works, Path(second), until, sys.stdout)
+        found = read(Path(first), until) + suffer(works, Path(second), until, sys.stdout) + suffering.result()
     print(f"{found} found in {(monotonic() - begun) / 60.0:.1f} minutes")
     return 1 if found else 0
 

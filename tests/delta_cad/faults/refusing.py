@@ -90,9 +90,9 @@ class Refusing:
 
     def __init__(self, assembly: Assembly, design: Design | None = None) -> None:
         self._assembly, self._sound = assembly, {id(part) for part in assembly.parts}
-        self._meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
+        self.meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
         self._d = d = dimensions(design or design_from_dict(changed()))
-        self._limits = check_limits(d, mass_report(assembly))
+        self.limits = check_limits(d, mass_report(assembly))
         self._spans = structure_spans(d)
 
     def first_refusal(self, assembly: Assembly) -> str | None:
@@ -108,7 +108,7 @@ class Refusing:
     @cached_property
     def _deciding(self) -> set[str]:
         """Names of the bodies that decide the sound machine's outline."""
-        return {body.name for body in swept_outline(self._assembly, self._limits, self._meshes).bodies}
+        return {body.name for body in swept_outline(self._assembly, self.limits, self.meshes).bodies}
 
     def _refused(self, assembly: Assembly, changed: Collection[str]) -> str | None:
         try:
@@ -121,9 +121,9 @@ class Refusing:
         return None
 
     def _checks(self, a: Assembly, changed: Collection[str]) -> Iterator[Callable[[], list[CheckResult]]]:
-        meshes = _Meshes(a.parts, self._meshes, self._sound)
+        meshes = _Meshes(a.parts, self.meshes, self._sound)
         parts: list[Part] = [part for part in a.parts if id(part) not in self._sound]
-        limits: CheckLimits = self._limits
+        limits: CheckLimits = self.limits
         wrong = {part.number for part in parts}
         yield lambda: [check_presence(a)]
         yield lambda: check_solidity(parts, meshes)

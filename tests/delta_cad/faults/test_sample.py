@@ -1,10 +1,14 @@
 """A sample of the planted faults, all that can be done to the shoulder's shaft; all of all parts by `make faults`."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from delta_cad.checks.clearance.clearance import check_clearance
 from tests.delta_cad.faults.misses import excuse
 from tests.delta_cad.faults.planting import faults, sound
-from tests.delta_cad.faults.refusing import Refusing
+from tests.delta_cad.faults.refusing import Refusing, only_of
 
 
 @pytest.mark.slow
@@ -16,6 +20,20 @@ def test_whatever_is_wrong_with_a_shaft_is_refused() -> None:
             assert refusing.first_refusal(fault.assembly) is not None, fault.name
             seen += 1
     assert seen >= 12
+
+
+@pytest.mark.slow
+def test_what_a_fault_leaves_as_it_was_is_not_looked_at_again_and_the_verdict_is_the_same() -> None:
+    """A motor 15 mm too high, of which only pairs that it is in are held apart: the same pair is refused as of all."""
+    refusing, up = Refusing(sound()), np.eye(4)
+    up[2, 3] = 15.0
+    moved = tuple(replace(o, placement=up @ o.placement) if o.name == "motor_1" else o for o in sound().occurrences)
+    wrong = replace(sound(), occurrences=moved)
+    whole, *_ = check_clearance(wrong, refusing.limits, refusing.meshes)
+    with only_of({"motor_1"}, ()):
+        part, *_ = check_clearance(wrong, refusing.limits, refusing.meshes)
+    assert not whole.passed
+    assert (part.passed, part.worst_pair, part.value) == (whole.passed, whole.worst_pair, whole.value)
 
 
 def test_only_named_faults_are_excused() -> None:
