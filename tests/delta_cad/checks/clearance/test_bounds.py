@@ -106,6 +106,31 @@ def test_bounds_for_all_angles_of_two_arms_are_below_the_distance_at_any() -> No
             assert engine.distance(a, b, one @ a.placement, other @ b.placement) >= always[k]
 
 
+def test_two_arms_in_pieces_are_the_pairs_that_were_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    arms = space_named("two arms")
+    engine, left = DistanceEngine(), ~(arms.always_apart() >= arms.pairs.limit)
+    pieces = arms.in_pieces(left)
+    assert {b.name for b in pieces.pairs.bodies} <= {b.name for b in arms.pairs.bodies}
+    assert set(pieces.pairs.names) == {arms.pairs.names[k] for k in np.flatnonzero(left)}
+    assert len(pieces.pairs.limit) > 4 * left.sum()
+    centre, half = arms.root()
+    for one, other in arms.frames(centre + RNG.uniform(-1, 1, (3, 2)) * half):
+
+        def least(space: ConfigurationSpace, names: tuple[str, str], one: np.ndarray, other: np.ndarray) -> float:
+            p = space.pairs
+            held = [(p.bodies[p.first[k]], p.bodies[p.second[k]]) for k, of in enumerate(p.names) if of == names]
+            return min(engine.distance(a, b, one @ a.placement, other @ b.placement) for a, b in held)
+
+        for k in np.flatnonzero(left)[::7]:
+            names = arms.pairs.names[k]
+            assert least(pieces, names, one, other) == pytest.approx(least(arms, names, one, other), abs=1e-9)
+    in_pieces = prove(arms, DistanceEngine(), 3000)
+    monkeypatch.setattr(spaces.TwoSwings, "in_pieces", lambda space, _: space)
+    whole = prove(arms, DistanceEngine(), 3000)
+    assert {names for names, _ in in_pieces.undecided} == {names for names, _ in whole.undecided}
+    assert in_pieces.boxes <= whole.boxes
+
+
 def test_what_lies_inside_a_swept_body_is_not_called_apart() -> None:
     """A ball on its own shoulder axis, in the path of a bar that turns: the swept disc holds it, surfaces far apart."""
     bar = part("bar", box((-130, -6, -3), (130, 6, 3)))
