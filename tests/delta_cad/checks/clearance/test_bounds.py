@@ -8,7 +8,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
 from delta_cad.checks.clearance import configuration_spaces as spaces
 from delta_cad.checks.clearance import pairing
-from delta_cad.checks.clearance.bodies import DistanceEngine, body
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, body
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
 from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
@@ -104,6 +104,33 @@ def test_bounds_for_all_angles_of_two_arms_are_below_the_distance_at_any() -> No
         a, b = arms.pairs.bodies[arms.pairs.first[k]], arms.pairs.bodies[arms.pairs.second[k]]
         for one, other in frames:
             assert engine.distance(a, b, one @ a.placement, other @ b.placement) >= always[k]
+
+
+def test_pieces_of_equal_bodies_are_made_once_and_stand_where_each_body_does() -> None:
+    mesh, asked = tessellate(box((0, 0, 0), (20, 6, 2)), 0.1, 0.5), list[str]()
+    where = {
+        "rod_0_0": np.eye(4),
+        "rod_0_1": at(5, 0, 0),
+        "rod_1_0": np.eye(4),
+        "upper_arm_0": np.eye(4),
+        "base": at(0, 9, 0),
+    }
+    bodies = [body(f"on {link}", "bar", link, mesh, frame) for link, frame in where.items()]
+    pairs = Pairs(bodies, np.arange(4), np.full(4, 4), np.ones(4), [(b.name, "on base") for b in bodies[:4]])
+
+    def halves(b: CollisionBody) -> list[CollisionBody]:
+        asked.append(b.link)
+        return cells_of(b, 1)
+
+    made = pairs.cut(halves, lambda a, _: a.link != "rod_1_0")
+    assert len(made.limit) == 3 * 4 + 1
+    for b in made.bodies:
+        np.testing.assert_array_equal(b.placement, where[b.link])
+        assert b.name == f"on {b.link}"
+    assert asked == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]
+    asked.clear()
+    pairs.cut(halves)
+    assert asked == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]  # that of rod_1_0 is equal to that of rod_0_0
 
 
 def test_two_arms_in_pieces_are_the_pairs_that_were_asked(monkeypatch: pytest.MonkeyPatch) -> None:
