@@ -37,5 +37,5 @@ def run(given: argparse.Namespace) -> int:
 def _built(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
     from delta_cad.commands.pipeline import build
 
-    asked = {"drawings": not given.no_drawings, "report": not given.no_report}
-    return build(design, given.out, progress, given.step_schema, **asked)
+    drawings, report = not given.no_drawings, not given.no_report
+    return build(design, given.out, progress, given.step_schema, drawings=drawings, report=report)

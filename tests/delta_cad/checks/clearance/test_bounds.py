@@ -138,7 +138,7 @@ def test_two_arms_in_pieces_are_the_pairs_that_were_asked(monkeypatch: pytest.Mo
     engine, left = DistanceEngine(), ~(arms.always_apart() >= arms.pairs.limit)
     pieces = arms.in_pieces(left)
     assert {b.name for b in pieces.pairs.bodies} <= {b.name for b in arms.pairs.bodies}
-    assert set(pieces.pairs.names) == {arms.pairs.names[k] for k in np.flatnonzero(left)}
+    assert set(pieces.pairs.names) == {arms.pairs.names[k] for k in np.flatnonzero(left).tolist()}
     assert len(pieces.pairs.limit) > 4 * left.sum()
     centre, half = arms.root()
     for one, other in arms.frames(centre + RNG.uniform(-1, 1, (3, 2)) * half):
@@ -148,7 +148,7 @@ def test_two_arms_in_pieces_are_the_pairs_that_were_asked(monkeypatch: pytest.Mo
             held = [(p.bodies[p.first[k]], p.bodies[p.second[k]]) for k, of in enumerate(p.names) if of == names]
             return min(engine.distance(a, b, one @ a.placement, other @ b.placement) for a, b in held)
 
-        for k in np.flatnonzero(left)[::7]:
+        for k in np.flatnonzero(left)[::7].tolist():
             names = arms.pairs.names[k]
             assert least(pieces, names, one, other) == pytest.approx(least(arms, names, one, other), abs=1e-9)
     in_pieces = prove(arms, DistanceEngine(), 3000)

@@ -36,7 +36,7 @@ def test_points_of_edges_are_spread_over_their_length() -> None:
     assert isinstance(whole, cq.Solid)
     assert {"LINE", "CIRCLE"} < {edge.geomType() for edge in whole.Edges()}
     for face, read in zip(whole.Faces(), faces_of(whole), strict=True):
-        asked = [edge.positionAt(k / 8).toTuple() for edge in face.Edges() for k in range(9)]
+        asked = [edge.positionAt(k / 8).toTuple() for edge in face.Edges() for k in range(9)]  # pyright: ignore[reportAttributeAccessIssue]
         np.testing.assert_allclose(read.corners, asked, atol=1e-6)
         ends = {tuple(np.round(points[[0, 2, 4]].ravel(), 6)) for _, points in read.borders}
         assert ends <= {tuple(np.round(read.corners[k : k + 9][[0, 4, 8]].ravel(), 6)) for k in range(0, len(asked), 9)}
