@@ -179,13 +179,15 @@ def _not_proven(
     """
     space, bodies, pairs = bounds.space, bounds.bodies, bounds.space.pairs
     a, b = pairs.first[pair], pairs.second[pair]
-    frames = space.frames(centres)[:, bounds.link]
+    frames, link_a, link_b = space.frames(centres), bounds.link[a], bounds.link[b]
     travel = np.min([m[box, a] + m[box, b] for m in space.motion(centres, halves)], axis=0)
     need = pairs.limit[pair] + travel + GUARD_MM
 
-    turned = frames[..., :3, :3]
-    middle = (turned @ bounds.centre[:, :, None])[..., 0] + frames[..., :3, 3]
-    apart = middle[box, b] - middle[box, a]
+    middle_a, middle_b = (
+        np.einsum("nij,nj->ni", f[:, :3, :3], bounds.centre[ends]) + f[:, :3, 3]
+        for f, ends in ((frames[box, link_a], a), (frames[box, link_b], b))
+    )
+    apart = middle_b - middle_a
     distance = np.linalg.norm(apart, axis=1)
     left = np.flatnonzero(~(distance - bounds.radius[a] - bounds.radius[b] >= need))
 
@@ -194,7 +196,11 @@ def _not_proven(
     i, j = a[worth], b[worth]
     gap = np.full(len(distance), -np.inf)
     gap[worth] = boxes_gap(
-        apart[worth], turned[box[worth], i] @ axes[i], half[i], turned[box[worth], j] @ axes[j], half[j]
+        apart[worth],
+        frames[box[worth], link_a[worth], :3, :3] @ axes[i],
+        half[i],
+        frames[box[worth], link_b[worth], :3, :3] @ axes[j],
+        half[j],
     )
     left = left[~(gap[left] >= need[left])]
 
@@ -205,7 +211,7 @@ def _not_proven(
     still = ~(spare >= 0.0)
     left, later = left[still], later[still]
 
-    b_in_a = np.linalg.inv(frames[box[left], a[left]]) @ frames[box[left], b[left]]
+    b_in_a = np.linalg.inv(frames[box[left], link_a[left]]) @ frames[box[left], link_b[left]]
     possible = space.reachable(centres, np.zeros_like(halves))
     open_ = np.ones(len(left), dtype=bool)
     hopeless: list[int] = []
@@ -221,7 +227,7 @@ def _not_proven(
             spare_there[k] = certain - pairs.limit[pair[k]]
         open_[m] = not certain >= need[k]
         if open_[m]:
-            normal[k] = frames[box[k], a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
+            normal[k] = frames[box[k], link_a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
             measured[k] = d > 0.0
             if certain < need[k] - travel[k] and possible[box[k]]:
                 hopeless.append(k)
@@ -237,7 +243,7 @@ class _Slabs:
         bounds: The bodies.
         centres: (n, d) centres of the boxes.
         halves: (n, d) half widths.
-        frames: (n, bodies, 4, 4) frames of the bodies' links at the centres.
+        frames: (n, links, 4, 4) frames of the links at the centres.
         box: (m,) box of each pair.
         pair: (m,) the pairs.
 
@@ -264,7 +270,8 @@ class _Slabs:
     def spare(self, k: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(n,) by how much the hulls of pairs k (n,) are farther apart along (n, 3) directions than needed, mm."""
         a, b, box = self._a[k], self._b[k], self._box[k]
-        gap = self._bounds.hulls_gap(a, b, normal, self._frames[box, a], self._frames[box, b])
+        frame_a, frame_b = (self._frames[box, self._bounds.link[ends]] for ends in (a, b))
+        gap = self._bounds.hulls_gap(a, b, normal, frame_a, frame_b)
         travel = self._along(box, self._pair[k], normal)
         falls = self._falls
         if falls and len(near := np.flatnonzero(~(gap - self._least[k] - travel >= 0.0))):
@@ -273,7 +280,7 @@ class _Slabs:
             def fall(body: int, of: np.ndarray, *where: np.ndarray) -> np.ndarray:
                 return falls(body, at[of], *where)
 
-            there = self._bounds.hulls_gap(i, j, normal[near], self._frames[at, i], self._frames[at, j], fall)
+            there = self._bounds.hulls_gap(i, j, normal[near], frame_a[near], frame_b[near], fall)
             travel[near] = np.minimum(travel[near], gap[near] - there)
         self.travel[k] = travel
         return gap - self._least[k] - travel

@@ -8,7 +8,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
 from delta_cad.checks.clearance import configuration_spaces as spaces
 from delta_cad.checks.clearance import pairing
-from delta_cad.checks.clearance.bodies import DistanceEngine, body
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, body
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
 from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
@@ -104,6 +104,58 @@ def test_bounds_for_all_angles_of_two_arms_are_below_the_distance_at_any() -> No
         a, b = arms.pairs.bodies[arms.pairs.first[k]], arms.pairs.bodies[arms.pairs.second[k]]
         for one, other in frames:
             assert engine.distance(a, b, one @ a.placement, other @ b.placement) >= always[k]
+
+
+def test_pieces_of_equal_bodies_are_made_once_and_stand_where_each_body_does() -> None:
+    mesh, asked = tessellate(box((0, 0, 0), (20, 6, 2)), 0.1, 0.5), list[str]()
+    where = {
+        "rod_0_0": np.eye(4),
+        "rod_0_1": at(5, 0, 0),
+        "rod_1_0": np.eye(4),
+        "upper_arm_0": np.eye(4),
+        "base": at(0, 9, 0),
+    }
+    bodies = [body(f"on {link}", "bar", link, mesh, frame) for link, frame in where.items()]
+    pairs = Pairs(bodies, np.arange(4), np.full(4, 4), np.ones(4), [(b.name, "on base") for b in bodies[:4]])
+
+    def halves(b: CollisionBody) -> list[CollisionBody]:
+        asked.append(b.link)
+        return cells_of(b, 1)
+
+    made = pairs.cut(halves, lambda a, _: a.link != "rod_1_0")
+    assert len(made.limit) == 3 * 4 + 1
+    for b in made.bodies:
+        np.testing.assert_array_equal(b.placement, where[b.link])
+        assert b.name == f"on {b.link}"
+    assert asked == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]
+    asked.clear()
+    pairs.cut(halves)
+    assert asked == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]  # that of rod_1_0 is equal to that of rod_0_0
+
+
+def test_two_arms_in_pieces_are_the_pairs_that_were_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    arms = space_named("two arms")
+    engine, left = DistanceEngine(), ~(arms.always_apart() >= arms.pairs.limit)
+    pieces = arms.in_pieces(left)
+    assert {b.name for b in pieces.pairs.bodies} <= {b.name for b in arms.pairs.bodies}
+    assert set(pieces.pairs.names) == {arms.pairs.names[k] for k in np.flatnonzero(left).tolist()}
+    assert len(pieces.pairs.limit) > 4 * left.sum()
+    centre, half = arms.root()
+    for one, other in arms.frames(centre + RNG.uniform(-1, 1, (3, 2)) * half):
+
+        def least(space: ConfigurationSpace, names: tuple[str, str], one: np.ndarray, other: np.ndarray) -> float:
+            p = space.pairs
+            held = [(p.bodies[p.first[k]], p.bodies[p.second[k]]) for k, of in enumerate(p.names) if of == names]
+            return min(engine.distance(a, b, one @ a.placement, other @ b.placement) for a, b in held)
+
+        for k in np.flatnonzero(left)[::7].tolist():
+            names = arms.pairs.names[k]
+            assert least(pieces, names, one, other) == pytest.approx(least(arms, names, one, other), abs=1e-9)
+    in_pieces = prove(arms, DistanceEngine(), 3000)
+    monkeypatch.setattr(spaces.TwoSwings, "in_pieces", lambda space, _: space)
+    whole = prove(arms, DistanceEngine(), 3000)
+    assert {names for names, _ in in_pieces.undecided} == {names for names, _ in whole.undecided}
+    assert in_pieces.boxes <= whole.boxes
 
 
 def test_what_lies_inside_a_swept_body_is_not_called_apart() -> None:

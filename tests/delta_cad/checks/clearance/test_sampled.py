@@ -61,6 +61,17 @@ def test_the_least_at_each_position_is_that_of_measuring_everything() -> None:
         assert again == pytest.approx(one.distance_mm, abs=1e-6)
 
 
+def test_the_smallest_of_all_is_found_in_whichever_order_the_pairs_come() -> None:
+    assembly, meshes = machine(), MeshLibrary(machine().parts, 0.2, 0.6)
+    pairs = [p for p in held_apart(assembly, LIMITS, meshes) if not p.running_gap]
+    sampler = Sampler(assembly.placement, LIMITS.clearance_poses_mm()[::20], DistanceEngine(), 0.2)
+    found = sampler.closest(pairs)
+    for order in (pairs, pairs[::-1]):
+        assert sampler.closest(order, is_sorted=True)[0].distance_mm == pytest.approx(
+            found[0].distance_mm, abs=TOLERANCE_MM
+        )
+
+
 def test_several_joints_move_what_no_single_one_decides() -> None:
     assembly = machine()
     pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))

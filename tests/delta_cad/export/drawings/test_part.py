@@ -25,6 +25,25 @@ def features(part: Part, held: Controlled = HELD) -> Features:
     return features_of(part, faces_of(part.solid), held)
 
 
+def test_points_of_edges_are_spread_over_their_length() -> None:
+    """Lines, circles, an ellipse where a bore is cut askew, and the curve in which two bores meet."""
+    solid = (
+        cq.Workplane()
+        .box(30, 20, 12)
+        .faces(">Z")
+        .hole(6)
+        .cut(cq.Workplane("YZ").cylinder(40, 3.5).rotate((0, 0, 0), (0, 1, 0), 20))
+    )
+    (whole,) = solid.solids().vals()
+    assert isinstance(whole, cq.Solid)
+    assert {"LINE", "CIRCLE"} < {edge.geomType() for edge in whole.Edges()}
+    for face, read in zip(whole.Faces(), faces_of(whole), strict=True):
+        asked = [edge.positionAt(k / 8).toTuple() for edge in face.Edges() for k in range(9)]  # pyright: ignore[reportAttributeAccessIssue]
+        np.testing.assert_allclose(read.corners, asked, atol=1e-6)
+        ends = {tuple(np.round(points[[0, 2, 4]].ravel(), 6)) for _, points in read.borders}
+        assert ends <= {tuple(np.round(read.corners[k : k + 9][[0, 4, 8]].ravel(), 6)) for k in range(0, len(asked), 9)}
+
+
 def along(found: Features, axis: int) -> set[float]:
     """Coordinates told along an axis of the part, from the datum."""
     places = [p for p in found.places if abs(p.along[axis]) > 1 - 1e-6]
