@@ -115,7 +115,13 @@ def _make_sensor_lead(s: SensorLeadDimensions) -> Part:
     housing = box((-wide / 2.0, -high / 2.0, top), (wide / 2.0, high / 2.0, 0.0))
     shape = feature(SENSOR, "bends", "hardware.leads", lambda: fuse(housing, swept_round(pieces, SENSOR_MM)))
     extent = (-wide / 2.0, max(wide / 2.0, s.way_mm[0] + half)), (-high / 2.0, s.way_mm[1] + half), (end[2], 0.0)
-    return _bought(SENSOR, f"lead of an encoder's board, {_drawn(s)}", shape, _mass_g(s), extent)
+    return _bought(
+        SENSOR,
+        f"lead of an encoder's board, its plug as assumed, measure the board; {_drawn(s)}",
+        shape,
+        _mass_g(s),
+        extent,
+    )
 
 
 def _make_clip() -> Part:

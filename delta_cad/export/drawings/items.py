@@ -22,12 +22,13 @@ COLUMNS: tuple[tuple[str, float], ...] = (
 )
 TEXT_MM = 2.0
 ROW_MM = TEXT_MM * LINE
+PADDING_MM = 0.9  # of a row, besides its lines: some fifty items fit on a sheet
 
 
 def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, Box]]]:
     """Sets the item list on as many sheets as it needs: scale, items and frames of each."""
     area, title = inner(SIZE), title_box(SIZE)
-    left, top, bottom = area[0] + 8.0, area[3] - 8.0, title[3] + 4.0
+    left, top, bottom = area[0] + 8.0, area[3] - 4.0, title[3] + 2.0
     edges = [left]
     for _, width in COLUMNS:
         edges.append(edges[-1] + width)
@@ -43,7 +44,7 @@ def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, 
     for row in (None, *rows):
         cells = _cells(row)
         lines = max(len(cell) for cell in cells)
-        if y - lines * ROW_MM - 1.2 < bottom:
+        if y - lines * ROW_MM - PADDING_MM < bottom:
             close()
             y = top
         if y == top:
@@ -51,9 +52,9 @@ def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, 
         for k, cell in enumerate(cells):
             told = (f"row {row.item}",) if row is not None and k == 0 else ()
             for n, line in enumerate(cell):
-                at = edges[k] + 1.0, y - 0.6 - n * ROW_MM - 2.0 * 1.2
+                at = edges[k] + 1.0, y - PADDING_MM / 2.0 - n * ROW_MM - 2.0 * 1.2
                 items.append(Text(at, 2.0, line, told=told))
-        y -= lines * ROW_MM + 1.2
+        y -= lines * ROW_MM + PADDING_MM
         items.append(Stroke("table", ((left, y), (edges[-1], y))))
     close()
     return pages

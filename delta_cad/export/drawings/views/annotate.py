@@ -38,6 +38,7 @@ from delta_cad.export.drawings.views.pointing import FAR_MM, Pointing
 
 CALLOUT_MM = 62.0  # longest line of a callout
 WIDE_MM = 70.0  # of a view from which on callouts of what lies in its left half stand over it
+WITHIN_MM = 9.0  # radius of a bore on paper from which on its tag stands in it
 NEAR_MM = 2.0  # from a view to where its extension lines bend
 THREAD = re.compile(r"^(?:\d+x )?M(\d+(?:\.\d+)?)")
 
@@ -329,7 +330,8 @@ class Setting(Pointing):
         for n, (bore, key) in enumerate(zip(group.bores, self.keys(group), strict=True), 1):
             text = f"{letter}{n}"
             centre, radius = self.at(bore.point), bore.widest / 2 * self.scale
-            tag = free_text(text, centre, radius, items)
+            # within a large bore: beside it, it would be taken for another's
+            tag = free_text(text, centre, 0.0 if radius > WITHIN_MM else radius, items)
             items += [tag, *tied(tag, centre, radius)]
             x, y = (float((bore.point - self.features.datum) @ axis) for axis in (right, up))
             own = [place for place in self.features.places if place.key.startswith(f"{key} ")]

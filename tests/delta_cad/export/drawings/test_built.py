@@ -21,7 +21,7 @@ from delta_cad.export.drawings.title import Titles
 from delta_cad.export.mass_properties import mass_report
 from tests.committed import ROOT, Built
 from tests.delta_cad.export.drawings.reading import dxf_texts, svg_texts
-from tests.delta_cad.export.told import differences, of_step
+from tests.delta_cad.export.shop.told import differences, of_step
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,7 @@ from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, hole_groups, lettered
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.title import grams
 from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.solids.part import Hole, Part
 from tests.delta_cad.export.drawings.sample import HELD, METAL, plate
@@ -185,3 +186,7 @@ def test_a_turned_part_s_note_tells_whether_centre_holes_may_stay(part: Part, al
     notes = [text for _, text in notes_of(part, features(part, Controlled()), Frame((1, 0, 0), (0, 1, 0)))]
     assert ("Centre holes ISO 6411-A1/2.12 may stay in solid ends." in notes) == allowed
     assert any("anodised ISO 10074, 25 µm" in text for text in notes) == (part.number == "pin")
+
+
+def test_a_mass_is_written_without_a_power_of_ten() -> None:
+    assert [grams(mass) for mass in (1100.4, 999.7, 63.27, 0.05551, 0.0)] == ["1100", "1000", "63.3", "0.0555", "-"]
