@@ -253,6 +253,7 @@ def strained(seconds: float, seed: int = 1) -> tuple[list[str], dict[str, Any]]:
             except ProcessLookupError:
                 left += 1  # it had lost its board before
             relay.calm = False
+            time.sleep(SLOWEST + 2.0 * WATCHDOG)  # the board has let go, and would take another host
             if relay.before:  # the host before that one: none of its torques may come back
                 motors.sent.pop(decode(relay.before[0]).session, None)
                 relay.ghost = relay.before[:2000]
