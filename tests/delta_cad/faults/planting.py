@@ -76,7 +76,7 @@ def sound() -> Assembly:
 def encoded() -> Design:
     """The committed design with motors that have an encoder of their own, and their leads, for which it is wider."""
     outline = {"requirements__envelope_width_mm": 330.0, "requirements__envelope_depth_mm": 330.0}
-    outline |= {"mechanism__base_radius_mm": 44.0, "mechanism__platform_radius_mm": 37.0}
+    outline |= {"mechanism__base_radius_mm": 47.0, "mechanism__platform_radius_mm": 40.0}
     motor = {"hardware__motor": "maxon-re30-310009-500", "hardware__encoder_at": "motor", "hardware__leads": "bent"}
     return design_from_dict(changed(**outline, **motor))
 
