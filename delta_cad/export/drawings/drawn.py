@@ -197,7 +197,7 @@ def _axis(along: np.ndarray) -> str:
 def _finish(part: Part) -> str:
     """What is done to a part's surface after it is cut."""
     if "anodised" in part.description:
-        layer = "ISO 10074, 25 µm" if "hard anodised" in part.description else "ISO 7599-AA10"
+        layer = "ISO 10074, 0.025 mm" if "hard anodised" in part.description else "ISO 7599-AA10"
         return f"Finish: anodised {layer} as described. Sizes hold with the coating; fits and threads stay bare."
     return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
 

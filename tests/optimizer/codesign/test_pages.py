@@ -61,7 +61,7 @@ def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
 
 def test_it_says_what_binds_what_limits_cost_and_what_is_proved_and_runs_nothing() -> None:
     found = page(POSED, Bound(83.61, 0.0132, 12, ("alike",)))
-    assert [row[:3] for row in found.rows("binds")[1:]] == [["kappa", "2.268", "≤ 2.27"]]
+    assert [row[:3] for row in found.rows("binds")[1:]] == [["Conditioning, worst in the cube", "2.268", "≤ 2.27"]]
     assert found.rows("costs")[1][:4] == ["feel.kappa_max", "2.27", "2.38", "1.5"]
     assert "83.61 mm, 1.3 % more" in found.one("tried").text
     assert "it was tight" in found.one("learnt").text

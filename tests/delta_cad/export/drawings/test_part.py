@@ -185,7 +185,7 @@ def pin(bore: float = 0.0, thin: float = 4.0) -> Part:
 def test_a_turned_part_s_note_tells_whether_centre_holes_may_stay(part: Part, allowed: bool) -> None:
     notes = [text for _, text in notes_of(part, features(part, Controlled()), Frame((1, 0, 0), (0, 1, 0)))]
     assert ("Centre holes ISO 6411-A1/2.12 may stay in solid ends." in notes) == allowed
-    assert any("anodised ISO 10074, 25 µm" in text for text in notes) == (part.number == "pin")
+    assert any("anodised ISO 10074, 0.025 mm" in text for text in notes) == (part.number == "pin")
 
 
 def test_a_mass_is_written_without_a_power_of_ten() -> None:
