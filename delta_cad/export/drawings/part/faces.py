@@ -100,6 +100,16 @@ def _along(edge: Any) -> np.ndarray:
     return np.array([_array(curve.Value(u)) for u in at])
 
 
+def _box(face: Any) -> np.ndarray:
+    """(2, 3) lower and upper corner of a face, mm, by its surface: a mesh that it may carry reaches less far."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    bounds = Bnd_Box()
+    BRepBndLib.AddOptimal_s(face.wrapped, bounds, False)  # useTriangulation
+    return np.array(bounds.Get()).reshape(2, 3)
+
+
 def _read(face: Any, corners: np.ndarray) -> Face:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
@@ -108,8 +118,7 @@ def _read(face: Any, corners: np.ndarray) -> Face:
     surface = BRepAdaptor_Surface(face.wrapped)
     kind, is_reversed = surface.GetType(), face.wrapped.Orientation() == TopAbs_REVERSED
     turn = float(surface.LastUParameter() - surface.FirstUParameter())
-    bounds, area, centre = face.BoundingBox(1e-4), float(face.Area()), np.array(face.Center().toTuple())
-    box = np.array([[bounds.xmin, bounds.ymin, bounds.zmin], [bounds.xmax, bounds.ymax, bounds.zmax]])
+    box, area, centre = _box(face), float(face.Area()), np.array(face.Center().toTuple())
 
     def made(name: str, point: Any, axis: Any, radius: float, direct: bool, half_angle: float = 0.0) -> Face:
         hollow = direct == is_reversed
