@@ -95,9 +95,15 @@ class Refusing:
         self.limits = check_limits(d, mass_report(assembly))
         self._spans = structure_spans(d)
 
-    def first_refusal(self, assembly: Assembly) -> str | None:
-        """Names the first check that refuses a machine, with its detail; None where all pass."""
-        if assembly is self._assembly:
+    def first_refusal(self, assembly: Assembly, shared: bool = True) -> str | None:
+        """Names the first check that refuses a machine, with its detail; None where all pass.
+
+        Args:
+            assembly: The machine.
+            shared: Whether pairs without a changed body are left out: enough for all but what one body does to others,
+                as a spring off its place, of which all springs count with more that they stray.
+        """
+        if assembly is self._assembly or not shared:
             return self._refused(assembly, {o.name for o in assembly.occurrences})
         as_before, there = {id(o) for o in self._assembly.occurrences}, {o.name for o in assembly.occurrences}
         changed = {o.name for o in assembly.occurrences if id(o) not in as_before}

@@ -39,3 +39,14 @@ def test_what_a_fault_leaves_as_it_was_is_not_looked_at_again_and_the_verdict_is
 def test_only_named_faults_are_excused() -> None:
     assert excuse("base_dowel_0_1: shifted by 0.5 mm along z") is not None
     assert excuse("base_dowel_0_1: shifted by 0.5 mm along x") is None
+    sawn = "shoulder_shaft: sawn half through at 0.5 of y"
+    assert (excuse(sawn), excuse(sawn, "synthesized")) == (None, None)
+    assert excuse(sawn, "direct-83") is not None
+
+
+@pytest.mark.slow
+def test_a_spring_off_its_place_widens_the_way_of_all_of_them_which_only_a_look_at_all_tells() -> None:
+    refusing = Refusing(sound())
+    (shifted,) = (f for f in faults(("rod_spring",), others=False) if f.name.endswith("shifted by 0.5 mm along x"))
+    assert refusing.first_refusal(shifted.assembly) is None
+    assert "clearance" in str(refusing.first_refusal(shifted.assembly, shared=False))
