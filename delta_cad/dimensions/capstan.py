@@ -8,7 +8,7 @@ from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
 from delta_cad import catalogue
 from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, THREAD_WALL_MM, down, require, up
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, THREAD_WALL_MM, down, require, tenths_above, up
 from delta_cad.mechanism.geometry import SIN_60
 
 SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
@@ -69,6 +69,7 @@ class CapstanDimensions:
     cable_diameter_mm: float
     rim_radius_mm: float
     middle_y_mm: float
+    lug_mm: float
     pinion_radius_mm: float
     pinion_bore_mm: float
     pinion_bore_depth_mm: float
@@ -115,7 +116,7 @@ class CapstanDimensions:
     @property
     def end_y_mm(self) -> tuple[float, float]:
         """Coordinate along the shoulder's axis of the cable at the rim's ends, of the smaller angle first."""
-        return self.middle_y_mm + self.run.lug_mm, self.middle_y_mm - self.run.lug_mm
+        return self.middle_y_mm + self.lug_mm, self.middle_y_mm - self.lug_mm
 
     @property
     def cable_length_mm(self) -> float:
@@ -175,9 +176,14 @@ def crest_mm(pinion_pitch_mm: float, cable_mm: float) -> float:
     return pinion_pitch_mm - cable_mm / 2 + GROOVE_FRACTION * cable_mm
 
 
+def drawn_lug_mm(run: CableRun) -> float:
+    """Gives the offset of the rim's ends from its middle plane as it is made, in whole tenths, mm."""
+    return round(run.lug_mm, 1)
+
+
 def sector_width_mm(run: CableRun, cable_mm: float) -> float:
     """Gives the width of the rim that both ends of the cable need, mm."""
-    return 2 * run.lug_mm + cable_mm + 2 * RIM_SIDE_MM
+    return tenths_above(2 * drawn_lug_mm(run) + cable_mm + 2 * RIM_SIDE_MM)
 
 
 def rim_y_mm(
@@ -200,7 +206,7 @@ def rim_y_mm(
     """
     tip = run.sector_mm + cable_mm / 2
     neighbour = (tip - base_radius_mm + clearance_mm / SIN_60) / (2 * SIN_60)
-    low = max(arm_thickness_mm / 2 + SECTOR_OFF_MM, neighbour)
+    low = tenths_above(max(arm_thickness_mm / 2 + SECTOR_OFF_MM, neighbour))
     return low, low + sector_width_mm(run, cable_mm)
 
 
@@ -221,12 +227,13 @@ def base_radius_min_mm(
         clearance_mm: Between links.
 
     Returns:
-        R, mm; arms that never swing a sector under the platform may stand closer.
+        R, mm, of a rim that the rounding of its place puts a whole tenth farther out; arms that never swing a sector
+        under the platform may stand closer.
     """
     tip, width = run.sector_mm + cable_mm / 2, sector_width_mm(run, cable_mm)
-    beside_arm = arm_thickness_mm / 2 + SECTOR_OFF_MM + width
+    beside_arm = tenths_above(arm_thickness_mm / 2 + SECTOR_OFF_MM) + width
     by_arm = (flange_radius_mm + tip / 2 + SIN_60 * beside_arm + clearance_mm) / 1.5
-    by_sector = (flange_radius_mm + tip + clearance_mm * (1.0 + 0.5 / SIN_60) + SIN_60 * width) / 2.0
+    by_sector = (flange_radius_mm + tip + clearance_mm * (1.0 + 0.5 / SIN_60) + SIN_60 * (width + 0.1)) / 2.0
     return max(by_arm, by_sector)
 
 
@@ -254,7 +261,8 @@ def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor) -> flo
     beside = max(beside, 0.0)
     collar = BESIDE_RIM_MM[0] + BESIDE_RIM_SHARE * (cable_mm - USUAL_CABLE_MM)
     asked = ((collar, 0.0), (BESIDE_RIM_MM[1], COLLAR_ASIDE_MM))  # of the collar's end, and of its set screws
-    return max([COLLAR_OFF_MM, *(sqrt(apart**2 - beside**2) - aside for apart, aside in asked if apart > beside)])
+    off = [sqrt(apart**2 - beside**2) - aside for apart, aside in asked if apart > beside]
+    return tenths_above(max([COLLAR_OFF_MM, *off]))
 
 
 def pinion_end_mm(rim_y: tuple[float, float] | None, off_mm: float) -> float:
@@ -353,7 +361,7 @@ def capstan_dimensions(
         ("hardware.capstan_ratio", pitch / widest),
     )
     middle = sum(layers.sector_mm) / 2
-    half = run.grooved_mm / 2 + SHOULDER_MM
+    half = tenths_above(run.grooved_mm / 2 + SHOULDER_MM)
     y = (middle - half, pinion_end_mm(layers.sector_mm, collar_off_mm(run, d, motor)))
     shaft_end = layers.motor_cheek_mm[1] - motor.shaft_length_mm
     floor = shaft_end - 0.5 if shaft_end - 0.5 > y[0] + 0.5 else y[0]  # a longer shaft comes out of the pinion
@@ -403,6 +411,7 @@ def capstan_dimensions(
         cable_diameter_mm=d,
         rim_radius_mm=pitch - d / 2,
         middle_y_mm=middle,
+        lug_mm=drawn_lug_mm(run),
         pinion_radius_mm=crest,
         pinion_bore_mm=bore,
         pinion_bore_depth_mm=y[1] - floor,

@@ -24,6 +24,11 @@ def tenths_below(length_mm: float) -> float:
     return floor(10.0 * length_mm + 1e-9) / 10.0
 
 
+def tenths_above(length_mm: float) -> float:
+    """Rounds up to tenths of a millimetre what only has to be long enough: a shop reads and sets whole tenths."""
+    return ceil(10.0 * length_mm - 1e-9) / 10.0
+
+
 def up(value: float, digits: int = 4) -> str:
     """Writes the least value that does, rounded up: what is read and typed does, too."""
     return _rounded(value, digits, ceil, -1e-9)

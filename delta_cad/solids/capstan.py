@@ -326,7 +326,7 @@ def make_cable(d: Dimensions, end: int) -> Part:
     c, run = capstan_of(d), capstan_of(d).run
     sense = 1.0 if end else -1.0
     ends = (c.rim_angles_rad[end], c.direction_rad - d.home_rad + sense * run.tangent_rad)
-    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[end], sense * run.climb)
+    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[end], _climb(d, end))
     if not end:
         return _piece(d, "capstan_cable_inner", rim)
     length, tolerance = c.bench_mm
@@ -358,7 +358,7 @@ def make_strand(d: Dimensions, end: int) -> Part:
     x, z = c.pinion_axis_mm
     angle = at + pi
     arrives = np.array([x + run.pinion_mm * cos(angle), leaves[1], z + run.pinion_mm * sin(angle)])
-    arrives[1] += sense * run.climb * run.free_mm
+    arrives[1] += _climb(d, end) * run.free_mm
     strand = cylinder(c.cable_diameter_mm - DRAWN_PLAY_MM, tuple(leaves), tuple(arrives))
     return _bought(d, f"capstan_cable_strand_{'outer' if end else 'inner'}", strand, run.free_mm)
 
@@ -370,17 +370,27 @@ def make_turns(d: Dimensions) -> Part:
     """
     c, run = capstan_of(d), capstan_of(d).run
     start = c.direction_rad + pi + run.tangent_rad
-    y = _leaves_y(d, 1) + run.climb * run.free_mm
+    y = _leaves_y(d, 1) + _climb(d, 1) * run.free_mm
     turns = _arcs(run.pinion_mm, (0.0, 0.0), (start, start + run.wrap_rad), y, run.climb)
     return _piece(d, "capstan_cable_turns", turns)
 
 
 def _leaves_y(d: Dimensions, end: int) -> float:
     """Coordinate along the shoulder's axis where a strand leaves the sector in the exported position."""
-    c, run = capstan_of(d), capstan_of(d).run
-    sense = 1.0 if end else -1.0
-    way = c.pitch_radius_mm * abs(c.rim_angles_rad[end] - (c.direction_rad - d.home_rad + sense * run.tangent_rad))
-    return c.end_y_mm[end] + sense * run.climb * way
+    return capstan_of(d).end_y_mm[end] + _climb(d, end) * _on_rim_mm(d, end)
+
+
+def _on_rim_mm(d: Dimensions, end: int) -> float:
+    """Length of cable on the rim in the exported position."""
+    c, sense = capstan_of(d), 1.0 if end else -1.0
+    tangent = c.direction_rad - d.home_rad + sense * c.run.tangent_rad
+    return c.pitch_radius_mm * abs(c.rim_angles_rad[end] - tangent)
+
+
+def _climb(d: Dimensions, end: int) -> float:
+    """Way along the shoulder's axis per length of a strand in the exported position, from its lug to its groove."""
+    c, sense = capstan_of(d), 1.0 if end else -1.0
+    return sense * (c.run.climb + (c.lug_mm - c.run.lug_mm) / (_on_rim_mm(d, end) + c.run.free_mm))
 
 
 def _arcs(

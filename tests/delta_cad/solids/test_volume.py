@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import acos, cos, pi, radians, sin, sqrt, tan
+from math import acos, cos, hypot, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
@@ -174,10 +174,19 @@ def on_rim(d: Dimensions, end: int) -> float:
     return c.pitch_radius_mm * abs(c.rim_angles_rad[end] - off) * sqrt(1.0 + c.run.climb**2)
 
 
-def strand(d: Dimensions) -> float:
-    c = d.capstan
-    assert c is not None
-    return wound(d, c.run.free_mm * sqrt(1.0 + c.run.climb**2))
+def strand(end: int) -> Callable[[Dimensions], float]:
+    """From the lug as it is made straight to where the groove takes the cable up, of which a part is free."""
+
+    def volume(d: Dimensions) -> float:
+        c = d.capstan
+        assert c is not None
+        run, sense = c.run, -1.0 if end else 1.0
+        turned = c.direction_rad - d.home_rad - sum(c.rim_angles_rad) / 2
+        length = run.middle_mm + sense * run.sector_mm * turned
+        climbed = c.middle_y_mm + run.take_off_mm(turned)[end] - c.end_y_mm[end]
+        return wound(d, run.free_mm * hypot(1.0, climbed / length))
+
+    return volume
 
 
 def turns(d: Dimensions) -> float:
@@ -284,8 +293,8 @@ CLOSED: dict[str, tuple[Callable[[Dimensions], float], float]] = {
     "capstan_cable_inner": (lambda d: wound(d, on_rim(d, 0)), ARCS),
     "capstan_cable_outer_end": (lambda d: wound(d, 1.2 + 6.0), KERNEL),
     "capstan_cable_inner_end": (inner_end, KERNEL),
-    "capstan_cable_strand_inner": (strand, KERNEL),
-    "capstan_cable_strand_outer": (strand, KERNEL),
+    "capstan_cable_strand_inner": (strand(0), KERNEL),
+    "capstan_cable_strand_outer": (strand(1), KERNEL),
     "capstan_cable_turns": (turns, ARCS),
     "crimp_sleeve": (crimp_sleeve, KERNEL),
     "rod_tube": (rod_tube, KERNEL),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan2, degrees, pi
+from math import atan, atan2, degrees, pi
 from typing import Any
 
 import numpy as np
@@ -31,12 +31,14 @@ def capstan(d: Dimensions) -> CapstanDimensions:
 
 
 def test_strands_climb_as_the_groove_does(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
-    """Zero against the helix, so that the angle is the helix's own: pitch over the pinion's circumference."""
-    h = best_dimensions.design.hardware
+    """The angle is the helix's own, pitch over the pinion's circumference, but for what rounds the lugs."""
+    h, c = best_dimensions.design.hardware, capstan(best_dimensions)
     results = found(best_assembly)
     assert all(result.passed for result in results.values())
-    lead = atan2(0.7, 2 * pi * h.sector_radius_mm / h.capstan_ratio)
-    assert results["cable fleet angle"].value == pytest.approx(degrees(lead), rel=1e-3)
+    lead = 0.7 / (2 * pi * h.sector_radius_mm / h.capstan_ratio)
+    lengths = c.run.shortest_mm, c.run.shortest_mm + c.run.sector_mm * c.run.stroke_rad
+    steepest = lead + max((c.lug_mm - c.run.lug_mm) / length for length in lengths)
+    assert results["cable fleet angle"].value == pytest.approx(degrees(atan(steepest)), rel=1e-3)
     assert results["cable on its groove"].value == pytest.approx(0.7, abs=1e-3)  # a pitch is left at either end
 
 
@@ -76,7 +78,8 @@ def test_a_lug_shifted_by_a_millimetre_is_refused(
     fleet = results["cable fleet angle"]
     assert not fleet.passed
     assert fleet.worst_pair == ("sector_1",)
-    climbs = run.climb * run.shortest_mm  # by hand, where that strand is shortest: what it climbs, and the shift
+    made = capstan(best_dimensions).lug_mm - run.lug_mm
+    climbs = run.climb * run.shortest_mm + made  # by hand, where that strand is shortest: what it climbs, and the shift
     off = inner_mm - outer_mm  # inwards is towards the other lug for both
     assert fleet.value == pytest.approx(degrees(atan2(abs(climbs + off), run.shortest_mm)), rel=0.01)
 
