@@ -13,8 +13,24 @@ from hypothesis import strategies as st
 from delta_cad.export.drawings.paper.lettering import LetteringError, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along, untangled
-from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread
+from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread, spread_within
 from tests.designs import UNTIMED
+
+
+@UNTIMED
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=12), st.floats(0.5, 20), st.floats(-50, 0))
+def test_spread_between_two_ends_keeps_order_and_room_and_the_ends_where_all_have_room(
+    wanted: list[float], pitch: float, low: float
+) -> None:
+    wanted.sort()
+    high = low + pitch * (len(wanted) - 1) + 5.0
+    within = np.array(spread_within(wanted, pitch, low, high))
+    assert within.min() >= low - 1e-9
+    assert within.max() <= high + 1e-9
+    assert (np.diff(within) > pitch - 1e-9).all()
+    assert spread_within(wanted, pitch, low, high - 6.0) == spread(wanted, [pitch] * len(wanted))
+    free = spread(wanted, [pitch] * len(wanted))
+    assert spread_within(wanted, pitch, min(free) - 1.0, max(free) + 1.0) == pytest.approx(free)
 
 
 @UNTIMED
