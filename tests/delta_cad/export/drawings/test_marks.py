@@ -104,6 +104,17 @@ def test_leaders_are_put_in_an_order_in_which_they_do_not_cross() -> None:
     assert lines_cross(np.array([[10.0, 3.0], tips[0]]), np.array([[10.0, 4.0], tips[1]]))
 
 
+def test_a_leader_gives_way_to_those_of_other_bands() -> None:
+    above = [((4.0, 20.0), (4.0, 2.2))]
+
+    def leaders(order: Sequence[int], places: Sequence[float]) -> list[tuple[Point, ...]]:
+        return [((12.0, y), (10.0, y), (0.0, 0.0)) for _, y in zip(order, places, strict=True)]
+
+    assert lines_cross(np.array(leaders([0], [8.0])[0][-2:]), np.array(above[0]))
+    _, (place,) = untangled([8.0], leaders, np.zeros((0, 2, 2)), above)
+    assert not lines_cross(np.array(leaders([0], [place])[0][-2:]), np.array(above[0]))
+
+
 def test_a_leader_that_would_run_along_an_edge_comes_aslant() -> None:
     edges = np.array([[[-20.0, 2.0], [5.0, 2.0]]])
 
