@@ -85,7 +85,7 @@ class Search:
         standing: The candidate that the last `build` is of.
         once: Keeps what lengths and weights came to, as `Journal.once` does.
         dearer: Price of the machine that passed last over its estimate, where prices are compared.
-        finely: Whether ratio, pinion and width are improved before a machine is built; one that only has to pass may do.
+        finely: Whether ratio, pinion and width are improved before a machine is built, beyond what passes.
     """
 
     brief: DesignBrief
