@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import ceil, cos, hypot, pi, sin
+from math import cos, hypot, pi, sin
 
 import cadquery as cq
 import numpy as np
@@ -34,11 +34,12 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.tolerances import LENGTH_MM
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, tapped
-from delta_cad.solids.making import bought_part, made_part, round_y, round_z
+from delta_cad.solids.making import bought_part, hull_y, made_part, points_of_arc, round_y, round_z
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
+    arcs_about_y,
     bore_y,
     box,
     cut,
@@ -60,11 +61,6 @@ AXIS_DIGITS = 12  # of a direction along an axis, which cosines miss by a roundi
 ROUNDING_MM = 1e-6
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
-ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
-STEEP, KINK = (
-    0.014,
-    0.0115,
-)  # climb above which arcs are shorter, climb times arc: more, and no torus is swept round a kink
 
 
 def capstan_of(d: Dimensions) -> CapstanDimensions:
@@ -156,6 +152,16 @@ def _lightening_radius_mm(c: CapstanDimensions) -> float:
     return sum(_lightening_room_mm(c)) / 2
 
 
+def _corners(
+    d: Dimensions, end: int, radial: tuple[float, float], along: tuple[float, float], corner: float = 0.0
+) -> list[tuple[float, float, float]]:
+    """(x, z, radius) of a rectangle's corners beside a rim's end: off the cable's line, and along it from the end."""
+    point, tangent, normal = rim_end(d, end)
+    r0, r1, s0, s1 = radial[0] + corner, radial[1] - corner, along[0] + corner, along[1] - corner
+    found = [point + r * normal + s * tangent for r in (r0, r1) for s in (s0, s1)]
+    return [(float(p[0]), float(p[2]), corner) for p in found]
+
+
 def make_sector(d: Dimensions) -> Part:
     """Sector beside the arm: rim, nose and anchor for the cable, pocket for its carriage, slot for the stop pin."""
     number, c, a, y = "sector", capstan_of(d), d.arm, d.layers.sector_mm
@@ -166,6 +172,9 @@ def make_sector(d: Dimensions) -> Part:
     under = length / c.rim_radius_mm  # the web goes on under the lug
     top = CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
     foot = CARRIAGE_RADII_MM[0] - LUG_WALL_MM[0]
+    below = c.pitch_radius_mm + foot  # the lug's foot, which the web must reach where it ends: no wedge under it
+    support_radius = max(below + 1.0, below / cos(under) + 0.5)
+    x, z = c.nose_centre_mm
     pocket_y = (c.end_y_mm[1] - CARRIAGE_MM[1] / 2, c.end_y_mm[1] + CARRIAGE_MM[1] / 2 + POCKET_PLAY_MM)
 
     def beside(
@@ -176,10 +185,7 @@ def make_sector(d: Dimensions) -> Part:
         corner: float = 0.0,
     ) -> cq.Shape:
         """Prism beside a rim's end: off the cable's line, along it from the end, along the shoulder's axis; corners."""
-        point, tangent, normal = rim_end(d, end)
-        r0, r1, s0, s1 = radial[0] + corner, radial[1] - corner, along[0] + corner, along[1] - corner
-        corners = [point + r * normal + s * tangent for r in (r0, r1) for s in (s0, s1)]
-        return hull_along_y([(float(p[0]), float(p[2]), corner) for p in corners], wide)
+        return hull_along_y(_corners(d, end, radial, along, corner), wide)
 
     def under_cable(point: np.ndarray) -> bool:
         """Whether a corner lies where the cable leaves rim or nose: a rounding there would lift it."""
@@ -189,9 +195,7 @@ def make_sector(d: Dimensions) -> Part:
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), web)
         rim = ring_segment(c.rim_radius_mm - RIM_MM, c.rim_radius_mm, (low, high), y)
-        below = c.pitch_radius_mm + foot  # the lug's foot, which the web must reach where it ends: no wedge under it
-        support = ring_segment(inner, max(below + 1.0, below / cos(under) + 0.5), (low, high + under), web)
-        x, z = c.nose_centre_mm
+        support = ring_segment(inner, support_radius, (low, high + under), web)
         share = inner / (c.rim_radius_mm - c.nose_radius_mm)
         bar = [(x, z, c.nose_bar_radius_mm), (share * x, share * z, c.nose_bar_radius_mm)]
         nose = fuse(bore_y(2 * c.nose_radius_mm, (x, z), y), hull_along_y(bar, web))
@@ -247,7 +251,12 @@ def make_sector(d: Dimensions) -> Part:
         f"cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
         f"{d.layers.motor_cheek_mm[0] - arm:.3f} +-{LENGTH_MM:g} from the arm to its collar"
     )
-    extent = None, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]), None
+    outline = [(x, z, r) for r in (c.nose_radius_mm, c.nose_bar_radius_mm)]
+    outline += [(0.0, 0.0, r) for r in (a.flange_radius_mm, a.collar_diameter_mm / 2)]
+    outline += points_of_arc(c.rim_radius_mm, (low, high)) + points_of_arc(support_radius, (low, high + under))
+    outline += _corners(d, 1, (foot, top), (0.0, length))
+    outline += _corners(d, 0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM))
+    extent = hull_y(outline, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]))
     return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)
 
 
@@ -326,7 +335,7 @@ def make_cable(d: Dimensions, end: int) -> Part:
     c, run = capstan_of(d), capstan_of(d).run
     sense = 1.0 if end else -1.0
     ends = (c.rim_angles_rad[end], c.direction_rad - d.home_rad + sense * run.tangent_rad)
-    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[end], _climb(d, end))
+    rim = arcs_about_y(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[end], _climb(d, end))
     if not end:
         return _piece(d, "capstan_cable_inner", rim)
     length, tolerance = c.bench_mm
@@ -345,7 +354,9 @@ def make_cable_end(d: Dimensions, end: int) -> Part:
         back = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
         return _piece(d, "capstan_cable_outer_end", [[point + back * tangent, point]])
     low, y = c.rim_angles_rad[0], c.end_y_mm[0]
-    nose = _arcs(c.nose_radius_mm + c.cable_diameter_mm / 2, c.nose_centre_mm, (low - c.turns_rad[0], low), y, 0.0)
+    nose = arcs_about_y(
+        c.nose_radius_mm + c.cable_diameter_mm / 2, c.nose_centre_mm, (low - c.turns_rad[0], low), y, 0.0
+    )
     return _piece(d, "capstan_cable_inner_end", [[point + (ANCHOR_MM + CRIMP_MM[1]) * tangent, point], *nose])
 
 
@@ -370,8 +381,8 @@ def make_turns(d: Dimensions) -> Part:
     c, run = capstan_of(d), capstan_of(d).run
     start = c.direction_rad + pi + run.tangent_rad
     y = _leaves_y(d, 1) + _climb(d, 1) * run.free_mm
-    ends = start, start + run.wrap_rad
-    return _piece(d, "capstan_cable_turns", _arcs(run.pinion_mm, (0.0, 0.0), ends, y, run.climb))
+    turns = arcs_about_y(run.pinion_mm, (0.0, 0.0), (start, start + run.wrap_rad), y, run.climb)
+    return _piece(d, "capstan_cable_turns", turns)
 
 
 def _leaves_y(d: Dimensions, end: int) -> float:
@@ -390,26 +401,6 @@ def _climb(d: Dimensions, end: int) -> float:
     """Way along the shoulder's axis per length of a strand in the exported position, from its lug to its groove."""
     c, sense = capstan_of(d), 1.0 if end else -1.0
     return sense * (c.run.climb + (c.run.made_lug_mm - c.run.lug_mm) / (_on_rim_mm(d, end) + c.run.free_mm))
-
-
-def _arcs(
-    radius: float, middle: tuple[float, float], ends: tuple[float, float], y: float, climb: float
-) -> list[list[np.ndarray]]:
-    """Arcs of the cable's middle round an axis along y through (x, z), along a helix.
-
-    Args:
-        radius: From the axis to the cable's middle.
-        middle: (x, z) of the axis.
-        ends: First and last polar angle.
-        y: Coordinate at the first.
-        climb: Way along y per length of cable.
-    """
-    first, last = ends
-    longest = ARC_RAD if abs(climb) <= STEEP else KINK / abs(climb)
-    angles = np.linspace(first, last, 2 * ceil(abs(last - first) / longest) + 1)
-    along = y + climb * radius * np.abs(angles - first)
-    points = np.column_stack([middle[0] + radius * np.cos(angles), along, middle[1] + radius * np.sin(angles)])
-    return [list(points[k : k + 3]) for k in range(0, len(points) - 1, 2)]
 
 
 def _piece(d: Dimensions, number: str, pieces: list[list[np.ndarray]]) -> Part:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from math import sqrt
+from math import ceil, cos, floor, pi, sin, sqrt
 from typing import TypedDict, Unpack
 
 import cadquery as cq
@@ -105,6 +105,12 @@ def hull_y(circles: Sequence[tuple[float, float, float]], y: Span) -> Extent:
     lows, highs = zip(*(((x - r, z - r), (x + r, z + r)) for x, z, r in circles), strict=True)
     (x0, z0), (x1, z1) = (map(min, zip(*lows, strict=True)), map(max, zip(*highs, strict=True)))
     return (x0, x1), y, (z0, z1)
+
+
+def points_of_arc(radius: float, angles: Span) -> list[tuple[float, float, float]]:
+    """(x, z, 0) of an arc's ends about y and of where it crosses an axis, as circles of `hull_y`."""
+    quarters = range(ceil(2.0 * angles[0] / pi), floor(2.0 * angles[1] / pi) + 1)
+    return [(radius * cos(a), radius * sin(a), 0.0) for a in (*angles, *(k * pi / 2.0 for k in quarters))]
 
 
 def cut_circle(radius: float, half_slit: float) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import acos, atan2, cos, hypot, pi, sin, tau
+from math import acos, atan2, ceil, cos, hypot, pi, sin, tau
 from typing import cast
 
 import cadquery as cq
@@ -29,6 +29,9 @@ FAR_MM = 1e3  # beyond every part
 SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it
 LEFT_MM = 0.05  # that a cutter may leave in a corner without a rounding: half of what ISO 2768-m allows a size
 NEAR_MM = 1e-5  # of faces that nearly meet: a hundredth of what is measured
+ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
+STEEP = 0.014  # climb above which arcs are shorter
+KINK = 0.0115  # climb times arc, there: with more no torus is swept round a kink
 THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
 
 
@@ -382,3 +385,23 @@ def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
 def closed_corners(shape: cq.Shape) -> list[InnerEdge]:
     """Finds the inner edges that no flat end mill makes, from wherever it comes."""
     return [corner for corner, ways in corner_ways(shape) if not ways]
+
+
+def arcs_about_y(
+    radius: float, middle: tuple[float, float], ends: tuple[float, float], y: float, climb: float
+) -> list[list[np.ndarray]]:
+    """Arcs of a cable's middle round an axis along y through (x, z), along a helix, as `swept_round` takes them.
+
+    Args:
+        radius: From the axis to the cable's middle.
+        middle: (x, z) of the axis.
+        ends: First and last polar angle.
+        y: Coordinate at the first.
+        climb: Way along y per length of cable.
+    """
+    first, last = ends
+    longest = ARC_RAD if abs(climb) <= STEEP else KINK / abs(climb)
+    angles = np.linspace(first, last, 2 * ceil(abs(last - first) / longest) + 1)
+    along = y + climb * radius * np.abs(angles - first)
+    points = np.column_stack([middle[0] + radius * np.cos(angles), along, middle[1] + radius * np.sin(angles)])
+    return [list(points[k : k + 3]) for k in range(0, len(points) - 1, 2)]

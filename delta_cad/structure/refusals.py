@@ -1,8 +1,9 @@
 """Why a design's hardware cannot do, in closed form and all at once: no solid is made, only samples are posed.
 
-Five kinds: parts that cannot be given sound dimensions; a drive that gives too little or breaks its cable; an outline
-that elbows or motors alone exceed; a cable whose plane or length no tolerances hold; loads that parts may not bear even
-if nothing had a weight. Each is necessary: what passes here may still fail a check.
+Six kinds: a platform that hangs below its elbows, beside which nothing else is told; parts that cannot be given sound
+dimensions; a drive that gives too little or breaks its cable; an outline that elbows or motors alone exceed; a cable
+whose plane or length no tolerances hold; loads that parts may not bear even if nothing had a weight. Each is necessary:
+what passes here may still fail a check.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
+from delta_cad.mechanism import direct_margin
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.structure.holds import Holds, holds
 from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
@@ -63,12 +65,29 @@ def refusals(design: Design) -> tuple[Reason, ...]:
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
+    if hanging := _mode(design):  # parts, loads and advice would be about another machine than the forward kinematics'
+        return hanging
     found = _drive(design)
     try:
         d = dimensions(design)
     except DimensionError as error:
         return (*error.reasons, *found)
     return (*found, *_outline(d), *_cable_plane(d), *_cable_travel(d), *_borne(d))
+
+
+def _mode(design: Design) -> tuple[Reason, ...]:
+    """The assembly mode where it is not the machine's own."""
+    cube, field = design.cube, "cube.bottom_height_mm"
+    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, COUNT)
+    margins = direct_margin(design.geometry, positions / MM_PER_M)
+    if margins.min() > 0.0:
+        return ()
+    x, y, z = (round(float(v), 1) + 0.0 for v in positions[np.argmin(margins)])  # no -0.0
+    told = (
+        f"{field} = {cube.bottom_height_mm:g} must be higher, or the forearms longer: det S > 0, the platform above "
+        f"the elbows, is asked at every position, also at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+    )
+    return (Reason("cube", "assembly mode", told, field, cube.bottom_height_mm),)
 
 
 def _drive(design: Design) -> list[Reason]:

@@ -18,6 +18,7 @@ HOPEFUL = 4  # halvings from which on a box is left whose own middle, taken alon
 MIDDLES = 64  # of those that are looked at
 
 
+@np.errstate(all="ignore")
 def breaks(g: DeltaGeometry, limit: PoseLimit, point: np.ndarray) -> bool:
     """Decides whether a position breaks a limit for certain.
 
@@ -47,6 +48,7 @@ class Unproved:
     upper: tuple[float, ...]
 
 
+@np.errstate(all="ignore")  # what overflows encloses nothing and so proves nothing
 def replay(
     g: DeltaGeometry,
     limits: Sequence[PoseLimit],

@@ -120,12 +120,18 @@ def value_faults(drawing: Drawing, features: Features) -> Iterable[str]:
 
 
 def extent_faults(part: Part, features: Features) -> Iterable[str]:
-    """Holds how far a part declares that it reaches against what is told: each end has a coordinate, or is round."""
+    """Holds how far a part declares that it reaches against what is told: each end has a coordinate, or is none.
+
+    Round faces end where their radius and place have them, and so do corners of slanted ones, as of a sector's lug.
+    """
     for k, span in enumerate(part.extent_mm or ()):
         for end in span or ():
+            there = [face for face in features.faces if min(abs(face.box[:, k] - end)) < ROUND_MM]
             placed = any(abs(p.along[k]) > 1.0 - 1e-6 and abs(p.value - end) < SAME_MM for p in features.places)
-            rounded = any(face.kind != "plane" and min(abs(face.box[:, k] - end)) < ROUND_MM for face in features.faces)
-            if not placed and not rounded and not any(s.kind == "flat" for s in features.sizes):
+            rounded = any(face.kind != "plane" for face in there)
+            slants = [1e-6 < abs(float(face.axis[k])) < 1.0 - 1e-6 for face in there if abs(face.axis[k]) > 1e-6]
+            corner, flat = bool(slants) and all(slants), any(s.kind == "flat" for s in features.sizes)
+            if not (placed or rounded or corner or flat):
                 yield f"nothing tells its end at {end:.3f} mm along {'xyz'[k]}"
 
 

@@ -12,6 +12,7 @@ from delta_cad.checks.solidity import bore_counts, check_solidity
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.bought.encoder_board import make_encoder_board
 from delta_cad.solids.bought.foot import make_foot
+from delta_cad.solids.capstan import make_sector
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.platform import make_knob
 from tests.delta_cad.checks.machines import STEEL, box, part, parts, rod
@@ -162,3 +163,17 @@ def test_every_bought_part_of_the_catalogue_is_sound_and_declares_its_bores(
     rows = catalogue.family(family)
     for row in rows.values():
         assert checked(make(replace(best_dimensions, **{family: row}))).passed, row.id
+
+
+def test_a_sector_that_is_shorter_anywhere_is_refused(best_dimensions: Dimensions) -> None:
+    """One without the outermost 0.2 mm of its lug passed: along two axes it declared nothing."""
+    sector = make_sector(best_dimensions)
+    assert checked(sector).passed
+    bounds = sector.solid.BoundingBox()
+    for axis, (low, high) in (("x", (bounds.xmin, bounds.xmax)), ("z", (bounds.zmin, bounds.zmax))):
+        for start, end in ((low - 1.0, low + 0.2), (high - 0.2, high + 1.0)):
+            first, last = [-100.0] * 3, [100.0] * 3
+            first["xyz".index(axis)], last["xyz".index(axis)] = start, end
+            shorter = sector.solid.cut(box((first[0], first[1], first[2]), (last[0], last[1], last[2])))
+            found = checked(replace(sector, solid=max(shorter.Solids(), key=cq.Shape.Volume)))
+            assert f"it reaches along {axis} from " in found.detail

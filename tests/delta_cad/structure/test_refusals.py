@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 from time import process_time
 from typing import Any
 
 import pytest
 
 from delta_cad import catalogue
+from delta_cad.commands.cli import main
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_MOST_MM
 from delta_cad.dimensions import Reason, dimensions
@@ -16,6 +19,7 @@ from delta_cad.dimensions.tolerances.machine import machine_chains
 from delta_cad.structure.refusals import least_outline_mm, refusals
 from tests.committed import ROOT, changed
 from tests.delta_cad.dimensions.test_sizes import LARGE, made
+from tests.designs import hanging
 
 
 def machine(**changes: Any) -> Design:
@@ -29,6 +33,24 @@ def told(**changes: Any) -> dict[str, Reason]:
 
 def test_the_committed_machine_is_not_refused(best: Design) -> None:
     assert refusals(best) == ()
+
+
+def test_of_a_platform_below_its_elbows_nothing_else_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Room for springs and motors of a machine that cannot be put together so sent the reader elsewhere."""
+    (reason,) = refusals(design_from_dict(hanging()))
+    assert (reason.field, reason.value, reason.bound) == ("cube.bottom_height_mm", 34.5, None)
+    path = tmp_path / "hanging.json"
+    path.write_text(json.dumps(hanging()))
+    for command in ("check", "build", "drawings", "view"):
+        assert main([command, "--design", str(path)]) == 2
+        told = capsys.readouterr()
+        assert told.out == ""
+        assert told.err.startswith(
+            "hanging.json: cube, assembly mode: cube.bottom_height_mm = 34.5 must be higher, or "
+        )
+        assert told.err.count("\n") == 1
 
 
 # The hardware that no build of the first year could do with: what is changed, and what is said; nothing: it is built.

@@ -156,6 +156,20 @@ def test_masses_of_another_design_are_refused_with_their_field(
     assert not (tmp_path / "d.json").exists()
 
 
+def test_what_overflows_in_a_replay_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """NumPy's warnings, errors in these tests, came before it."""
+    out = tmp_path / "c.json"
+    assert call("certify", "--design", changed(tmp_path), "--out", out) == 0
+    good = json.loads(out.read_text())
+    capsys.readouterr()
+    for length in ("upper_arm_length_m", "forearm_length_m"):
+        out.write_text(json.dumps(redigested(good | {"geometry": good["geometry"] | {length: 5e-324}})))
+        assert call("verify", out) == 1
+        told, err = capsys.readouterr()
+        assert (told, err.count("\n")) == ("", 1)
+        assert "it could not be proved again in the box" in err
+
+
 def test_figures_of_findings_are_those_that_a_proof_gives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = changed(tmp_path, kappa_max=2.2), tmp_path / "c.json"
     assert call("certify", "--design", path, "--out", out) == 1

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
+from delta_cad.export.drawings.checker import drawing_faults, extent_faults, sheet_faults
 from delta_cad.export.drawings.paper.sheet import Drawing, Item, Leaf, Mark, Sheet, Stroke, Text, leaves
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.views.marks import arrow
@@ -100,6 +101,15 @@ def test_an_end_that_nothing_tells_is_found(sound: tuple[Drawing, Features]) -> 
     drawing, features = sound
     longer = replace(plate(), extent_mm=((0.0, 61.0), (0.0, 40.0), (0.0, 8.0)))
     assert drawing_faults(drawing, longer, features) == ["nothing tells its end at 61.000 mm along x"]
+
+
+def test_a_corner_of_slanted_faces_needs_no_coordinate_and_a_face_across_does(sound: tuple[Drawing, Features]) -> None:
+    """A sector's lug ends in corners, which its own sides tell."""
+    across = [face for face in sound[1].faces if face.kind == "plane" and abs(face.axis[0]) > 0.5]
+    slanted = [replace(face, axis=np.array([0.8, 0.6, 0.0])) for face in across]
+    part, bare = replace(plate(), extent_mm=((0.0, 60.0), None, None)), replace(sound[1], places=[], sizes=[])
+    for faces, faults in ((across, 2), (slanted, 0), ([*across, *slanted], 2)):
+        assert len(list(extent_faults(part, replace(bare, faces=faces)))) == faults
 
 
 def test_frames_that_overlap_are_found() -> None:
