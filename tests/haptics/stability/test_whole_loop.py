@@ -71,11 +71,12 @@ class WholeLoop:
         corner: Of the low-pass, Hz.
         age: Of a reading when it is taken, s.
         late: Whole periods from reading to torque.
+        sections: Numerator and denominator (3,) of each filter of second order over the whole force.
     """
 
     def __init__(
         self, machine: MachineModel, par: Plant, p: np.ndarray, normal: np.ndarray, hand: Hand | None, period: float,
-        corner: float, age: float, late: int = 1,
+        corner: float, age: float, late: int = 1, sections: tuple[tuple[np.ndarray, np.ndarray], ...] = (),
     ) -> None:  # fmt: skip
         self.seen, self.normal, self.period = rates(machine, p), np.asarray(normal, float), period
         self.back = np.linalg.inv(self.seen)
@@ -110,30 +111,37 @@ class WholeLoop:
         moved, seen = expm(period * ways), expm((period - age) * ways)[:3]
         self.moves, self.pushes = moved[:size, :size], moved[:size, size:]
         self.sees, self.sees_push = self.seen @ seen[:, :size], self.seen @ seen[:, size:]
-        self.pole, self.late = math.exp(-2.0 * math.pi * corner * period), late
+        self.pole, self.late, self.sections = math.exp(-2.0 * math.pi * corner * period), late, sections
+        self.wide = self.size + 9 + 3 * late + 2 * len(sections)
 
     def tick(self, z: np.ndarray, stiffness: float, damping: float, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """One tick of many loops side by side: (N, m) states on; the forces (m,) that are commanded."""
-        x, ahead, before, rate, waiting = np.split(z, [self.size, self.size + 3, self.size + 6, self.size + 9])
+        ends = [self.size, self.size + 3, self.size + 6, self.size + 9, self.size + 9 + 3 * self.late]
+        x, ahead, before, rate, waiting, kept = np.split(z, ends)
         read = ahead + error
         rate = self.pole * rate + (1.0 - self.pole) * (read - before) / self.period
         force = -self.normal @ self.back @ (stiffness * read + damping * rate)
+        memory = []
+        for (b, a), (first, second) in zip(self.sections, kept.reshape(-1, 2, z.shape[1]), strict=True):
+            out = b[0] * force + first
+            memory += [b[1] * force - a[1] * out + second, b[2] * force - a[2] * out]
+            force = out
         line = np.vstack([np.outer(self.back.T @ self.normal, force), waiting])
         torque = line[3 * self.late : 3 * self.late + 3]
         ahead, x = self.sees @ x + self.sees_push @ torque, self.moves @ x + self.pushes @ torque
-        return np.vstack([x, ahead, read, rate, line[: 3 * self.late]]), force
+        return np.vstack([x, ahead, read, rate, line[: 3 * self.late], *memory]), force
 
     def radius(self, stiffness: float, damping: float) -> float:
         """Largest absolute eigenvalue of the map over a tick, but for ways along the wall, which nothing calls back."""
-        wide = self.size + 9 + 3 * self.late
-        roots = np.linalg.eigvals(self.tick(np.eye(wide), stiffness, damping, np.zeros((3, wide)))[0])
+        every, none = np.eye(self.wide), np.zeros((3, self.wide))
+        roots = np.linalg.eigvals(self.tick(every, stiffness, damping, none)[0])
         return float(np.abs(roots[np.abs(roots - 1.0) > NEUTRAL]).max())
 
     def shaken(
         self, stiffness: float, damping: float, noise: float, ticks: int, many: int, skip: int
     ) -> tuple[float, np.ndarray]:
         """Monte Carlo of independent loops: rms of the force (N), and the knob's ways (ticks, 3 many)."""
-        rng, z = np.random.default_rng(11), np.zeros((self.size + 9 + 3 * self.late, many))
+        rng, z = np.random.default_rng(11), np.zeros((self.wide, many))
         forces, ways = [], []
         for k in range(ticks + skip):
             z, force = self.tick(z, stiffness, damping, noise * rng.normal(size=(3, many)))
