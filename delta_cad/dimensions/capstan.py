@@ -119,6 +119,12 @@ class CapstanDimensions:
         return self.middle_y_mm + self.lug_mm, self.middle_y_mm - self.lug_mm
 
     @property
+    def groove_y_mm(self) -> tuple[float, float]:
+        """Both ends of the pinion's groove along its axis: a shoulder from its end, and as far beyond the middle."""
+        first = self.pinion_y_mm[0] + SHOULDER_MM
+        return first, 2 * self.middle_y_mm - first
+
+    @property
     def cable_length_mm(self) -> float:
         """Length of the cable between the backs of its two sleeves, where the carriage stands first."""
         nose = (self.nose_radius_mm + self.cable_diameter_mm / 2) * self.turns_rad[0]

@@ -283,13 +283,11 @@ def make_pinion(d: Dimensions) -> Part:
     """Pinion on the motor's shaft, its groove drawn to the bottom as threads are; set screws in its collar."""
     number, c = "pinion", capstan_of(d)
     (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
-    half, bottom = c.run.grooved_mm / 2, c.run.pinion_mm - c.cable_diameter_mm / 2
-    first, last = c.middle_y_mm - half, c.middle_y_mm + half
+    (first, last), bottom = c.groove_y_mm, c.run.pinion_mm - c.cable_diameter_mm / 2
     crest, end = c.pinion_radius_mm, last + SHOULDER_MM
-    neck = min(crest, c.collar_radius_mm)
-    body = stepped(
-        (crest, y0, first), (bottom, first, last), (crest, last, end), (neck, end, y1), (c.collar_radius_mm, y1, y2)
-    )
+    neck = [(min(crest, c.collar_radius_mm), end, y1)] if y1 > end + ROUNDING_MM else []
+    collar = c.collar_radius_mm, neck[0][2] if neck else end, y2
+    body = stepped((crest, y0, first), (bottom, first, last), (crest, last, end), *neck, collar)
     floor = y2 - c.pinion_bore_depth_mm
     middle, far, near, boring = (y1 + y2) / 2, c.collar_radius_mm, c.pinion_bore_mm / 2, Boring()
     out = far + THROUGH_MM
@@ -311,7 +309,7 @@ def make_pinion(d: Dimensions) -> Part:
     run, d_c = c.run, c.cable_diameter_mm
     description = (
         f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} cut from diameter {2 * crest:.3f} to "
-        f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, begun at any "
+        f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {last - first:.1f} long, begun at any "
         "angle; lands stay, not drawn; hard anodised"
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)
