@@ -245,7 +245,7 @@ def make_sector(d: Dimensions) -> Part:
     description = (
         f"capstan sector, rim radius {c.rim_radius_mm:g} +-{RIM_TURNED_MM:g} smooth, "
         f"cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
-        f"{d.layers.motor_cheek_mm[0] - arm:.3f} +-{LENGTH_MM:g} from the arm to its collar"
+        f"{d.layers.motor_cheek_mm[0] - arm:g} +-{LENGTH_MM:g} from the arm to its collar"
     )
     extent = None, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]), None
     return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)
@@ -309,7 +309,7 @@ def make_pinion(d: Dimensions) -> Part:
     run, d_c = c.run, c.cable_diameter_mm
     description = (
         f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} cut from diameter {2 * crest:.3f} to "
-        f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {last - first:.1f} long, begun at any "
+        f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {last - first:g} long, begun at any "
         "angle; lands stay, not drawn; hard anodised"
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)

@@ -97,7 +97,7 @@ def test_what_the_machine_needs_stands_on_the_drawings(folder: Path, best_dimens
         "shoulder_shaft": ["Ø8 h6 (0/-0.009)", "Ra 0.8", f"{d.shaft.y_mm[1] - d.shaft.y_mm[0]:g}", "8 across flats"],
         "platform": [f"{d.platform.radius_mm:g}"],
         "base_plate": [f"Ø{2 * d.base.radius_mm:g}", f"{d.base.thickness_mm:g}"],
-        "handle_stem": ["M6"],
+        "handle_stem": ["2x M6"],
     }
     for number, texts in wanted.items():
         found = [text.lstrip("-") for text in svg_texts(folder / f"{number}.svg")]
