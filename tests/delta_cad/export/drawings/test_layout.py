@@ -50,6 +50,19 @@ def test_a_plate_has_two_views_of_which_one_is_cut_through_its_steps() -> None:
     assert {place.key for place in front.places}.isdisjoint(place.key for place in side.places)
 
 
+def test_a_floor_that_the_cut_view_hides_is_drawn_there_and_nothing_else_is() -> None:
+    """A pocket beside the plane of the cut, its floor 2 above the bottom: where the coordinate 2 stands."""
+    whole = plate()
+    pocket = cq.Workplane().box(8, 3, 8, centered=False).translate((12, 2, 2))
+    (solid,) = whole.solid.cut(*pocket.solids().vals()).Solids()
+    side = next(view for view in views(replace(whole, solid=solid)) if view.cut is not None)
+    hidden = [item for item in side.items if item.layer == "hidden"]
+    assert hidden
+    assert len(side.behind) > len(hidden)
+    assert {round(abs(point[1]), 6) for item in hidden for point in item.points} == {2.0}  # type: ignore[union-attr]
+    assert any(place.value == pytest.approx(2.0) for place in side.places)
+
+
 def test_a_slanted_pocket_is_drawn_once_more_turned() -> None:
     body = cq.Workplane().box(60, 40, 8)
     body = body.cut(cq.Workplane().box(20, 10, 20).rotate((0, 0, 0), (0, 0, 1), 30))
