@@ -39,6 +39,7 @@ LEAN_RAD = radians(28.0)  # where the requirements state none
 ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt
 STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
 NECK_MM = 2.5  # of a rod's end between its stem and the tube: the springs bend it, the shorter the less
+BAR_BEYOND_MM = 1.0  # of a cross-bar from the boss that holds it, at least: its cones are not bonded
 STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
 EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 0.6
@@ -241,15 +242,16 @@ def forearm_dimensions(
     rod, step = tube.outer_mm / 2, neck / 2 + STUD_SHOULDER_MM
     stand_off = ceil(10.0 * (rod + ROOM_MM + step * sin(tilt)) / cos(tilt)) / 10.0
     stem = ceil(10.0 * (step + STEM_ROOM_MM + rod * sin(tilt)) / cos(tilt)) / 10.0
-    bar = width_mm - 2 * stand_off
+    bar, cone = width_mm - 2 * stand_off, bar_mm / 2 - step
+    narrowest = boss_width_mm + 2 * max(BAR_BEYOND_MM, cone) + 2 * stand_off
     require(
-        bar >= boss_width_mm + 2.0,
+        width_mm >= narrowest - 1e-9,
         "cross_bar",
         "length",
-        f"parallelogram_width_mm = {width_mm:g} must be at least {boss_width_mm + 2.0 + 2 * stand_off:g} mm",
+        f"parallelogram_width_mm = {width_mm:g} must be at least {up(narrowest)} mm",
         "mechanism.parallelogram_width_mm",
         width_mm,
-        boss_width_mm + 2.0 + 2 * stand_off,
+        narrowest,
     )
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)
     seat = ball_mm + 2 * CLEARANCE_MM
@@ -296,7 +298,7 @@ def forearm_dimensions(
         stand_off_mm=stand_off,
         bar_diameter_mm=bar_mm,
         bar_length_mm=bar,
-        cone_mm=bar_mm / 2 - step,
+        cone_mm=cone,
         lip_mm=seat / 2 * cos(WRAP_RAD),
         cup_radius_mm=cup,
         liner_radius_mm=seat / 2 + LINER_MM,

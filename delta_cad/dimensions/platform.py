@@ -7,7 +7,7 @@ from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
-from delta_cad.dimensions.forearm import BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
+from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
 from delta_cad.dimensions.rules import require, up
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
@@ -16,7 +16,6 @@ BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 
-BAR_BEYOND_MM = 1.0  # of a cross-bar from its boss, at least: its cones are not bonded
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
 MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet

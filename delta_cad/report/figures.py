@@ -189,7 +189,8 @@ def headline(s: Subject, over: Sequence[Field]) -> list[dict[str, str]]:
         if field.name in ("effective_mass", "friction", "stiffness"):
             worst = told(field.worst()[0], field.unit, 3)
             centre = float(field.values(s.limits.centre_mm[None, :])[0])
-            cards.append(_card(field.words, told(centre, "", 3), field.unit, f"in the centre; {worst} at worst"))
+            most = "at most, in the centre" if field.name == "friction" else "in the centre"  # ball joints' is bounded
+            cards.append(_card(field.words, told(centre, "", 3), field.unit, f"{most}; {worst} at worst"))
     weight = f"{G_PER_KG * s.masses['moving_mass_kg']:.0f} g of it moves"
     cards.append(_card("Mass", f"{s.masses['total_mass_kg']:.2f}", "kg", weight))
     return cards

@@ -85,6 +85,8 @@ class Search:
         standing: The candidate that the last `build` is of.
         once: Keeps what lengths and weights came to, as `Journal.once` does.
         dearer: Price of the machine that passed last over its estimate, where prices are compared.
+        finely: Whether ratio, pinion and width are improved before a machine is built: one that only has to pass need
+            not be the best of its hardware.
     """
 
     brief: DesignBrief
@@ -100,6 +102,7 @@ class Search:
     standing: Candidate | None = None
     once: Callable[..., Any] = at_once
     dearer: float = 1.0
+    finely: bool = True
 
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
@@ -245,7 +248,7 @@ class Search:
             again: Whether it was refined already, and solids told something new: nearer choices are looked at.
         """
         best = self._settled_near(choice, weighing=not again)
-        return None if best is None else self._climbed(best, AGAIN if again else COARSE)
+        return best if best is None or not self.finely else self._climbed(best, AGAIN if again else COARSE)
 
     def _polished(self, candidate: Candidate) -> Candidate:
         """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
@@ -294,7 +297,7 @@ class Search:
         candidate: Candidate | None = None
         for turn in range(SWEEPS):
             candidate = self.settled(choice, candidate.lengths_mm if candidate else None)
-            candidate = self._polished(candidate) if candidate is not None and not turn else candidate
+            candidate = self._polished(candidate) if candidate and self.finely and not turn else candidate
             if candidate is None or self.dearer * candidate.score <= least or self.stop():
                 return None
             choice = candidate.choice

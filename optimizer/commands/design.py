@@ -262,6 +262,7 @@ def _eased(
     for one, factor in tries if monotonic() < ends else []:
         brief = one.further(factor).model_copy(update={"name": f"{search.brief.name}{NEAREST_NAME}"})
         near = _search(given, brief, journal, line, ends, told)
+        near.finely = False
         if (refined := near.refined(one.choice)) is not None:
             near.built(refined.choice, -math.inf)
         if told:

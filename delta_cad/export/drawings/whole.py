@@ -24,7 +24,7 @@ from delta_cad.export.drawings.layout import ratio
 from delta_cad.export.drawings.paper.lettering import width_of
 from delta_cad.export.drawings.paper.sheet import Arc, Area, Box, Drawing, Item, Point, Stroke, Text, box_of, moved
 from delta_cad.export.drawings.title import TITLE_MM, Titles, framed, inner
-from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, scaled, spread
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, scaled, spread_within
 from delta_cad.export.drawings.views.projection import Frame, Seen, seen_of
 from delta_cad.export.views.explode import exploded_chain
 from delta_cad.solids.part import Occurrence, location_of
@@ -286,7 +286,7 @@ def balloons(points: Mapping[int, Point], drawn: Box) -> list[Item]:
     ordered = sorted(points.items(), key=lambda one: one[1][0])
     half = (len(ordered) + 1) // 2
     for side, group in ((-1.0, ordered[:half]), (1.0, ordered[half:])):
-        heights = spread(sorted(point[1] for _, point in group), [BALLOON_PITCH_MM] * len(group))
+        heights = spread_within(sorted(point[1] for _, point in group), BALLOON_PITCH_MM, drawn[1], drawn[3])
         x = drawn[0] - AWAY_MM if side < 0.0 else drawn[2] + AWAY_MM + DIMENSION_MM
         edges = [(x - side * BALLOON_MM, y) for y in heights]
         away = [[hypot(edge[0] - point[0], edge[1] - point[1]) for edge in edges] for _, point in group]

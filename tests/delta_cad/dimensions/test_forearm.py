@@ -190,6 +190,17 @@ def test_a_cross_bar_that_its_boss_does_not_leave_free_is_refused_with_its_bound
         forearm_dimensions(120.0, 54.0, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0)
 
 
+def test_a_cross_bar_is_bonded_over_its_boss_and_not_at_its_cones(best_dimensions: Dimensions) -> None:
+    """A bar of 9 mm on a stud of 2.25 + 0.8 mm has cones of 1.45 mm; its boss of 38 mm takes what lies between."""
+    tube, arm = catalogue.tube("cfrp-5x3"), best_dimensions.arm
+    least = 38.0 + 2 * (1.45 + 7.1)
+    made = forearm_dimensions(120.0, least, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0, 9.0)
+    assert made.cone_mm == pytest.approx(1.45)
+    assert made.bar_length_mm - 2 * made.cone_mm == pytest.approx(38.0)
+    with pytest.raises(DimensionError, match=r"^cross_bar, length: .* must be at least 55\.1 mm$"):
+        forearm_dimensions(120.0, least - 0.01, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0, 9.0)
+
+
 @pytest.mark.parametrize(("fold", "lean"), [(0.3, 0.4), (0.6, 0.0), (1.2, 0.4), (1.57, 0.2), (2.4, 0.0)])
 def test_springs_keep_their_distance_from_the_arm_beside_which_rods_fold(
     best_dimensions: Dimensions, fold: float, lean: float

@@ -36,11 +36,13 @@ POSED = [
 ]
 
 
-def page(posed: list[Posed], bound: Bound | None, unit: str = "mm of cube") -> Page:
+def page(
+    posed: list[Posed], bound: Bound | None, unit: str = "mm of cube", why: tuple[str, ...] = ("it was tight",)
+) -> Page:
     tried = Tried(31, posed, [], {f"weak {BAD}": "too weak"})
     results = [CheckResult("kappa", True, 2.268, 2.27, ""), CheckResult("friction", True, 0.1, 0.8, "N")]
     cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
-    return Page(design_page(TOLD, results, tried, ["it was tight"], [], cost, bound, unit))
+    return Page(design_page(TOLD, results, tried, why, [], cost, bound, unit))
 
 
 def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
@@ -68,6 +70,11 @@ def test_it_says_what_binds_what_limits_cost_and_what_is_proved_and_runs_nothing
     assert found.all("script") == found.all("b") == []
     assert next(e.attributes["href"] for e in found.all("a")) == "report.html"
     assert "No machine of this family" not in page(POSED, None).one("tried").text
+
+
+def test_where_nothing_failed_no_lesson_is_announced() -> None:
+    found = page(POSED, None, why=())
+    assert "Lessons" not in "".join(e.text for e in [*found.all("h2"), *found.all("a")])
 
 
 @pytest.mark.parametrize("posed", [[], POSED[:1], [Posed(POSED[0].choice, -0.34)]])

@@ -89,6 +89,18 @@ def test_a_machine_is_told_by_the_ratio_that_small_steps_came_to(monkeypatch: py
     assert not any("at 5:1" in line for line in told)
 
 
+def test_what_only_has_to_pass_is_built_at_the_first_ratio_that_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    paper = Paper({MOTORS[0]: [[PASSED]]})
+    search = searched(paper, {MOTORS[0]: [83.0, 83.0, 83.0]}, monkeypatch)
+    search.finely, first = False, Choice(MOTORS[0], "capstan", 5.0, 50.0)
+    monkeypatch.setattr(search, "refined", lambda choice: Search.refined(search, choice))
+    monkeypatch.setattr(search, "_polished", lambda one: Search._polished(search, one))
+    monkeypatch.setattr(search, "_climbed", lambda *_: pytest.fail("looked for better hardware"))
+    found = search.best()
+    assert found is not None
+    assert found[0].choice == first
+
+
 def test_the_next_motor_is_built_only_if_it_promises_more(monkeypatch: pytest.MonkeyPatch) -> None:
     for second, built in ((70.0, 1), (83.9, 1), (85.0, 2)):
         paper = Paper({motor: [[PASSED]] for motor in MOTORS})

@@ -232,7 +232,9 @@ class Setting(Pointing):
             if sum(length_of(one.lines[0]) for one in over) > 1.2 * wide:
                 over = [one for one in over if one.short]
             beside[False] = [one for one in told if one not in over]
-        return [*self._aside_of(beside[False], 1.0), *self._aside_of(beside[True], -1.0), *self._over(over)]
+        lines: list[Leader] = []
+        above = self._over(over, lines)
+        return [*self._aside_of(beside[False], 1.0, lines), *self._aside_of(beside[True], -1.0, lines), *above]
 
     def _told(self, groups: Sequence[HoleGroup]) -> list[Callout]:
         """All callouts of the view."""
@@ -278,8 +280,8 @@ class Setting(Pointing):
         centres = (i for i in self.centre_lines() if isinstance(i, Stroke))
         return lines_of([*(scaled(item, self.scale) for item in drawn), *centres])
 
-    def _aside_of(self, told: list[Callout], side: float) -> list[Item]:
-        """Callouts one below another on the right (side 1) or the left (-1)."""
+    def _aside_of(self, told: list[Callout], side: float, lines: list[Leader]) -> list[Item]:
+        """Callouts one below another on the right (side 1) or the left (-1); their leaders join those that are set."""
         edge = (self.room[2] if side > 0.0 else self.room[0]) + side * (FAR_MM + 3.0)
 
         def heights(order: Sequence[int], places: Sequence[float]) -> list[float]:
@@ -289,7 +291,8 @@ class Setting(Pointing):
             levels = [(k, y) for k, y in zip(order, heights(order, places), strict=True)]
             return [((edge - side * 0.8, y), e := (edge - side * 3.0, y), told[k].tip(e)) for k, y in levels]
 
-        order, places = untangled([one.anchor[1] for one in told], leaders, self._edges())
+        order, places = untangled([one.anchor[1] for one in told], leaders, self._edges(), lines)
+        lines += leaders(order, places)
         found: list[Item] = []
         for k, middle, leader in zip(order, heights(order, places), leaders(order, places), strict=True):
             one = told[k]
@@ -301,8 +304,8 @@ class Setting(Pointing):
             found += one.drawn(leader, texts)
         return found
 
-    def _over(self, told: list[Callout]) -> list[Item]:
-        """Callouts side by side over the view."""
+    def _over(self, told: list[Callout], lines: list[Leader]) -> list[Item]:
+        """Callouts side by side over the view; their leaders join those that are set."""
         base = self.room[3] + FAR_MM
         widths = [max(map(length_of, one.lines)) + 4.0 for one in told]
 
@@ -313,7 +316,8 @@ class Setting(Pointing):
             starts = [(k, (x, base - 1.0)) for k, x in zip(order, centres(order, places), strict=True)]
             return [(start, told[k].tip(start)) for k, start in starts]
 
-        order, places = untangled([one.anchor[0] for one in told], leaders, self._edges())
+        order, places = untangled([one.anchor[0] for one in told], leaders, self._edges(), lines)
+        lines += leaders(order, places)
         found: list[Item] = []
         for k, centre, leader in zip(order, centres(order, places), leaders(order, places), strict=True):
             one, texts = told[k], list[Item]()

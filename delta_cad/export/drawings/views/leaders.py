@@ -43,7 +43,10 @@ def runs_along(line: np.ndarray, edges: np.ndarray) -> bool:
 
 
 def untangled(
-    wanted: Sequence[float], leaders: Callable[[Sequence[int], Sequence[float]], Sequence[Leader]], edges: np.ndarray
+    wanted: Sequence[float],
+    leaders: Callable[[Sequence[int], Sequence[float]], Sequence[Leader]],
+    edges: np.ndarray,
+    others: Sequence[Leader] = (),
 ) -> tuple[list[int], list[float]]:
     """Finds an order of texts in a band, and where each would be, at which their leaders can be followed.
 
@@ -51,6 +54,7 @@ def untangled(
         wanted: Where along the band each text would be.
         leaders: Indices of texts in their order and where each would be -> the leader of each, in that order.
         edges: (n, 2, 2) of the view.
+        others: Leaders of other bands, which stay where they are.
 
     Returns:
         Indices in their order, and where each would be; the first that was tried where none is without fault.
@@ -58,19 +62,23 @@ def untangled(
     shifts = [0] * len(wanted)
     order = sorted(range(len(wanted)), key=lambda k: wanted[k])
     swapped: set[tuple[int, int]] = set()
-    first = order, [wanted[k] for k in order]
+    first, set_out = (order, [wanted[k] for k in order]), [np.array(other) for other in others]
+
+    def astray(leader: np.ndarray) -> bool:
+        return runs_along(leader[-2:], edges) or any(_tangled(leader, other) for other in set_out)
+
     for _ in range(TRIES):
         places = [wanted[k] + SHIFTS_MM[shifts[k]] for k in order]
         lines = [np.array(leader) for leader in leaders(order, places)]
-        along = next((n for n, one in enumerate(lines) if runs_along(one[-2:], edges)), None)
-        if along is not None and shifts[order[along]] + 1 < len(SHIFTS_MM):
-            shifts[order[along]] += 1
+        off = next((n for n, one in enumerate(lines) if astray(one)), None)
+        if off is not None and shifts[order[off]] + 1 < len(SHIFTS_MM):
+            shifts[order[off]] += 1
             order.sort(key=lambda k: wanted[k] + SHIFTS_MM[shifts[k]])
             swapped.clear()
             continue
         pair = next(((m, n) for m, n in combinations(range(len(lines)), 2) if _tangled(lines[m], lines[n])), None)
         if pair is None:
-            return (order, places) if along is None else first
+            return (order, places) if off is None else first
         m, n = pair
         if (order[m], order[n]) in swapped:
             return first

@@ -54,6 +54,25 @@ def spread(wanted: Sequence[float], sizes: Sequence[float]) -> list[float]:
     return places
 
 
+def spread_within(wanted: Sequence[float], pitch: float, low: float, high: float) -> list[float]:
+    """Moves points on a line apart, and between two ends where all have room there.
+
+    Args:
+        wanted: Where each should be, rising.
+        pitch: From one to the next, at least.
+        low: The lower end.
+        high: The upper end.
+
+    Returns:
+        Where each comes, in their order.
+    """
+    places = spread(wanted, [pitch] * len(wanted))
+    if pitch * (len(places) - 1) > high - low:
+        return places
+    raised = [max(at, low + pitch * k) for k, at in enumerate(places)]
+    return [min(at, high - pitch * k) for k, at in enumerate(reversed(raised))][::-1]
+
+
 def scaled(item: Item, scale: float) -> Item:
     """Gives an item at a scale about the origin."""
     if isinstance(item, Arc):

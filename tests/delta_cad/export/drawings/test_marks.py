@@ -13,8 +13,24 @@ from hypothesis import strategies as st
 from delta_cad.export.drawings.paper.lettering import LetteringError, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along, untangled
-from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread
+from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread, spread_within
 from tests.designs import UNTIMED
+
+
+@UNTIMED
+@given(st.lists(st.floats(-100, 100), min_size=1, max_size=12), st.floats(0.5, 20), st.floats(-50, 0))
+def test_spread_between_two_ends_keeps_order_and_room_and_the_ends_where_all_have_room(
+    wanted: list[float], pitch: float, low: float
+) -> None:
+    wanted.sort()
+    high = low + pitch * (len(wanted) - 1) + 5.0
+    within = np.array(spread_within(wanted, pitch, low, high))
+    assert within.min() >= low - 1e-9
+    assert within.max() <= high + 1e-9
+    assert (np.diff(within) > pitch - 1e-9).all()
+    assert spread_within(wanted, pitch, low, high - 6.0) == spread(wanted, [pitch] * len(wanted))
+    free = spread(wanted, [pitch] * len(wanted))
+    assert spread_within(wanted, pitch, min(free) - 1.0, max(free) + 1.0) == pytest.approx(free)
 
 
 @UNTIMED
@@ -86,6 +102,17 @@ def test_leaders_are_put_in_an_order_in_which_they_do_not_cross() -> None:
     one, other = (np.array(line) for line in leaders(order, places))
     assert not lines_cross(one, other)
     assert lines_cross(np.array([[10.0, 3.0], tips[0]]), np.array([[10.0, 4.0], tips[1]]))
+
+
+def test_a_leader_gives_way_to_those_of_other_bands() -> None:
+    above = [((4.0, 20.0), (4.0, 2.2))]
+
+    def leaders(order: Sequence[int], places: Sequence[float]) -> list[tuple[Point, ...]]:
+        return [((12.0, y), (10.0, y), (0.0, 0.0)) for _, y in zip(order, places, strict=True)]
+
+    assert lines_cross(np.array(leaders([0], [8.0])[0][-2:]), np.array(above[0]))
+    _, (place,) = untangled([8.0], leaders, np.zeros((0, 2, 2)), above)
+    assert not lines_cross(np.array(leaders([0], [place])[0][-2:]), np.array(above[0]))
 
 
 def test_a_leader_that_would_run_along_an_edge_comes_aslant() -> None:
