@@ -119,12 +119,6 @@ class CapstanDimensions:
         return self.middle_y_mm + self.lug_mm, self.middle_y_mm - self.lug_mm
 
     @property
-    def groove_y_mm(self) -> tuple[float, float]:
-        """Both ends of the pinion's groove along its axis: a shoulder from its end, and as far beyond the middle."""
-        first = self.pinion_y_mm[0] + SHOULDER_MM
-        return first, 2 * self.middle_y_mm - first
-
-    @property
     def cable_length_mm(self) -> float:
         """Length of the cable between the backs of its two sleeves, where the carriage stands first."""
         nose = (self.nose_radius_mm + self.cable_diameter_mm / 2) * self.turns_rad[0]
@@ -222,8 +216,7 @@ def base_radius_min_mm(
     """Computes the smallest base radius at which a sector passes the neighbours' sectors and upper arms.
 
     The tip of a sector that swings inwards lies `1.5 R - tip / 2 - y sin 60` from the neighbour's shoulder axis, y
-    being the outer side of its rim, as far out as `rim_y_mm` places it: there the neighbour's flange and the clearance
-    must have room.
+    being the outer side of its rim, see `rim_y_mm`: there the neighbour's flange and the clearance must have room.
 
     Args:
         run: The cable.
@@ -233,8 +226,7 @@ def base_radius_min_mm(
         clearance_mm: Between links.
 
     Returns:
-        R, mm, of a rim that the rounding of its place puts a whole tenth farther out; arms that never swing a sector
-        under the platform may stand closer.
+        R, mm, of a rim a whole tenth farther out by rounding; arms whose sectors stay outside may stand closer.
     """
     tip, width = run.sector_mm + cable_mm / 2, sector_width_mm(run, cable_mm)
     beside_arm = tenths_above(arm_thickness_mm / 2 + SECTOR_OFF_MM) + width

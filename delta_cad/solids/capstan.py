@@ -283,7 +283,8 @@ def make_pinion(d: Dimensions) -> Part:
     """Pinion on the motor's shaft, its groove drawn to the bottom as threads are; set screws in its collar."""
     number, c = "pinion", capstan_of(d)
     (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
-    (first, last), bottom = c.groove_y_mm, c.run.pinion_mm - c.cable_diameter_mm / 2
+    first, bottom = y0 + SHOULDER_MM, c.run.pinion_mm - c.cable_diameter_mm / 2
+    last = 2 * c.middle_y_mm - first
     crest, end = c.pinion_radius_mm, last + SHOULDER_MM
     neck = [(min(crest, c.collar_radius_mm), end, y1)] if y1 > end + ROUNDING_MM else []
     collar = c.collar_radius_mm, neck[0][2] if neck else end, y2

@@ -300,8 +300,7 @@ def test_the_stack_along_the_shoulder_axis_is_in_order(drive: str, thickness: fl
     assert 0.8 - 1e-9 <= sides[0] - c.cable_diameter_mm / 2 < 0.85  # what rounds the rim's width up
     assert abs(c.lug_mm - c.run.lug_mm) <= 0.05
     stack = [y for pair in (s.sector_mm, s.motor_cheek_mm, s.encoder_cheek_mm, s.encoder_head_mm) for y in pair]
-    stack += [*c.pinion_y_mm, *c.collar_y_mm, *c.end_y_mm, *c.groove_y_mm]
-    assert c.groove_y_mm[1] - c.groove_y_mm[0] >= c.run.grooved_mm - 1e-9
+    stack += [*c.pinion_y_mm, *c.collar_y_mm, *c.end_y_mm]
     assert [round(2 * y, 1) for y in stack] == pytest.approx([2 * y for y in stack], abs=1e-9)  # tenths, from a middle
     (e0, e1), (m0, m1) = s.bearings_mm
     assert e1 - e0 == m1 - m0 == pytest.approx(d.bearing.width_mm)

@@ -100,17 +100,18 @@ def _tell_rounds(found: Features, own: Iterable[Face], controlled: Controlled) -
         kind = {"SØ": "ball", "ring R": "ring"}.get(sign, "round")
         key = f"{sign.strip()} {round(value, 3):g}"
         counted = sign == "R" or (sign == "Ø" and held is not None)  # what is held closer, at each place that it is
-        count = _apart(faces) if counted else 1
-        found.sizes.append(Size(key, f"{count}x {text}" if count > 1 else text, faces, kind, held))
+        pieces = _pieces(faces) if counted else []
+        text = f"{len(pieces)}x {text}" if len(pieces) > 1 else text
+        found.sizes.append(Size(key, text, faces, kind, held, pieces))
 
 
-def _apart(faces: Iterable[Face]) -> int:
-    """Counts faces of one radius; those of one axis that meet, be it in a point, as one."""
+def _pieces(faces: Iterable[Face]) -> list[list[Face]]:
+    """Sorts faces of one radius; those of one axis that meet, be it in a point, belong together."""
     groups: list[list[Face]] = []
     for face in faces:
         joined = [g for g in groups if any(is_coaxial(face, other) and _meet(face, other) for other in g)]
         groups = [g for g in groups if g not in joined] + [[face, *(other for g in joined for other in g)]]
-    return len(groups)
+    return groups
 
 
 def _meet(face: Face, other: Face) -> bool:

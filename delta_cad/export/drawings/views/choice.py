@@ -265,7 +265,7 @@ def _draw(view: View, solid: Any) -> None:
         view.items = projected([solid.wrapped], view.frame)
         return
     rest, view.rings = cut_open(solid, view.frame, view.cut)
-    items = projected([rest.wrapped], view.frame)
+    items = [item for item in projected([rest.wrapped], view.frame) if isinstance(item, (Arc, Stroke))]
     view.items = [item for item in items if item.layer == "visible"]
     view.behind = [item for item in items if item.layer == "hidden"]
 
