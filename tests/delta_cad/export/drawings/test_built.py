@@ -95,8 +95,8 @@ def test_a_table_s_coordinates_are_those_of_the_list_of_holes_along_the_axes_tha
 def test_what_the_machine_needs_stands_on_the_drawings(folder: Path, best_dimensions: Dimensions) -> None:
     d = best_dimensions
     wanted = {
-        "foot_block": [f"{d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]:.3f} ±0.02"],
-        "upper_arm": [f"{d.arm.length_mm:g}", f"{d.layers.arm_mm[1] - d.layers.bearings_mm[0][1]:.3f} ±0.02"],
+        "foot_block": [f"{d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]:g} ±0.02"],
+        "upper_arm": [f"{d.arm.length_mm:g}", f"{d.layers.arm_mm[1] - d.layers.bearings_mm[0][1]:g} ±0.02"],
         "cross_bar": ["48.569 ±0.02", "Ø8 h6 (0/-0.009)", "Ra 0.8"],
         "shoulder_shaft": ["Ø8 h6 (0/-0.009)", "Ra 0.8", f"{d.shaft.y_mm[1] - d.shaft.y_mm[0]:g}", "8 across flats"],
         "platform": [f"{d.platform.radius_mm:g}"],
