@@ -114,6 +114,11 @@ class CableRun:
         return self.spread_mm / 2 + self.middle_mm * self.climb
 
     @property
+    def made_lug_mm(self) -> float:
+        """The same as it is made, in whole tenths: what it is off turns a strand by 0.2 deg at most."""
+        return round(self.lug_mm, 1)
+
+    @property
     def grooved_mm(self) -> float:
         """Width of the pinion's groove: the turns, their walk and one pitch at either end."""
         return self.spread_mm + self.walk_mm + 2 * self.pitch_mm

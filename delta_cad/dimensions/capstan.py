@@ -69,7 +69,6 @@ class CapstanDimensions:
     cable_diameter_mm: float
     rim_radius_mm: float
     middle_y_mm: float
-    lug_mm: float
     pinion_radius_mm: float
     pinion_bore_mm: float
     pinion_bore_depth_mm: float
@@ -116,7 +115,7 @@ class CapstanDimensions:
     @property
     def end_y_mm(self) -> tuple[float, float]:
         """Coordinate along the shoulder's axis of the cable at the rim's ends, of the smaller angle first."""
-        return self.middle_y_mm + self.lug_mm, self.middle_y_mm - self.lug_mm
+        return self.middle_y_mm + self.run.made_lug_mm, self.middle_y_mm - self.run.made_lug_mm
 
     @property
     def cable_length_mm(self) -> float:
@@ -176,14 +175,9 @@ def crest_mm(pinion_pitch_mm: float, cable_mm: float) -> float:
     return pinion_pitch_mm - cable_mm / 2 + GROOVE_FRACTION * cable_mm
 
 
-def drawn_lug_mm(run: CableRun) -> float:
-    """Gives the offset of the rim's ends from its middle plane as it is made, in whole tenths, mm."""
-    return round(run.lug_mm, 1)
-
-
 def sector_width_mm(run: CableRun, cable_mm: float) -> float:
     """Gives the width of the rim that both ends of the cable need, mm."""
-    return tenths_above(2 * drawn_lug_mm(run) + cable_mm + 2 * RIM_SIDE_MM)
+    return tenths_above(2 * run.made_lug_mm + cable_mm + 2 * RIM_SIDE_MM)
 
 
 def rim_y_mm(
@@ -409,7 +403,6 @@ def capstan_dimensions(
         cable_diameter_mm=d,
         rim_radius_mm=pitch - d / 2,
         middle_y_mm=middle,
-        lug_mm=drawn_lug_mm(run),
         pinion_radius_mm=crest,
         pinion_bore_mm=bore,
         pinion_bore_depth_mm=y[1] - floor,

@@ -354,8 +354,7 @@ def make_strand(d: Dimensions, end: int) -> Part:
     sense = 1.0 if end else -1.0
     at = c.direction_rad + sense * run.tangent_rad
     leaves = np.array([run.sector_mm * cos(at), _leaves_y(d, end), run.sector_mm * sin(at)])
-    x, z = c.pinion_axis_mm
-    angle = at + pi
+    (x, z), angle = c.pinion_axis_mm, at + pi
     arrives = np.array([x + run.pinion_mm * cos(angle), leaves[1], z + run.pinion_mm * sin(angle)])
     arrives[1] += _climb(d, end) * run.free_mm
     strand = cylinder(c.cable_diameter_mm - DRAWN_PLAY_MM, tuple(leaves), tuple(arrives))
@@ -370,8 +369,8 @@ def make_turns(d: Dimensions) -> Part:
     c, run = capstan_of(d), capstan_of(d).run
     start = c.direction_rad + pi + run.tangent_rad
     y = _leaves_y(d, 1) + _climb(d, 1) * run.free_mm
-    turns = _arcs(run.pinion_mm, (0.0, 0.0), (start, start + run.wrap_rad), y, run.climb)
-    return _piece(d, "capstan_cable_turns", turns)
+    ends = start, start + run.wrap_rad
+    return _piece(d, "capstan_cable_turns", _arcs(run.pinion_mm, (0.0, 0.0), ends, y, run.climb))
 
 
 def _leaves_y(d: Dimensions, end: int) -> float:
@@ -389,7 +388,7 @@ def _on_rim_mm(d: Dimensions, end: int) -> float:
 def _climb(d: Dimensions, end: int) -> float:
     """Way along the shoulder's axis per length of a strand in the exported position, from its lug to its groove."""
     c, sense = capstan_of(d), 1.0 if end else -1.0
-    return sense * (c.run.climb + (c.lug_mm - c.run.lug_mm) / (_on_rim_mm(d, end) + c.run.free_mm))
+    return sense * (c.run.climb + (c.run.made_lug_mm - c.run.lug_mm) / (_on_rim_mm(d, end) + c.run.free_mm))
 
 
 def _arcs(

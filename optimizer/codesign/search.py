@@ -85,8 +85,7 @@ class Search:
         standing: The candidate that the last `build` is of.
         once: Keeps what lengths and weights came to, as `Journal.once` does.
         dearer: Price of the machine that passed last over its estimate, where prices are compared.
-        finely: Whether ratio, pinion and width are improved before a machine is built: one that only has to pass need
-            not be the best of its hardware.
+        finely: Whether ratio, pinion and width are improved before a machine is built; one that only has to pass may do.
     """
 
     brief: DesignBrief
@@ -411,10 +410,9 @@ class Search:
                 lessons = from_pull(lessons, sector, self._moment(lessons, lengths), _share(pull))
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, lessons, results)
-                spare = max(a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True))
+                spares = [a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True)]
                 lessons, left = with_room(candidate, closer, results)
-                spare = max(spare, left)
-                if roomy or spare < ROOMY_MM:
+                if roomy or max(*spares, left) < ROOMY_MM:
                     # what closed forms ask of this choice they do not ask of another
                     self.lessons[key] = built.with_shares_of(lessons)
                     return candidate

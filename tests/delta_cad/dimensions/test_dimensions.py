@@ -298,7 +298,7 @@ def test_the_stack_along_the_shoulder_axis_is_in_order(drive: str, thickness: fl
     sides = s.sector_mm[1] - c.end_y_mm[0], c.end_y_mm[1] - s.sector_mm[0]
     assert [side - c.cable_diameter_mm / 2 for side in sides] == pytest.approx([sides[0] - c.cable_diameter_mm / 2] * 2)
     assert 0.8 - 1e-9 <= sides[0] - c.cable_diameter_mm / 2 < 0.85  # what rounds the rim's width up
-    assert abs(c.lug_mm - c.run.lug_mm) <= 0.05
+    assert abs(c.run.made_lug_mm - c.run.lug_mm) <= 0.05
     stack = [y for pair in (s.sector_mm, s.motor_cheek_mm, s.encoder_cheek_mm, s.encoder_head_mm) for y in pair]
     stack += [*c.pinion_y_mm, *c.collar_y_mm, *c.end_y_mm]
     assert [round(2 * y, 1) for y in stack] == pytest.approx([2 * y for y in stack], abs=1e-9)  # tenths, from a middle

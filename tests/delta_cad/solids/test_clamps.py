@@ -78,7 +78,7 @@ def test_the_cable_s_ends_lie_in_line_with_what_holds_them(
         outwards = sense * np.array([-sin(angle), 0.0, cos(angle)])
         leaves = middle + circle * np.array([cos(angle), 0.0, sin(angle)])
         y0, y1 = best_dimensions.layers.sector_mm
-        leaves[1] = (y0 + y1) / 2 + (-c.lug_mm if end else c.lug_mm)
+        leaves[1] = (y0 + y1) / 2 + (-c.run.made_lug_mm if end else c.run.made_lug_mm)
         assert np.linalg.norm(np.cross(axis[0] - leaves, axis[1])) < AXIS_MM
         assert np.linalg.norm(np.cross(axis[1], outwards)) < 1e-12
         ends = sorted(float((np.array(v.toTuple()) - leaves) @ outwards) for v in seen.Vertices())

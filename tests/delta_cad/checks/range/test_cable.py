@@ -37,7 +37,7 @@ def test_strands_climb_as_the_groove_does(best_assembly: Assembly, best_dimensio
     assert all(result.passed for result in results.values())
     lead = 0.7 / (2 * pi * h.sector_radius_mm / h.capstan_ratio)
     lengths = c.run.shortest_mm, c.run.shortest_mm + c.run.sector_mm * c.run.stroke_rad
-    steepest = lead + max((c.lug_mm - c.run.lug_mm) / length for length in lengths)
+    steepest = lead + max((c.run.made_lug_mm - c.run.lug_mm) / length for length in lengths)
     assert results["cable fleet angle"].value == pytest.approx(degrees(atan(steepest)), rel=1e-3)
     assert results["cable on its groove"].value == pytest.approx(0.7, abs=1e-3)  # a pitch is left at either end
 
@@ -78,7 +78,7 @@ def test_a_lug_shifted_by_a_millimetre_is_refused(
     fleet = results["cable fleet angle"]
     assert not fleet.passed
     assert fleet.worst_pair == ("sector_1",)
-    made = capstan(best_dimensions).lug_mm - run.lug_mm
+    made = capstan(best_dimensions).run.made_lug_mm - run.lug_mm
     climbs = run.climb * run.shortest_mm + made  # by hand, where that strand is shortest: what it climbs, and the shift
     off = inner_mm - outer_mm  # inwards is towards the other lug for both
     assert fleet.value == pytest.approx(degrees(atan2(abs(climbs + off), run.shortest_mm)), rel=0.01)
