@@ -208,8 +208,7 @@ def base_radius_min_mm(
     """Computes the smallest base radius at which a sector passes the neighbours' sectors and upper arms.
 
     The tip of a sector that swings inwards lies `1.5 R - tip / 2 - y sin 60` from the neighbour's shoulder axis, y
-    being the outer side of its rim, as far out as `rim_y_mm` places it: there the neighbour's flange and the clearance
-    must have room.
+    being the outer side of its rim, see `rim_y_mm`: there the neighbour's flange and the clearance must have room.
 
     Args:
         run: The cable.
@@ -219,8 +218,7 @@ def base_radius_min_mm(
         clearance_mm: Between links.
 
     Returns:
-        R, mm, of a rim that the rounding of its place puts a whole tenth farther out; arms that never swing a sector
-        under the platform may stand closer.
+        R, mm, of a rim a whole tenth farther out by rounding; arms whose sectors stay outside may stand closer.
     """
     tip, width = run.sector_mm + cable_mm / 2, sector_width_mm(run, cable_mm)
     beside_arm = tenths_above(arm_thickness_mm / 2 + SECTOR_OFF_MM) + width

@@ -19,7 +19,7 @@ from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import BASE_SCREW
-from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.rules import require, tenths_above
 from delta_cad.dimensions.tolerances import LENGTH_MM, TIP_DEG, drilled_mm, minutes, seat_tilt_rad, tip_mm
 from delta_cad.solids.boring import DRILL_DIAMETERS, Boring, along_y, along_z, blind, fitted, sunk, tapped
 from delta_cad.solids.making import hull_y, made_part
@@ -192,8 +192,9 @@ def make_motor_cheek(d: Dimensions) -> Part:
     if d.capstan is not None:
         tools.append(_set_screw_slot(d, d.capstan, (x, z), outline))
         deep, angle = key_slot_floor_mm(d.capstan, inside), degrees(key_slot_rad(b, d.motor))
-        slot = f"slot {KEY_SLOT_MM:g} wide, {deep:.2f} deep from the arm's side, from the pilot's bore out to the edge"
-        slots.append(Hole(KEY_SLOT_MM, 1, f"{slot} at {angle:.1f} deg to the plate's edge of the base", is_slot=True))
+        slot = f"slot {KEY_SLOT_MM:g} wide, {deep:g} deep from the arm's side, from the pilot's bore to the outer edge"
+        line = f"on a line through the pilot's middle at {angle:.1f} deg to the lower edge"
+        slots.append(Hole(KEY_SLOT_MM, 1, f"{slot}, {line}", is_slot=True))
         _bearing_seat(d, boring, (inside, d.layers.bearings_mm[1][1], outside), "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, [*boring.tools, *tools]))
     description = f"motor cheek, plate {outside - inside:g}{_reamed(d)}"
@@ -246,7 +247,7 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         boring.add(f"{b.passage_mm:g} through, passage of the stub", [passage])
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, boring.tools))
     extent = hull_y([*leg, *head], (face, inside))
-    description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:.2f}{_reamed(d)}"
+    description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:g}{_reamed(d)}"
     return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
 
 
@@ -256,7 +257,7 @@ def _reamed(d: Dimensions) -> str:
         return ""
     tilt = minutes(seat_tilt_rad(d.bracket))
     mandrel = f"a mandrel {d.bearing.outer_mm:g} h5 through both seats"
-    return f", dowel holes reamed on the foot block with {mandrel}: they tilt by {tilt:.0f}' at most"
+    return f", dowel holes reamed on the foot block with {mandrel}: they tilt by {tenths_above(tilt):g}' at most"
 
 
 def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float], fit: str, what: str) -> None:
@@ -264,7 +265,7 @@ def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float
     outer, passage, axis = d.bearing.outer_mm, d.bracket.passage_mm, (0.0, 0.0)
     inside, floor, face = ends
     seat = fitted(blind(along_y(outer, axis, (inside, floor))), fit)
-    boring.add(f"{outer:g} {fit} x {seat.depth_mm:.3f} +-{LENGTH_MM:g} from the arm's side, {what}", [seat])
+    boring.add(f"{outer:g} {fit} x {seat.depth_mm:g} +-{LENGTH_MM:g} from the arm's side, {what}", [seat])
     boring.add(f"{passage:g} through, shaft passage and lip", [along_y(passage, axis, (floor, face))])
 
 
@@ -303,5 +304,5 @@ def make_foot_block(d: Dimensions) -> Part:
     boring.add(f"{DOWEL_MM:g} H7: {depths}", [fitted(blind(pin, tip), "H7") for pin in pins])
     solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, boring.tools))
     extent = (low, high), y, z
-    description = f"foot block between the cheeks, {y[1] - y[0]:.3f} +-{LENGTH_MM:g} wide"
+    description = f"foot block between the cheeks, {y[1] - y[0]:g} +-{LENGTH_MM:g} wide"
     return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)

@@ -249,7 +249,7 @@ def make_sector(d: Dimensions) -> Part:
     description = (
         f"capstan sector, rim radius {c.rim_radius_mm:g} +-{RIM_TURNED_MM:g} smooth, "
         f"cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
-        f"{d.layers.motor_cheek_mm[0] - arm:.3f} +-{LENGTH_MM:g} from the arm to its collar"
+        f"{d.layers.motor_cheek_mm[0] - arm:g} +-{LENGTH_MM:g} from the arm to its collar"
     )
     outline = [(x, z, r) for r in (c.nose_radius_mm, c.nose_bar_radius_mm)]
     outline += [(0.0, 0.0, r) for r in (a.flange_radius_mm, a.collar_diameter_mm / 2)]
@@ -292,13 +292,12 @@ def make_pinion(d: Dimensions) -> Part:
     """Pinion on the motor's shaft, its groove drawn to the bottom as threads are; set screws in its collar."""
     number, c = "pinion", capstan_of(d)
     (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
-    half, bottom = c.run.grooved_mm / 2, c.run.pinion_mm - c.cable_diameter_mm / 2
-    first, last = c.middle_y_mm - half, c.middle_y_mm + half
+    first, bottom = y0 + SHOULDER_MM, c.run.pinion_mm - c.cable_diameter_mm / 2
+    last = 2 * c.middle_y_mm - first
     crest, end = c.pinion_radius_mm, last + SHOULDER_MM
-    neck = min(crest, c.collar_radius_mm)
-    body = stepped(
-        (crest, y0, first), (bottom, first, last), (crest, last, end), (neck, end, y1), (c.collar_radius_mm, y1, y2)
-    )
+    neck = [(min(crest, c.collar_radius_mm), end, y1)] if y1 > end + ROUNDING_MM else []
+    collar = c.collar_radius_mm, neck[0][2] if neck else end, y2
+    body = stepped((crest, y0, first), (bottom, first, last), (crest, last, end), *neck, collar)
     floor = y2 - c.pinion_bore_depth_mm
     middle, far, near, boring = (y1 + y2) / 2, c.collar_radius_mm, c.pinion_bore_mm / 2, Boring()
     out = far + THROUGH_MM
@@ -320,7 +319,7 @@ def make_pinion(d: Dimensions) -> Part:
     run, d_c = c.run, c.cable_diameter_mm
     description = (
         f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} cut from diameter {2 * crest:.3f} to "
-        f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, begun at any "
+        f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {last - first:g} long, begun at any "
         "angle; lands stay, not drawn; hard anodised"
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)

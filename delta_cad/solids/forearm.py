@@ -151,7 +151,7 @@ def make_rod_tube(d: Dimensions) -> Part:
     tube = cylinder(f.tube_outer_mm, (0, 0, 0), (f.tube_length_mm, 0, 0))
     row, boring = d.tube, Boring()
     boring.add(f"{f.tube_bore_mm:g} through, as bought", [between(f.tube_bore_mm, (0, 0, 0), (f.tube_length_mm, 0, 0))])
-    length = f"cut {f.tube_length_mm:.2f}; bond in a jig to {f.length_mm:.3f} between seat centres"
+    length = f"cut {f.tube_length_mm:g}; bond in a jig to {f.length_mm:.3f} between seat centres"
     description = f"{row.description}, {length}"
     across = (-f.tube_outer_mm / 2, f.tube_outer_mm / 2)
     extent = (0.0, f.tube_length_mm), across, across

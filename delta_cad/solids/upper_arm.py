@@ -81,7 +81,7 @@ def make_upper_arm(d: Dimensions) -> Part:
     description = f"upper arm, {length:g} mm between axes"
     if d.capstan is not None:
         stack = y[1] - d.layers.bearings_mm[0][1]
-        description += f", {stack:.3f} +-{LENGTH_MM:g} from its collar to the sector"
+        description += f", {stack:g} +-{LENGTH_MM:g} from its collar to the sector"
     return made_part(number, description, solid, material("aluminium-7075", ORANGE), extent, boring.holes)
 
 

@@ -148,7 +148,7 @@ def cheek_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
                 "Pinion on the motor's shaft",
                 (
                     "Push the pinion on the shaft from inside, its collar first, until its end stands "
-                    f"{off:.2f} mm off the cheek's inner face.",
+                    f"{off:g} mm off the cheek's inner face.",
                     "The set screws are tightened in the finished drive, through the slot in the cheek's edge.",
                 ),
                 (Bring((), IN, cheek, (f"pinion {i}",)),),
@@ -179,7 +179,7 @@ def pinion_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
     del d
     step = Step(
         "Set screws in the pinion",
-        ("Screw both set screws into the collar until their tips are just inside its bore.",),
+        ("Screw both set screws into the collar until their tips stand just short of its bore.",),
         (Bring((f"pinion_{i}",)), *(Bring((grub,), DRIVEN) for grub in named(names, f"set_screw_{i}_"))),
         tools=(f"hexagon key {catalogue.set_screw(SET_SCREW).socket_mm:g}",),
         checks=("A pin as thick as the motor's shaft passes the bore.",),

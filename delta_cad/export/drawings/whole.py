@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import hypot
 
 import numpy as np
 
@@ -271,22 +272,27 @@ def _over_all(drawn: Box, scale: float) -> list[Item]:
 
 
 def balloons(points: Mapping[int, Point], drawn: Box) -> list[Item]:
-    """Sets balloons on both sides of a view, each level with what it points at as far as there is room.
+    """Sets balloons on both sides of a view, each about level with what it points at.
+
+    Leaders that are as short as can be, all together, do not cross: two that did could change their ends.
 
     Args:
         points: Item -> the point that its balloon points at, mm on the sheet.
         drawn: Box of the view.
     """
+    from scipy.optimize import linear_sum_assignment  # loads for a while, and only this needs it
+
     items: list[Item] = []
     ordered = sorted(points.items(), key=lambda one: one[1][0])
     half = (len(ordered) + 1) // 2
     for side, group in ((-1.0, ordered[:half]), (1.0, ordered[half:])):
-        group = sorted(group, key=lambda one: one[1][1])
-        heights = spread_within([point[1] for _, point in group], BALLOON_PITCH_MM, drawn[1], drawn[3])
+        heights = spread_within(sorted(point[1] for _, point in group), BALLOON_PITCH_MM, drawn[1], drawn[3])
         x = drawn[0] - AWAY_MM if side < 0.0 else drawn[2] + AWAY_MM + DIMENSION_MM
-        for (item, point), y in zip(group, heights, strict=True):
+        edges = [(x - side * BALLOON_MM, y) for y in heights]
+        away = [[hypot(edge[0] - point[0], edge[1] - point[1]) for edge in edges] for _, point in group]
+        for one, other in zip(*linear_sum_assignment(np.reshape(away, (len(group), len(edges)))), strict=True):
+            (item, point), edge, y = group[one], edges[other], heights[other]
             text = str(item)
-            edge = (x - side * BALLOON_MM, y)
             items += [
                 Arc("dimension", (x, y), BALLOON_MM),
                 Text((x - width_of(text, LETTER_MM) / 2, y - LETTER_MM / 2), LETTER_MM, text, told=(f"item {item}",)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import acos, cos, hypot, pi, radians, sin, sqrt, tan
+from math import acos, ceil, cos, hypot, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
@@ -141,12 +141,15 @@ def pinion(d: Dimensions) -> float:
     c = d.capstan
     assert c is not None
     (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
-    middle, half = sum(d.layers.sector_mm) / 2, c.run.grooved_mm / 2
+    middle = sum(d.layers.sector_mm) / 2
+    half = ceil(10 * (c.run.grooved_mm / 2 + 0.5) - 1e-9) / 10 - 0.5  # in whole tenths
+    assert y0 == pytest.approx(middle - half - 0.5, abs=1e-12)
     crest, bore = c.pinion_radius_mm, d.motor.shaft_diameter_mm
     bottom = c.run.pinion_mm - c.cable_diameter_mm / 2
     end = middle + half + 0.5
-    turned = cyl(2 * crest, middle - half - y0) + cyl(2 * bottom, 2 * half) + cyl(2 * crest, 0.5)
-    turned += cyl(2 * min(crest, c.collar_radius_mm), y1 - end) + cyl(2 * c.collar_radius_mm, y2 - y1)
+    turned = cyl(2 * bottom, 2 * half) + 2 * cyl(2 * crest, 0.5)
+    turned += cyl(2 * min(crest, c.collar_radius_mm), max(y1 - end, 0.0))
+    turned += cyl(2 * c.collar_radius_mm, y2 - max(y1, end))
     drill = catalogue.set_screw("M3").tap_drill_mm / 2
 
     def length(radius: float) -> float:

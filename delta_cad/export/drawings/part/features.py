@@ -92,8 +92,6 @@ def _tell_rounds(found: Features, own: Iterable[Face], controlled: Controlled) -
         elif face.kind == "other":
             found.notes["curved"] = "Curved faces: see the description and the STEP file"
     for (sign, radius), faces in sorted(groups.items(), key=lambda item: -item[0][1]):
-        count = len({tuple(np.round(f.point - (f.point @ f.axis) * f.axis, 2)) for f in faces}) if sign != "SØ" else 1
-        count = len(faces) if sign in ("R",) else count
         value = 2 * faces[0].radius if "Ø" in sign else 2 * radius if sign == "cone " else faces[0].radius
         held = controlled.round_of(2 * faces[0].radius) if sign in ("Ø", "SØ", "R") else None
         text = f"{sign}{round(value, 3):g}" + ("°" if sign == "cone " else "")
@@ -101,7 +99,25 @@ def _tell_rounds(found: Features, own: Iterable[Face], controlled: Controlled) -
             text = _held(text, held, is_radius=sign == "R")
         kind = {"SØ": "ball", "ring R": "ring"}.get(sign, "round")
         key = f"{sign.strip()} {round(value, 3):g}"
-        found.sizes.append(Size(key, f"{count}x {text}" if count > 1 and sign == "R" else text, faces, kind, held))
+        counted = sign == "R" or (sign == "Ø" and held is not None)  # what is held closer, at each place that it is
+        pieces = _pieces(faces) if counted else []
+        text = f"{len(pieces)}x {text}" if len(pieces) > 1 else text
+        found.sizes.append(Size(key, text, faces, kind, held, pieces))
+
+
+def _pieces(faces: Iterable[Face]) -> list[list[Face]]:
+    """Sorts faces of one radius; those of one axis that meet, be it in a point, belong together."""
+    groups: list[list[Face]] = []
+    for face in faces:
+        joined = [g for g in groups if any(is_coaxial(face, other) and _meet(face, other) for other in g)]
+        groups = [g for g in groups if g not in joined] + [[face, *(other for g in joined for other in g)]]
+    return groups
+
+
+def _meet(face: Face, other: Face) -> bool:
+    """Decides whether an end, or a point between, of the edges of two faces is one."""
+    apart = face.corners[:, None, :] - other.corners[None, :, :]
+    return bool((np.linalg.norm(apart, axis=-1) < SAME_MM).any())
 
 
 def _held(text: str, held: Round, is_radius: bool) -> str:

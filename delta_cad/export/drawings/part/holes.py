@@ -255,7 +255,8 @@ def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list
     designation = re.split(r":| through| x |,", SHARE.sub(r"\2", hole.callout))[0]
     depth = max(end - start for start, end in spans)
     sides = " from both sides" if len(spans) == 2 else ""
-    return _prefixed(len(same), _named(f"{designation} x {depth:g} deep{sides}", hole.diameter_mm))
+    way = "long" if "slot" in designation else "deep"  # the bore at a slot's bottom goes along it
+    return _prefixed(len(same), _named(f"{designation} x {depth:g} {way}{sides}", hole.diameter_mm))
 
 
 def _shared(shares: list[re.Match[str]]) -> str:

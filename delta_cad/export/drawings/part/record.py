@@ -44,6 +44,7 @@ class Size:
         faces: The faces that have it; [0] is shown.
         kind: "round", "ball", "ring" or "flat".
         asked: What is asked of it; None: no more than of any.
+        pieces: Its faces, those that meet in one, where the text counts them; else none.
     """
 
     key: str
@@ -51,6 +52,7 @@ class Size:
     faces: list[Face]
     kind: str
     asked: Round | None = None
+    pieces: list[list[Face]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Point
+from delta_cad.export.drawings.paper.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along
 from delta_cad.export.drawings.part.holes import Bore, HoleGroup
 from delta_cad.export.drawings.part.places import auxiliary_directions
@@ -38,6 +38,7 @@ class View:
         title: Written over it.
         cut: Where it is cut open, along the direction to the viewer, mm; None: it is not.
         items: What is seen, mm, true size.
+        behind: What is hidden in a view that is cut open, and left out but for what a coordinate is of.
         rings: Around the faces where it is cut open.
         places: Coordinates told in it.
         sizes: Sizes told in it.
@@ -50,6 +51,7 @@ class View:
     title: str = ""
     cut: float | None = None
     items: list[Item] = field(default_factory=list)
+    behind: list[Item] = field(default_factory=list)
     rings: list[list[Point]] = field(default_factory=list)
     places: list[Place] = field(default_factory=list)
     sizes: list[Size] = field(default_factory=list)
@@ -86,6 +88,8 @@ def views_of(part: Part, features: Features) -> list[View]:
     for view in views:
         _draw(view, part.solid)
     _share(views, features)
+    for view in views:
+        _reveal(view)
     views.append(_picture(part, views[0]))
     return views
 
@@ -261,7 +265,23 @@ def _draw(view: View, solid: Any) -> None:
         view.items = projected([solid.wrapped], view.frame)
         return
     rest, view.rings = cut_open(solid, view.frame, view.cut)
-    view.items = projected([rest.wrapped], view.frame, hidden=False)
+    items = [item for item in projected([rest.wrapped], view.frame) if isinstance(item, (Arc, Stroke))]
+    view.items = [item for item in items if item.layer == "visible"]
+    view.behind = [item for item in items if item.layer == "hidden"]
+
+
+def _reveal(view: View) -> None:
+    """Adds to a view that is cut open the hidden lines that its coordinates are of, where nothing is seen at them."""
+    for place in view.places:
+        for k, axis in enumerate(view.frame.axes):
+            level = float(place.at @ axis)
+            if is_along(place.along, axis) and not any(_is_level(item, k, level) for item in view.items):
+                view.items += [item for item in view.behind if _is_level(item, k, level)]
+
+
+def _is_level(item: Item, k: int, level: float) -> bool:
+    """Whether an item is a straight line at a coordinate along one of the axes of a view."""
+    return isinstance(item, Stroke) and all(abs(point[k] - level) < SEEN_MM for point in item.points)
 
 
 def _picture(part: Part, front: View) -> View:

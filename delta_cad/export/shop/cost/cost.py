@@ -14,7 +14,14 @@ from delta_cad.export.shop.cost.rates import BATCHES, BREAKS, CURRENCY, ESTIMATE
 from delta_cad.export.shop.cost.work import Making, Work, making, material_id, work_of
 
 SCHEMA = "delta-cost/1"
-CENTS = 2
+CENTS, MILLS = 2, 3
+OTHER_STOCK = "other"
+FORMULA = (
+    "unit = stock_EUR + material + coat + piece_min rate + (batch_min rate + coat's lot) / pieces; "
+    "piece_min = cutting (1 + idle) + tools + clampings handling + deburring; cutting = removed / removal + "
+    "area / finish + bores (drill) + threads + fits; batch_min = programming + clampings set-up; of stock as bought: "
+    "piece_min = the saw's cut, or bores (erode) + fits, + handling; batch_min = set-up"
+)
 MADE = f"{ESTIMATE} from stock, cutting and clampings, see cost.json"
 LEFT_OUT = ("assembly", "electronics and motor drives", "inspection", "freight", "tax")
 
@@ -31,6 +38,8 @@ class CostLine:
         source: Of the price.
         work: What there is to do, of a made part.
         making: What that costs, likewise.
+        stock: What of `assumed.stock` it is cut from, likewise.
+        stock_EUR: Of one, for each of `BATCHES`: what is cut was bought by the piece or metre; likewise.
     """
 
     number: str
@@ -40,6 +49,8 @@ class CostLine:
     source: str
     work: Work | None = None
     making: Making | None = None
+    stock: str = ""
+    stock_EUR: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,14 +94,16 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
             lines.append(_bought(part.number, count, known.get(part.number) or part_price(part.number)))
             continue
         work = work_of(part, clampings.get(part.number, 1), shop)
-        todo, stock = making(work, material_id(part), shop), known.get(part.number)
+        material = material_id(part)
+        todo, stock = making(work, material, shop), known.get(part.number)
         paid = [0.0 if stock is None else stock.of_one(count, machines) for machines in BATCHES]
         units = (
             round(todo.of_one(count * machines, shop) + bought, CENTS)
             for machines, bought in zip(BATCHES, paid, strict=True)
         )
         source = MADE if stock is None else f"{MADE}; stock: {stock.source}"
-        lines.append(CostLine(part.number, count, True, tuple(units), source, work, todo))
+        name = material if material in STOCKS else OTHER_STOCK
+        lines.append(CostLine(part.number, count, True, tuple(units), source, work, todo, name, tuple(paid)))
     lines += [_bought(one.number, one.quantity, part_price(one.number)) for one in assembly.supplies]
     return Cost(tuple(lines), shop)
 
@@ -107,12 +120,11 @@ def cost_record(cost: Cost) -> dict[str, Any]:
         "currency": CURRENCY,
         "assumed": {
             "shop": cost.rates.told(),
-            "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {"other": asdict(OTHER)},
+            "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {OTHER_STOCK: asdict(OTHER)},
             "stock_source": f"{ESTIMATE} for cut lengths and a small mill; volume of the part with its allowance",
             "bought_share_by_machines": {str(count): share for count, share in BREAKS.items()},
             "bought_share_source": ESTIMATE,
-            "formula": "unit = stock + (cutting (1 + idle) + tools + handling + deburring) rate + "
-            "(programming + clampings set-up) rate / pieces; cutting = removed / removal + area / finish + bores",
+            "formula": FORMULA,
             "left_out": list(LEFT_OUT),
         },
         "machines": list(BATCHES),
@@ -131,9 +143,11 @@ def _told(line: CostLine) -> dict[str, Any]:
         "unit_EUR": list(line.unit_EUR),
         "source": line.source,
     }
+    if line.made:
+        found |= {"stock": line.stock, "stock_EUR": [round(paid, MILLS) for paid in line.stock_EUR]}
     for name, record in (("work", line.work), ("making", line.making)):
         if record is not None:
             found[name] = {
-                key: round(value, 3) if isinstance(value, float) else value for key, value in asdict(record).items()
+                key: round(value, MILLS) if isinstance(value, float) else value for key, value in asdict(record).items()
             }
     return found

@@ -6,8 +6,10 @@ import csv
 import json
 import re
 from collections import Counter, defaultdict
+from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pypdfium2
 import pytest
 
@@ -17,7 +19,9 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings import whole
 from delta_cad.export.drawings.drawn import write_drawings
+from delta_cad.export.drawings.paper.sheet import Stroke
 from delta_cad.export.drawings.title import Titles
+from delta_cad.export.drawings.views.leaders import lines_cross
 from delta_cad.export.mass_properties import mass_report
 from tests.committed import ROOT, Built
 from tests.delta_cad.export.drawings.reading import dxf_texts, svg_texts
@@ -91,13 +95,13 @@ def test_a_table_s_coordinates_are_those_of_the_list_of_holes_along_the_axes_tha
 def test_what_the_machine_needs_stands_on_the_drawings(folder: Path, best_dimensions: Dimensions) -> None:
     d = best_dimensions
     wanted = {
-        "foot_block": [f"{d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]:.3f} ±0.02"],
-        "upper_arm": [f"{d.arm.length_mm:g}", f"{d.layers.arm_mm[1] - d.layers.bearings_mm[0][1]:.3f} ±0.02"],
+        "foot_block": [f"{d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]:g} ±0.02"],
+        "upper_arm": [f"{d.arm.length_mm:g}", f"{d.layers.arm_mm[1] - d.layers.bearings_mm[0][1]:g} ±0.02"],
         "cross_bar": ["48.569 ±0.02", "Ø8 h6 (0/-0.009)", "Ra 0.8"],
         "shoulder_shaft": ["Ø8 h6 (0/-0.009)", "Ra 0.8", f"{d.shaft.y_mm[1] - d.shaft.y_mm[0]:g}", "8 across flats"],
         "platform": [f"{d.platform.radius_mm:g}"],
         "base_plate": [f"Ø{2 * d.base.radius_mm:g}", f"{d.base.thickness_mm:g}"],
-        "handle_stem": ["M6"],
+        "handle_stem": ["2x M6"],
     }
     for number, texts in wanted.items():
         found = [text.lstrip("-") for text in svg_texts(folder / f"{number}.svg")]
@@ -152,6 +156,17 @@ def test_every_item_stands_in_the_list_and_has_a_balloon(built: Built, folder: P
     alone = Counter(word for page in views for word in page.split() if word.isdigit())
     placed = [row["item"] for row in rows if row["source"] or row["make_or_buy"] == "make"]
     assert [item for item in placed if item <= 39 and not alone[str(item)]] == []
+
+
+def test_leaders_of_balloons_cross_none() -> None:
+    """Points in two columns whose order from below is not that in which their leaders stay apart."""
+    spots = np.random.default_rng(7).uniform((0.0, 0.0), (200.0, 120.0), (40, 2))
+    for count in (7, 24, 40):
+        points = {k + 1: (float(x), float(y)) for k, (x, y) in enumerate(spots[:count])}
+        items = whole.balloons(points, (0.0, 0.0, 200.0, 120.0))
+        lines = [np.array(item.points) for item in items if isinstance(item, Stroke)]
+        assert sorted(map(tuple, (line[1] for line in lines))) == sorted(points.values())
+        assert not any(lines_cross(a, b) for a, b in combinations(lines, 2)), count
 
 
 @pytest.mark.slow

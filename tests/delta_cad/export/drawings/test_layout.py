@@ -11,6 +11,7 @@ import pytest
 from delta_cad.export.drawings.checker import drawing_faults
 from delta_cad.export.drawings.drawn import part_drawing
 from delta_cad.export.drawings.layout import ratio
+from delta_cad.export.drawings.paper.sheet import Stroke
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
@@ -48,6 +49,19 @@ def test_a_plate_has_two_views_of_which_one_is_cut_through_its_steps() -> None:
     assert side.rings
     assert picture.slot == "picture"
     assert {place.key for place in front.places}.isdisjoint(place.key for place in side.places)
+
+
+def test_a_floor_that_the_cut_view_hides_is_drawn_there_and_nothing_else_is() -> None:
+    """A pocket beside the plane of the cut, its floor 2 above the bottom: where the coordinate 2 stands."""
+    whole = plate()
+    pocket = cq.Solid.makeBox(8, 3, 8, cq.Vector(12, 2, 2))
+    (solid,) = whole.solid.cut(pocket).Solids()
+    side = next(view for view in views(replace(whole, solid=solid)) if view.cut is not None)
+    hidden = [item for item in side.items if isinstance(item, Stroke) and item.layer == "hidden"]
+    assert hidden
+    assert len(side.behind) > len(hidden)
+    assert {round(abs(point[1]), 6) for item in hidden for point in item.points} == {2.0}
+    assert any(place.value == pytest.approx(2.0) for place in side.places)
 
 
 def test_a_slanted_pocket_is_drawn_once_more_turned() -> None:

@@ -190,3 +190,20 @@ def test_a_turned_part_s_note_tells_whether_centre_holes_may_stay(part: Part, al
 
 def test_a_mass_is_written_without_a_power_of_ten() -> None:
     assert [grams(mass) for mass in (1100.4, 999.7, 63.27, 0.05551, 0.0)] == ["1100", "1000", "63.3", "0.0555", "-"]
+
+
+def test_equal_fits_are_counted_and_pieces_of_one_arc_are_not() -> None:
+    """A bar with an equal pin at each end; a plate, a groove across one of its corners' tops: that arc is in pieces."""
+    bar = cq.Workplane().circle(4).extrude(20).faces(">Z").workplane().circle(2).extrude(5)
+    bar = bar.faces("<Z").workplane().circle(2).extrude(5)
+    (solid,) = bar.val().Solids()  # type: ignore[union-attr]
+    pins = Controlled(rounds=(Round(4.0, "h7"), Round(8.0, "h6")))
+    found = features_of(Part("bar", "", solid, METAL, True), faces_of(solid), pins)
+    assert {size.text.split(" (")[0] for size in found.sizes} == {"2x Ø4 h7", "Ø8 h6"}
+    block = cq.Workplane().box(40, 30, 8).edges("|Z").fillet(3.0)
+    ridge = cq.Workplane("XZ").center(17.0, 4.0).circle(1.0).extrude(60, both=True)
+    (solid,) = block.cut(ridge).val().Solids()  # type: ignore[union-attr]
+    arcs = [face for face in faces_of(solid) if face.kind == "cylinder" and not face.hollow]
+    found = features_of(Part("block", "", solid, METAL, True), faces_of(solid), Controlled())
+    assert len(arcs) >= 4
+    assert [size.text for size in found.sizes if "R3" in size.text] == ["4x R3"]

@@ -48,7 +48,7 @@ def drawn(path: Path) -> Counter[str]:
         counts["fit"] += times * len(re.findall(r"[A-Za-z]\d+ \([+-]?[\d.]+/[+-]?[\d.]+\)", text))
         counts["own"] += times * len(re.findall(r"Ø[\d.]+ \+[\d.]+/0", text))
         counts["thread"] += times * bool(re.match(r"M\d", match[2]))
-        counts["either"] += text.count("±")
+        counts["either"] += times * text.count("±")
     for symbol in svg_symbols(path):
         if symbol.split()[0] in KINDS or symbol.startswith("datum"):
             counts[symbol] += 1

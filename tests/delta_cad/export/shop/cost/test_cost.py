@@ -69,3 +69,28 @@ def test_the_record_holds_all_that_it_rests_on(cost: Cost) -> None:
     assert "estimate" in record["assumed"]["stock_source"]
     made = [line for line in record["lines"] if line["made"]]
     assert all({"work", "making"} <= line.keys() for line in made)
+
+
+def test_every_line_of_a_made_part_is_reckoned_anew_from_the_record_alone(cost: Cost) -> None:
+    """By the formula as it stands there, with no rate but the file's own."""
+    record = json.loads(json.dumps(cost_record(cost), allow_nan=False))
+    shop, stocks = record["assumed"]["shop"], record["assumed"]["stock"]
+    for line in (line for line in record["lines"] if line["made"]):
+        work, told = line["work"], line["making"]
+        holes = work["threads"] * shop["thread_min"] + work["fits"] * shop["fit_min"]
+        if work["stock"] == "as bought":
+            eroded = work["drilled"] * shop["erode_min"] + holes
+            piece = (eroded if work["eroded"] else shop["saw_min"]) + shop["handle_min"]
+            batch = shop["setup_min"]
+        else:
+            cut = work["removed_mm3"] / stocks[line["stock"]]["removal_mm3_min"]
+            cut += work["finished_mm2"] / shop["finish_mm2_min"] + work["drilled"] * shop["drill_min"] + holes
+            piece = cut * (1.0 + shop["idle_share"]) + work["tools"] * shop["tool_min"]
+            piece += work["clampings"] * shop["handle_min"] + shop["deburr_min"]
+            batch = shop["program_min"] + work["clampings"] * shop["setup_min"]
+        assert (told["piece_min"], told["batch_min"]) == pytest.approx((piece, batch), abs=2e-3), line["part_number"]
+        coat, lot = (shop["anodise_EUR"], shop["anodise_lot_EUR"]) if work["anodised"] else (0.0, 0.0)
+        for machines, unit, stock in zip(record["machines"], line["unit_EUR"], line["stock_EUR"], strict=True):
+            whole = stock + told["material_EUR"] + coat + piece * shop["hour_EUR"] / 60.0
+            whole += (batch * shop["hour_EUR"] / 60.0 + lot) / (machines * line["quantity"])
+            assert unit == pytest.approx(whole, abs=0.011), line["part_number"]
