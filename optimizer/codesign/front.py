@@ -108,17 +108,14 @@ class MachinePoint:
         return _name(self.choice, self.axis, self.limit)
 
 
-def front(search: Search, stop: Callable[[], bool] = bool) -> list[MachinePoint]:
+def front(search: Search, points: list[MachinePoint], stop: Callable[[], bool] = bool) -> None:
     """Traces the front of a task.
 
     Args:
         search: One of the task; its reports and its journal are used.
+        points: Takes the points as they come, hardware after hardware; `marked` tells which of them are on the front.
         stop: True ends it with what there is.
-
-    Returns:
-        The points, hardware after hardware, each with what else is better than it told.
     """
-    points: list[MachinePoint] = []
     for _, choice in search.ranked():
         if stop():
             break
@@ -128,7 +125,6 @@ def front(search: Search, stop: Callable[[], bool] = bool) -> list[MachinePoint]
         points.append(_point(search, "asked", None, candidate, search.brief))
         for axis in AXES:
             points += _along(search, axis, points, candidate, stop)
-    return _marked(points)
 
 
 def best_machine(search: Search) -> MachinePoint | None:
@@ -224,14 +220,14 @@ def _worst(limit: PoseLimit, g: DeltaGeometry, search: CubeSearch) -> float:
     return float(search(lambda p: figure.worst(limit, g, p), -1.0).value)
 
 
-def _marked(points: list[MachinePoint]) -> list[MachinePoint]:
+def marked(points: list[MachinePoint]) -> list[MachinePoint]:
     """Tells which points no other beats."""
     merits = np.array([point.figures.merits for point in points])
-    marked = []
+    told = []
     for point, own in zip(points, merits, strict=True):
         beaten = (merits >= own).all(axis=1) & (merits > own).any(axis=1)
-        marked.append(replace(point, on_front=not beaten.any()))
-    return marked
+        told.append(replace(point, on_front=not beaten.any()))
+    return told
 
 
 def _value(brief: DesignBrief, name: str) -> float | None:

@@ -79,6 +79,8 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.build and not given.machines:
         return refuse("--build: with --machines only", BAD_INPUT)
+    if given.resume and given.machines:
+        return refuse("--resume: not with --machines, whose points come anew", BAD_INPUT)
     if given.machines:
         from optimizer.commands.machines import run as run_machines
 

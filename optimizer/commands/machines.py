@@ -28,20 +28,27 @@ def run(given: argparse.Namespace) -> int:
 
     folder = given.out / f"{brief.name}-machines"
     require_room(folder, folder=True)
-    from optimizer.codesign.front import front
+    from optimizer.codesign.front import front, marked
     from optimizer.codesign.lessons import reference
     from optimizer.codesign.pages.front import record
     from optimizer.codesign.search import Search
 
-    with Request() as stop, Line() as line:
+    def nothing(_: object) -> None:
+        raise AssertionError  # a front builds no machine
 
-        def nothing(_: object) -> None:
-            raise AssertionError  # a front builds no machine
-
-        search = Search(brief, nothing, nothing, reference(), given.seed, stop, line.show, line.keep)  # type: ignore[arg-type]
-        points = front(search, stop)
-        interrupted = stop()
-        if points:
+    search = Search(brief, nothing, nothing, reference(), given.seed)  # type: ignore[arg-type]
+    found: list[MachinePoint] = []
+    interrupted = False
+    try:
+        with Request() as stop, Line() as line:
+            search.stop, search.report, search.tell = stop, line.show, line.keep
+            front(search, found, stop)
+            interrupted = stop()
+    except KeyboardInterrupt:
+        interrupted = True
+    points = marked(found)
+    if points:
+        with Line() as line:
             line.show("files and picture")
             _write(points, brief.name, folder)
     if given.build and points and not interrupted:

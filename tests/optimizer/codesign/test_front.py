@@ -16,11 +16,12 @@ from delta_cad.design import NAME_LONGEST, Design, design_hash, load_design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.front import AXES, Figures, MachinePoint, _marked, figures_of, front
+from optimizer.codesign.front import AXES, Figures, MachinePoint, figures_of, front, marked
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.pages.front import design_files, page, record
 from optimizer.codesign.pages.machines import PAGE, build_front, machines_page, standing
 from optimizer.codesign.search import Search
+from optimizer.commands import cli
 from optimizer.pictures.machines import machines
 from optimizer.pictures.style import save
 from optimizer.problem.brief import DesignBrief, brief_from_dict
@@ -58,8 +59,8 @@ def test_figures_are_those_of_the_handle_over_the_cube(best: Design) -> None:
 
 def test_a_machine_that_another_beats_is_not_on_the_front() -> None:
     points = [point(), point(cube_side_mm=79.0), point(cube_side_mm=79.0, friction_N=0.5), point(kappa=2.1)]
-    assert [one.on_front for one in _marked(points)] == [False, False, True, True]
-    equal = _marked([point(), point()])
+    assert [one.on_front for one in marked(points)] == [False, False, True, True]
+    equal = marked([point(), point()])
     assert [one.on_front for one in equal] == [True, True]
 
 
@@ -85,7 +86,27 @@ def traced(
     monkeypatch.setattr(Search, "refined", lambda _, __: candidate(80.0))
     search = Search(task, lambda _: None, lambda _: [], reference())  # type: ignore[arg-type,return-value]
     search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference())
-    return front(search), seen
+    points: list[MachinePoint] = []
+    front(search, points)
+    return marked(points), seen
+
+
+def test_a_front_that_is_cut_off_leaves_the_points_it_has(
+    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    known, _ = traced(monkeypatch, best)
+    task = tmp_path / "b.toml"
+    task.write_text('name = "b"\n[requirements]\nenvelope_width_mm = 270\nenvelope_depth_mm = 220\n', encoding="utf-8")
+
+    def cut_off(_: Search, points: list[MachinePoint], __: object) -> None:
+        points += known[:2]
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("optimizer.codesign.front.front", cut_off)
+    assert cli.main(["front", str(task), "--machines", "--out", str(tmp_path)]) == 130
+    assert capsys.readouterr().err.endswith(f"interrupted; 2 machines stand in {tmp_path}/b-machines\n")
+    assert len(json.loads((tmp_path / "b-machines" / "machines.json").read_text())["points"]) == 2
+    assert cli.main(["front", str(task), "--machines", "--resume"]) == 2
 
 
 def test_each_limit_is_moved_by_itself_until_there_is_no_machine(monkeypatch: pytest.MonkeyPatch, best: Design) -> None:
