@@ -214,12 +214,13 @@ def make_sector(d: Dimensions) -> Part:
     boring.add(f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft", [shaft])
     dowels = [fitted(along_y(DOWEL_MM, at, (arm, web[1])), "H7") for at in dowel_positions(d)]
     boring.add(f"{DOWEL_MM:g} H7 through, dowels", dowels)
-    ends = [along_y(c.slot_width_mm, at, web) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
+    half, inside = c.slot_width_mm / 2, c.rim_radius_mm - RIM_MM  # what goes into the rim goes through all its width
+    deep = y if c.slot_radius_mm + half > inside else web
+    ends = [along_y(c.slot_width_mm, at, deep) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
     boring.add(f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends", ends)
-    half = c.slot_width_mm / 2
     tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
-    into_rim = _lightening_radius_mm(c) + LIGHTENING_MM / 2 > c.rim_radius_mm - RIM_MM
-    lights = [along_y(LIGHTENING_MM, at, y if into_rim else web) for at in lightening(c)]
+    deep = y if _lightening_radius_mm(c) + LIGHTENING_MM / 2 > inside else web
+    lights = [along_y(LIGHTENING_MM, at, deep) for at in lightening(c)]
     boring.add(f"{LIGHTENING_MM:g} through, lightening", lights)
     free = POCKET_PLAY_MM
     pocket = (POCKET_FROM_MM, length - LUG_WALL_MM[1])

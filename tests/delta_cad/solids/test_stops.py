@@ -27,6 +27,7 @@ DESIGNS: dict[str, dict[str, Any]] = {
     "capstan": {},
     "capstan, thick arm": {"hardware__arm_thickness_mm": 14.0, "mechanism__base_radius_mm": 38.0},
     "capstan, wide bearing": {"hardware__bearing": "608", "mechanism__base_radius_mm": 34.0},
+    "capstan, slot into the rim": {"hardware__capstan_ratio": 3.09, "hardware__sector_radius_mm": 25.2},
     "direct, 60 mm motor": DIRECT | {"hardware__motor": "maxon-ec60flat-625858"},
     "direct, 43 mm motor": DIRECT | {"hardware__motor": "maxon-ec45flat-411812"},
 }
