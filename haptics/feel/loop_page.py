@@ -220,7 +220,7 @@ def _calm(one: NoiseRange) -> str:
     if one.most.quiet:
         return f"unnoticed up to readings of {1e6 * one.reading:.1f} urad rms"
     damped = f", or a structure that damps {100.0 * one.loss:.0f} % of critical" if one.loss < math.inf else ""
-    return f"NOT unnoticed: that takes readings of {1e6 * one.reading:.1f} urad rms{damped}"
+    return f"NOT unnoticed: with this law that takes readings of {1e6 * one.reading:.1f} urad rms{damped}"
 
 
 def _three(summary: Summary) -> str:
