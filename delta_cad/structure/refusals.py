@@ -27,7 +27,7 @@ from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
-from delta_cad.mechanism import direct_margin
+from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.structure.holds import Holds, holds
 from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
@@ -76,11 +76,11 @@ def refusals(design: Design) -> tuple[Reason, ...]:
 
 
 def _mode(design: Design) -> tuple[Reason, ...]:
-    """The assembly mode where it is not the machine's own."""
+    """The assembly mode where it is not the machine's own, of a cube that can be reached."""
     cube, field = design.cube, "cube.bottom_height_mm"
     positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, COUNT)
     margins = direct_margin(design.geometry, positions / MM_PER_M)
-    if margins.min() > 0.0:
+    if margins.min() > 0.0 or reach_excess(design.geometry, positions / MM_PER_M).max() > 0.0:
         return ()
     x, y, z = (round(float(v), 1) + 0.0 for v in positions[np.argmin(margins)])  # no -0.0
     told = (

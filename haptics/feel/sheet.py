@@ -228,7 +228,9 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
         loss = max(one.loss for one in loop.noise.values())
         damped = f", or a structure that damps {100.0 * loss:.0f} % of critical" if loss < math.inf else ""
         wall += f": {'more than' if tremor else 'less than'} the {1e6 * MOTION:g} um that are taken for unnoticed" + (
-            f", which with this law readings would keep whose noise is a count of {bits:.1f} bits{damped}" if tremor else ""
+            f", which with this law readings would keep whose noise is a count of {bits:.1f} bits{damped}"
+            if tremor
+            else ""
         )
     if step < FELT:
         grain = "too little to be felt"

@@ -67,7 +67,8 @@ CASES: dict[str, tuple[dict[str, Any], set[tuple[str, float | str | None]]]] = {
         {"hardware__cable": "steel-0.8-7x19"},
         {("mechanism.base_radius_mm", 31.0)},  # its wider pinion pushes the motors inwards, and they the legs outwards
     ),
-    "ratio 5": ({"hardware__capstan_ratio": 5.0}, set()),
+    "ratio 5": ({"hardware__capstan_ratio": 5.0, "mechanism__base_radius_mm": 31.2}, set()),
+    "ratio 5, closer": ({"hardware__capstan_ratio": 5.0}, {("mechanism.base_radius_mm", 31.0)}),
     "ratio 12": (
         {"hardware__capstan_ratio": 11.5},
         {("hardware.capstan_ratio", 11.5), ("hardware.sector_radius_mm", 38.7)},
