@@ -38,6 +38,8 @@ NAME = "design"
 TEXT = "find and build a machine that meets the requirements and passes every check; writes OUT/NAME"
 MINUTES = 10.0
 BOUND_S = 140.0  # for the bound of a machine that passed
+TELLING = 0.5  # share by which a bound may exceed its machine, and still be told
+NO_BOUND = "the time ended before it was proved how much larger a cube of this family can be"
 NEAREST, NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
 EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
 
@@ -187,7 +189,7 @@ def _search(
             posed = [*search.tried.posed, Posed(standing.choice, standing.score, ())]
             tried = replace(search.tried, built=[*search.tried.built, (stated, ())], posed=posed, stuck=stuck)
             over = min(ends, monotonic() + BOUND_S)
-            bound = None
+            bound, notes = None, brief.notes
             if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
                 family = Family(brief, standing, search.lessons)
                 try:
@@ -196,11 +198,13 @@ def _search(
                         stopped.append(asked())
                 except KeyboardInterrupt:
                     stopped.append(True)
+                if bound is not None and bound.gap > TELLING:
+                    bound, notes = None, (*notes, NO_BOUND)
             facts.update(facts_of(brief, outcome, tried, bound))
             cost = costs(brief, standing, known)
-            text = report(facts, outcome.results, tried, known.why, brief.notes, cost, bound)
+            text = report(facts, outcome.results, tried, known.why, notes, cost, bound)
             unit = UNITS[brief.objective]
-            page = design_page(facts, outcome.results, tried, known.why, brief.notes, cost, bound, unit)
+            page = design_page(facts, outcome.results, tried, known.why, notes, cost, bound, unit)
             line.show("certificate")
             certificate = certificate_of(stated, folder / "mass_properties.json")
             write_beside(folder, placed(stated, brief, given.out / brief.name), text, page, certificate)

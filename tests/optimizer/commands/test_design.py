@@ -149,7 +149,7 @@ def test_stopped_while_the_bound_is_sought_the_machine_is_written(
         os.kill(os.getpid(), signal.SIGINT)
         while not (listens and stop()):
             sleep(0.01)
-        return Bound(2.0 * side_mm, 1.0, 1, family.described())
+        return Bound(1.2 * side_mm, 0.2, 1, family.described())
 
     finds(monkeypatch)
     monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
@@ -159,6 +159,20 @@ def test_stopped_while_the_bound_is_sought_the_machine_is_written(
     folder = tmp_path / "out/synthesized"
     assert (folder / "design.json").exists()
     assert ("No machine of this family" in (folder / "design.md").read_text(encoding="utf-8")) is listens
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_a_bound_that_says_nothing_is_not_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def bounded(family: Family, side_mm: float, *_: object) -> Bound:
+        return Bound(600.0, 600.0 / side_mm - 1.0, 18, family.described())
+
+    finds(monkeypatch)
+    monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
+    assert call(file, "--out", tmp_path / "out", "--json") == 0
+    for page in ("design.md", "design.html"):
+        text = (tmp_path / "out/synthesized" / page).read_text(encoding="utf-8")
+        assert "600.00" not in text
+        assert command.NO_BOUND in text
 
 
 def test_stopped_before_a_machine_there_is_none(
