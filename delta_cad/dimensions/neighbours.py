@@ -19,7 +19,7 @@ BOARD_SCREW = "M2.5"
 PLUG_MM = (5.0, 4.0, 5.0)  # half width, height over the board and length of the plug at its lower end
 HALVINGS = 30  # of the range in which the base's radius lies
 BOARD_EDGE_MM = 4.0  # of a direct drive's leg around its board's screws
-DIRECTIONS, ANGLES = 1440, 181  # in which a hull's distance is looked for, to 1e-4 mm; of an arm between its stops
+DIRECTIONS, ANGLES = 1440, 181  # in which a hull is looked at, to 1e-4 mm; of an arm between its stops
 
 
 def require_room_for_board(
@@ -136,29 +136,27 @@ def require_room_for_boss(
         cheeks.append(encoder_cheek)
     angles = np.linspace(shoulder_rad[0] - STOP_MARGIN_RAD, shoulder_rad[1] + STOP_MARGIN_RAD, ANGLES)
 
-    def room(length_mm: float) -> float:
-        elbows = length_mm * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-        return min((_off_hull_mm(elbows, circles).min() for circles in cheeks), default=np.inf) - arm.boss_radius_mm
-
-    found = room(arm.length_mm)
-    low, high = arm.length_mm, 3.0 * arm.length_mm
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (low, middle) if room(middle) >= RUNNING_GAP_MM else (middle, high)
+    found, enough = np.inf, 0.0
+    for normals, supports in map(_hull, cheeks):
+        outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ normals  # of an elbow, per mm of arm
+        found = min(found, (arm.length_mm * outward - supports).max(axis=1).min() - arm.boss_radius_mm)
+        # off the hull an elbow is off one of its sides
+        lengths = (supports + arm.boss_radius_mm + RUNNING_GAP_MM) / np.where(outward > 0.0, outward, np.nan)
+        enough = max(enough, np.nanmin(lengths, axis=1).max())
     require(
         found >= RUNNING_GAP_MM,
         "upper_arm",
         "beside its cheeks",
         f"the elbow's boss comes within {found:.2f} mm of a cheek, at least {RUNNING_GAP_MM:g}: upper_arm_length_mm = "
-        f"{arm.length_mm:g} must be at least {up(high)} mm, or hardware.motor smaller",
+        f"{arm.length_mm:g} must be at least {up(enough)} mm, or hardware.motor smaller",
         "mechanism.upper_arm_length_mm",
         arm.length_mm,
-        high,
+        enough,
     )
 
 
-def _off_hull_mm(points: np.ndarray, circles: list[Circle]) -> np.ndarray:
-    """Distances of points (n, 2) from the hull of circles, (n,) mm; inside it they are negative."""
+def _hull(circles: list[Circle]) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (2, n) square to the sides of the hull of circles, and how far it reaches along each, (n,) mm."""
     turns = [*np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)]
     for (ax, az, a), (bx, bz, b) in combinations(circles, 2):  # and square to every edge
         apart = hypot(bx - ax, bz - az)
@@ -166,7 +164,7 @@ def _off_hull_mm(points: np.ndarray, circles: list[Circle]) -> np.ndarray:
             lean, along = acos((a - b) / apart), atan2(bz - az, bx - ax)
             turns += [along - lean, along + lean]
     normals, known = np.stack([np.cos(turns), np.sin(turns)]), np.array(circles)
-    return (points @ normals - (known[:, :2] @ normals + known[:, 2:]).max(axis=0)).max(axis=1)
+    return normals, (known[:, :2] @ normals + known[:, 2:]).max(axis=0)
 
 
 def _board_boxes(

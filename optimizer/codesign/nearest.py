@@ -82,20 +82,35 @@ def reliefs(search: Search) -> list[Relief]:
             continue
         search.report(f"what {' and '.join(fields)} cost")
         given = tuple(float(value) for value in asked if value is not None)
-        wide = _eased(search.brief, fields, given, MOST, grows)
-        able = [found for choice in hardware if (found := _possible(search, wide, choice))]
-        if not able:
+        if (relief := _relief(search, fields, given, grows, hardware)) is not None:
+            reached.append(relief)
+    return sorted(reached, key=lambda one: one.share)
+
+
+def _relief(
+    search: Search, fields: tuple[str, ...], asked: tuple[float, ...], grows: bool, hardware: list[Choice]
+) -> Relief | None:
+    """Finds how much is enough of one limit, of the hardware that needs least; None where none can with any."""
+    relief: Relief | None = None
+
+    def tried(choice: Choice, factor: float) -> bool:
+        nonlocal relief
+        task = _eased(search.brief, fields, asked, factor, grows)
+        if (found := _possible(search, task, choice)) is not None:
+            enough = tuple(float(_value(task, name) or 0.0) for name in fields)
+            relief = Relief(fields, asked, enough, task, found)
+        return found is not None
+
+    high = MOST
+    for choice in hardware:
+        least = high if relief is None else high / FINE  # of another hardware: only what needs less
+        if search.stop() or least <= 1.0 or not tried(choice, least):
             continue
-        low, high = 1.0, MOST
+        low, high = 1.0, least
         while high / low > FINE and not search.stop():
             middle = sqrt(low * high)
-            task = _eased(search.brief, fields, given, middle, grows)
-            there = [found for choice in able if (found := _possible(search, task, choice))]
-            low, high, able = (low, middle, there) if there else (middle, high, able)
-        brief = _eased(search.brief, fields, given, high, grows)
-        enough = tuple(float(_value(brief, name) or 0.0) for name in fields)
-        reached.append(Relief(fields, given, enough, brief, able[0]))
-    return sorted(reached, key=lambda one: one.share)
+            low, high = (low, middle) if tried(choice, middle) else (middle, high)
+    return relief
 
 
 def strongest(brief: DesignBrief) -> Iterator[Choice]:

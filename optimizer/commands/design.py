@@ -267,8 +267,7 @@ def _eased(
         brief = one.further(factor).model_copy(update={"name": f"{search.brief.name}{NEAREST_NAME}"})
         near = _search(given, brief, journal, line, ends, told)
         near.finely = False
-        if (refined := near.refined(one.choice)) is not None:
-            near.built(refined.choice, -math.inf)
+        near.built(one.choice, -math.inf)
         if told:
             break
     return [str(one) for one in found]
