@@ -6,7 +6,13 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM, PlatformDimensions
+from delta_cad.dimensions.platform import (
+    BOSS_BEVEL_MM,
+    STEM_FLATS_MM,
+    STEM_FLATS_Z_MM,
+    WEB_CORNER_MM,
+    PlatformDimensions,
+)
 from delta_cad.dimensions.tolerances import BAR_WIDER_UM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.boring import Boring, along_z, between, tapped, within
@@ -48,7 +54,8 @@ def make_platform(d: Dimensions) -> Part:
         hub = bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))
         webs, shapes = list[cq.Shape](), list[cq.Shape]()
         for i in CHAINS:
-            web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 5.0, 3.0), (r, 5.0 - half, 3.0)], plate)
+            aside, round_mm = half - WEB_CORNER_MM[0], WEB_CORNER_MM[1]
+            web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, aside, round_mm), (r, -aside, round_mm)], plate)
             webs.append(turned_to_chain(web, i))
             barrel = bevelled(boss, (-half, half), BOSS_BEVEL_MM, (r, 0.0, 0.0))
             shapes.append(turned_to_chain(barrel, i))
@@ -71,7 +78,7 @@ def make_platform(d: Dimensions) -> Part:
     near, far = p.hub_radius_mm + RIB_MM, r - boss - 1.0
     for i in CHAINS:
         if far - near >= 4.0:
-            reach = (half - 5.0) * far / r - RIB_MM
+            reach = (half - WEB_CORNER_MM[0]) * far / r - RIB_MM
             window = hull_along_z(
                 [(near + 1.5, 0.0, 1.5), (far - 1.5, reach - 1.5, 1.5), (far - 1.5, 1.5 - reach, 1.5)],
                 (plate[0] - THROUGH_MM, plate[1] + THROUGH_MM),

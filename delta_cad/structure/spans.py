@@ -15,7 +15,8 @@ import numpy as np
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
-from delta_cad.dimensions.platform import STEM_FLATS_MM, STEM_FLATS_Z_MM
+from delta_cad.dimensions.platform import STEM_FLATS_MM, STEM_FLATS_Z_MM, WEB_CORNER_MM
+from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.structure.beam import Beam, BeamSlice
 from delta_cad.structure.section import Section, circle
@@ -145,16 +146,27 @@ def _bars(d: Dimensions, table: StructureTable) -> list[Span]:
 
 
 def _webs(d: Dimensions, table: StructureTable) -> list[Span]:
-    """The platform's webs from the hub to the window, along it, and on to the wrist's boss."""
+    """The platform's webs from the hub to the window, along it, and on to the wrist's boss.
+
+    Beside a wide platform's hub the neighbours' webs and bosses run into a web: there it is only heavier than its own.
+    """
     p, bar = d.platform, table.spoke
-    root = p.radius_mm - bar.length_mm
+    root, half = p.radius_mm - bar.length_mm, p.boss_length_mm / 2
     boss = p.radius_mm - p.boss_diameter_mm / 2
+    neighbours = max(WEB_CORNER_MM[1] - p.radius_mm / 2 + SIN_60 * (half - WEB_CORNER_MM[0]), SIN_60 * half - boss / 2)
+    shared = min(max(p.hub_radius_mm, neighbours), boss)
     found = []
     for i in CHAINS:
         u = np.array([cos(2 * pi * i / 3), sin(2 * pi * i / 3), 0.0])
         frame = _frame(root * u + table.spoke_up_mm * Z, u, np.cross(Z, u))
         own = -root, pi / 3  # wide bosses of the neighbours reach beside a web's root
-        found.append(Span("platform", "web", frame, (p.hub_radius_mm - root, boss - root), bar, *WINDOW, own=own))
+        for name, low, high, most in (
+            ("web's root", p.hub_radius_mm, shared, inf),
+            ("web", shared, boss, WINDOW[1]),
+        ):
+            if high > low:
+                reach = low - root, high - root
+                found.append(Span("platform", name, frame, reach, bar, WINDOW[0], most, own=own))
         reach = boss - root, bar.length_mm
         found.append(Span("platform", "boss", frame, reach, bar, WINDOW[0], inf, filled=True))
     return found

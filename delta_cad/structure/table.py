@@ -17,6 +17,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import ANCHOR_MM, CARRIAGE_FROM_MM, CARRIAGE_MM
 from delta_cad.dimensions.forearm import END_MATERIAL
+from delta_cad.dimensions.platform import WEB_CORNER_MM
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
@@ -304,9 +305,9 @@ def _spoke(d: Dimensions) -> Beam:
     """A web of the platform between the hub and the boss, with its window."""
     p = d.platform
     r, half, boss = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2
-    corner = (r, half - 5.0, 3.0)
+    corner = (r, half - WEB_CORNER_MM[0], WEB_CORNER_MM[1])
     near, far = p.hub_radius_mm + 4.0, r - boss - 1.0
-    reach = (half - 5.0) * far / r - 4.0
+    reach = corner[1] * far / r - 4.0
     window = far - near >= 4.0 and reach >= 3.0
 
     def section(x: float) -> Section:

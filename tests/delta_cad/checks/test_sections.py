@@ -155,10 +155,20 @@ def test_no_section_of_a_machine_offered_is_below_nothing(name: str) -> None:
             assert min(one.area_mm2, one.about_y_mm4, one.about_z_mm4, one.torsion_mm4) > 0.0, span
 
 
-def test_a_web_may_be_narrower_at_its_wrist_than_the_hub(best_dimensions: Dimensions, best_assembly: Assembly) -> None:
-    """A large machine with narrow parallelograms: its stem is thick, its bosses are short."""
-    short = replace(best_dimensions.platform, boss_length_mm=18.0, hub_radius_mm=11.0)
-    d = replace(best_dimensions, platform=short)
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"boss_length_mm": 18.0, "hub_radius_mm": 11.0},
+        {"boss_length_mm": 77.0, "radius_mm": 41.7},
+        {"boss_length_mm": 77.0, "radius_mm": 33.0},
+    ],
+    ids=["narrower at its wrist than the hub", "beside wide neighbours", "within wide neighbours"],
+)
+def test_a_web_of_any_width_is_as_it_is_counted(
+    other: dict[str, float], best_dimensions: Dimensions, best_assembly: Assembly
+) -> None:
+    """Large machines: with narrow parallelograms under a thick stem, and with wide ones, whose webs run together."""
+    d = replace(best_dimensions, platform=replace(best_dimensions.platform, **other))  # pyright: ignore[reportArgumentType]
     plate = make_platform(d)
     a = replace(
         best_assembly,
