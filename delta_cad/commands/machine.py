@@ -6,7 +6,7 @@ import argparse
 import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -117,7 +117,8 @@ def refused(design: Design) -> Advice:
 def hardware_lines(found: Advice) -> list[str]:
     """Says why hardware cannot do: what is wrong, what would be once that is mended, and values that mend it all."""
     lines = [*map(str, found.reasons), *(f"then {reason}" for reason in found.then)]
-    alone = len(lines) == 1 and set(found.together or ()) == {found.reasons[0].field}  # which its one line says
+    first = {reason.field for reason in found.reasons[:1]}
+    alone = len(lines) == 1 and set(found.together or ()) == first  # which its one line says
     if found.together and not alone:
         values = ", ".join(
             f"{field} = {value if isinstance(value, str) else f'{value:g}'}" for field, value in found.together.items()
@@ -129,17 +130,16 @@ def hardware_lines(found: Advice) -> list[str]:
 def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
     """Refuses a design file with all that was found in it and, where it can be computed with, its hardware."""
     from delta_cad.mechanism import MechanismError
-    from delta_cad.structure.advice import Advice
-    from delta_cad.structure.refusals import refusals
+    from delta_cad.structure.advice import DESIGN, Advice, advice
 
-    reasons: tuple[Any, ...] = ()
+    found = Advice(())
     if error.design is not None:
         with suppress(MechanismError, ValueError, ArithmeticError):  # told already: its numbers cannot go together
-            reasons = refusals(error.design)
-    named = (str(error), *error.more)
-    fresh = [reason for reason in reasons if not any(f" {reason.field} = " in line for line in named)]
+            found = advice(error.design)
     name = "" if error.design is None else error.design.name
-    return refuse_hardware(given, name, named, Advice(tuple(fresh)))
+    fresh = tuple(reason for reason in found.reasons if reason.part != DESIGN)
+    found = replace(found, reasons=fresh) if fresh else Advice(())  # what follows of numbers alone they say themselves
+    return refuse_hardware(given, name, (str(error), *error.more), found)
 
 
 def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], found: Advice) -> int:

@@ -17,11 +17,12 @@ from delta_cad.design.record import Design
 
 
 class Contradiction(NamedTuple):
-    """A number that cannot go with the others: its dotted path, its value, the bound and where that comes from."""
+    """A number that cannot go with the others: its dotted path, its value, the bound in words and as a number."""
 
     field: str
     value: float
     allowed: str
+    bound: float
 
 
 def impossible_sums(design: Design) -> list[Contradiction]:
@@ -34,7 +35,7 @@ def _shoulder_range(design: Design) -> Contradiction | None:
     low, high = design.requirements.shoulder_min_deg, design.requirements.shoulder_max_deg
     if low is None or high is None or low < high:
         return None
-    return Contradiction("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg")
+    return Contradiction("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg", low)
 
 
 def _peaks(design: Design) -> Contradiction | None:
@@ -44,7 +45,8 @@ def _peaks(design: Design) -> Contradiction | None:
         ("peak_torque_N_m", r.peak_torque_N_m, r.joint_torque_N_m, "joint_torque_N_m = {:g} N m"),
     ):
         if peak is not None and peak < least:
-            return Contradiction(f"requirements.{field}", peak, f"must be >= {unit.format(least)}, the continuous one")
+            words = f"must be >= {unit.format(least)}, the continuous one"
+            return Contradiction(f"requirements.{field}", peak, words, least)
     return None
 
 
@@ -57,6 +59,7 @@ def _platform_size(design: Design) -> Contradiction | None:
         "mechanism.platform_radius_mm",
         m.platform_radius_mm,
         f"must be < {bound:g} mm, base_radius_mm + upper_arm_length_mm, or no elbow can stand outside its wrist",
+        bound,
     )
 
 
@@ -74,6 +77,7 @@ def _fold(design: Design) -> Contradiction | None:
         cube.bottom_height_mm,
         f"must be >= {bound:.6g} mm, where upper arm and forearm fold in line "
         f"(|forearm_length_mm - upper_arm_length_mm| = {stretch:.6g} mm)",
+        bound,
     )
 
 
@@ -101,6 +105,7 @@ def _farthest_corner(design: Design) -> Contradiction | None:
         "mechanism.forearm_length_mm",
         m.forearm_length_mm,
         f"must be {sign} {bound:.6g} mm for chain {chain} to reach the cube's corner ({place}) mm",
+        bound,
     )
 
 
@@ -114,6 +119,7 @@ def _clashing_wrists(design: Design) -> Contradiction | None:
         "mechanism.parallelogram_width_mm",
         m.parallelogram_width_mm,
         f"must be < {bound:.6g} mm, or the balls of neighbouring chains meet at the platform",
+        bound,
     )
 
 
@@ -131,6 +137,7 @@ def _pinion(design: Design) -> Contradiction | None:
         h.capstan_ratio,
         f"must be < {bound:.6g}, or the pinion's groove (sector_radius_mm = {h.sector_radius_mm:g}) cuts into the "
         f"motor's {shaft:g} mm shaft",
+        bound,
     )
 
 
@@ -141,8 +148,8 @@ def _panel(design: Design) -> Contradiction | None:
         return None
     if panel.limit_mm <= least:
         words = f"must be > clearance_min_mm = {least:g} mm, which the stem keeps from the bezel in the cube"
-        return Contradiction("panel.limit_mm", panel.limit_mm, words)
+        return Contradiction("panel.limit_mm", panel.limit_mm, words, least)
     if panel.limit_mm < design.cube.bottom_height_mm:
         return None
     words = f"must be < bottom_height_mm = {design.cube.bottom_height_mm:g} mm"
-    return Contradiction("panel.limit_mm", panel.limit_mm, words)
+    return Contradiction("panel.limit_mm", panel.limit_mm, words, design.cube.bottom_height_mm)

@@ -18,7 +18,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
-from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions, key_slot_rad
+from delta_cad.dimensions.bracket import MESHES_MM, STOP_PIN_MM, BracketDimensions, bracket_dimensions, key_slot_rad
 from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     cable_run,
@@ -51,7 +51,7 @@ from delta_cad.dimensions.platform import (
     base_dimensions,
     platform_dimensions,
 )
-from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
+from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require, tenths_above
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.mechanism import UnreachableError, inverse_kinematics
@@ -230,7 +230,11 @@ def _dimensions(design: Design) -> Dimensions:
     if hardware.encoder_at != "motor":
         require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
     screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))
+    shaft = shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet)
     required = design.requirements
+    if capstan is None:  # no bearing's lip: as wide as the stub that turns in it asks for
+        off = 2 * (required.clearance_min_mm + MESHES_MM)
+        bracket = replace(bracket, passage_mm=max(bracket.passage_mm, tenths_above(shaft.head_diameter_mm + off)))
     forearm = forearm_dimensions(
         mechanism.forearm_length_mm,
         mechanism.parallelogram_width_mm,
@@ -248,7 +252,9 @@ def _dimensions(design: Design) -> Dimensions:
     fold = pi - travel.forearm_angle_max.value
     if capstan is None:
         clear, beside = required.clearance_min_mm, mechanism.parallelogram_width_mm / 2
-        require_room_for_rods(arm.length_mm, fold, beside, forearm.tube_outer_mm, clear, stack, motor)
+        heights = design.cube.bottom_height_mm, travel.forearm_angle_max.position[2] * MM_PER_M
+        lengths = arm.length_mm, forearm.length_mm
+        require_room_for_rods(*lengths, fold, heights, beside, forearm.tube_outer_mm, clear, stack, motor)
         at_shoulder = hardware.encoder_at != "motor"
         halves = encoder.hole_spacing_width_mm / 2, encoder.hole_spacing_length_mm / 2
         board = (*halves, BOARD_EDGE_MM) if at_shoulder else (0.0, 0.0, 0.0)
@@ -267,7 +273,7 @@ def _dimensions(design: Design) -> Dimensions:
         arm=arm,
         capstan=capstan,
         bracket=bracket,
-        shaft=shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet),
+        shaft=shaft,
         forearm=forearm,
         platform=platform,
         base=base,

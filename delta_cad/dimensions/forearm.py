@@ -50,6 +50,7 @@ BOND_N_MM2 = 2.0  # even shear for ever, epoxy on sanded aluminium: a tenth of w
 BOND_SAFETY = 5.0
 ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
 BOND_LEAST_MM = 8.0
+GLUE_USE = 0.25  # of an epoxy's lap shear strength: what it bears for years at room temperature; from memory: check
 FOLD_LEAST = 0.05  # below, no rod is long enough for its springs, and is refused by its length
 
 
@@ -185,6 +186,22 @@ def eye_room_mm(arm: ArmDimensions, fold_rad: float, lean_rad: float, along_mm: 
     return along_mm * sin(turn) * cos(lean_rad) - arm.boss_radius_mm - around_mm
 
 
+def tilt_N_mm2() -> float:
+    """Gives the stress across the bond of a spigot that it may bear for ever."""
+    strength = catalogue.adhesive(TUBE_ADHESIVE).shear_strength_MPa
+    assert strength is not None
+    return GLUE_USE * strength
+
+
+def tilted_mm(moment_N_mm: float, spigot_mm: float) -> float:
+    """Computes how long the bond of a spigot must be for the moment that its springs tilt it by for ever, mm.
+
+    Its stress across is `6 M / (d b^2)`; along it bears all that it may of the rod's force as well.
+    """
+    across = sqrt(tilt_N_mm2() ** 2 - BOND_N_MM2**2)
+    return sqrt(6.0 * moment_N_mm / (spigot_mm * across))
+
+
 def _ball(diameter_mm: float) -> catalogue.Ball:
     """The finest ball of a diameter in the catalogue."""
     rows = [row for row in catalogue.ball.rows.values() if isinstance(row, catalogue.Ball)]
@@ -263,8 +280,30 @@ def forearm_dimensions(
     beside = coil / 2 + ROOM_MM + sway.across_mm + sway.turn_rad * boss_width_mm / 2
     end = max(shoulder + RING_MM[1], bar_mm / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
     first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
+    require(
+        length_mm - second >= end - 1e-9,
+        "rod_eye",
+        "springs",
+        f"forearm_length_mm = {length_mm:g} must be at least {up(second + end)} mm: rods that fold to "
+        f"{degrees(fold_rad):.1f} deg beside the arm leave its springs no room",
+        "mechanism.forearm_length_mm",
+        length_mm,
+        second + end,
+    )
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
-    held = max(BOND_LEAST_MM, ceil(BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)))
+    joint = joint_dimensions(
+        ball_mm,
+        WRAP_RAD,
+        spring,
+        width_mm,
+        EYE_MM,
+        (first + second) / length_mm - 1.0,
+        lean,
+        catalogue.material(CUP_MATERIAL),
+        catalogue.material(row.material),
+    )
+    sheared = BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)
+    held = max(BOND_LEAST_MM, ceil(sheared), ceil(tilted_mm(joint.pressed_max_N * shoulder, spigot)))
     least = max(24.0, 2 * held + 4.0)
     tube_length = length_mm - 2 * shoulder
     require(
@@ -275,16 +314,6 @@ def forearm_dimensions(
         "mechanism.forearm_length_mm",
         length_mm,
         least + 2 * shoulder,
-    )
-    require(
-        length_mm - second >= end - 1e-9,
-        "rod_eye",
-        "springs",
-        f"forearm_length_mm = {length_mm:g} must be at least {up(second + end)} mm: rods that fold to "
-        f"{degrees(fold_rad):.1f} deg beside the arm leave its springs no room",
-        "mechanism.forearm_length_mm",
-        length_mm,
-        second + end,
     )
     cup = seat / 2 + CUP_WALL_MM
     return ForearmDimensions(
@@ -322,15 +351,5 @@ def forearm_dimensions(
         wrist_radius_min_mm=wrist_radius_min_mm(cup, width_mm, clearance_mm),
         ball=row,
         spring=spring,
-        joint=joint_dimensions(
-            ball_mm,
-            WRAP_RAD,
-            spring,
-            width_mm,
-            EYE_MM,
-            (first + second) / length_mm - 1.0,
-            lean,
-            catalogue.material(CUP_MATERIAL),
-            catalogue.material(row.material),
-        ),
+        joint=joint,
     )

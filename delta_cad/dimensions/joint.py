@@ -84,6 +84,11 @@ class JointDimensions:
     stiffness_radial_N_mm: float
     return_N_mm: float
 
+    @property
+    def pressed_max_N(self) -> float:
+        """What presses a ball most without a rod force: at the end nearer to the springs, at the largest lean, N."""
+        return self.preload_max_N * self.spring_max_N / self.spring_N
+
     def held_force_N(self, lean_rad: float) -> float:
         """Computes the rod force, tension or compression, at which the ball reaches the lip of its cup.
 

@@ -69,8 +69,8 @@ def layers(
         grown: Second moment of the cheeks over that of the least, see `sizes.growth`.
 
     Raises:
-        DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter, or
-            leaves too little between the cheeks.
+        DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter, for its own
+            thickness or the cheek's, or leaves too little between the cheeks.
     """
     half = arm_thickness_mm / 2
     cheek = plate_mm(bearing.width_mm + PRESS_DEPTH_MM, grown)
@@ -78,21 +78,31 @@ def layers(
     encoder_inside = -half - RUNNING_GAP_MM
     motor_inside = sector[1] + RUNNING_GAP_MM
     fixing = catalogue.screw(motor.mount_thread)  # sunk; the shortest must not bottom in the motor
-    motor_face = motor_inside + max(
-        cheek, fixing.counterbore_depth_mm + min(fixing.lengths_mm) - motor_thread_mm(motor)
-    )
+    plate = max(cheek, fixing.counterbore_depth_mm + min(fixing.lengths_mm) - motor_thread_mm(motor))
+    motor_face = motor_inside + plate
     if rim_mm is not None:
         motor_face = max(motor_face, pinion_end_mm + PILOT_OFF_MM + motor.pilot_height_mm)
     else:
         motor_face = max(motor_face, STUB_DEPTH_MM + SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
         clamped = half - (motor_face - motor.shaft_length_mm)
-        least = arm_thickness_mm + motor.shaft_diameter_mm / 2 - clamped
+        lacking = motor.shaft_diameter_mm / 2 + RUNNING_GAP_MM + plate - motor.shaft_length_mm
         require(
-            arm_thickness_mm >= least,
+            lacking <= 0.0,
             "upper_arm",
             "shaft bore",
-            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {clamped:g} mm on the motor's shaft; it must be "
-            f"at least {least:g} mm",
+            f"hardware.motor = {motor.id}: its shaft of {motor.shaft_length_mm:g} mm must be at least "
+            f"{motor.shaft_length_mm + lacking:g} mm long, past a cheek of {plate:g} mm, which grows with the forces",
+            "hardware.motor",
+            motor.id,
+            motor.shaft_length_mm + lacking,
+        )
+        least = arm_thickness_mm + motor.shaft_diameter_mm / 2 - clamped
+        require(
+            arm_thickness_mm >= least or lacking > 0.0,
+            "upper_arm",
+            "shaft bore",
+            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} must be at least {least:g} mm: it leaves {clamped:g} mm "
+            "on the motor's shaft",
             "hardware.arm_thickness_mm",
             arm_thickness_mm,
             least,
@@ -102,8 +112,8 @@ def layers(
             arm_thickness_mm >= least,
             "foot_block",
             "thickness",
-            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {arm_thickness_mm + 2 * RUNNING_GAP_MM:g} mm "
-            f"between the cheeks, too little for dowels from either side; it must be at least {least:g} mm",
+            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} must be at least {least:g} mm: it leaves "
+            f"{arm_thickness_mm + 2 * RUNNING_GAP_MM:g} mm between the cheeks, too little for dowels from either side",
             "hardware.arm_thickness_mm",
             arm_thickness_mm,
             least,

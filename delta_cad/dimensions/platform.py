@@ -8,7 +8,7 @@ from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
-from delta_cad.dimensions.rules import require, up
+from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, up
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
 
@@ -127,13 +127,16 @@ def platform_dimensions(
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + ROOM_MM
     beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
+    bore = forearm.bar_diameter_mm + 2 * BAR_GLUE_MM
     return PlatformDimensions(
         radius_mm=radius_mm,
         boss_diameter_mm=thickness_mm,
         boss_length_mm=min(
-            forearm.bar_length_mm - 2 * max(BAR_BEYOND_MM, forearm.cone_mm), forearm.width_mm - 2 * beside
+            forearm.bar_length_mm - 2 * max(BAR_BEYOND_MM, forearm.cone_mm),
+            forearm.width_mm - 2 * beside,
+            float(floor(DRILL_DIAMETERS * bore)),
         ),
-        bar_bore_mm=forearm.bar_diameter_mm + 2 * BAR_GLUE_MM,
+        bar_bore_mm=bore,
         plate_mm=plate_mm(PLATE_MM, grown),
         hub_radius_mm=hub,
         stem_diameter_mm=stem,

@@ -10,6 +10,7 @@ from math import ceil, floor, isfinite, log10, radians
 
 RUNNING_GAP_MM = 1.0  # between an arm and the cheeks beside it: room for 0.1 mm parts and a shim
 STOP_MARGIN_RAD = radians(3.0)  # the stop pin is met this far outside the cube's shoulder angles
+DRILL_DIAMETERS = 10.0  # deepest hole: what a drill of DIN 338 makes with chips lifted out
 PRESS_DEPTH_MM = 1.0  # a bearing seat ends in a lip of this thickness
 THREAD_WALL_MM = 0.8
 """Least metal beside a thread, from its outer diameter to a face: a tap bulges or breaks through what is thinner.
@@ -102,6 +103,7 @@ def require(
     value: float | str | None = None,
     bound: float | str | None = None,
     instead: tuple[str, float] | None = None,
+    beside: tuple[tuple[str, float | str], ...] = (),
 ) -> None:
     """Raises a DimensionError unless `holds`; inside `all_reasons` it notes the reason and goes on.
 
@@ -114,10 +116,11 @@ def require(
         value: Its value.
         bound: What would do.
         instead: Another field that would do.
+        beside: Fields that have to change with it.
     """
     if holds:
         return
-    reason, collected = Reason(part, feature, message, field, value, bound, instead=instead), _COLLECTED.get()
+    reason, collected = Reason(part, feature, message, field, value, bound, beside, instead), _COLLECTED.get()
     if collected is None:
         raise DimensionError([reason])
     if reason not in collected:

@@ -27,7 +27,6 @@ from delta_cad.solids.primitive import THROUGH_MM, Point, cylinder, turned
 UP, DOWN = 1.0, -1.0
 THREAD_DIAMETERS = 3.0  # a screw holds no more by a longer thread, and taps break
 AXIS_MM, DIAMETER_MM = 1e-4, 1e-3  # of a face from the axis and the diameter that a bore declares
-DRILL_DIAMETERS = 10.0  # deepest hole: what a drill of DIN 338 makes with chips lifted out
 SAME_MM = 1e-6  # bores made from both sides share their axis to roundings
 
 

@@ -9,7 +9,7 @@ from time import process_time
 from pydantic import ValidationError
 
 from delta_cad.design import Design, design_to_dict
-from delta_cad.design.sums import impossible_sums
+from delta_cad.design.sums import Contradiction, impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import down, up
 from delta_cad.mechanism import MechanismError
@@ -17,6 +17,9 @@ from delta_cad.structure.refusals import refusals
 
 ROUNDS = 7  # of following: what goes round in circles has done so by then
 SECONDS = 4.0  # of the processor after which nothing more is followed, most take a second
+DESIGN = "design"  # in place of a part: numbers that cannot go together
+BEYOND = 1e-6  # of a bound that must not be met
+LESS = "requirements."  # gives way downwards where nothing else does
 
 PEAKS = ("peak_force_N", "force_N"), ("peak_torque_N_m", "joint_torque_N_m")  # of a moment, for ever
 
@@ -42,12 +45,12 @@ def advice(design: Design) -> Advice:
     """Gives every reason why a design's hardware cannot do, in closed form, and values that mend all of them.
 
     Args:
-        design: A validated design.
+        design: A design; numbers that cannot go together are the first reasons.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
-    start, first = process_time(), refusals(design)
+    start, first = process_time(), (*_faults(design), *refusals(design))
     told, reasons, values = {(one.part, one.feature): one for one in first}, first, Values()
     ways: dict[str, bool] = {}  # field -> whether it was asked to be larger
     for _ in range(ROUNDS):
@@ -57,13 +60,37 @@ def advice(design: Design) -> Advice:
         values |= moved
         values |= _for_ever(design, values)
         try:
-            reasons = refusals(_changed(design, values))
+            reasons = _reasons(_changed(design, values))
         except (MechanismError, ValidationError, ValueError, ArithmeticError):
             break
         told = {(one.part, one.feature): one for one in reasons} | told
         if not reasons:
             return Advice(first, _later(told.values(), first), values)
     return Advice(first, _later(told.values(), first), {})
+
+
+def _reasons(design: Design) -> tuple[Reason, ...]:
+    """Gives what is wrong with a design on the way to one that does: of numbers that cannot go together those alone."""
+    faults = _faults(design)
+    try:
+        return (*faults, *refusals(design))
+    except (MechanismError, ValueError, ArithmeticError):
+        if not faults:
+            raise
+        return faults
+
+
+def _faults(design: Design) -> tuple[Reason, ...]:
+    """Gives why a design's numbers cannot go together, as its file would be refused."""
+    return tuple(
+        Reason(DESIGN, one.field, f"{one.field} = {one.value:g} {one.allowed}", one.field, one.value, _beyond(one))
+        for one in impossible_sums(design)
+    )
+
+
+def _beyond(fault: Contradiction) -> float:
+    """A bound, and a little more: some must not be met."""
+    return fault.bound * (1.0 + BEYOND if fault.bound > fault.value else 1.0 - BEYOND)
 
 
 def _later(told: Iterable[Reason], first: tuple[Reason, ...]) -> tuple[Reason, ...]:
@@ -102,11 +129,21 @@ def _mending(reasons: tuple[Reason, ...], values: Values, ways: dict[str, bool])
 
 
 def _asked(reason: Reason, ways: dict[str, bool]) -> Iterator[tuple[str, float | str, bool]]:
-    """Gives the fields that a reason asks for, each with its value and whether that is a least one."""
+    """Gives the fields that a reason asks for, each with its value and whether that is a least one.
+
+    What is to be had instead is asked for where the field was moved the other way, and where no row has the bound.
+    """
+    turned = False
     if isinstance(reason.bound, float) and isinstance(reason.value, float | int):
         field, bound, larger = reason.field, reason.bound, reason.bound > reason.value
-        if ways.get(field, larger) != larger and reason.instead is not None:
-            (field, bound), larger = reason.instead, True
+        turned = ways.get(field, larger) != larger and reason.instead is not None
+        if not turned:
+            yield field, float(up(bound) if larger else down(bound)), larger
+    elif not reason.beside:
+        turned = reason.instead is not None
+    if turned and reason.instead is not None:
+        field, bound = reason.instead
+        larger = not field.startswith(LESS)
         yield field, float(up(bound) if larger else down(bound)), larger
     for field, value in reason.beside:
         yield field, value if isinstance(value, str) else float(up(value)), True
@@ -117,7 +154,6 @@ def _changed(design: Design, values: Values) -> Design:
 
     Raises:
         ValidationError: A value is out of its field's bounds.
-        ValueError: Its numbers cannot go together.
     """
     rooms: dict[str, Values] = {}
     for field, value in values.items():
@@ -127,6 +163,4 @@ def _changed(design: Design, values: Values) -> Design:
         update={room: getattr(design, room).model_copy(update=given) for room, given in rooms.items()}
     )
     Design.model_validate(design_to_dict(changed))
-    if faults := impossible_sums(changed):
-        raise ValueError(faults[0].field)
     return changed

@@ -13,7 +13,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
 from delta_cad.dimensions.capstan import ROPE_FACTOR, SET_SCREW, WEB_MM, SET_TORQUE_N_m
-from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, TUBE_ADHESIVE, ForearmDimensions
+from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, ForearmDimensions, tilt_N_mm2
 from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.drive import drive_torque
@@ -34,7 +34,6 @@ MOTOR_LOAD_MM = 5.0
 MOTOR_SPAN = 0.7  # distance of a motor's two bearings over its length; from memory
 END_USE = 0.5  # of the proof stress of aluminium, which does not creep at room temperature
 PLASTIC_USE = 0.25  # of the yield stress: what thermoplastics bear for years at room temperature; from memory: check
-GLUE_USE = 0.25  # of an epoxy's lap shear strength: what it bears for years at room temperature; from memory: check
 LIFE_HOURS = 10_000.0  # five years of eight hours a working day
 STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place under the whole force
 
@@ -209,10 +208,8 @@ def holds(d: Dimensions) -> Holds:
     boss = layers.elbow_boss_mm[1] - layers.elbow_boss_mm[0]
     cheek = min(y1 - y0 for y0, y1 in (layers.encoder_cheek_mm, layers.motor_cheek_mm))
     metal, plastic = (catalogue.material(one).yield_strength_Pa for one in (END_MATERIAL, CUP_MATERIAL))
-    glue = catalogue.adhesive(TUBE_ADHESIVE).shear_strength_MPa
     assert metal is not None
     assert plastic is not None
-    assert glue is not None
     bonded = min(boss, d.platform.boss_length_mm)
     if capstan is None:
         hub = clamp_N_mm(CLAMP_SCREW, arm)
@@ -236,7 +233,7 @@ def holds(d: Dimensions) -> Holds:
         spare_N=SPRING_SHARE * f.joint.preload_N,
         end_N_mm2=END_USE * metal * 1e-6,
         plastic_N_mm2=PLASTIC_USE * plastic * 1e-6,
-        tilt_N_mm2=GLUE_USE * glue,
+        tilt_N_mm2=tilt_N_mm2(),
         bond_mm2=pi * f.spigot_diameter_mm * f.spigot_length_mm,
         bond_N_mm2=BOND_N_MM2,
         buckling_N=euler / BUCKLING_FACTOR,

@@ -260,7 +260,7 @@ def _add_ends(add: Callable[..., None], table: StructureTable, h: Holds, p_mm: n
     )
     left = "preload less that with which the contact would reach the cup's lip; a tenth, which springs may lack"
     add("ball joint preload", j.spare_preload_N(rod, lean), h.spare_N, "N", left, least=True)
-    pressed = j.preload_max_N * j.spring_max_N / j.spring_N + rod
+    pressed = j.pressed_max_N + rod
     shell = "Hertz, preload and rod force in one line; a quarter of the plastic's yield stress, for ever"
     add("cup shell", contact_N_mm2(f, pressed), h.plastic_N_mm2, "N/mm^2", shell)
     bending = "the springs' preload for ever, 32 P x / (pi d^3) at the tube, and the rod's force; half of proof stress"

@@ -22,6 +22,8 @@ from delta_cad.design.record import CAPSTAN_RATIO_LEAST, CAPSTAN_RATIO_MOST, SEC
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.cable_run import FRICTION
 from delta_cad.dimensions.capstan import ROPE_FACTOR, CapstanDimensions, thinnest_pinion_mm, widest_pinion_mm
+from delta_cad.dimensions.forearm import TUBE_GLUE_MM
+from delta_cad.dimensions.joint import PRELOAD_N, PRELOAD_PER_N
 from delta_cad.dimensions.rules import down, up
 from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
@@ -45,6 +47,7 @@ TENSIONED = SLACK, SLIP  # what a higher tension of the cable holds
 # Load -> the field of the design that sizes its part, and what of its row counts.
 SIZED: dict[str, tuple[str, str]] = {
     "rod buckling": ("hardware.tube", "of a bending stiffness"),
+    "rod end bending": ("hardware.tube", "of an inside diameter"),
     "stud": ("hardware.ball_diameter_mm", ""),
     "motor shaft": ("hardware.motor", "whose shaft may bear across"),
     "cable": ("hardware.cable", "of a breaking load"),
@@ -104,6 +107,8 @@ def _drive(design: Design) -> list[Reason]:
         needed = required / (drive.ratio * drive.efficiency)
         others = _rows("motor", design, lambda row, c=column, n=needed: getattr(row, c) >= n and h.drive in row.drives)
         advice, beside = f"a motor of at least {up(needed)} N m {words}{_named(others)}", ()
+        lasts = words == "continuous" or design.requirements.peak_torque_N_m is None
+        least = f"requirements.{'joint' if lasts else 'peak'}_torque_N_m"
         ratio = drive.ratio * required / value
         highest = _ratio_most(design) if h.drive == "capstan" else 0.0
         if ratio <= highest:
@@ -115,8 +120,8 @@ def _drive(design: Design) -> list[Reason]:
                 advice += f"at most {down(highest)} on this sector"
             bound, field, held, beside = needed, "hardware.motor", h.motor, _one("motor", others)
             message = f"hardware.motor = {h.motor} must be {advice}"
-        told = f"{message}: {value:.4g} of {required:.4g} N m at the joint, {words}"
-        found.append(Reason("drive", f"{words} torque", told, field, held, bound, beside))
+        told = f"{message}, or {least} at most {down(value)}: {value:.4g} of {required:.4g} N m at the joint, {words}"
+        found.append(Reason("drive", f"{words} torque", told, field, held, bound, beside, (least, value)))
     tension, ratio, least = drive.cable_tension_N, drive.bend_ratio, drive.bend_ratio_least
     if tension is None or ratio is None or least is None:
         return found
@@ -328,8 +333,13 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half
     """
     told = f"{load.value:.4g} {load.unit}, {'at least' if load.least else 'at most'} {load.limit:.4g}"
     less = f"{force[0]} = {force[1]:g} at most {down(force[2], 3)} N"
-    if force[2] == 0.0:  # the springs alone are too strong
-        less = f"{force[0]} = {force[1]:g} smaller, for which weaker springs do"
+    if force[2] == 0.0:  # the springs alone are too strong: those for a smaller force are weaker by so much at least
+        share = max(load.margin, 0.0)
+        weaker = d.forearm.joint.spring_N * share / (PRELOAD_N[1] / PRELOAD_N[0] * PRELOAD_PER_N)
+        force = *force[:2], min(weaker, force[1] * share)
+        less = f"{force[0]} = {force[1]:g} at most {down(force[2], 3)} N, for which weaker springs do"
+        if PRELOAD_PER_N * force[2] < PRELOAD_N[0]:  # there are none
+            force, less = (*force[:2], 0.0), "another parallelogram_width_mm, whose springs pull less"
     if load.name in TENSIONED:
         return _tensioned(d, load, half_N, told, less)
     field, column = SIZED.get(load.name, ("", ""))
@@ -360,6 +370,9 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half
         needed = d.forearm.ball_diameter_mm * more ** (1.0 / 3.0)
         sizes = sorted({row.diameter_mm for row in catalogue.ball.rows.values() if row.diameter_mm >= needed})
         does, size = [f"{v:g} mm" for v in sizes], next(iter(sizes), None)
+    elif load.name == "rod end bending":
+        needed = d.forearm.spigot_diameter_mm * more ** (1.0 / 3.0) + 2.0 * TUBE_GLUE_MM
+        does = _rows("tube", d.design, lambda row: row.inner_mm >= needed)
     else:
         needed = d.tube.outer_mm * more ** (1.0 / 4.0)
         column = "of an outside diameter"
@@ -367,7 +380,8 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half
     words = f"{column} of at least {up(needed)}{_named(does)}".strip()
     message = f"{field} = {held} must be one {words}: {told}; or {less}"
     beside = () if load.name == "stud" else _one(field.split(".")[1], does)
-    return Reason(load.name, "load", message, field, held, size or needed, beside)
+    instead = (force[0], force[2]) if force[2] else None
+    return Reason(load.name, "load", message, field, held, size or needed, beside, instead)
 
 
 def _with_ratio(d: Dimensions, sector_mm: float) -> tuple[tuple[str, float], ...]:

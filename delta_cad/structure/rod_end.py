@@ -81,8 +81,7 @@ def spigot_bending_N_mm2(f: ForearmDimensions, rod_N: np.ndarray) -> np.ndarray:
 
 def spigot_moment_N_mm(f: ForearmDimensions) -> float:
     """Computes the moment that the springs' preload puts into a rod where its tube begins, N mm."""
-    most = f.joint.preload_max_N * f.joint.spring_max_N / f.joint.spring_N
-    return most * f.shoulder_mm
+    return f.joint.pressed_max_N * f.shoulder_mm
 
 
 def bond_tilt_N_mm2(f: ForearmDimensions, rod_N: np.ndarray) -> np.ndarray:

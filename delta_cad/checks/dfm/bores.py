@@ -13,8 +13,8 @@ from delta_cad.checks.contact.features import features
 from delta_cad.checks.dfm.lines import Lines
 from delta_cad.checks.dfm.located import ALONG, AXIS_MM, DIAMETER_MM
 from delta_cad.common.vectors import cross, cross_length
+from delta_cad.dimensions.rules import DRILL_DIAMETERS
 from delta_cad.dimensions.tolerances import RUN_OUT_MM
-from delta_cad.solids.boring import DRILL_DIAMETERS
 from delta_cad.solids.part import Bore, Part
 
 THREAD_DIAMETERS = 4.0  # of a thread from one side: machine taps break beyond

@@ -190,6 +190,8 @@ def sensor_lead_dimensions(
         f"the leg ends {-room:.1f} mm too high for it: hardware.leads = none, or hardware.motor larger",
         "hardware.leads",
         "bent",
+        "none",
+        beside=(("hardware.leads", "none"),),
     )
     _require_room(found, bracket, stack, motor)
     return found

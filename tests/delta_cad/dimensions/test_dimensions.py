@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 from itertools import product
 from math import acos, cos, degrees, hypot, pi, radians, sin, sqrt
@@ -17,7 +18,7 @@ from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.platform import base_dimensions
 from delta_cad.dimensions.rules import tenths_below
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
-from tests.committed import DATA, changed
+from tests.committed import DATA, PUBLISHED_DATA, changed
 from tests.delta_cad.dimensions.edited import edited
 
 
@@ -322,6 +323,25 @@ def test_a_direct_drive_stops_at_two_pins_three_degrees_outside() -> None:
     low, high = degrees(d.extremes.shoulder_min.value), degrees(d.extremes.shoulder_max.value)
     seen = [degrees(np.arctan2(z, u - d.bracket.shoulder_u_mm)) for u, z in d.bracket.stop_pins_mm]
     assert seen == pytest.approx([low - touch - 3.0, high + touch + 3.0])
+
+
+@pytest.mark.parametrize(
+    ("magnet", "clearance"),
+    [("ndfeb-6x2.5-diametric", 3.0), ("ndfeb-8x2.5-diametric", 2.0), ("ndfeb-8x2.5-diametric", 4.0)],
+)
+def test_a_direct_drives_stub_keeps_its_clearance_from_the_cheek_it_turns_in(magnet: str, clearance: float) -> None:
+    """Meshes of both are up to 0.05 mm off; the passage was a bearing's, whatever magnet and clearance were."""
+    data = deepcopy(PUBLISHED_DATA)
+    data["hardware"] |= {"drive": "direct", "motor": "maxon-ec60flat-625858", "magnet": magnet}
+    data["requirements"]["clearance_min_mm"] = clearance
+    d = dimensions(design_from_dict(data))
+    assert d.bracket.passage_mm - d.shaft.head_diameter_mm >= 2 * (clearance + 0.1) - 1e-9
+    assert d.bracket.passage_mm <= 2 * d.bracket.head_radius_mm - 6.0
+
+
+def test_the_bore_of_a_wide_platforms_boss_is_no_deeper_than_a_drill() -> None:
+    p = edited(parallelogram_width_mm=107.0, platform_radius_mm=50.0).platform
+    assert 9.9 < p.boss_length_mm / p.bar_bore_mm <= 10.0
 
 
 def test_the_rod_adds_up_to_its_length(best_dimensions: Dimensions) -> None:

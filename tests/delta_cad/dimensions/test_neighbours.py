@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import degrees, pi
+from math import pi
 
 import numpy as np
 import pytest
@@ -13,7 +13,8 @@ from delta_cad.dimensions import DimensionError, Dimensions
 from delta_cad.dimensions.bracket import Circle
 from delta_cad.dimensions.neighbours import BOARD_EDGE_MM, require_room_for_boss, require_room_for_rods
 from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD
-from delta_cad.mechanism import elbow_positions, inverse_kinematics
+from delta_cad.mechanism import Cube, elbow_positions, inverse_kinematics
+from delta_cad.mechanism.workspace import cube_extremes
 from tests.delta_cad.dimensions.edited import edited
 
 DIRECT: dict[str, float | str] = {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 14.0}
@@ -54,24 +55,30 @@ def test_the_arm_of_a_direct_drive_is_as_long_as_its_cheeks_ask() -> None:
     assert room_mm(d, 40.0) < 0.0
 
 
-def test_rods_that_fold_onto_their_own_motor_are_refused_at_the_angle_that_is_named() -> None:
+def test_rods_that_fold_onto_their_own_motor_are_refused_with_the_height_that_is_high_enough() -> None:
+    """Once by the angles of a cube that stands so high, which the closed form does not ask."""
     d = edited(**DIRECT, base_radius_mm=45.0)
-    fold = pi - d.extremes.forearm_angle_max.value
-    face, motor = d.layers.motor_cheek_mm[1], d.motor
+    face, motor, rod, bottom = d.layers.motor_cheek_mm[1], d.motor, d.forearm.tube_outer_mm, 57.112
     beside = face + 5.0  # a rod in front of the motor's body
-    known = d.arm.length_mm, fold, beside, d.forearm.tube_outer_mm, 2.0, d.layers, motor
-    require_room_for_rods(*known)
+
+    def fold(height_mm: float) -> float:
+        cube = Cube(height_mm * 1e-3, d.design.cube.half_side_mm * 1e-3)
+        return pi - cube_extremes(d.design.geometry, cube, 1.0).forearm_angle_max.value
+
+    def ask(clearance: float, beside: float) -> None:
+        lengths = d.arm.length_mm, d.forearm.length_mm
+        require_room_for_rods(*lengths, fold(bottom), (bottom, bottom), beside, rod, clearance, d.layers, motor)
+
+    ask(1.0, beside)
     with pytest.raises(DimensionError) as refused:
-        require_room_for_rods(d.arm.length_mm, 0.2, *known[2:])
+        ask(8.0, beside)
     (reason,) = refused.value.reasons
-    assert reason.field == "requirements.elbow_angle_min_deg"
-    assert reason.value == pytest.approx(degrees(0.2))
+    assert (reason.field, reason.value) == ("cube.bottom_height_mm", bottom)
     assert isinstance(reason.bound, float)
-    off = d.arm.length_mm * np.sin(np.radians(reason.bound))
-    assert off == pytest.approx(motor.diameter_mm / 2 + d.forearm.tube_outer_mm / 2 + 2.0)
-    require_room_for_rods(d.arm.length_mm, 0.2, face - d.forearm.tube_outer_mm, *known[3:])  # beside the cheek's face
-    far = face + motor.length_mm + d.forearm.tube_outer_mm
-    require_room_for_rods(d.arm.length_mm, 0.2, far, *known[3:])
+    needed = motor.diameter_mm / 2 + rod / 2 + 8.0
+    assert d.arm.length_mm * np.sin(fold(reason.bound)) == pytest.approx(needed, rel=1e-4)
+    ask(8.0, face - rod)  # beside the cheek's face
+    ask(8.0, face + motor.length_mm + rod)
 
 
 def test_rods_come_no_closer_to_the_shoulders_axis_than_their_angle_says() -> None:

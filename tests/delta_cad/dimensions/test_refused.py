@@ -101,9 +101,23 @@ def test_a_thin_arm_clamps_too_little_of_a_thick_shaft(best_dimensions: Dimensio
     """By hand: 3.5 mm of the plate's bore are the stub's and a gap, and half of 12 mm is to be clamped."""
     d = best_dimensions
     motor = replace(catalogue.motor("maxon-ec60flat-625858"), shaft_diameter_mm=12.0)
-    with pytest.raises(DimensionError, match=r"^upper_arm, shaft bore: .* 4\.4 mm .* at least 9\.5 mm$"):
+    with pytest.raises(DimensionError, match=r"^upper_arm, shaft bore: .* at least 9\.5 mm: .* 4\.4 mm on the"):
         layers(7.9, None, 0.0, d.bearing, 0.0, d.encoder, motor)
     layers(9.5, None, 0.0, d.bearing, 0.0, d.encoder, motor)
+
+
+def test_a_shaft_that_a_thick_cheek_keeps_from_the_arm_asks_for_a_longer_one_and_no_thicker_arm(
+    best_dimensions: Dimensions,
+) -> None:
+    """A cheek of 12 mm and 1 mm beside it leave 2 mm of a shaft of 15, however thick the arm is."""
+    d = best_dimensions
+    motor = catalogue.motor("maxon-ec60flat-408057")
+    grown = (12.0 / 6.0) ** 3
+    for thickness in (9.5, 20.0):
+        with pytest.raises(DimensionError) as refused:
+            layers(thickness, None, 0.0, d.bearing, 0.0, d.encoder, motor, grown)
+        assert [(one.field, one.bound) for one in refused.value.reasons] == [("hardware.motor", 17.0)]
+    layers(20.0, None, 0.0, d.bearing, 0.0, d.encoder, replace(motor, shaft_length_mm=17.0), grown)
 
 
 def test_a_ball_that_is_not_in_the_catalogue_is_refused_with_those_that_are() -> None:

@@ -14,7 +14,7 @@ from delta_cad.checks.dfm.bores import depths
 from delta_cad.checks.solidity import solid_faults
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.solids.boring import DRILL_DIAMETERS
+from delta_cad.dimensions.rules import DRILL_DIAMETERS
 from delta_cad.solids.brackets import (
     BLOCK_SCREW,
     cheek_screw_sink_mm,

@@ -12,7 +12,7 @@ from delta_cad.design import Design, design_from_dict, design_to_dict
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import down, up
 from delta_cad.structure import advice as room
-from delta_cad.structure.advice import advice
+from delta_cad.structure.advice import DESIGN, advice
 from delta_cad.structure.refusals import refusals
 from tests.committed import changed
 
@@ -30,6 +30,13 @@ FAR: dict[str, Changes] = {
     "large sector": {"hardware__sector_radius_mm": 60.0},
     "twice the torque": {"requirements__joint_torque_N_m": 0.8, "requirements__peak_torque_N_m": 2.0},
     "10 N": {"requirements__force_N": 10.0, "requirements__peak_force_N": 10.0},
+    "a torque that no motor gives": {"requirements__joint_torque_N_m": 9.0, "requirements__peak_torque_N_m": 20.0},
+    "a motor with too short a shaft": {
+        "hardware__drive": "direct",
+        "hardware__motor": "maxon-ec60flat-408057",
+        "hardware__leads": "bent",
+        "requirements__joint_torque_N_m": 0.5,
+    },
 }
 TOLD = re.compile(r"(?:\w+\.)?(\w+) = (\S+) must be (at least|at most) ([\d.]+)")
 
@@ -74,6 +81,23 @@ def test_each_value_that_is_told_mends_its_own_reason(name: str) -> None:
         again = left.get((reason.part, reason.feature))
         if again is not None and again.field == reason.field:
             assert again.bound == pytest.approx(bound, rel=0.01), (str(reason), str(again))
+
+
+def test_numbers_that_cannot_go_together_are_mended_with_the_hardware() -> None:
+    """A ratio at which the groove cuts into the shaft: what just clears it leaves no wall, which was told only then."""
+    held = design_from_dict(changed())
+    hardware = held.hardware.model_copy(update={"capstan_ratio": 14.0})
+    found = advice(held.model_copy(update={"hardware": hardware}))
+    assert {(DESIGN, "hardware.capstan_ratio"), ("pinion", "wall")} <= {
+        (one.part, one.feature) for one in found.reasons
+    }
+    assert found.together
+    assert not refusals(typed(held, found.together))
+
+
+def test_a_lead_whose_tie_finds_no_room_is_left_out() -> None:
+    lead = Reason("encoder_cheek", "tie", "", "hardware.leads", "bent", "none", (("hardware.leads", "none"),))
+    assert room._mending((lead,), {}, {}) == {"hardware.leads": "none"}
 
 
 def test_a_field_that_two_reasons_move_apart_is_kept_and_another_moved(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,9 @@ from delta_cad.commands.cli import main
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_MOST_MM
 from delta_cad.dimensions import Reason, dimensions
+from delta_cad.dimensions.rules import down
 from delta_cad.dimensions.tolerances.machine import machine_chains
+from delta_cad.structure.loads import Load
 from delta_cad.structure.refusals import least_outline_mm, refusals
 from tests.committed import ROOT, changed
 from tests.delta_cad.dimensions.test_sizes import LARGE, made
@@ -280,15 +282,24 @@ def test_an_outline_that_elbows_and_motors_exceed_is_refused_at_what_they_take(b
 
 
 def test_a_load_that_springs_alone_make_asks_for_weaker_springs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A force of 0 N is none to ask for."""
+    """A force of 0 N is none to ask for; of springs that are the least no force makes weaker ones."""
     from delta_cad.structure import refusals as room
 
     monkeypatch.setattr(room, "_share_borne", lambda *_: 0.0)
     found = {one.part: one for one in refusals(machine(requirements__peak_force_N=30.0)) if one.feature == "load"}
     reason = found["ball joint"]
-    assert (reason.field, reason.value, reason.bound) == ("requirements.peak_force_N", 30.0, None)
-    assert reason.message.startswith("requirements.peak_force_N = 30 smaller, for which weaker springs do: ")
+    assert (reason.field, reason.value) == ("requirements.peak_force_N", 30.0)
+    assert isinstance(reason.bound, float)
+    assert 0.0 < reason.bound < 30.0
+    weaker = f"requirements.peak_force_N = 30 at most {down(reason.bound, 3)} N, for which weaker springs do: "
+    assert reason.message.startswith(weaker)
     assert "at most 0 N" not in " ".join(one.message for one in found.values())
+    small: dict[str, Any] = {"requirements__force_N": 0.5, "requirements__peak_force_N": 0.5}
+    d = dimensions(machine(**small))
+    load = Load("cup shell", 30.0, 20.0, "N/mm^2", (0.0, 0.0, 0.0), 0, "")
+    least = room._overloaded(d, load, ("requirements.force_N", 0.5, 0.0), 0.0)
+    assert least.bound is None
+    assert least.message.startswith("another parallelogram_width_mm")
 
 
 # What docs/best.md says that the committed machine bears of the figures that no source confirms: family, row, column,
