@@ -80,6 +80,7 @@ class Search:
         first: Masses to begin from.
         seed: Of everything random.
         stop: True ends the search with the best so far.
+        hurried: True builds what there is: nothing passed yet, and the time is short.
         report: Told what is being done.
         tell: Told what was found.
         standing: The candidate that the last `build` is of.
@@ -94,6 +95,7 @@ class Search:
     first: Weighed
     seed: int = 0
     stop: Callable[[], bool] = bool
+    hurried: Callable[[], bool] = bool
     report: Callable[[str], None] = lambda _: None
     tell: Callable[[str], None] = lambda _: None
     tried: Tried = field(default_factory=Tried)
@@ -206,11 +208,9 @@ class Search:
 
     def _words(self, score: float) -> str:
         """Says what a score is."""
-        if (kind := self.brief.objective) == "cube_side":
-            return f"{score:.2f} mm of cube"
-        if kind == "cost":
-            return f"{-score:.0f} EUR"
-        return f"{-score:.4g} kg felt" if kind == "effective_mass" else f"{-score:.2f} mm of R + L_A"
+        words = {"cube_side": f"{score:.2f} mm of cube", "cost": f"{-score:.0f} EUR"}
+        words["effective_mass"] = f"{-score:.4g} kg felt"
+        return words.get(self.brief.objective, f"{-score:.2f} mm of R + L_A")
 
     def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
@@ -266,7 +266,7 @@ class Search:
             while better is not None and not self.stop():
                 best, better = better, None
                 for one in neighbours(self.brief, best.choice, halved):
-                    found = self._beside(one, better or best)
+                    found = None if self.hurried() else self._beside(one, better or best)
                     if found is not None and found.score > (better or best).score + GAIN * abs(best.score):
                         better = found
         return best

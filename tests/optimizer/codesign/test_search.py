@@ -164,6 +164,9 @@ def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pyt
     assert found.choice.width_mm == 50.0
     assert found.choice.wider_mm == pytest.approx(0.17, abs=0.02)
     assert weighed[-1] == found.choice
+    search.hurried = lambda: True  # it is built as it is
+    start = settled(Choice(MOTORS[0], "capstan", 5.0, 50.0))
+    assert search._polished(start) is start
 
 
 def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
