@@ -120,7 +120,9 @@ def run_program(commands: str) -> NoReturn:
     except KeyboardInterrupt:
         code = refuse(NOTHING_WRITTEN, INTERRUPTED)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if code == INTERRUPTED:  # at once: threads and other processes may be busy for long, and none writes a file
+    # At once: threads and other processes may be busy for long, and none writes a file. So what Ctrl-C ended well:
+    # if it struck in text that is executed, the interpreter would end by the signal, though it was caught.
+    if code == INTERRUPTED or Interrupt.heard:
         with suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()
@@ -297,9 +299,13 @@ class Interrupt:
     One that strikes in a callback from C is lost, and who called, such as a compiler, fails for what it did not get:
     an error after Ctrl-C is taken for its consequence. One that would strike while a module in C or C++ begins comes
     right after that: of the kernel's half of its classes would be left, and the process end by a fault in memory.
+
+    Attributes:
+        heard: Whether Ctrl-C was heard in this process.
     """
 
     GRACE = False
+    heard = False
 
     def __init__(self) -> None:
         self._asked = False
@@ -324,7 +330,7 @@ class Interrupt:
             self._hook(found)
 
     def _take(self, number: int, frame: FrameType | None) -> None:
-        first, self._asked = not self._asked, True
+        first, self._asked, Interrupt.heard = not self._asked, True, True
         signal.setitimer(signal.ITIMER_REAL, GRACE_S, AGAIN_S)
         if not (first and self.GRACE):
             _interrupt(number, frame)

@@ -18,6 +18,7 @@ from types import ModuleType
 import pytest
 
 from delta_cad.common import console
+from tests.committed import ROOT
 from tests.terminal import interrupted
 
 
@@ -221,3 +222,16 @@ def test_an_interrupted_process_waits_for_nobody(tmp_path: Path) -> None:
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
     ended = interrupted([sys.executable, "-c", f"{code}run_program('busy')"], 0.0)
     assert (ended.code, ended.said) == (console.INTERRUPTED, "interrupted; nothing was written\n")
+
+
+def test_what_ctrl_c_ends_well_keeps_its_code(tmp_path: Path) -> None:
+    """Also where it strikes in text that is executed, of which the interpreter remembers that it was interrupted."""
+    (tmp_path / "served.py").write_text(
+        "from delta_cad.common.console import Interrupt\n"
+        "def main():\n    try:\n        with Interrupt():\n            exec('import os; os.kill(os.getpid(), 2)')\n"
+        "    except KeyboardInterrupt:\n        print('ended')\n        return 0\n"
+    )
+    (tmp_path / "program.py").write_text("from delta_cad.common.console import run_program\nrun_program('served')\n")
+    room = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
+    run = subprocess.run([sys.executable, "-m", "program"], env=room, capture_output=True, text=True)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "ended\n", "")
