@@ -37,9 +37,7 @@ if TYPE_CHECKING:
 NAME = "design"
 TEXT = "find and build a machine that meets the requirements and passes every check; writes OUT/NAME"
 MINUTES = 10.0
-UNHURRIED = (
-    0.5  # share of the time after which the first machine is built as it is: what is improved first may not pass
-)
+UNHURRIED = 0.5  # share of the time in which ratio and width are improved before any machine stands
 BOUND_S = 140.0  # for the bound of a machine that passed
 TELLING = 0.5  # share by which a bound may exceed its machine, and still be told
 NO_BOUND = "the time ended before it was proved how much larger a cube of this family can be"

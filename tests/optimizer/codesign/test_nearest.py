@@ -95,3 +95,22 @@ def test_hardware_is_tried_that_is_the_strongest_or_the_lightest_of_what_is_allo
     wide = list(strongest(brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 50.0}})))
     assert {choice.drive for choice in wide} == {"direct", "capstan"}
     assert 3 <= len(wide) <= 4
+
+
+def test_of_all_hardware_that_counts_which_needs_least(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first does from 200 mm on, the second from 140: of the first no more is said."""
+    task = brief()
+    choices = list(strongest(task))
+    least = {choices[0].motor: 200.0, choices[-1].motor: 140.0}
+    assert len(least) == len(choices) == 2
+
+    def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
+        if (search.brief.requirements.envelope_width_mm or 0.0) < least[choice.motor]:
+            return None
+        lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 25.0)
+        return Candidate(cast(Design, None), choice, lengths, reference(), 50.0)
+
+    monkeypatch.setattr(Search, "settled", settled)
+    (outline,) = reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
+    assert outline.choice.motor == choices[-1].motor
+    assert 140.0 <= outline.enough[0] < 140.0 * FINE
