@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -115,9 +115,11 @@ class Extreme(NamedTuple):
     position: tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(init=False, eq=False)
 class CubeExtremes:
     """Extremes over the cube and over the three chains; sampled and polished, not a proof.
+
+    Each is searched for when it is first asked for.
 
     Attributes:
         shoulder_min: Smallest shoulder angle, rad.
@@ -156,13 +158,27 @@ class CubeExtremes:
     elbow_radius_min: Extreme
     elbow_radius_max: Extreme
 
+    def __init__(self, g: DeltaGeometry, cube: Cube, force: float, n: int) -> None:
+        self._of = g, cube, force, n
+        self.direct_margin_min, crossing = CubeSearch(cube, n).singularity(g)
+        if crossing is not None:
+            self.torque_max = self.kappa_max = self.singular_value_max = Extreme(math.inf, crossing)
+
+    def __getattr__(self, name: str) -> Extreme:
+        """Searches for a figure of merit, once."""
+        if name.startswith("_") or name not in (field.name for field in fields(self)):
+            raise AttributeError(name)
+        g, cube, force, n = self._of
+        found = vars(self)[name] = CubeSearch(cube, n)(*_figures(g, force)[name])
+        return found
+
 
 Figure = Callable[[np.ndarray], np.ndarray]
 
 
 @lru_cache(maxsize=64)
 def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> CubeExtremes:
-    """Searches for the extremes of every figure of merit over the cube: a grid, then a local search inside the cube.
+    """Searches for the extremes of the figures of merit over the cube: a grid, then a local search inside the cube.
 
     The grid is the surface, where the extremes lie, README (21), and a coarse one inside. From the best point of
     each face a compass search over 26 neighbours, kept inside the cube, halves its step down to 2^-22 of the
@@ -181,15 +197,7 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
         UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
         GeometryError: n is less than 2.
     """
-    search = CubeSearch(cube, n)
-    lowest, crossing = search.singularity(g)
-    singular = {} if crossing is None else dict.fromkeys(_INFINITE, Extreme(math.inf, crossing))
-    figures = _figures(g, force)
-    found = {name: search(*figures[name]) for name in figures if name not in singular}
-    return CubeExtremes(direct_margin_min=lowest, **found, **singular)
-
-
-_INFINITE = ("torque_max", "kappa_max", "singular_value_max")  # at a direct singularity
+    return CubeExtremes(g, cube, force, n)
 
 
 def _figures(g: DeltaGeometry, force: float) -> dict[str, tuple[Figure, float]]:

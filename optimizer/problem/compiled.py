@@ -14,6 +14,7 @@ import numpy as np
 from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.kernel import _kappa, chain_closure
+from delta_cad.mechanism.limits.couple_index import least_of
 
 TINY = float(np.finfo(float).tiny)
 
@@ -36,6 +37,21 @@ def figures_compiled(
         out[:, 4:] = 0.0
     places = np.ascontiguousarray(points.transpose(0, 2, 1))
     _fill(np.ascontiguousarray(designs), places, conditioning, angles, out)
+
+
+def couple_index_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Computes the couple index, the chains continued beyond their reach.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
+
+    Returns:
+        (D, K) without unit.
+    """
+    out = np.empty((len(designs), points.shape[1]))
+    _fill_couple_index(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), out)
+    return out
 
 
 @inlined
@@ -123,3 +139,20 @@ def _fill(designs, places, conditioning, angles, out):
                 th3 = _angle(xc - ys - a, yc + xs, z, la, lb)
                 out[d, 4, k] = min(th1, th2, th3)
                 out[d, 5, k] = max(th1, th2, th3)
+
+
+@compiled
+def _fill_couple_index(designs, places, out):
+    """Fills the couple index."""
+    for d in range(len(designs)):
+        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
+        a = designs[d, 2] - designs[d, 3]
+        row = d if len(places) > 1 else 0
+        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
+        for k in range(len(px)):
+            x, y, z = side * px[k], side * py[k], height + side * (1.0 + pz[k])
+            xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
+            _, _, r1, v1 = _chain(x - a, y, z, la, lb)
+            _, _, r2, v2 = _chain(xc + ys - a, yc - xs, z, la, lb)
+            _, _, r3, v3 = _chain(xc - ys - a, yc + xs, z, la, lb)
+            out[d, k] = least_of(r1, r2, r3, v1, v2, v3)

@@ -15,6 +15,7 @@ import numpy as np
 
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits.couple_index import least_singular_value
 
 # Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L.
 VARIABLES = (
@@ -60,6 +61,15 @@ class Figures(NamedTuple):
     def rods(self) -> Rods:
         """Computes the rods of the chains that the figures are of."""
         return _rods(self.designs, self.points)
+
+    def couple_index(self) -> np.ndarray:
+        """Computes the couple index (D, K) of the chains as they are continued beyond their reach."""
+        if _compiled() is None:
+            rods = self.rods()
+            return least_singular_value(rods.radial, rods.vertical)
+        from optimizer.problem.compiled import couple_index_compiled
+
+        return couple_index_compiled(self.designs, _placed(self.points))
 
     def joint_rates(self) -> np.ndarray:
         """Computes the rows of the inverse Jacobian, (D, K, 3 chains, 3) 1 / m; huge at a fold and beyond."""
@@ -153,11 +163,16 @@ def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, 
     compiled = _compiled()
     if compiled is None:
         return figures_numpy(designs, points, conditioning, angles)
-    points = points if points.ndim == 3 else points[None]
+    points = _placed(points)
     out = np.empty((len(designs), 6, points.shape[1]))
     compiled(designs, points, conditioning, angles, out)
     closure, determinant, moment, quality, low, high = np.swapaxes(out, 0, 1)
     return Figures(closure, determinant, moment, quality, low, high, designs, points)
+
+
+def _placed(points: np.ndarray) -> np.ndarray:
+    """Points as (D or 1, K, 3)."""
+    return points if points.ndim == 3 else points[None]
 
 
 @cache

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from delta_cad.common.jit import compiled
+from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import (
     ROUND,
@@ -67,7 +66,12 @@ def least_singular_value(radial: np.ndarray, vertical: np.ndarray) -> np.ndarray
     Returns:
         (...) without unit; NaN where a part is.
     """
-    (r1, r2, r3), (v1, v2, v3) = np.moveaxis(radial, -1, 0), np.moveaxis(vertical, -1, 0)
+    return least_of.py_func(*np.moveaxis(radial, -1, 0), *np.moveaxis(vertical, -1, 0))
+
+
+@inlined
+def least_of(r1, r2, r3, v1, v2, v3):
+    """Computes what `least_singular_value` does: of numbers where it is compiled, of arrays of one shape where not."""
     a12, a13, a23 = r1 * r2 - 0.5 * v1 * v2, r1 * r3 - 0.5 * v1 * v3, r2 * r3 - 0.5 * v2 * v3
     b11, b22, b33 = r1 * r1 + v1 * v1, r2 * r2 + v2 * v2, r3 * r3 + v3 * v3
     mean = (b11 + b22 + b33) / 3.0
@@ -76,21 +80,19 @@ def least_singular_value(radial: np.ndarray, vertical: np.ndarray) -> np.ndarray
     square = (b11 * b11 + b22 * b22 + b33 * b33 + 2.0 * (s12 + s13 + s23)) / 6.0
     cosine = 0.5 * (b11 * (b22 * b33 - s23) - s12 * b33 - s13 * b22) + a12 * a13 * a23
     # B and B^2 without its trace, each as five parts whose squares add up alike; the sine by Lagrange's identity
-    first = (0.5 * (b11 - b22), SIN_60 * b33, a12, a13, a23)
-    second = (
-        0.5 * (b11 * b11 + s13 - b22 * b22 - s23),
-        SIN_60 * (b33 * b33 + s13 + s23 - 2.0 * square),
-        a13 * a23 - a12 * b33,
-        a12 * a23 - a13 * b22,
-        a12 * a13 - a23 * b11,
-    )
-    minors = [(first[i] * second[j] - first[j] * second[i]) ** 2 for i, j in combinations(range(5), 2)]
-    angle = np.arctan2(np.sqrt(sum(minors)) / 3.0, cosine) / 3.0
+    f1, f2, f3, f4, f5 = 0.5 * (b11 - b22), SIN_60 * b33, a12, a13, a23
+    g1, g2 = 0.5 * (b11 * b11 + s13 - b22 * b22 - s23), SIN_60 * (b33 * b33 + s13 + s23 - 2.0 * square)
+    g3, g4, g5 = a13 * a23 - a12 * b33, a12 * a23 - a13 * b22, a12 * a13 - a23 * b11
+    minors = (f1 * g2 - f2 * g1) ** 2 + (f1 * g3 - f3 * g1) ** 2 + (f1 * g4 - f4 * g1) ** 2
+    minors = minors + (f1 * g5 - f5 * g1) ** 2 + (f2 * g3 - f3 * g2) ** 2 + (f2 * g4 - f4 * g2) ** 2
+    minors = minors + (f2 * g5 - f5 * g2) ** 2 + (f3 * g4 - f4 * g3) ** 2 + (f3 * g5 - f5 * g3) ** 2
+    minors = minors + (f4 * g5 - f5 * g4) ** 2
+    angle = np.arctan2(np.sqrt(minors) / 3.0, cosine) / 3.0
     size = 2.0 * np.sqrt(square)
     largest, middle = mean + size * np.cos(angle), mean + size * np.cos(angle - THIRD)
     others = np.sqrt(np.maximum(largest * middle, 0.0))
     determinant = SIN_60 * np.abs(r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3)
-    return np.where(others == 0.0, 0.0, determinant / np.where(others == 0.0, 1.0, others))
+    return determinant * (others != 0.0) / (others + (others == 0.0))  # 0 where both are
 
 
 def _indices(limit: CoupleIndex, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -265,8 +267,7 @@ class CoupleIndex(PoseLimit):
 
     def sought(self, f: Any) -> dict[str, np.ndarray]:
         """Computes the index of the chains as they are continued beyond their reach."""
-        rods = f.rods()
-        return {"index": least_singular_value(rods.radial, rods.vertical)}
+        return {"index": f.couple_index()}
 
     def worst_of(self, least: Mapping[str, float]) -> float:
         """Gives the smallest index."""
