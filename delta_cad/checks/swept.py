@@ -10,24 +10,22 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes, MeshLibrary
 from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, Near, mesh_clearance
-from delta_cad.checks.clearance.continuum import CALLS_MAX
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.beside import Beside
 
 LOADS = ("fcl", "scipy.spatial")
-CALLS_FEW = 12_000  # distance calls of a space: twice what those of a machine take that passes
-Order = tuple[Assembly, CheckLimits, Meshes, bool, bool]
+Order = tuple[Assembly, CheckLimits, Meshes, bool]
 Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
 def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
     """Computes the results of `check_envelope`, then those of `mesh_clearance`."""
-    assembly, limits, meshes, thorough, mapped = order
+    assembly, limits, meshes, mapped = order
     progress("outline")
     yield check_envelope(assembly, limits, meshes)
-    yield mesh_clearance(assembly, limits, meshes, progress, CALLS_MAX if thorough else CALLS_FEW, thorough, mapped)
+    yield mesh_clearance(assembly, limits, meshes, progress, mapped=mapped)
 
 
 class Sweep:
@@ -36,15 +34,14 @@ class Sweep:
     Args:
         beside: Process that computes it while this one goes on, started from this module; without it everything is
             computed where it is asked for.
-        thorough: As `mesh_clearance` takes it.
         mapped: As `mesh_clearance` takes it.
 
     Attributes:
         over: What is closest over the cube, as `MeshClearance` tells it, once the clearance was given.
     """
 
-    def __init__(self, beside: Beside | None = None, thorough: bool = True, mapped: bool = False) -> None:
-        self._beside, self._asked = beside, (thorough, mapped)
+    def __init__(self, beside: Beside | None = None, mapped: bool = False) -> None:
+        self._beside, self._mapped = beside, mapped
         self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
@@ -57,9 +54,9 @@ class Sweep:
         self._progress = progress
         if self._beside:
             made = {part.number: meshes[part.number] for part in assembly.parts}
-            self._beside.give((assembly.without_solids(), limits, made, *self._asked))
+            self._beside.give((assembly.without_solids(), limits, made, self._mapped))
         else:
-            self._here = results((assembly, limits, meshes, *self._asked), progress)
+            self._here = results((assembly, limits, meshes, self._mapped), progress)
 
     def give_up(self) -> None:
         """Leaves what was begun: a part is no sound solid, so that nothing is to be had of its mesh."""

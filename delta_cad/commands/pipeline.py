@@ -15,8 +15,8 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
-from delta_cad.checks.clearance.clearance import with_exact
-from delta_cad.checks.contact.access import check_access, missing_spread_mm
+from delta_cad.checks.clearance import moving
+from delta_cad.checks.contact.access import missing_spread_mm
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.dfm.setups import setups
@@ -222,18 +222,9 @@ def _spread(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
 
 
 def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """Runs the checks of a machine that look at what moves: first keys' access, then outline and clearance.
-
-    What fails is told as soon as it is known, not where it is worst of all positions.
-    """
+    """Runs the checks of a machine that look at what moves, see `moving.check_moving`."""
     limits = check_limits(machine.dimensions, machine.masses)
-    reached = check_access(machine.assembly, limits, machine.meshes)
-    if not all_passed(reached):
-        return reached
-    with Beside(swept.__name__) as sweeper:
-        sweep = Sweep(sweeper, thorough=False)
-        sweep.begin(machine.assembly, limits, machine.meshes, progress)
-        return [*reached, *sweep.outline(), *with_exact(machine.assembly, sweep.clearance())]
+    return moving.check_moving(machine.assembly, limits, machine.meshes, progress)
 
 
 def _holding(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:

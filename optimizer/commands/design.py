@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
     from optimizer.codesign.journal import Journal
+    from optimizer.codesign.lessons import Lessons
     from optimizer.codesign.search import Search
     from optimizer.problem.brief import DesignBrief
 
@@ -265,10 +266,11 @@ def _eased(
     for one in found:
         line.keep(f"enough would be {one}")
     tries = [(one, factor) for factor in EASIER for one in found[:NEAREST]]
+    lessons: dict[tuple[str, str], Lessons] = {}  # what a machine that failed taught holds of the next
     for one, factor in tries if monotonic() < ends else []:
         brief = one.further(factor).model_copy(update={"name": f"{search.brief.name}{NEAREST_NAME}"})
         near = _search(given, brief, journal, line, ends, told)
-        near.finely = False
+        near.finely, near.lessons = False, lessons
         near.built(one.choice, -math.inf)
         if told:
             break

@@ -13,8 +13,10 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import DistanceEngine
+from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace
 from delta_cad.checks.clearance.containment import holds
 from delta_cad.checks.clearance.continuum import CALLS_MAX, ClearanceProof, prove
+from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.pairing import HeldApart, by_several_joints, held_apart, spaces_of
 from delta_cad.checks.clearance.sampled import PairSample, Sampler
@@ -106,27 +108,29 @@ def mesh_clearance(
     meshes: Meshes,
     progress: Callable[[str], None] = lambda _: None,
     calls_max: int = CALLS_MAX,
-    thorough: bool = True,
     mapped: bool = False,
+    handle: Callable[[], list[ClearanceProof]] | None = None,
 ) -> MeshClearance:
     """Computes what of `check_clearance` needs no solids; arguments as there.
 
-    Without `thorough` a machine that fails is sampled no farther than one that passes: where the proof came closest.
-    With `mapped` it tells what is closest over the cube, too.
+    With `mapped` it tells what is closest over the cube, too. `handle` gives what `handle_proofs` does, where another
+    process computes it meanwhile: a machine that fails is then sampled no farther than one that passes, where the
+    proof came closest.
     """
     pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
     progress(PROVING)
     engine = DistanceEngine()
-    proofs, refusal = _proofs(assembly, limits, pairs, tilt, engine, calls_max)
-    proven = not refusal and not any(p.undecided for p in proofs)
-    before = engine.calls
+    proofs, refusal = _proofs(assembly, limits, pairs, tilt, engine, calls_max, lambda s: not handle or not _handle(s))
     sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine, tilt)
-    ordinary = [p for p in pairs if not p.running_gap]
-    few = proven or not thorough
-    progress("clearance: closest pairs" if few else "clearance: sampling")
-    closest = sampler.closest(_nearest(ordinary, proofs) if few else ordinary, is_sorted=few)
     progress("clearance: running gaps")
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
+    proofs += handle() if handle else []
+    proven = not refusal and not any(p.undecided for p in proofs)
+    before = engine.calls
+    ordinary = [p for p in pairs if not p.running_gap]
+    few = proven or handle is not None
+    progress("clearance: closest pairs" if few else "clearance: sampling")
+    closest = sampler.closest(_nearest(ordinary, proofs) if few else ordinary, is_sorted=few)
     results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls - before)]
     results += [
         _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
@@ -156,14 +160,25 @@ def _proofs(
     tilt_rad: float,
     engine: DistanceEngine,
     calls_max: int,
+    chosen: Callable[[ConfigurationSpace], bool],
 ) -> tuple[list[ClearanceProof], str]:
-    """The proofs of all spaces, and why there are none."""
+    """The proofs of the spaces that are chosen, and why there are none."""
     try:
         ranges = joint_ranges(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
     except FoldError as error:
         return [], str(error)
     spaces = spaces_of(pairs, assembly.placement, ranges, limits, tilt_rad)
-    return [prove(space, engine, calls_max) for space in spaces], ""
+    return [prove(space, engine, calls_max) for space in spaces if chosen(space)], ""
+
+
+def _handle(space: ConfigurationSpace) -> bool:
+    return isinstance(space, Handle)
+
+
+def handle_proofs(assembly: Assembly, limits: CheckLimits, meshes: Meshes, calls_max: int) -> list[ClearanceProof]:
+    """Proves the clearance of what all three joints move against each other; arguments as of `check_clearance`."""
+    pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
+    return _proofs(assembly, limits, pairs, tilt, DistanceEngine(), calls_max, _handle)[0]
 
 
 def _nearest(pairs: Sequence[HeldApart], proofs: Sequence[ClearanceProof]) -> list[HeldApart]:

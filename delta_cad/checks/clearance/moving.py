@@ -1,0 +1,50 @@
+"""Room for keys, outline and clearance of a machine that may fail: soon told, on two cores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes, MeshLibrary
+from delta_cad.checks.clearance.clearance import handle_proofs, mesh_clearance, with_exact
+from delta_cad.checks.clearance.continuum import ClearanceProof
+from delta_cad.checks.contact.access import check_access
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.common.beside import Beside
+
+LOADS = ("fcl", "scipy.spatial")
+CALLS_FEW = 12_000  # distance calls of a space: twice what those of a machine take that passes
+Order = tuple[Assembly, CheckLimits, Meshes]
+
+
+def results(order: Order) -> Iterator[list[ClearanceProof]]:
+    """Computes the result of `handle_proofs`, half of the whole: the other process."""
+    yield handle_proofs(*order, CALLS_FEW)
+
+
+def check_moving(
+    assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
+) -> list[CheckResult]:
+    """Runs the checks of keys' access, outline and clearance; what fails is not told where it is worst, but soon.
+
+    Args:
+        assembly: The machine.
+        limits: The cube, the outline and the clearance.
+        meshes: The parts' meshes.
+        progress: Told what is being done.
+
+    Returns:
+        The results of `check_access`, and where they hold those of `check_envelope` and `check_clearance`.
+    """
+    made = {part.number: meshes[part.number] for part in assembly.parts}
+    with Beside(__name__) as prover:
+        prover.give((assembly.without_solids(), limits, made))
+        reached = check_access(assembly, limits, meshes)
+        if not all_passed(reached):
+            return reached
+        progress("outline")
+        outline = check_envelope(assembly, limits, made)[0]
+        clearance = mesh_clearance(assembly, limits, made, progress, CALLS_FEW, handle=prover.take)
+        return [*reached, *outline, *with_exact(assembly, clearance)]
