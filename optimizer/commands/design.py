@@ -41,6 +41,7 @@ MINUTES = 10.0
 UNHURRIED = 0.5  # share of the time in which ratio and width are improved before any machine stands
 BOUND_S = 140.0  # for the bound of a machine that passed
 TELLING = 0.5  # share by which a bound may exceed its machine, and still be told
+HURRIED = "ratio, pinion and width were not improved any further: half of the time had gone without a machine"
 NO_BOUND = "the time ended before it was proved how much larger a cube of this family can be"
 NEAREST, NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
 EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
@@ -171,6 +172,16 @@ def _search(
     from optimizer.codesign.search import Search
     from optimizer.codesign.tried import Posed
 
+    haste: list[str] = []  # what is told of a machine that had to be built as it was
+
+    def hurried() -> bool:
+        if not told and monotonic() > ends - (1.0 - UNHURRIED) * 60.0 * given.minutes:
+            if not haste:
+                haste.append(HURRIED)
+                line.keep(HURRIED)
+            return True
+        return False
+
     def moving(design: Design) -> list[Any]:
         of = design_hash(design)
         return journal.once("moving", of, lambda: check_moving(solid(design), line.show), results_told, results_read)
@@ -191,7 +202,7 @@ def _search(
             posed = [*search.tried.posed, Posed(standing.choice, standing.score, ())]
             tried = replace(search.tried, built=[*search.tried.built, (stated, ())], posed=posed, stuck=stuck)
             over = min(ends, monotonic() + BOUND_S)
-            bound, notes = None, brief.notes
+            bound, notes = None, (*brief.notes, *haste)
             if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
                 family = Family(brief, standing, search.lessons)
                 try:
@@ -238,7 +249,7 @@ def _search(
         first=reference(),
         seed=given.seed,
         stop=lambda: monotonic() > ends,
-        hurried=lambda: not told and monotonic() > ends - (1.0 - UNHURRIED) * 60.0 * given.minutes,
+        hurried=hurried,
         report=line.show,
         tell=line.keep,
         once=journal.once,

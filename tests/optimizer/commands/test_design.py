@@ -207,8 +207,9 @@ def test_what_cannot_be_is_told_with_every_reason(
 def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
-    """A first change that is not enough is followed by a larger one."""
+    """A first change that is not enough is followed by a larger one, which knows why."""
     asked: list[float] = []
+    key, known = (CHOICE.motor, CHOICE.drive), Lessons(reference(), elbow_angle_deg=30.0)
 
     def reliefs(search: Search) -> list[Relief]:
         wide = search.brief.requirements.model_copy(update={"force_N": 2.0})
@@ -225,8 +226,10 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     def built(search: Search, choice: Choice, _: float) -> None:
         asked.append(search.brief.requirements.force_N)
         assert choice == CHOICE
-        if len(asked) > 1:
-            search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference())
+        if len(asked) == 1:
+            search.lessons[key] = known
+        else:
+            assert search.lessons[key] is known
             search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, reference(), 86.33)
             search.build(search.standing.design.model_copy(update={"name": search.brief.name}))
 
