@@ -197,7 +197,7 @@ def loop_sheet(
             max(one.force for one in noisy), max(one.motion for one in noisy), all(one.steady for one in noisy)
         ),
         noise=noise,
-        noise_rad=sensor_errors(machine).noise,
+        noise_rad=sensor_errors(machine, loop).noise,
         standing=standing,
         frequency=handle.frequency / (2.0 * math.pi),
         impedances={name: impedance_at(machine, p, cap, loop) for name, p in found.items()},

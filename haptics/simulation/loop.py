@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 
 from delta_cad.common.jit import compiled
 from haptics.control.controller import FORCE, VELOCITY, Controller, Memory, fresh, tick
@@ -152,7 +153,7 @@ def simulate(
         raise ValueError(f"the hand's mass is {hand.mass!r} kg; behind a grasp it must be positive")
     random = np.random.default_rng(seed)
     offset = random.uniform(0.0, 1.0, 3)
-    noise = random.standard_normal((ticks, 3)) if errors.noise > 0.0 else np.zeros((1, 3))
+    noise = _drawn(random, ticks, errors.kept) if errors.noise > 0.0 else np.zeros((1, 3))
     out = np.empty((ticks, 29))
     bits = np.zeros(ticks, dtype=np.int64)
     pending = np.zeros((clock.delay // clock.substeps + 2, 3))
@@ -174,6 +175,15 @@ def simulate(
         bits=bits,
         knob=out[:, 26:29],
     )
+
+
+def _drawn(random: np.random.Generator, ticks: int, kept: float) -> np.ndarray:
+    """(ticks, 3) normal numbers of variance 1, each with a share of the last."""
+    fresh = random.standard_normal((ticks, 3))
+    if kept == 0.0:
+        return fresh
+    fresh[1:] *= math.sqrt(1.0 - kept * kept)
+    return np.ascontiguousarray(lfilter([1.0], [1.0, -kept], fresh, axis=0))
 
 
 @compiled

@@ -29,7 +29,7 @@ from haptics.simulation.hardware import LOSS, STIFFER, reading_age, real_plant, 
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
-from haptics.stability.linear import linearise
+from haptics.stability.linear import Structure, linearise
 
 # What a hand may not notice: force that is commanded, N rms, and motion of the handle in the band in which skin feels
 # most, m rms.
@@ -124,6 +124,7 @@ class NoisyLoop:
         corner: Of the velocity filter, Hz; the loop's if left out.
         normal: (3,) of a wall; a spring in all directions if left out.
         par: The plant; the design's with nominal friction and the structure that it asks for if left out.
+        structure: What gives way under the knob, where it differs by direction; the plant's if left out.
     """
 
     def __init__(
@@ -137,15 +138,16 @@ class NoisyLoop:
         corner: float | None = None,
         normal: np.ndarray | None = None,
         par: Plant | None = None,
+        structure: Structure | None = None,
     ) -> None:
         here = linearise(real_plant(machine, loop) if par is None else par, machine.centre if p is None else p)
-        body, self.place = here.body(hand)
+        body, self.place = here.body(hand, structure)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
-        errors, count = sensor_errors(machine), encoder_count(machine)
-        deviation = math.hypot(errors.noise, count / math.sqrt(12.0)) if noise is None else noise
+        errors, count = sensor_errors(machine, loop), encoder_count(machine)
+        deviation = math.hypot(errors.white, count / math.sqrt(12.0)) if noise is None else noise
         ports = here.ports(along, len(body.mass), bool(errors.at_motor))
         (estimator,) = linear_models(low_pass(loop.period, loop.corner if corner is None else corner))
-        timing = Timing(loop.period, loop.delay + reading_age(machine), loop.current_lag)
+        timing = Timing(loop.period, loop.delay + reading_age(machine, loop), loop.current_lag)
         self.loop = sampled_loop(body, timing, estimator, ports, here.effective_mass(np.eye(3)[0]) + hand.mass)
         through = here.jacobian.T @ along
         self.error = deviation**2 * through.T @ through
@@ -213,7 +215,7 @@ def noise_range(
     Returns:
         The range.
     """
-    errors, count = sensor_errors(machine), encoder_count(machine)
+    errors, count = sensor_errors(machine, loop), encoder_count(machine)
     plain = [real_plant(machine, loop, place) for place in range(len(LOSS))]
 
     def over(par: Plant, loss: float) -> list[NoiseFigures]:
@@ -225,7 +227,7 @@ def noise_range(
     found = [one for par, loss in zip(plain, LOSS, strict=True) for one in over(par, loss)]
     steady = all(one.steady for one in found)
     least, most = (NoiseFigures(of(f.force for f in found), of(f.motion for f in found), steady) for of in (min, max))
-    here = math.hypot(errors.noise, count / math.sqrt(12.0))
+    here = math.hypot(errors.white, count / math.sqrt(12.0))
     reading = here * min(FORCE / most.force, MOTION / most.motion)
     low, high = LOSS[0], MOST_LOSS
     if most.motion <= MOTION:
