@@ -34,11 +34,6 @@ class SensorErrors(NamedTuple):
     at_motor: float = 0.0
     kept: float = 0.0
 
-    @property
-    def white(self) -> float:
-        """Deviation of independent readings with as much noise at low frequencies, rad: more than theirs above."""
-        return self.noise * math.sqrt((1.0 + self.kept) / (1.0 - self.kept))
-
 
 EXACT = SensorErrors()
 

@@ -122,7 +122,7 @@ def _run(
     late = recording.time >= READY
     width = math.hypot(errors.noise, count / math.sqrt(12.0))
     normal = None if held else np.array([1.0, 0.0, 0.0])
-    told = NoisyLoop(machine, loop, hand=hand, noise=width, normal=normal).figures(stiffness, damping)
+    told = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal).figures(stiffness, damping)
     bits = int(np.bitwise_or.reduce(recording.bits[1:]))
     facts: dict[str, Any] = {
         "law": law,

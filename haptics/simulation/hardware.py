@@ -40,7 +40,7 @@ LOSS = (0.01, 0.02, 0.05)
 # Structures that a device may have, as multiples of the stiffness that its design asks for: the asked one is the least
 # that a build passes, and without the cable, which is a spring of its own, joints, rods and arms of the committed
 # design come to ten times that in the cube's centre. Each a third stiffer than the last: what noise moves jumps where
-# the knob begins to ring within the band, and falls slowly beyond; between two of them it is up to 5 % more.
+# the knob begins to ring within the band, and falls slowly beyond; between two of them it is up to 6 % more.
 STIFFER = tuple(10.0 ** (k / 8.0) for k in range(9))
 # Least stiffness at the knob, N/m, of a design that asks for none: what omega.3's maker is said to claim, from memory.
 STRUCTURE = 14.5e3

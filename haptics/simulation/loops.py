@@ -49,7 +49,7 @@ PAPER = LoopChoice("paper", 1e-3, (0.0, 0.5, 1.0), 0.2e-3, 100.0, 0.0, 0.5e-3, 0
 # Law, velocity and current loop on one board. Half a period of delay: read, compute, write at once. A current loop of 3
 # kHz has 1 / (2 pi 3000) = 0.053 ms. What noise moves on the structure as it is built decides the rest: encoders filter
 # at a quarter of their bandwidth, and drives damp by 0.62 of the short circuit's, which no noise comes through, so that
-# the law damps little. A velocity filter of 500 Hz lets a spring damp as much as 300 with encoders as makers set them.
+# the law damps little. A velocity filter of 500 Hz lets a spring damp more than 300 with encoders as makers set them.
 BOARD = LoopChoice("board", 1.25e-4, (0.25, 0.5, 0.75), 0.053e-3, 500.0, 0.17, 0.02e-3, 0.62, 0.25)
 RATES_Hz = (1000.0, 2000.0, 4000.0, 8000.0)  # Side by side: what a faster loop buys
 
