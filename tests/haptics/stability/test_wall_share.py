@@ -72,7 +72,7 @@ def test_the_cap_is_proven_for_other_machines(name: str, rate_Hz: float, least: 
         assert wall_share._stands(at, cap._replace(share=cap.share / SHARE))
         stiffness, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
         borne_there = computed_wall(machine, pose, normal, replace(loop, damping=damping))
-        assert 0.45 * borne_there < stiffness < 1.005 * SHARE * borne_there
+        assert min(0.45, 0.8 * least) * borne_there < stiffness < 1.005 * SHARE * borne_there
 
 
 def test_a_loop_that_bears_nothing_is_refused(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
