@@ -102,9 +102,8 @@ def test_noise_is_unnoticed_everywhere(machine: MachineModel, table: StructureTa
     [
         (replace(BOARD, sensing=1.0), (0.0, 0.0, 0.0)),  # which its shorter delay allows
         (replace(BOARD, drive_damping=0.1, damping=1.95), (0.0, 0.0, 0.0)),
-        (replace(BOARD, delays=(0.5, 1.0, 1.5), damping=1.15), (0.0, 0.0, 0.0)),
     ],
-    ids=["encoders as the maker sets them", "law in place of drives", "a period of delay"],
+    ids=["encoders as the maker sets them", "law in place of drives"],
 )
 def test_none_of_what_it_takes_may_be_left_out(
     machine: MachineModel, table: StructureTable, loop: LoopChoice, place: tuple[float, float, float]
