@@ -115,6 +115,23 @@ def test_a_leader_gives_way_to_those_of_other_bands() -> None:
     assert not lines_cross(np.array(leaders([0], [place])[0][-2:]), np.array(above[0]))
 
 
+def test_leaders_are_disentangled_where_the_first_exchanges_do_not_do_it() -> None:
+    tips = [(-26.0, 25.0), (-18.0, 23.0), (-29.0, 15.0)]
+    above = [((-10.0, 60.0), (-10.0, 36.0)), ((-6.0, 60.0), (-6.0, 16.0))]
+
+    def leaders(order: Sequence[int], places: Sequence[float]) -> list[tuple[Point, ...]]:
+        levels = spread(places, [5.0] * len(tips))
+        return [((0.0, y), (-3.0, y), tips[k]) for k, y in zip(order, levels, strict=True)]
+
+    def crossings(order: Sequence[int], places: Sequence[float]) -> int:
+        lines = [np.array(leader[-2:]) for leader in (*leaders(order, places), *above)]
+        return sum(lines_cross(a, b) for a, b in combinations(lines, 2))
+
+    wanted = [y for _, y in tips]
+    assert crossings([2, 1, 0], sorted(wanted)) > 0
+    assert crossings(*untangled(wanted, leaders, np.zeros((0, 2, 2)), above)) == 0
+
+
 def test_a_leader_that_would_run_along_an_edge_comes_aslant() -> None:
     edges = np.array([[[-20.0, 2.0], [5.0, 2.0]]])
 
