@@ -110,6 +110,12 @@ def _changed(state: State, places: Iterable[int], wanted: Sequence[float]) -> It
                 yield tuple(exchanged), shifts
 
 
+def crossings(leaders: Sequence[Leader]) -> int:
+    """Counts the pairs of leaders that cross."""
+    lines = [np.array(leader) for leader in leaders]
+    return sum(_tangled(one, other) for one, other in combinations(lines, 2))
+
+
 def _tangled(one: np.ndarray, other: np.ndarray) -> bool:
     return any(lines_cross(a, b) for a in _lines(one) for b in _lines(other))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from delta_cad.export.drawings.paper.lettering import LetteringError, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
-from delta_cad.export.drawings.views.leaders import lines_cross, runs_along, untangled
+from delta_cad.export.drawings.views.leaders import crossings, lines_cross, runs_along, untangled
 from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread, spread_within
 from tests.designs import UNTIMED
 
@@ -123,13 +123,9 @@ def test_leaders_are_disentangled_where_the_first_exchanges_do_not_do_it() -> No
         levels = spread(places, [5.0] * len(tips))
         return [((0.0, y), (-3.0, y), tips[k]) for k, y in zip(order, levels, strict=True)]
 
-    def crossings(order: Sequence[int], places: Sequence[float]) -> int:
-        lines = [np.array(leader[-2:]) for leader in (*leaders(order, places), *above)]
-        return sum(lines_cross(a, b) for a, b in combinations(lines, 2))
-
     wanted = [y for _, y in tips]
-    assert crossings([2, 1, 0], sorted(wanted)) > 0
-    assert crossings(*untangled(wanted, leaders, np.zeros((0, 2, 2)), above)) == 0
+    assert crossings([*leaders([2, 1, 0], sorted(wanted)), *above]) > 0
+    assert crossings([*leaders(*untangled(wanted, leaders, np.zeros((0, 2, 2)), above)), *above]) == 0
 
 
 def test_a_leader_that_would_run_along_an_edge_comes_aslant() -> None:
