@@ -20,7 +20,7 @@ from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import is_across, is_along
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
-from delta_cad.export.drawings.views.leaders import Leader, crossings, untangled
+from delta_cad.export.drawings.views.leaders import Leader, in_turn, untangled
 from delta_cad.export.drawings.views.lines import (
     BASE_MM,
     PITCH_MM,
@@ -237,14 +237,7 @@ class Setting(Pointing):
             lambda lines: self._aside_of(beside[True], -1.0, lines),
             lambda lines: self._over(over, lines),
         ]
-        tries = []
-        for turn in ((2, 0, 1), (0, 1, 2)):  # a band gives way to those before it: where it cannot, they do
-            lines: list[Leader] = []
-            set_out = {k: bands[k](lines) for k in turn}
-            tries.append((crossings(lines), [item for k in range(len(bands)) for item in set_out[k]]))
-            if not tries[-1][0]:
-                break
-        return min(tries, key=lambda one: one[0])[1]
+        return [item for items in in_turn(bands, ((2, 0, 1), (0, 1, 2))) for item in items]
 
     def _told(self, groups: Sequence[HoleGroup]) -> list[Callout]:
         """All callouts of the view."""

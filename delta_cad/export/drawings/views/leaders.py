@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 from itertools import combinations, count
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,6 +17,7 @@ TOUCHING_MM2 = 1e-6
 SHIFTS_MM = 0.0, 7.0, -7.0, 14.0, -14.0  # by which a text may stand aside of where its leader would be level
 TRIES = 400  # orders and shifts of one band that are looked at
 
+Drawn = TypeVar("Drawn")
 Leader = tuple[Point, ...]
 State = tuple[tuple[int, ...], tuple[int, ...]]
 """Indices of texts in their order along a band, and which of `SHIFTS_MM` each has."""
@@ -108,6 +110,26 @@ def _changed(state: State, places: Iterable[int], wanted: Sequence[float]) -> It
                 exchanged = list(order)
                 exchanged[m], exchanged[n] = exchanged[n], exchanged[m]
                 yield tuple(exchanged), shifts
+
+
+def in_turn(bands: Sequence[Callable[[list[Leader]], Drawn]], turns: Iterable[Sequence[int]]) -> list[Drawn]:
+    """Draws bands of texts one after the other, in the first turn in which no two leaders cross.
+
+    Args:
+        bands: Each takes the leaders that stand already, gives way to them and adds its own.
+        turns: Orders in which the bands are drawn: where one cannot give way to those before it, they do in another.
+
+    Returns:
+        What was drawn, in the order of the bands; that with the fewest crossings where no turn is without.
+    """
+    tries = []
+    for turn in turns:
+        leaders: list[Leader] = []
+        drawn = {k: bands[k](leaders) for k in turn}
+        tries.append((crossings(leaders), [drawn[k] for k in range(len(bands))]))
+        if not tries[-1][0]:
+            break
+    return min(tries, key=lambda one: one[0])[1]
 
 
 def crossings(leaders: Sequence[Leader]) -> int:
