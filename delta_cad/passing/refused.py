@@ -22,7 +22,8 @@ FEW = 3  # positions along an edge of the cube where corners are what counts, or
 SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
 SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
 FARTHEST_MM = 32.0  # that chains may be asked to stand farther out
-HALVINGS = 6
+NEAR_MM = 0.1  # to which that is looked for
+FASTEST = 2.0  # mm that neighbours part by at most, and some, for each by which they stand farther out
 ON_MM = 0.05
 WIDER, WIDEST = 1.02, 2.5  # steps of a sector's radius, and the most it is asked to grow
 SLEEVE_POINTS = 5
@@ -79,7 +80,7 @@ def _chains(d: Dimensions, c: CapstanDimensions) -> Iterator[Reason]:
         if lacking <= 0.0:
             continue
         field, held = "mechanism.base_radius_mm", m.base_radius_mm
-        more = _farther_mm(d, spare)
+        more = _farther_mm(d, spare, lacking, is_angle)
         lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
         if more is None:
             message = f"hardware.sector_radius_mm = {d.design.hardware.sector_radius_mm:g}: {lacks}; a smaller one, or "
@@ -93,7 +94,7 @@ def _chains(d: Dimensions, c: CapstanDimensions) -> Iterator[Reason]:
         yield Reason(part, feature, message, field, held, held + more, beside)
 
 
-def _farther_mm(d: Dimensions, spare: Spare) -> float | None:
+def _farther_mm(d: Dimensions, spare: Spare, lacking: float, is_angle: bool) -> float | None:
     """By how much chains must stand farther out for something to have what it must; None: by too much."""
 
     def of(more_mm: float, count: int) -> float:
@@ -106,16 +107,16 @@ def _farther_mm(d: Dimensions, spare: Spare) -> float | None:
     def holds(more_mm: float) -> bool:
         return of(more_mm, FEW) >= 0.0
 
-    low, high = 0.0, 1.0
+    low, high = (0.0, 1.0) if is_angle else (lacking / FASTEST, lacking)
     while not holds(high):
         low, high = high, 2.0 * high
         if high > FARTHEST_MM:
             return None
-    for _ in range(HALVINGS):
+    while high - low > NEAR_MM:
         middle = (low + high) / 2.0
         low, high = (low, middle) if holds(middle) else (middle, high)
-    while (lacking := -of(high, COUNT)) > 0.0:  # what few positions did not see
-        high += lacking + ON_MM
+    while (still := -of(high, COUNT)) > 0.0:  # what few positions did not see
+        high += still + ON_MM
         if high > FARTHEST_MM:
             return None
     return high

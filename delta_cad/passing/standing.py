@@ -55,13 +55,17 @@ def seen_from(points: np.ndarray, chain: int, base_radius_mm: float) -> np.ndarr
 
 
 def pinion(c: CapstanDimensions, d: Dimensions) -> list[Round]:
-    """The pinion, its collar and what of its motor's shaft comes out of it, in the shoulder's frame."""
-    at, tip = motor(d).at_mm, d.layers.motor_cheek_mm[1] - d.motor.shaft_length_mm
-    return [
-        Round(c.pinion_radius_mm, (c.pinion_y_mm[0], c.collar_y_mm[0]), at),
-        Round(c.collar_radius_mm, c.collar_y_mm, at),
-        Round(d.motor.shaft_diameter_mm / 2, (min(tip, c.pinion_y_mm[0]), c.pinion_y_mm[0]), at),
-    ]
+    """The pinion and its collar, in the shoulder's frame."""
+    at = motor(d).at_mm
+    low, (neck, high) = c.pinion_y_mm[0], c.collar_y_mm
+    return [Round(c.pinion_radius_mm, (low, neck), at), Round(c.collar_radius_mm, (neck, high), at)]
+
+
+def shaft_end(c: CapstanDimensions, d: Dimensions) -> Round:
+    """What of a motor's shaft comes out of its pinion, in the shoulder's frame."""
+    low = c.pinion_y_mm[0]
+    tip = min(d.layers.motor_cheek_mm[1] - d.motor.shaft_length_mm, low)
+    return Round(d.motor.shaft_diameter_mm / 2, (tip, low), motor(d).at_mm)
 
 
 def pinion_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
@@ -83,7 +87,10 @@ def sector_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
 
 def sliding_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a motor or pinion comes to another's motor cheek as either drive slides in along its radius."""
-    u, points = d.bracket.shoulder_u_mm, np.concatenate([on_round(one) for one in (motor(d), *pinion(c, d))])
+    u, points = (
+        d.bracket.shoulder_u_mm,
+        np.concatenate([on_round(one) for one in (motor(d), *pinion(c, d), shaft_end(c, d))]),
+    )
     cheek = cheeks(d)[0]
     way = np.linspace(0.0, SLID_MM, SLIDES)[:, None, None]
     found = FAR_MM
