@@ -75,7 +75,7 @@ def refusals(design: Design) -> tuple[Reason, ...]:
     try:
         d = dimensions(design)
     except DimensionError as error:
-        return (*error.reasons, *found)
+        return (*(_with_motors(design, one) for one in error.reasons), *found)
     return (*found, *_outline(d), *_cable_plane(d), *_cable_travel(d), *passing(d), *_borne(d))
 
 
@@ -153,6 +153,15 @@ def _drive(design: Design) -> list[Reason]:
         )
         found.append(Reason("cable", "bend ratio", told, field, held, bound))
     return found
+
+
+def _with_motors(design: Design, reason: Reason) -> Reason:
+    """Names the motors whose shaft is as long as a pinion's bore asks for."""
+    bound = reason.bound
+    if (reason.part, reason.feature) != ("pinion", "bore") or not isinstance(bound, float):
+        return reason
+    others = _rows("motor", design, lambda row: row.shaft_length_mm >= bound and "capstan" in row.drives)
+    return replace(reason, message=f"{reason.message}{_named(others)}", beside=_one("motor", others))
 
 
 def _ratio_most(design: Design) -> float:

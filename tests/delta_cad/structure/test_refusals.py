@@ -302,6 +302,20 @@ def test_a_load_that_springs_alone_make_asks_for_weaker_springs(monkeypatch: pyt
     assert least.message.startswith("another parallelogram_width_mm")
 
 
+def test_a_shaft_too_short_for_its_pinion_asks_for_a_motor_that_has_a_longer_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rows = catalogue.motor.rows
+    short = replace(rows["maxon-re30-310009"], shaft_length_mm=8.0)
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", rows | {"maxon-re30-310009": short})
+    reason = told(hardware__motor="maxon-re30-310009")["pinion, bore"]
+    assert isinstance(reason.bound, float)
+    ((field, other),) = reason.beside
+    assert field == "hardware.motor"
+    assert rows[str(other)].shaft_length_mm >= reason.bound
+    assert str(other) in reason.message
+
+
 # What docs/best.md says that the committed machine bears of the figures that no source confirms: family, row, column,
 # what it bears, and beyond that, where the page names a limit.
 BEARS: list[tuple[str, str, str, tuple[float, ...], float | None]] = [
