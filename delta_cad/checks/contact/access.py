@@ -37,7 +37,7 @@ from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis, at least
-TURN_RAD = np.radians(1.5)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
+TURN_RAD = np.radians(1.7)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
 SAME_MM = 0.05  # of a socket as it is drawn and of its key
 MOST_MM, TOLERANCE_MM = 16.0, 0.25  # of a base radius that keys lack: how far is looked, and how closely
 SPARE_MM = 2.0  # that keys leave of it: how far is looked
