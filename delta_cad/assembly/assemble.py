@@ -26,9 +26,9 @@ from delta_cad.assembly.order.stated import order
 from delta_cad.assembly.panel import panel_contacts, place_panel, place_sleeves
 from delta_cad.assembly.statement import needs, statement
 from delta_cad.assembly.supplies import supplies
-from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions import Dimensions, link_placement
 from delta_cad.dimensions.keys import motor_screw_mm
-from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
+from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 from delta_cad.solids import brackets, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
 from delta_cad.solids.bought import fasteners
@@ -265,14 +265,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         occurrences=tuple(bench.occurrences),
         joints=tuple(_joints(d)),
         fits=tuple(bench.fits),
-        placement=LinkPlacement(
-            d.design.geometry,
-            d.forearm.width_mm,
-            d.bracket.motor_axis_mm,
-            d.capstan.ratio if d.capstan is not None else 1.0,
-            ((d.forearm.eyes_x_mm[0], -d.forearm.eye_z_mm), (d.forearm.eyes_x_mm[1], d.forearm.eye_z_mm)),
-            d.forearm.eye_y_mm,
-        ),
+        placement=link_placement(d),
         home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
         contacts=(*contacts(d), *panel_contacts(d), *lead_contacts(d)),
         stated=statement(d),

@@ -6,6 +6,7 @@ import numpy as np
 
 from delta_cad.assembly.bench import BESIDE_MM, Bench, at, longest, longest_dowel, longest_set_screw, pointing
 from delta_cad.dimensions.arm import CLAMP_SCREW, INSIDE_RING_MM, WASHER_MM
+from delta_cad.dimensions.cable.rim_ends import carriage_frame, sleeve_frames
 from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW, TENSION_SCREW_LENGTH_MM
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids import capstan, shaft, upper_arm
@@ -51,11 +52,11 @@ def place_capstan(bench: Bench, i: int) -> None:
         bench.put(f"set_screw_{i}_{k}", grub, pinion, frame)
     _cable(bench, i)
     carriage = bench.once("tension_carriage", lambda: capstan.make_carriage(d))
-    bench.put(f"tension_carriage_{i}", carriage, link, capstan.carriage_frame(d))
+    bench.put(f"tension_carriage_{i}", carriage, link, carriage_frame(capstan.capstan_of(d)))
     tension = bench.once("tension_screw", lambda: fasteners.make_tension_screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM))
     bench.put(f"tension_screw_{i}", tension, link, capstan.tension_screw_frame(d))
     sleeve = bench.once("crimp_sleeve", lambda: capstan.make_crimp_sleeve(d))
-    for end, frame in enumerate(capstan.sleeve_frames(d)):
+    for end, frame in enumerate(sleeve_frames(capstan.capstan_of(d))):
         bench.put(f"crimp_sleeve_{i}_{end}", sleeve, link, frame)
     first = d.layers.arm_mm[0] + 1.0
     pin = bench.dowel("3", longest_dowel("3", capstan.capstan_of(d).web_y_mm[1] - first))

@@ -56,12 +56,14 @@ from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.mechanism import UnreachableError, inverse_kinematics
 from delta_cad.mechanism.geometry import SIN_60
+from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 PRELOAD_N = 10.0  # of the shoulder's bearings, nearest to which a spring is chosen that is strong enough
 PRELOAD_PER_N = 0.6  # its least over the tolerances, by the largest force: some 0.5 N along the shaft per N and weight
 ARM_PLATE_MM = 6.0  # of an upper arm that is stiff enough, where the least sizes are
 UP_AND_DOWN = 65  # heights of the handle in the middle, at which the range of an arm is looked at
+CLEARANCE_MOST_MM = 2.4  # that nothing of a drive is made closer than: 2.44 from a sector's dowels to a bearing
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
 __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
@@ -169,14 +171,42 @@ def dimensions(design: Design) -> Dimensions:
         DimensionError: Parts cannot be given sound dimensions; it holds every reason that was found.
     """
     with all_reasons():
-        return _dimensions(design)
+        extremes = cube_extremes(design.geometry, _cube(design), design.requirements.force_N)
+        travel = extremes if design.panel is None else _travel(design, design.panel.limit_mm, extremes)
+        return _dimensions(design, extremes, travel)
 
 
-def _dimensions(design: Design) -> Dimensions:
-    mechanism, hardware = design.mechanism, design.hardware
-    cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
-    extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
-    travel = extremes if design.panel is None else _travel(design, design.panel.limit_mm, extremes)
+def spread(d: Dimensions, more_mm: float) -> Dimensions:
+    """Derives all dimensions of a machine whose chains stand farther out, at base and platform alike: no angle changes.
+
+    Args:
+        d: The machine.
+        more_mm: By how much.
+
+    Raises:
+        DimensionError: Parts cannot be given sound dimensions.
+    """
+    m = d.design.mechanism
+    radii = {name: getattr(m, name) + more_mm for name in ("base_radius_mm", "platform_radius_mm")}
+    with all_reasons():
+        design = d.design.model_copy(update={"mechanism": m.model_copy(update=radii)})
+        return _dimensions(design, d.extremes, d.travel)
+
+
+def link_placement(d: Dimensions) -> LinkPlacement:
+    """Gives the place of every link of a machine at a position of its handle."""
+    f = d.forearm
+    springs = (f.eyes_x_mm[0], -f.eye_z_mm), (f.eyes_x_mm[1], f.eye_z_mm)
+    ratio = 1.0 if d.capstan is None else d.capstan.ratio
+    return LinkPlacement(d.design.geometry, f.width_mm, d.bracket.motor_axis_mm, ratio, springs, f.eye_y_mm)
+
+
+def _cube(design: Design) -> Cube:
+    return Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
+
+
+def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) -> Dimensions:
+    mechanism, hardware, cube = design.mechanism, design.hardware, _cube(design)
     shoulder = (travel.shoulder_min.value, travel.shoulder_max.value)
     motor, bearing = catalogue.motor.chosen(hardware), catalogue.bearing.chosen(hardware)
     encoder, magnet = catalogue.encoder.chosen(hardware), catalogue.magnet.chosen(hardware)
@@ -191,12 +221,13 @@ def _dimensions(design: Design) -> Dimensions:
         rim = rim_y_mm(run, cable.diameter_mm, arm_mm, mechanism.base_radius_mm, clear)
     preload = None if rim is None else preload_spring(bearing, largest_force_N(design.requirements))
     spring_mm = 0.0 if preload is None else preload.work_height_mm
-    collar_off = 0.0 if run is None else collar_off_mm(run, cable.diameter_mm, motor)
+    apart = design.requirements.clearance_min_mm + MESHES_MM
+    collar_off = 0.0 if run is None else collar_off_mm(run, cable.diameter_mm, motor, apart)
     stack = layers(arm_mm, rim, pinion_end_mm(rim, collar_off), bearing, spring_mm, encoder, motor, grown)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     bar = bar_mm(CROSS_BAR_MM, grown)
     bar_bore = bar + 2 * BAR_GLUE_MM
-    arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, bar_bore, hardware.drive, stack, bearing)
+    arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, bar_bore, hardware.drive, stack, bearing, apart)
     capstan = None
     behind = (mechanism.base_radius_mm + mechanism.upper_arm_length_mm) / 2
     behind += SIN_60 / 2 * mechanism.parallelogram_width_mm + ELBOW_BEYOND_MM
@@ -212,6 +243,7 @@ def _dimensions(design: Design) -> Dimensions:
             STOP_PIN_MM,
             arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
             pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face),
+            apart,
         )
     half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
     bracket = bracket_dimensions(
@@ -232,9 +264,18 @@ def _dimensions(design: Design) -> Dimensions:
     screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))
     shaft = shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet)
     required = design.requirements
+    require(
+        required.clearance_min_mm <= CLEARANCE_MOST_MM,
+        "assembly",
+        "clearance",
+        f"requirements.clearance_min_mm = {required.clearance_min_mm:g} must be at most {CLEARANCE_MOST_MM:g} mm, what "
+        "set screws, dowels and shafts keep off what moves beside them, whatever the lengths",
+        "requirements.clearance_min_mm",
+        required.clearance_min_mm,
+        CLEARANCE_MOST_MM,
+    )
     if capstan is None:  # no bearing's lip: as wide as the stub that turns in it asks for
-        off = 2 * (required.clearance_min_mm + MESHES_MM)
-        bracket = replace(bracket, passage_mm=max(bracket.passage_mm, tenths_above(shaft.head_diameter_mm + off)))
+        bracket = replace(bracket, passage_mm=max(bracket.passage_mm, tenths_above(shaft.head_diameter_mm + 2 * apart)))
     forearm = forearm_dimensions(
         mechanism.forearm_length_mm,
         mechanism.parallelogram_width_mm,
@@ -248,6 +289,7 @@ def _dimensions(design: Design) -> Dimensions:
         required.clearance_min_mm,
         bar,
         largest_force_N(required),
+        hardware.platform_thickness_mm,
     )
     fold = pi - travel.forearm_angle_max.value
     if capstan is None:

@@ -72,9 +72,15 @@ class ShaftDimensions:
 
 
 def arm_dimensions(
-    length_mm: float, shaft_mm: float, bar_bore_mm: float, drive: str, layers: Layers, bearing: catalogue.Bearing
+    length_mm: float,
+    shaft_mm: float,
+    bar_bore_mm: float,
+    drive: str,
+    layers: Layers,
+    bearing: catalogue.Bearing,
+    apart_mm: float = 0.0,
 ) -> ArmDimensions:
-    """Dimensions an upper arm for a shaft and a cross-bar.
+    """Dimensions an upper arm for a shaft and a cross-bar; the screw of a clamp stays `apart_mm` off the cheeks.
 
     The collar touches the inner ring of the shoulder bearing alone; the sector's dowels stand around it.
 
@@ -97,7 +103,8 @@ def arm_dimensions(
         flange + boss + BEAM_LEAST_MM,
     )
     thickness = layers.arm_mm[1] - layers.arm_mm[0]
-    least = ARM_LEAST_MM if drive == "capstan" else catalogue.screw(CLAMP_SCREW).head_diameter_mm + 1.0
+    head = catalogue.screw(CLAMP_SCREW).head_diameter_mm  # of a direct drive's clamp, in the arm's middle
+    least = ARM_LEAST_MM if drive == "capstan" else head + 2.0 * max(0.5, apart_mm - RUNNING_GAP_MM)
     require(
         thickness >= least,
         "upper_arm",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
-from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
+from delta_cad.dimensions.cable.run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, THREAD_WALL_MM, down, require, tenths_above, up
 from delta_cad.mechanism.geometry import SIN_60
@@ -244,15 +244,18 @@ def collar_mm(pinion_mm: float, cable_mm: float, motor: catalogue.Motor) -> floa
     return bore / 2 + max((mm for mm in catalogue.set_screw(SET_SCREW).lengths_mm if mm <= room), default=room)
 
 
-def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor) -> float:
-    """Gives how far from the sector's rim the pinion's collar stands along the axis, mm.
+def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor, apart_mm: float = 0.0) -> float:
+    """Gives how far from the sector's rim the pinion's collar stands along the axis, its set screws `apart_mm`, mm.
 
     It stands close where it is that much smaller than the pinion, farther off where it is as wide.
     """
     beside = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
     beside = max(beside, 0.0)
     collar = BESIDE_RIM_MM[0] + BESIDE_RIM_SHARE * (cable_mm - USUAL_CABLE_MM)
-    asked = ((collar, 0.0), (BESIDE_RIM_MM[1], COLLAR_ASIDE_MM))  # of the collar's end, and of its set screws
+    asked = (
+        (collar, 0.0),
+        (max(BESIDE_RIM_MM[1], apart_mm), COLLAR_ASIDE_MM),
+    )  # of the collar's end, and of its set screws
     off = [sqrt(apart**2 - beside**2) - aside for apart, aside in asked if apart > beside]
     return tenths_above(max([COLLAR_OFF_MM, *off]))
 
@@ -294,6 +297,7 @@ def capstan_dimensions(
     stop_pin_mm: float,
     slot_radius_mm: float,
     direction_rad: float,
+    apart_mm: float = 0.0,
 ) -> CapstanDimensions:
     """Dimensions a capstan around its cable.
 
@@ -309,6 +313,7 @@ def capstan_dimensions(
         stop_pin_mm: Diameter of the stop pin.
         slot_radius_mm: Distance of the stop pin from the shoulder axis.
         direction_rad: From the shoulder to the pinion, see `pinion_direction_rad`.
+        apart_mm: See `collar_off_mm`.
 
     Raises:
         DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, the sector is too small
@@ -354,7 +359,7 @@ def capstan_dimensions(
     )
     middle = sum(layers.sector_mm) / 2
     half = tenths_above(run.grooved_mm / 2 + SHOULDER_MM)
-    y = (middle - half, pinion_end_mm(layers.sector_mm, collar_off_mm(run, d, motor)))
+    y = (middle - half, pinion_end_mm(layers.sector_mm, collar_off_mm(run, d, motor, apart_mm)))
     shaft_end = layers.motor_cheek_mm[1] - motor.shaft_length_mm
     floor = shaft_end - 0.5 if shaft_end - 0.5 > y[0] + 0.5 else y[0]  # a longer shaft comes out of the pinion
     engaged = y[1] - max(floor, shaft_end)

@@ -36,7 +36,7 @@ LINER_GLUE_MM = 0.02  # radial, shell in its cup
 END_MATERIAL, TUBE_ADHESIVE = "aluminium-6082", "araldite-2011"
 TILT_MARGIN_RAD = radians(3.0)  # room beyond the largest lean
 LEAN_RAD = radians(28.0)  # where the requirements state none
-ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt
+ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt, where no more is asked
 STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
 NECK_MM = 2.5  # of a rod's end between its stem and the tube: the springs bend it, the shorter the less
 BAR_BEYOND_MM = 1.0  # of a cross-bar from the boss that holds it, at least: its cones are not bonded
@@ -76,6 +76,7 @@ class ForearmDimensions:
         eye_z_mm: From the rod's axis aside: of the first away from the arm (-z), of the second towards it (+z).
         eye_room_mm: Least distance of the eyes' lugs from the arm that folds beside them, the rods not turned.
         shoulder_mm: Along the rod, from the ball's centre to the tube.
+        room_mm: Between a rod and the bar it hangs on, at the largest tilt.
         tilt_limit_rad: Tilt that the joint is made for, clear of everything; springs hold the rods' turn within it.
         contact_tilt_rad: Tilt at which the rod meets the bar, or the lip the neck.
         wrist_radius_min_mm: Smallest platform radius at which the cups of neighbouring chains keep clear.
@@ -108,6 +109,7 @@ class ForearmDimensions:
     tube_outer_mm: float
     tube_bore_mm: float
     tube_length_mm: float
+    room_mm: float
     tilt_limit_rad: float
     contact_tilt_rad: float
     wrist_radius_min_mm: float
@@ -231,6 +233,7 @@ def forearm_dimensions(
     clearance_mm: float,
     bar_mm: float = CROSS_BAR_MM,
     peak_N: float = 0.0,
+    wrist_boss_mm: float = 0.0,
 ) -> ForearmDimensions:
     """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
@@ -244,20 +247,21 @@ def forearm_dimensions(
         tube: What the rods are cut of.
         force_N: At the handle, for ever; the bond of tube and spigot is made for it.
         lean_max_deg: Largest lean; None: 28 deg.
-        clearance_mm: Between cups of neighbouring chains.
+        clearance_mm: Between cups of neighbouring chains, and between a rod with its springs and what it hangs on.
         bar_mm: Diameter of the cross-bars.
         peak_N: Largest force at the handle; the springs are made for it.
+        wrist_boss_mm: Diameter of the platform's bosses, which a thicker platform has, beside its springs.
 
     Raises:
         DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
             short for the rods' ends.
     """
-    row = _ball(ball_mm)
+    row, room = _ball(ball_mm), max(ROOM_MM, clearance_mm)
     lean = LEAN_RAD if lean_max_deg is None else radians(lean_max_deg)
     tilt = lean + TILT_MARGIN_RAD
     neck, pin = round(0.565 * ball_mm, 1), round(0.42 * ball_mm, 1)  # as strong in the ball as at the bar
     rod, step = tube.outer_mm / 2, neck / 2 + STUD_SHOULDER_MM
-    stand_off = ceil(10.0 * (rod + ROOM_MM + step * sin(tilt)) / cos(tilt)) / 10.0
+    stand_off = ceil(10.0 * (rod + room + step * sin(tilt)) / cos(tilt)) / 10.0
     stem = ceil(10.0 * (step + STEM_ROOM_MM + rod * sin(tilt)) / cos(tilt)) / 10.0
     bar, cone = width_mm - 2 * stand_off, bar_mm / 2 - step
     narrowest = boss_width_mm + 2 * max(BAR_BEYOND_MM, cone) + 2 * stand_off
@@ -277,8 +281,8 @@ def forearm_dimensions(
     loop = (spring.mean_diameter_mm - spring.wire_mm) / 2  # radius inside
     shoulder = stem + NECK_MM
     sway = spring_sway(width_mm, EYE_MM, EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
-    beside = coil / 2 + ROOM_MM + sway.across_mm + sway.turn_rad * boss_width_mm / 2
-    end = max(shoulder + RING_MM[1], bar_mm / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
+    beside = coil / 2 + room + sway.across_mm + sway.turn_rad * boss_width_mm / 2
+    end = max(shoulder + RING_MM[1], max(bar_mm / 2 + BAR_WALL_MM, wrist_boss_mm / 2) + beside + EYE_Z_MM)
     first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
     require(
         length_mm - second >= end - 1e-9,
@@ -344,6 +348,7 @@ def forearm_dimensions(
         tube_outer_mm=tube.outer_mm,
         tube_bore_mm=tube.inner_mm,
         tube_length_mm=tube_length,
+        room_mm=room,
         tilt_limit_rad=tilt,
         contact_tilt_rad=min(
             lip_tilt_rad(seat / 2, neck), rod_tilt_rad(stand_off, step, rod), rod_tilt_rad(stem, rod, neck / 2)

@@ -7,7 +7,7 @@ from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
-from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
+from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ForearmDimensions
 from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, up
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
@@ -125,7 +125,7 @@ def platform_dimensions(
         forearm.wrist_radius_min_mm,
     )
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
-    tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + ROOM_MM
+    tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + forearm.room_mm
     beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
     bore = forearm.bar_diameter_mm + 2 * BAR_GLUE_MM
     return PlatformDimensions(

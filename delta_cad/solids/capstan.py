@@ -11,6 +11,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import DOWEL_MM
+from delta_cad.dimensions.cable.rim_ends import RIM_MM, rim_end
 from delta_cad.dimensions.capstan import (
     ANCHOR_MM,
     ANCHOR_SIDE_MM,
@@ -59,7 +60,6 @@ BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the
 LIGHTENING_MM = 7.0
 AXIS_DIGITS = 12  # of a direction along an axis, which cosines miss by a rounding
 ROUNDING_MM = 1e-6
-RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
 
 
@@ -70,50 +70,10 @@ def capstan_of(d: Dimensions) -> CapstanDimensions:
     return d.capstan
 
 
-def rim_end(d: Dimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Locates where the cable leaves the sector: point, tangent and normal away from it, each (3,) in the arm's frame.
-
-    Args:
-        d: Dimensions with a capstan.
-        end: 0 for the smaller polar angle, where the cable has turned inwards round the nose; 1 for the larger.
-    """
-    c = capstan_of(d)
-    sense = 1.0 if end else -1.0
-    angle = c.rim_angles_rad[end] + sense * c.turns_rad[end]
-    normal = np.array([cos(angle), 0.0, sin(angle)])
-    tangent = sense * np.array([-sin(angle), 0.0, cos(angle)])
-    beside = np.array([0.0, c.end_y_mm[end], 0.0])
-    if end:
-        return beside + c.pitch_radius_mm * normal, tangent, normal
-    x, z = c.nose_centre_mm
-    nose = np.array([x, 0.0, z]) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * normal
-    return beside + nose, tangent, normal
-
-
-def carriage_frame(d: Dimensions) -> np.ndarray:
-    """(4, 4) frame of the tension carriage in the arm's frame: x outwards, y along the shoulder's axis, z off the rim.
-
-    The origin lies on the cable's line where the carriage begins.
-    """
-    point, tangent, normal = rim_end(d, 1)
-    frame = frames(normal, np.cross(tangent, normal), point + CARRIAGE_FROM_MM * tangent)
-    assert np.allclose(frame[:3, 2], tangent)
-    return frame
-
-
 def tension_screw_frame(d: Dimensions) -> np.ndarray:
     """(4, 4) frame under the head of the tension screw in the arm's frame; z points from shank to head."""
-    point, tangent, normal = rim_end(d, 1)
+    point, tangent, normal = rim_end(capstan_of(d), 1)
     return frames(normal, np.cross(tangent, normal), point + CARRIAGE_SCREW_MM * normal + lug_length_mm() * tangent)
-
-
-def sleeve_frames(d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
-    """(4, 4) frames of both crimp sleeves in the arm's frame, behind the anchor's wall and in the carriage."""
-    found = []
-    for end, back in enumerate((ANCHOR_MM, CARRIAGE_FROM_MM + CARRIAGE_MM[0] - CRIMP_MM[1])):
-        point, tangent, normal = rim_end(d, end)
-        found.append(frames(normal, np.cross(tangent, normal), point + back * tangent))
-    return found[0], found[1]
 
 
 def set_screw_frames(d: Dimensions, length_mm: float) -> tuple[np.ndarray, np.ndarray]:
@@ -156,7 +116,7 @@ def _corners(
     d: Dimensions, end: int, radial: tuple[float, float], along: tuple[float, float], corner: float = 0.0
 ) -> list[tuple[float, float, float]]:
     """(x, z, radius) of a rectangle's corners beside a rim's end: off the cable's line, and along it from the end."""
-    point, tangent, normal = rim_end(d, end)
+    point, tangent, normal = rim_end(capstan_of(d), end)
     r0, r1, s0, s1 = radial[0] + corner, radial[1] - corner, along[0] + corner, along[1] - corner
     found = [point + r * normal + s * tangent for r in (r0, r1) for s in (s0, s1)]
     return [(float(p[0]), float(p[2]), corner) for p in found]
@@ -232,13 +192,13 @@ def make_sector(d: Dimensions) -> Part:
         (0, ANCHOR_MM + THROUGH_MM, y[1] + THROUGH_MM),
         (1, POCKET_FROM_MM + THROUGH_MM, pocket_y[0] - THROUGH_MM),
     ):
-        point, tangent, _ = rim_end(d, end)
+        point, tangent, _ = rim_end(c, end)
         begin, floor = (tuple((point + s * tangent).tolist()) for s in (-THROUGH_MM, last - THROUGH_MM))
         cables.append(between(slot, begin, floor))
         tools.append(cylinder(slot, begin, tuple((point + last * tangent).tolist())))
         open_y = min(c.end_y_mm[end], side), max(c.end_y_mm[end], side)
         tools.append(beside(end, (-half, half), (-THROUGH_MM, last), open_y))
-    point, tangent, normal = rim_end(d, 1)
+    point, tangent, normal = rim_end(c, 1)
     line = point + CARRIAGE_SCREW_MM * normal
     line_ends = (tuple((line + s * tangent).tolist()) for s in (length, length - LUG_WALL_MM[1]))
     tension = between(screw.clearance_hole_mm, *line_ends)
@@ -349,7 +309,7 @@ def make_cable(d: Dimensions, end: int) -> Part:
 def make_cable_end(d: Dimensions, end: int) -> Part:
     """Cable from a rim's end to its sleeve: straight into the carriage, or round the nose and through the anchor."""
     c = capstan_of(d)
-    point, tangent, _ = rim_end(d, end)
+    point, tangent, _ = rim_end(c, end)
     if end:
         back = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
         return _piece(d, "capstan_cable_outer_end", [[point + back * tangent, point]])

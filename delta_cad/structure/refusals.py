@@ -20,7 +20,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.design.record import CAPSTAN_RATIO_LEAST, CAPSTAN_RATIO_MOST, SECTOR_LEAST_MM, SECTOR_MOST_MM
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
-from delta_cad.dimensions.cable_run import FRICTION
+from delta_cad.dimensions.cable.run import FRICTION
 from delta_cad.dimensions.capstan import ROPE_FACTOR, CapstanDimensions, thinnest_pinion_mm, widest_pinion_mm
 from delta_cad.dimensions.forearm import TUBE_GLUE_MM
 from delta_cad.dimensions.joint import PRELOAD_N, PRELOAD_PER_N
@@ -31,6 +31,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.passing.refused import passing
 from delta_cad.structure.holds import Holds, holds
 from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
 from delta_cad.structure.modes import Moving, MovingBody
@@ -74,8 +75,8 @@ def refusals(design: Design) -> tuple[Reason, ...]:
     try:
         d = dimensions(design)
     except DimensionError as error:
-        return (*error.reasons, *found)
-    return (*found, *_outline(d), *_cable_plane(d), *_cable_travel(d), *_borne(d))
+        return (*(_with_motors(design, one) for one in error.reasons), *found)
+    return (*found, *_outline(d), *_cable_plane(d), *_cable_travel(d), *passing(d), *_borne(d))
 
 
 def _mode(design: Design) -> tuple[Reason, ...]:
@@ -152,6 +153,15 @@ def _drive(design: Design) -> list[Reason]:
         )
         found.append(Reason("cable", "bend ratio", told, field, held, bound))
     return found
+
+
+def _with_motors(design: Design, reason: Reason) -> Reason:
+    """Names the motors whose shaft is as long as a pinion's bore asks for."""
+    bound = reason.bound
+    if (reason.part, reason.feature) != ("pinion", "bore") or not isinstance(bound, float):
+        return reason
+    others = _rows("motor", design, lambda row: row.shaft_length_mm >= bound and "capstan" in row.drives)
+    return replace(reason, message=f"{reason.message}{_named(others)}", beside=_one("motor", others))
 
 
 def _ratio_most(design: Design) -> float:

@@ -9,9 +9,8 @@ from delta_cad.assembly.leads import sensor_lead_steps
 from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
 from delta_cad.assembly.order.shoulder import DRIVEN, IN, OUT, PRESS, named
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM
 from delta_cad.dimensions.capstan import (
-    CARRIAGE_MM,
-    CRIMP_MM,
     ROPE_FACTOR,
     SET_SCREW,
     TENSION_SCREW,
@@ -21,7 +20,7 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
 
-OVER = (Leg((-1.0, 0.0, 0.0)), Leg((0.0, 1.0, 0.0), (CARRIAGE_MM[1] + CRIMP_MM[0]) / 2 + 0.6))
+OVER = (Leg((-1.0, 0.0, 0.0)), Leg((0.0, 1.0, 0.0), SLEEVE_OVER_MM))
 """The second sleeve's way: from outside over its carriage, beside the arm, then into it."""
 AS_ONE = (
     "Before the screws are tight, the shoulder's shaft goes through both bearings and the arm by hand, and out again."

@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -26,14 +27,17 @@ from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
 from delta_cad.common.vectors import cross_rows
 from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
-from delta_cad.mechanism.placement import chain_frame
+from delta_cad.mechanism import inverse_kinematics
+from delta_cad.mechanism.placement import LinkPlacement, chain_frame
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
-HEIGHTS = 321  # of the platform on the cube's middle axis: 0.4 degrees of an arm, 2 of its pinion
+HEIGHTS = 321  # of the platform on the cube's middle axis, at least
+TURN_RAD = np.radians(1.7)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
 SAME_MM = 0.05  # of a socket as it is drawn and of its key
 MOST_MM, TOLERANCE_MM = 16.0, 0.25  # of a base radius that keys lack: how far is looked, and how closely
 SPARE_MM = 2.0  # that keys leave of it: how far is looked
@@ -172,7 +176,7 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
     """
     if not assembly.reached and not assembly.removals:
         return []
-    scene = Scene(assembly, meshes, up_and_down(limits))
+    scene = Scene(assembly, meshes, up_and_down(assembly.placement, limits))
     library = FeatureLibrary()
     swings = [(key_swing(reach, scene, library), reach) for reach in assembly.reached]
     known: dict[Key, bool] = {}
@@ -194,7 +198,7 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
         Millimetres: `MOST_MM` where that much more or something else is needed; where nothing is in the way 0 or less,
         down to `-SPARE_MM`: by so much it may be shorter.
     """
-    scene, library = Scene(assembly, meshes, up_and_down(limits)[::SPREAD_STEP]), FeatureLibrary()
+    scene, library = Scene(assembly, meshes, up_and_down(assembly.placement, limits)[::SPREAD_STEP]), FeatureLibrary()
     still = [one for one in assembly.reached if one.screw in scene.index and scene.stands[scene.index[one.screw]]]
     held = [one for one in still if key_swing(one, scene, library) < SWING_RAD]
     out = np.zeros((len(scene.occurrences), 3))
@@ -218,9 +222,15 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
     return high
 
 
-def up_and_down(limits: CheckLimits) -> np.ndarray:
+def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
     """Positions of the handle on the cube's middle axis, those nearest to its middle first, (n, 3) mm."""
-    up = np.linspace(-1.0, 1.0, HEIGHTS)[:, None] * limits.half_side_mm * np.array([0.0, 0.0, 1.0])
+
+    def heights(count: int) -> np.ndarray:
+        return np.linspace(-1.0, 1.0, count)[:, None] * limits.half_side_mm * np.array([0.0, 0.0, 1.0])
+
+    angles = inverse_kinematics(placement.geometry, (limits.centre_mm + heights(HEIGHTS)) / MM_PER_M)[:, 0]
+    turned = placement.drive_ratio * float(np.ptp(angles))
+    up = heights(max(HEIGHTS, 2 * ceil(turned / TURN_RAD / 2) + 1))
     return limits.centre_mm + up[np.argsort(np.abs(up[:, 2]), kind="stable")]
 
 

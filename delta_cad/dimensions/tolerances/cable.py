@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.cable_run import CableRun
+from delta_cad.dimensions.cable.run import CableRun
 from delta_cad.dimensions.capstan import (
     PINION_TURNED_MM,
     RIM_TURNED_MM,

@@ -302,12 +302,26 @@ def test_a_load_that_springs_alone_make_asks_for_weaker_springs(monkeypatch: pyt
     assert least.message.startswith("another parallelogram_width_mm")
 
 
+def test_a_shaft_too_short_for_its_pinion_asks_for_a_motor_that_has_a_longer_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rows = catalogue.motor.rows
+    short = replace(rows["maxon-re30-310009"], shaft_length_mm=8.0)
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", rows | {"maxon-re30-310009": short})
+    reason = told(hardware__motor="maxon-re30-310009")["pinion, bore"]
+    assert isinstance(reason.bound, float)
+    ((field, other),) = reason.beside
+    assert field == "hardware.motor"
+    assert rows[str(other)].shaft_length_mm >= reason.bound
+    assert str(other) in reason.message
+
+
 # What docs/best.md says that the committed machine bears of the figures that no source confirms: family, row, column,
 # what it bears, and beyond that, where the page names a limit.
 BEARS: list[tuple[str, str, str, tuple[float, ...], float | None]] = [
-    ("motor", "maxon-re30-310007", "length_mm", (62.0, 68.4), 68.6),
+    ("motor", "maxon-re30-310007", "length_mm", (62.0, 68.1), 68.4),
     ("motor", "maxon-re30-310007", "shaft_diameter_mm", (4.0, 5.0, 7.0), None),
-    ("motor", "maxon-re30-310007", "shaft_length_mm", (12.0, 23.0), None),
+    ("motor", "maxon-re30-310007", "shaft_length_mm", (12.0, 20.0), 23.0),
     ("motor", "maxon-re30-310007", "pilot_diameter_mm", (13.0, 16.0), 12.0),
     ("motor", "maxon-re30-310007", "pilot_height_mm", (1.0, 3.3), 3.6),
     ("motor", "maxon-re30-310007", "mount_count", (2, 6), None),

@@ -162,7 +162,7 @@ def _swings(
     found = [(key_swing(Reach(name, DRAWN_MM, step.title), at_home, library), name) for name in step.tightened]
     if all(swing >= SWING_RAD for swing, _ in found):
         return found
-    moved = Scene(part, meshes, up_and_down(limits))
+    moved = Scene(part, meshes, up_and_down(part.placement, limits))
     return [
         (swing if swing >= SWING_RAD else key_swing(Reach(name, DRAWN_MM, step.title), moved, library), name)
         for swing, name in found

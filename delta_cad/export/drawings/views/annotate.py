@@ -20,7 +20,7 @@ from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import is_across, is_along
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
-from delta_cad.export.drawings.views.leaders import Leader, untangled
+from delta_cad.export.drawings.views.leaders import Leader, in_turn, untangled
 from delta_cad.export.drawings.views.lines import (
     BASE_MM,
     PITCH_MM,
@@ -232,9 +232,12 @@ class Setting(Pointing):
             if sum(length_of(one.lines[0]) for one in over) > 1.2 * wide:
                 over = [one for one in over if one.short]
             beside[False] = [one for one in told if one not in over]
-        lines: list[Leader] = []
-        above = self._over(over, lines)
-        return [*self._aside_of(beside[False], 1.0, lines), *self._aside_of(beside[True], -1.0, lines), *above]
+        bands: list[Callable[[list[Leader]], list[Item]]] = [
+            lambda lines: self._aside_of(beside[False], 1.0, lines),
+            lambda lines: self._aside_of(beside[True], -1.0, lines),
+            lambda lines: self._over(over, lines),
+        ]
+        return [item for items in in_turn(bands, ((2, 0, 1), (0, 1, 2))) for item in items]
 
     def _told(self, groups: Sequence[HoleGroup]) -> list[Callout]:
         """All callouts of the view."""

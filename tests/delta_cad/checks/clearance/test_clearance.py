@@ -11,9 +11,10 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.clearance import check_clearance, exact_distance
+from delta_cad.checks.clearance.clearance import check_clearance, exact_distance, handle_proofs, mesh_clearance
 from delta_cad.checks.clearance.continuum import prove
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
+from delta_cad.checks.clearance.moving import check_moving
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.checks.limits import CheckLimits
@@ -212,6 +213,30 @@ def test_ball_on_the_platform_against_a_ball_on_the_base_in_closed_form() -> Non
     exact = np.linalg.norm(np.clip(centre, low, high) - centre) - 7.0
     assert proven(a, exact - 0.15)
     assert not proven(a, exact + 0.001)
+
+
+def test_what_another_process_proves_is_part_of_the_whole() -> None:
+    """A ball of the platform that only the handle's position moves against one of the base, 1 mm too near."""
+    centre = np.array([12.0, -55.0, 40.0])
+    a = assembly(("a", part("a", ball(4)), "base", at(*centre)), ("b", part("b", ball(3)), "platform", at(0, 0, 2)))
+    raised = np.array([0.0, 0.0, 2.0])
+    low, high = LIMITS.corners_mm.min(axis=0) + raised, LIMITS.corners_mm.max(axis=0) + raised
+    near = float(np.linalg.norm(np.clip(centre, low, high) - centre)) - 7.0 + 1.0
+    limits = replace(LIMITS, clearance_min_mm=near, envelope_width_mm=1e3, envelope_depth_mm=1e3)
+    meshes = MeshLibrary(a.parts, 0.02, 0.2)
+    (proof,) = handle_proofs(a, limits, meshes, 3000)
+    assert proof.undecided
+    found = {r.name: r.passed for r in check_moving(a, limits, meshes, lambda _: None)}
+    assert (found["clearance"], found["clearance proof"]) == (False, False)
+    there = mesh_clearance(a, limits, meshes, calls_max=3000, handle=lambda: [proof])
+    assert [r.passed for r in there.results] == [r.passed for r in mesh_clearance(a, limits, meshes).results]
+    far = replace(limits, clearance_min_mm=near - 1.2)
+    moved, whole = (
+        {r.name: r for r in found}
+        for found in (check_moving(a, far, meshes, lambda _: None), check_clearance(a, far, meshes))
+    )
+    assert whole["clearance proof"].passed
+    assert moved["clearance proof"] == whole["clearance proof"]  # as many boxes and distance calls among the rest
 
 
 def test_parallel_rods_in_closed_form() -> None:

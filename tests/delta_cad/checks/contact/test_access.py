@@ -76,6 +76,7 @@ def test_a_cut_handle_passes_the_neighbours_of_a_base_that_is_too_short_for_a_wh
     d = dimensions(machine(changes))
     a, names = assemble(d), ("motor_screw_0_1",)
     monkeypatch.setattr(access, "HEIGHTS", 5)  # what stands in its way stands at any
+    monkeypatch.setattr(access, "TURN_RAD", 10.0)
     assert found(a, d, names)["tool access"].passed
     monkeypatch.setattr(access, "cut_key_mm", lambda flats: (0.8 * KEYS_MM[flats][1], KEYS_MM[flats][0]))
     result = found(a, d, names)["tool access"]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from delta_cad.export.drawings.paper.lettering import LetteringError, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
-from delta_cad.export.drawings.views.leaders import lines_cross, runs_along, untangled
+from delta_cad.export.drawings.views.leaders import Leader, crossings, in_turn, lines_cross, runs_along, untangled
 from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread, spread_within
 from tests.designs import UNTIMED
 
@@ -113,6 +113,43 @@ def test_a_leader_gives_way_to_those_of_other_bands() -> None:
     assert lines_cross(np.array(leaders([0], [8.0])[0][-2:]), np.array(above[0]))
     _, (place,) = untangled([8.0], leaders, np.zeros((0, 2, 2)), above)
     assert not lines_cross(np.array(leaders([0], [place])[0][-2:]), np.array(above[0]))
+
+
+def test_leaders_are_disentangled_where_the_first_exchanges_do_not_do_it() -> None:
+    tips = [(-26.0, 25.0), (-18.0, 23.0), (-29.0, 15.0)]
+    above = [((-10.0, 60.0), (-10.0, 36.0)), ((-6.0, 60.0), (-6.0, 16.0))]
+
+    def leaders(order: Sequence[int], places: Sequence[float]) -> list[tuple[Point, ...]]:
+        levels = spread(places, [5.0] * len(tips))
+        return [((0.0, y), (-3.0, y), tips[k]) for k, y in zip(order, levels, strict=True)]
+
+    wanted = [y for _, y in tips]
+    assert crossings([*leaders([2, 1, 0], sorted(wanted)), *above]) > 0
+    assert crossings([*leaders(*untangled(wanted, leaders, np.zeros((0, 2, 2)), above)), *above]) == 0
+
+
+def test_a_band_that_cannot_give_way_goes_first() -> None:
+    level: Leader = ((10.0, 5.0), (0.0, 5.0))
+
+    def beside(leaders: list[Leader]) -> str:
+        leaders.append(level)
+        return "beside"
+
+    def over(leaders: list[Leader]) -> str:
+        leaders.append(((-2.0, 9.0), (-2.0, 1.0)) if level in leaders else ((5.0, 9.0), (5.0, 1.0)))
+        return "over"
+
+    tried: list[int] = []
+
+    def counted(leaders: list[Leader]) -> str:
+        tried.append(len(leaders))
+        return beside(leaders)
+
+    assert in_turn([counted, over], [(1, 0), (0, 1)]) == ["beside", "over"]
+    assert tried == [1, 0]  # after the other band, then before it
+    assert in_turn([counted, over], [(0, 1), (1, 0)]) == ["beside", "over"]
+    assert tried == [1, 0, 0]  # no second turn where the first will do
+    assert crossings([level, ((5.0, 9.0), (5.0, 1.0))]) == 1
 
 
 def test_a_leader_that_would_run_along_an_edge_comes_aslant() -> None:

@@ -1,0 +1,1 @@
+"""The capstan's cable: its way over sector and pinion, and where it ends."""

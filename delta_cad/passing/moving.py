@@ -1,0 +1,225 @@
+"""What moves beside what of other chains: sectors beside sectors, rods and springs; wrists' cups beside cups."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise, product
+from math import sin
+
+import numpy as np
+
+from delta_cad.common.units import MM_PER_M
+from delta_cad.dimensions import Dimensions, link_placement
+from delta_cad.dimensions.cable.rim_ends import RIM_MM, rim_end
+from delta_cad.dimensions.capstan import (
+    ANCHOR_MM,
+    ANCHOR_SIDE_MM,
+    CARRIAGE_MM,
+    CARRIAGE_RADII_MM,
+    LUG_WALL_MM,
+    CapstanDimensions,
+    lug_length_mm,
+)
+from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
+from delta_cad.mechanism.geometry import SIN_60
+from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame, spring_sway
+from delta_cad.mechanism.workspace import Cube, cube_grid
+from delta_cad.passing.shapes import Beam, Block, Ring, Round, Shape, off_all_mm
+
+COUNT = 4  # positions along an edge of the cube that are looked at first
+STARTS, HALVINGS = 2, 4  # nearest of them from which one goes on, and how often the step is halved
+FAR_MM = 4.0  # beyond which nothing is looked at
+STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis
+ROUGH = 3  # one point of so many is looked at first
+ANCHOR_OFF_MM = -ANCHOR_SIDE_MM, ANCHOR_SIDE_MM  # of the anchor's wall and of the lug, off the cable's line
+LUG_OFF_MM = CARRIAGE_RADII_MM[0] - LUG_WALL_MM[0], CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
+CABLE_PIECES = 3  # in which either half of a cable on its rim is seen: it climbs
+NOSE_POINTS, END_POINTS, GUSSET_POINTS = 24, 5, (3, 2)
+AROUND = np.array([*product((-1.0, 0.0, 1.0), repeat=3)])
+
+Apart = Callable[[np.ndarray, bool], np.ndarray]
+"""Positions (n, 3) of the handle, mm, and whether a rough look is enough -> (n) distances, mm."""
+Points = tuple[np.ndarray, np.ndarray]
+"""(n, 3) middles of balls that lie within a solid, and their radii (n)."""
+
+
+def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
+    """Lists what an arm with its sector is made of, in its frame: the cable as it is drawn, the elbow left out."""
+    y, web = d.layers.sector_mm, c.web_y_mm
+    found: list[Shape] = [
+        Ring((c.rim_radius_mm - RIM_MM, c.rim_radius_mm), c.rim_angles_rad, y),
+        Ring((d.arm.flange_radius_mm - 4.0, c.rim_radius_mm), c.rim_angles_rad, web),
+        Round(c.nose_radius_mm, y, c.nose_centre_mm),
+        Round(d.arm.flange_radius_mm, (d.layers.arm_mm[0], web[1])),
+        Round(d.arm.collar_diameter_mm / 2, (web[1], d.layers.motor_cheek_mm[0])),
+        Beam(d.arm.length_mm, (d.arm.beam_root_radius_mm, d.arm.boss_radius_mm), d.layers.arm_mm),
+    ]
+    pocket, half = c.end_y_mm[1] - CARRIAGE_MM[1] / 2, c.cable_diameter_mm / 2
+    wound = c.rim_radius_mm, c.rim_radius_mm + c.cable_diameter_mm
+    ends = (ANCHOR_OFF_MM, ANCHOR_MM, web[0]), (LUG_OFF_MM, lug_length_mm(), pocket)
+    for end, ((low, high), long, lowest) in enumerate(ends):
+        point, tangent, normal = rim_end(c, end)
+        axes = np.stack([normal, [0.0, 1.0, 0.0], tangent], axis=1)
+        found.append(Block(axes, (point[0], 0.0, point[2]), (low, lowest, 0.0), (high, y[1], long)))
+        sense, start = (1.0, -1.0)[end], c.rim_angles_rad[end]
+        for a, b in pairwise(np.linspace(start, c.direction_rad - d.home_rad, CABLE_PIECES + 1).tolist()):
+            at = c.end_y_mm[end] - sense * c.run.climb * c.pitch_radius_mm * abs((a + b) / 2 - start)
+            found.append(Ring(wound, (min(a, b), max(a, b)), (at - half, at + half)))
+    return found
+
+
+def sector_points(d: Dimensions, c: CapstanDimensions) -> np.ndarray:
+    """Gives (n, 3) points of a sector's edges, in the arm's frame: of its rim, nose, anchor and lug."""
+    low, high = c.rim_angles_rad
+
+    def circle(radius: float, turns: np.ndarray) -> np.ndarray:
+        return radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+
+    edges = [
+        circle(c.rim_radius_mm, np.linspace(low, high, int((high - low) * c.rim_radius_mm / STEP_MM) + 2)),
+        np.array(c.nose_centre_mm) + circle(c.nose_radius_mm, np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS)),
+    ]
+    for end, (off, long) in enumerate(((ANCHOR_OFF_MM, ANCHOR_MM), (LUG_OFF_MM, lug_length_mm()))):
+        point, tangent, normal = (v[[0, 2]] for v in rim_end(c, end))
+        along = np.linspace(0.0, long, int(long / STEP_MM) + 2)[:, None] * tangent
+        across = np.linspace(*off, END_POINTS)[:, None] * normal
+        edges += [point + off[0] * normal + along, point + off[1] * normal + along, point + long * tangent + across]
+    x, z = np.concatenate(edges).T
+    return np.concatenate([np.stack([x, np.full(len(x), y), z], axis=1) for y in d.layers.sector_mm])
+
+
+def rod_points(f: ForearmDimensions) -> Points:
+    """Gives a rod as balls in its own frame: tube and both cups."""
+    tube = np.arange(f.shoulder_mm, f.length_mm - f.shoulder_mm, TUBE_STEP_MM)
+    x = np.array([0.0, f.length_mm, *tube])
+    radius = np.array([f.cup_radius_mm] * 2 + [f.tube_outer_mm / 2] * len(tube))
+    return np.stack([x, 0.0 * x, 0.0 * x], axis=1), radius
+
+
+def spring_points(d: Dimensions) -> Points:
+    """Gives a spring as balls about its middle, the shoulder's axis along y, with all that it strays."""
+    f = d.forearm
+    sway = spring_sway(f.width_mm, f.eye_y_mm, f.eye_z_mm, f.tilt_limit_rad)
+    half, coil = f.between_eyes_mm / 2 + sway.along_mm, (f.spring.mean_diameter_mm + f.spring.wire_mm) / 2
+    y = np.linspace(-half, half, int(2 * half / STEP_MM) + 2)
+    wound = (
+        f.between_eyes_mm / 2 - f.spring.mean_diameter_mm
+    )  # half of what is no loop; its whole side strays as its ends
+    radius = np.full(len(y), coil + sway.across_mm + wound * sin(sway.turn_rad))
+    return np.stack([0.0 * y, y, 0.0 * y], axis=1), radius
+
+
+def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
+    """Gives how near other chains' "sector", "rod" or "spring" come to an arm with its sector, over positions."""
+    f, shapes, reach = d.forearm, arm_shapes(d, c), c.keep_out_radius_mm + FAR_MM
+    edges = sector_points(d, c)
+    links = ("upper_arm_{}",) if kind == "sector" else tuple(f"{kind}_{{}}_{k}" for k in SIDES)
+    points, radii = (
+        (edges, np.zeros(len(edges))) if kind == "sector" else rod_points(f) if kind == "rod" else spring_points(d)
+    )
+
+    def apart(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
+        placed = link_placement(d)(positions_mm)
+        some = slice(None, None, ROUGH if rough else 1)
+        found = np.full(len(positions_mm), FAR_MM)
+        for i, j in product(CHAINS, CHAINS):
+            inverse = np.linalg.inv(placed[f"upper_arm_{i}"])
+            for link in links if i != j else ():
+                frame = placed[link.format(j)]
+                if kind == "spring":  # what it strays is known about the shoulder's direction
+                    level = np.broadcast_to(chain_frame(j), frame.shape).copy()
+                    level[:, :3, 3] = frame[:, :3, 3]
+                    frame = level
+                seen, ball = inverse @ frame, radii[some]
+                at = points[some] @ np.swapaxes(seen[:, :3, :3], 1, 2) + seen[:, None, :3, 3]
+                near = np.hypot(at[..., 0], at[..., 2]) - ball < reach
+                near &= np.abs(at[..., 1]) - ball < d.layers.sector_mm[1] + FAR_MM
+                if near.any():
+                    off = np.full(near.shape, FAR_MM)
+                    off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
+                    found = np.minimum(found, off.min(axis=1))
+        return found
+
+    return apart
+
+
+def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
+    """Gives by how much more than they must the wrists of neighbouring chains stand apart, over positions.
+
+    Their cups keep a distance, the rods as they are and turned about themselves as far as they go. Where two points of
+    them are `v` apart, and n is the direction in which the wrists part, they part by `s` more to be as far apart as
+    needed: `(v n + s)^2 + |v - (v n) n|^2 = needed^2`.
+
+    Returns:
+        Positions -> (n) mm; negative: what is lacking.
+    """
+    f = d.forearm
+    rod, outer = f.tube_outer_mm / 2, f.cup_radius_mm
+    along, across = (share * outer for share in GUSSET)
+    edge, wide = np.linspace(0.0, along, GUSSET_POINTS[0]), np.linspace(-rod, rod, GUSSET_POINTS[1])
+    edges = np.array([(-x, across, z) for x in edge for z in wide])  # of a gusset, from its ball
+    apart_mm = 2.0 * (d.platform.radius_mm * SIN_60 - f.width_mm / 4.0)
+
+    def around(frame: np.ndarray, chain: int, side: int) -> np.ndarray:
+        """(n, points, 3) points of a cup from its ball, as it is and turned."""
+        lean = np.arcsin(np.clip(np.abs(frame[:, :, 0] @ chain_frame(chain)[:3, 1]), 0.0, 1.0))
+        free = np.arccos(np.clip(np.cos(f.tilt_limit_rad) / np.cos(lean), 0.0, 1.0))
+        x, y, z = (edges * np.array([1.0, 1.0 if side else -1.0, 1.0])).T
+        found = []
+        for turn in (-free, 0.0 * free, free):
+            cosine, sine = np.cos(turn)[:, None], np.sin(turn)[:, None]
+            local = np.stack([x + 0.0 * cosine, y * cosine - z * sine, y * sine + z * cosine], axis=2)
+            found.append(local @ np.swapaxes(frame, 1, 2))
+        return np.concatenate(found, axis=1)
+
+    def lacking(v: np.ndarray, n: np.ndarray, needed: float) -> np.ndarray:
+        along = v @ n
+        beside = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
+        return np.where(beside > 0.0, np.sqrt(np.maximum(beside, 0.0)) - along, -np.inf)
+
+    def spare(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
+        del rough
+        placed = link_placement(d)(positions_mm)
+        least = np.full(len(positions_mm), apart_mm - 2 * outer - needed_mm)
+        for i in CHAINS:
+            j = (i + 1) % 3
+            n = chain_frame(i)[:3, 1] + chain_frame(j)[:3, 1]  # a unit vector: they are 120 degrees apart
+            a = around(placed[f"rod_{i}_1"][:, :3, :3], i, 1)
+            b = around(placed[f"rod_{j}_0"][:, :3, :3], j, 0)
+            between = apart_mm * n
+            pairs = between + b[:, None] - a[:, :, None]
+            more = lacking(pairs, n, needed_mm).max(axis=(1, 2))
+            more = np.maximum(more, lacking(between + b, n, needed_mm + outer).max(axis=1))
+            more = np.maximum(more, lacking(between - a, n, needed_mm + outer).max(axis=1))
+            least = np.minimum(least, -more)
+        return least
+
+    return spare
+
+
+def nearest(apart: Apart, bottom_mm: float, half_mm: float, count: int = COUNT) -> float:
+    """Searches a cube for where things come nearest: a grid, then steps that halve around its nearest positions.
+
+    Args:
+        apart: Distances over positions.
+        bottom_mm: Height of the cube's bottom face.
+        half_mm: Half its side.
+        count: Positions along an edge of the grid.
+
+    Returns:
+        The least that was found, mm.
+    """
+    positions = cube_grid(Cube(bottom_mm / MM_PER_M, half_mm / MM_PER_M), count) * MM_PER_M
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    found = apart(positions, True)
+    starts = positions[np.argsort(found, kind="stable")[:STARTS]]
+    least, step = float(found.min()), 2.0 * half_mm / (count - 1)
+    if least >= FAR_MM:
+        return least
+    for _ in range(HALVINGS):
+        step /= 2.0
+        around = np.clip((starts[:, None] + step * AROUND).reshape(-1, 3), low, high)
+        seen = apart(around, False)
+        starts = around[[np.argmin(seen)]]
+        least = min(least, float(seen.min()))
+    return least

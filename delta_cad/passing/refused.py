@@ -1,0 +1,196 @@
+"""Why chains that stand too close cannot do, and how much farther out they would."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import degrees, inf, sqrt
+
+import numpy as np
+
+from delta_cad.design import Design
+from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions, spread
+from delta_cad.dimensions.bracket import MESHES_MM
+from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
+from delta_cad.dimensions.capstan import CRIMP_MM, CapstanDimensions
+from delta_cad.dimensions.rules import up
+from delta_cad.passing.moving import COUNT, beside_sectors, nearest, spare_of_cups
+from delta_cad.passing.shapes import Beam, Round, off_all_mm
+from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, sector_off_mm, sliding_off_mm
+
+CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
+FEW = 3  # positions along an edge of the cube where corners are what counts, or a bound is looked for
+SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
+SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
+FARTHEST_MM = 32.0  # that chains may be asked to stand farther out
+NEAR_MM = 0.1  # to which that is looked for
+FASTEST = 2.0  # mm that neighbours part by at most, and some, for each by which they stand farther out
+ON_MM = 0.05
+WIDER, WIDEST = 1.02, 2.5  # steps of a sector's radius, and the most it is asked to grow
+SLEEVE_POINTS = 5
+WAY_MM = np.arange(0.0, 60.0, 2.0)  # of a sleeve, from its seat outwards
+
+Spare = Callable[[Dimensions, CapstanDimensions, int], float]
+"""What a machine has more than it must, by so many positions along an edge of its cube; negative: what it lacks."""
+
+
+def passing(d: Dimensions) -> list[Reason]:
+    """Gives every reason why parts of neighbouring chains, or a cable's sleeves and the arm, cannot pass one another.
+
+    All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what
+    meshes are off; what passes may still fail.
+
+    Args:
+        d: The machine.
+    """
+    found = [] if d.capstan is None else [*_sleeves(d, d.capstan), *_chains(d, d.capstan)]
+    return [*found, *_cups(d)]
+
+
+def _least_mm(d: Dimensions) -> float:
+    return d.design.requirements.clearance_min_mm + MESHES_MM
+
+
+def _over_cube(kind: str) -> Spare:
+    """What "sector", "rod" or "spring" of another chain keep of a sector over the cube."""
+
+    def spare(d: Dimensions, c: CapstanDimensions, count: int) -> float:
+        cube = d.design.cube
+        return nearest(beside_sectors(d, c, kind), cube.bottom_height_mm, cube.half_side_mm, count) - _least_mm(d)
+
+    return spare
+
+
+# Part, feature, in words, spare, whether it is an angle: what chains that stand farther out mend.
+CHAINS_APART: tuple[tuple[str, str, str, Spare, bool], ...] = (
+    ("pinion", "beside a neighbour's cheek", "mm apart", lambda d, c, _: pinion_off_mm(d, c) - _least_mm(d), False),
+    ("sector", "beside a neighbour's cheek", "mm apart", lambda d, c, _: sector_off_mm(d, c) - _least_mm(d), False),
+    ("motor", "on its way in", "mm from a cheek", lambda d, c, _: sliding_off_mm(d, c) - SLID_MM, False),
+    ("motor_screw", "key", "deg free", lambda d, *_: key_swing_rad(d) - SWING_RAD, True),
+    ("sector", "beside a neighbour's", "mm apart", _over_cube("sector"), False),
+    ("sector", "beside a neighbour's rods", "mm apart", _over_cube("rod"), False),
+    ("sector", "beside a neighbour's springs", "mm apart", _over_cube("spring"), False),
+)
+
+
+def _chains(d: Dimensions, c: CapstanDimensions) -> Iterator[Reason]:
+    """Drives, sectors, rods of neighbours: chains farther out, at base and platform alike, pass one another."""
+    m = d.design.mechanism
+    for part, feature, words, spare, is_angle in CHAINS_APART:
+        lacking = -spare(d, c, COUNT)
+        if lacking <= 0.0:
+            continue
+        field, held = "mechanism.base_radius_mm", m.base_radius_mm
+        more = _farther_mm(d, spare, lacking, is_angle)
+        lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
+        if more is None:
+            message = f"hardware.sector_radius_mm = {d.design.hardware.sector_radius_mm:g}: {lacks}; a smaller one, or "
+            yield Reason(part, feature, f"{message}another hardware.motor")
+            continue
+        message = (
+            f"base_radius_mm = {held:g} must be at least {up(held + more)} mm with platform_radius_mm at least "
+            f"{up(m.platform_radius_mm + more)}, or the sector smaller: {lacks}"
+        )
+        beside = (("mechanism.platform_radius_mm", m.platform_radius_mm + more),)
+        yield Reason(part, feature, message, field, held, held + more, beside)
+
+
+def _farther_mm(d: Dimensions, spare: Spare, lacking: float, is_angle: bool) -> float | None:
+    """By how much chains must stand farther out for something to have what it must; None: by too much."""
+
+    def of(more_mm: float, count: int) -> float:
+        try:
+            farther = spread(d, more_mm)
+        except DimensionError:
+            return -inf
+        return -inf if farther.capstan is None else spare(farther, farther.capstan, count)
+
+    def holds(more_mm: float) -> bool:
+        return of(more_mm, FEW) >= 0.0
+
+    low, high = (0.0, 1.0) if is_angle else (lacking / FASTEST, lacking)
+    while not holds(high):
+        low, high = high, 2.0 * high
+        if high > FARTHEST_MM:
+            return None
+    while high - low > NEAR_MM:
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    while (still := -of(high, COUNT)) > 0.0:  # what few positions did not see
+        high += still + ON_MM
+        if high > FARTHEST_MM:
+            return None
+    return high
+
+
+def _sleeves(d: Dimensions, c: CapstanDimensions) -> Iterator[Reason]:
+    """Both sleeves of a cable on their ways to their seats, beside the arm: a larger sector passes them."""
+    spare = sleeves_off_mm(d, c) - SLEEVE_OFF_MM
+    if spare >= 0.0:
+        return
+    h, part, feature = d.design.hardware, "crimp_sleeve", "beside the arm"
+    lacks = f"a sleeve of the cable lacks {-spare:.2f} mm to pass the arm on its way to its seat"
+    share = WIDER
+    while share < WIDEST and not _sleeves_pass(d.design, share):
+        share *= WIDER
+    radius, ratio = h.sector_radius_mm * share, h.capstan_ratio * share
+    field = "hardware.sector_radius_mm"
+    if share >= WIDEST:
+        yield Reason(part, feature, f"{field} = {h.sector_radius_mm:g}, a larger one: {lacks}", field)
+        return
+    message = (
+        f"{field} = {h.sector_radius_mm:g} must be at least {up(radius)} mm with capstan_ratio at least {up(ratio)}: "
+        f"{lacks}"
+    )
+    beside = (("hardware.capstan_ratio", ratio),)
+    yield Reason(part, feature, message, field, h.sector_radius_mm, radius, beside)
+
+
+def _sleeves_pass(design: Design, share: float) -> bool:
+    """Whether sleeves pass the arm where sector and ratio are larger and the pinion stays."""
+    h = design.hardware
+    radii = {"sector_radius_mm": h.sector_radius_mm * share, "capstan_ratio": h.capstan_ratio * share}
+    try:
+        larger = dimensions(design.model_copy(update={"hardware": h.model_copy(update=radii)}))
+    except DimensionError:
+        return False
+    return larger.capstan is not None and sleeves_off_mm(larger, larger.capstan) >= SLEEVE_OFF_MM
+
+
+def sleeves_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
+    """Computes how near a cable's sleeves come to the upper arm, or the first to the sector's hub, mm.
+
+    The first comes along the shoulder's axis, past the arm; the second from outside over its carriage, then along it.
+    """
+    first, second = sleeve_frames(c)
+    radius, (low, high) = CRIMP_MM[0] / 2, d.layers.arm_mm
+    long = np.linspace(0.0, CRIMP_MM[1], SLEEVE_POINTS)[:, None] * np.array([0.0, 0.0, 1.0])
+    hub = d.arm.flange_radius_mm
+    arm = [
+        Beam(d.arm.length_mm, (d.arm.beam_root_radius_mm, d.arm.boss_radius_mm), (low, high)),
+        Round(hub, (low, high)),
+    ]
+    passed = first[:3, 3] + long @ first[:3, :3].T
+    passed[:, 1] = (low + high) / 2  # where it passes the arm's plate; of the hub nothing stands out beside that
+    found = float(off_all_mm(arm, passed).min())
+    over = second[:3, 3] + long @ second[:3, :3].T
+    over[:, 1] -= SLEEVE_OVER_MM
+    outwards = WAY_MM[:, None, None] * second[:3, 0] + over
+    return min(found, float(off_all_mm(arm, outwards).min())) - radius
+
+
+def _cups(d: Dimensions) -> list[Reason]:
+    """Cups of neighbouring wrists, the rods turned about themselves."""
+    m, cube = d.design.mechanism, d.design.cube
+    needed = d.design.requirements.clearance_min_mm + CUPS_MM
+    spare = nearest(spare_of_cups(d, needed), cube.bottom_height_mm, cube.half_side_mm, FEW)
+    if spare >= 0.0:
+        return []
+    more = -spare / sqrt(3.0)
+    field, held = "mechanism.platform_radius_mm", m.platform_radius_mm
+    message = (
+        f"platform_radius_mm = {held:g} must be at least {up(held + more)} mm with base_radius_mm at least "
+        f"{up(m.base_radius_mm + more)}: cups of neighbouring rods that turn about themselves lack {-spare:.2f} mm of "
+        f"{d.design.requirements.clearance_min_mm:g}"
+    )
+    beside = (("mechanism.base_radius_mm", m.base_radius_mm + more),)
+    return [Reason("rod_cup", "beside a neighbour's", message, field, held, held + more, beside)]

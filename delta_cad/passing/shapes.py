@@ -1,0 +1,122 @@
+"""Shapes that lie within solids, and how far points are off them, mm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from delta_cad.dimensions.bracket import Circle
+
+DIRECTIONS = 180  # in which a hull's outline is looked at: to 5 um of a circle of 30 mm
+FAR_MM = 8.0  # beyond, a bound that is cheaper than a distance will do
+
+
+class Shape(Protocol):
+    """What points are held against."""
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """Computes how far points (n, 3) in the shape's frame are off it, (n); not above 0 inside."""
+        ...
+
+
+@dataclass(frozen=True)
+class Prism:
+    """Hull of circles in the plane of x and z, from one y to another; beyond `FAR_MM` a lower bound of the distance."""
+
+    circles: Sequence[Circle]
+    y_mm: tuple[float, float]
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        turns = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
+        normals, circles = np.stack([np.cos(turns), np.sin(turns)]), np.array(self.circles)
+        support = (circles[:, :2] @ normals + circles[:, 2:]).max(axis=0)
+        flat, quarter = points[:, [0, 2]], DIRECTIONS // 4
+        across = (flat @ normals[:, ::quarter] - support[::quarter]).max(axis=1)  # off a box around it
+        near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
+        across[near] = (flat[near] @ normals - support).max(axis=1)
+        return _beside(across, points[:, 1], self.y_mm)
+
+
+@dataclass(frozen=True)
+class Beam:
+    """Hull of two circles in the plane of x and z, about the origin and a length along x, from one y to another."""
+
+    length_mm: float
+    radii_mm: tuple[float, float]
+    y_mm: tuple[float, float]
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        (root, end), long = self.radii_mm, self.length_mm
+        lean = (root - end) / long  # sine of the sides' angle to the middle
+        rise = np.sqrt(1.0 - lean**2)
+        x, z = points[:, 0], np.abs(points[:, 2])
+        along = x * rise - z * lean
+        side = np.where(along > long * rise, np.hypot(x - long, z) - end, x * lean + z * rise - root)
+        return _beside(np.where(along < 0.0, np.hypot(x, z) - root, side), points[:, 1], self.y_mm)
+
+
+@dataclass(frozen=True)
+class Round:
+    """Cylinder about an axis along y through (x, z)."""
+
+    radius_mm: float
+    y_mm: tuple[float, float]
+    at_mm: tuple[float, float] = (0.0, 0.0)
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        apart = np.hypot(points[:, 0] - self.at_mm[0], points[:, 2] - self.at_mm[1])
+        return _beside(apart - self.radius_mm, points[:, 1], self.y_mm)
+
+
+@dataclass(frozen=True)
+class Ring:
+    """Segment of a ring about y between two radii and two angles from x towards z."""
+
+    radii_mm: tuple[float, float]
+    angles_rad: tuple[float, float]
+    y_mm: tuple[float, float]
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        x, z, (inner, outer) = points[:, 0], points[:, 2], self.radii_mm
+        radius = np.hypot(x, z)
+        middle, half = sum(self.angles_rad) / 2.0, (self.angles_rad[1] - self.angles_rad[0]) / 2.0
+        aside = np.abs(np.remainder(np.arctan2(z, x) - middle + np.pi, 2.0 * np.pi) - np.pi) - half
+        along, off = radius * np.cos(aside), radius * np.sin(aside)  # of the straight end that is nearer
+        beyond = np.hypot(along - np.clip(along, inner, outer), off)
+        across = np.where(aside <= 0.0, np.maximum(inner - radius, radius - outer), beyond)
+        return _beside(across, points[:, 1], self.y_mm)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Box along three axes, the columns of a matrix (3, 3), from a point."""
+
+    axes: np.ndarray
+    from_mm: tuple[float, float, float]
+    low_mm: tuple[float, float, float]
+    high_mm: tuple[float, float, float]
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        seen = (points - np.array(self.from_mm)) @ self.axes
+        off = np.maximum(np.array(self.low_mm) - seen, seen - np.array(self.high_mm))
+        return np.linalg.norm(np.maximum(off, 0.0), axis=1) + np.minimum(off.max(axis=1), 0.0)
+
+
+def off_all_mm(shapes: Sequence[Shape], points: np.ndarray) -> np.ndarray:
+    """Computes how far points (..., 3) are off the nearest of several shapes, (...)."""
+    flat = points.reshape(-1, 3)
+    return np.min([shape.off_mm(flat) for shape in shapes], axis=0).reshape(points.shape[:-1])
+
+
+def _beside(across: np.ndarray, y: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+    """Distance to what has an outline `across` and two flat ends."""
+    along = np.maximum(ends[0] - y, y - ends[1])
+    return np.hypot(np.maximum(across, 0.0), np.maximum(along, 0.0)) + np.minimum(np.maximum(across, along), 0.0)

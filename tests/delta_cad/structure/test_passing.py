@@ -1,0 +1,216 @@
+"""What of neighbouring chains meets is refused before a solid is made: the smallest machines that solids refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import radians
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design, design_from_dict, design_to_dict
+from delta_cad.dimensions import Reason, dimensions, link_placement, spread
+from delta_cad.mechanism.placement import spring_sway
+from delta_cad.passing.moving import spare_of_cups
+from delta_cad.passing.refused import passing, sleeves_off_mm
+from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
+from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
+from delta_cad.structure.advice import advice
+from delta_cad.structure.loads import sampled_mm
+from delta_cad.structure.refusals import refusals
+from tests.committed import ROOT
+
+FREE = {"requirements__envelope_width_mm": 900.0, "requirements__envelope_depth_mm": 900.0}
+LOW = FREE | {"requirements__force_N": 1.0, "requirements__joint_torque_N_m": 0.17, "requirements__peak_force_N": None}
+SMALL = LOW | {
+    "requirements__peak_torque_N_m": None,
+    "requirements__stiffness_min_N_mm": None,
+    "hardware__leads": "none",
+}
+
+
+def of(path: str, **values: Any) -> Design:
+    """A machine of the gallery or the examples with some of its numbers changed; None: left out."""
+    data = json.loads((ROOT / path).read_text())
+    for name, value in values.items():
+        section, _, field = name.partition("__")
+        data[section][field] = value
+        if value is None:
+            del data[section][field]
+    return design_from_dict(data)
+
+
+def synthesized(**values: Any) -> Design:
+    return of("examples/synthesized.json", **(SMALL | values))
+
+
+WIDE = {"mechanism__base_radius_mm": 40.0, "mechanism__platform_radius_mm": 33.0}
+MOTORS = synthesized(
+    mechanism__base_radius_mm=50.5,
+    mechanism__platform_radius_mm=43.5,
+    hardware__motor="maxon-re50-370354",
+    hardware__sector_radius_mm=46.5,
+    hardware__capstan_ratio=4.8,
+)
+SECTORS = of("docs/gallery/desk-150.json", hardware__capstan_ratio=12.0, hardware__sector_radius_mm=97.52, **FREE)
+SPRINGS = synthesized(mechanism__base_radius_mm=39.98, hardware__capstan_ratio=11.19, hardware__sector_radius_mm=55.08)
+SLEEVES = synthesized(hardware__capstan_ratio=3.0, hardware__sector_radius_mm=24.55)
+CUPS = of("docs/gallery/direct-83.json", mechanism__platform_radius_mm=17.2, **FREE)
+REFUSED = {
+    "a wide motor's pinion and keys between its neighbours": (
+        MOTORS,
+        {("pinion", "beside a neighbour's cheek"), ("motor", "on its way in"), ("motor_screw", "key")},
+    ),
+    "large sectors": (SECTORS, {("sector", "beside a neighbour's")}),
+    "a large sector under a neighbour's springs": (SPRINGS, {("sector", "beside a neighbour's springs")}),
+    "sleeves beside the arm of a small sector": (SLEEVES, {("crimp_sleeve", "beside the arm")}),
+    "cups whose rods turn": (CUPS, {("rod_cup", "beside a neighbour's")}),
+}
+
+
+def named(reasons: tuple[Reason, ...] | list[Reason]) -> set[tuple[str, str]]:
+    return {(one.part, one.feature) for one in reasons}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_meets_is_refused_and_what_is_told_together_leaves_nothing(what: str) -> None:
+    design, expected = REFUSED[what]
+    found = advice(design)
+    assert expected <= named(found.reasons)
+    assert found.together
+    data = design_to_dict(design)
+    for field, value in found.together.items():
+        section, _, name = field.partition(".")
+        data[section][name] = value
+    assert refusals(design_from_dict(data)) == ()
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_each_bound_is_the_least_that_does(what: str) -> None:
+    """Chains by so much farther out pass, by a fifth less they do not."""
+    design, expected = REFUSED[what]
+    d = dimensions(design)
+    for reason in passing(d):
+        assert isinstance(reason.value, float)
+        assert isinstance(reason.bound, float)
+        if reason.field == "hardware.sector_radius_mm":
+            continue
+        more = reason.bound - reason.value
+        assert (reason.part, reason.feature) not in named(passing(spread(d, more + 1e-6)))
+        assert (reason.part, reason.feature) in named(passing(spread(d, 0.8 * more - 0.05)))
+    assert expected <= named(passing(d))
+
+
+def test_committed_machines_pass() -> None:
+    for path in ("best.json", "docs/gallery/pocket-40.json", "docs/gallery/direct-83.json"):
+        assert passing(dimensions(of(path))) == []
+
+
+def test_a_thicker_platforms_springs_hang_farther_from_it() -> None:
+    """Along the rod at no lean: boss, coil, what is asked, and what the spring strays."""
+    d = dimensions(synthesized(**WIDE, hardware__platform_thickness_mm=30.0))
+    f = d.forearm
+    sway = spring_sway(f.width_mm, f.eye_y_mm, f.eye_z_mm, f.tilt_limit_rad)
+    off = np.hypot(f.length_mm - f.eyes_x_mm[1], f.eye_z_mm) - 15.0
+    assert off - (f.spring.mean_diameter_mm + f.spring.wire_mm) / 2 - sway.across_mm >= 2.0
+    assert f.eyes_x_mm[0] + f.eyes_x_mm[1] == pytest.approx(f.length_mm)
+
+
+@pytest.mark.parametrize("path", ["examples/synthesized.json", "docs/gallery/direct-83.json"])
+def test_a_clearance_that_no_lengths_keep_is_refused(path: str) -> None:
+    reasons = {one.field: one for one in refusals(of(path, requirements__clearance_min_mm=3.0))}
+    assert reasons["requirements.clearance_min_mm"].bound == 2.4
+    wanted = reasons.get("hardware.arm_thickness_mm")
+    assert (wanted is not None) == ("direct" in path)
+    if wanted is not None:  # by hand: a screw's head of 5.5 mm, and 3.1 mm to cheeks that stand 1 mm beside the arm
+        assert wanted.bound == pytest.approx(5.5 + 2 * (3.1 - 1.0))
+
+
+def test_rods_keep_of_what_they_hang_on_what_is_asked() -> None:
+    wide, usual = (dimensions(synthesized(**WIDE, requirements__clearance_min_mm=v)).forearm for v in (2.4, 1.0))
+    assert (wide.room_mm, usual.room_mm) == (2.4, 2.0)
+    assert wide.stand_off_mm > usual.stand_off_mm
+    assert wide.eyes_x_mm[0] > usual.eyes_x_mm[0]
+
+
+def test_sleeves_pass_an_arm_whose_sector_is_larger() -> None:
+    small = dimensions(SLEEVES)
+    large = dimensions(synthesized())
+    assert small.capstan is not None
+    assert large.capstan is not None
+    assert sleeves_off_mm(small, small.capstan) < -0.5 < sleeves_off_mm(large, large.capstan)
+    thick = replace(small, layers=replace(small.layers, arm_mm=(-3.0, small.capstan.end_y_mm[1] - 8.0)))
+    assert sleeves_off_mm(thick, small.capstan) != sleeves_off_mm(small, small.capstan)
+
+
+def test_cups_part_by_what_they_lack() -> None:
+    """Wrists that stand apart by so much more than a machine's lacks leave nothing lacking, at any position."""
+    d = dimensions(CUPS)
+    positions = sampled_mm(CUPS.cube.bottom_height_mm, CUPS.cube.half_side_mm, 3)
+    lacking = -spare_of_cups(d, 2.14)(positions, False).min()
+    assert lacking > 0.0
+    wider = spread(d, lacking / np.sqrt(3.0))
+    assert spare_of_cups(wider, 2.14)(positions, False).min() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_key_has_room_where_motors_stand_far_apart_and_none_between_them() -> None:
+    d, far = dimensions(MOTORS), spread(dimensions(MOTORS), 30.0)
+    assert key_swing_rad(d) < radians(60.0) <= key_swing_rad(far)
+    assert d.capstan is not None
+    assert far.capstan is not None
+    assert sliding_off_mm(d, d.capstan) < 0.0 < sliding_off_mm(far, far.capstan)
+    assert pinion_off_mm(d, d.capstan) < pinion_off_mm(far, far.capstan)
+
+
+def test_links_are_where_the_assembly_has_them() -> None:
+    d = dimensions(CUPS)
+    assert link_placement(d).drive_ratio == 1.0
+    assert link_placement(dimensions(SLEEVES)).drive_ratio == 3.0
+
+
+GRID = np.stack(np.meshgrid(*[np.linspace(-14.0, 14.0, 29)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+HELD = np.array([[19.0, 3.0, 2.0], [-11.0, 8.0, 9.0], [2.0, -13.0, 1.0], [0.0, 6.0, -16.0], [12.0, 12.0, 12.0]])
+
+
+def ring(p: np.ndarray) -> np.ndarray:
+    turn = np.arctan2(p[:, 2], p[:, 0])
+    radius = np.hypot(p[:, 0], p[:, 2])
+    return (radius >= 4.0) & (radius <= 9.0) & (turn >= -0.5) & (turn <= 2.0) & (np.abs(p[:, 1]) <= 3.0)
+
+
+def beam(p: np.ndarray) -> np.ndarray:
+    inside = np.zeros(len(p), dtype=bool)
+    for share in np.linspace(0.0, 1.0, 201):
+        inside |= np.hypot(p[:, 0] - 10.0 * share, p[:, 2]) <= 6.0 - 3.0 * share
+    return inside & (np.abs(p[:, 1]) <= 3.0)
+
+
+SHAPES = {
+    "ring": (Ring((4.0, 9.0), (-0.5, 2.0), (-3.0, 3.0)), ring),
+    "beam": (Beam(10.0, (6.0, 3.0), (-3.0, 3.0)), beam),
+    "prism": (Prism([(0.0, 0.0, 6.0), (10.0, 0.0, 3.0)], (-3.0, 3.0)), beam),
+    "round": (
+        Round(6.0, (-3.0, 3.0), (2.0, 1.0)),
+        lambda p: (np.hypot(p[:, 0] - 2.0, p[:, 2] - 1.0) <= 6.0) & (np.abs(p[:, 1]) <= 3.0),
+    ),
+    "block": (
+        Block(np.eye(3), (1.0, 0.0, 0.0), (-2.0, -3.0, -4.0), (6.0, 3.0, 4.0)),
+        lambda p: (p[:, 0] >= -1.0) & (p[:, 0] <= 7.0) & (np.abs(p[:, 1]) <= 3.0) & (np.abs(p[:, 2]) <= 4.0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_point_is_as_far_off_as_the_nearest_grid_point_inside(name: str) -> None:
+    """Half a cell's diagonal of 0.87 mm too far at most; a prism tells a bound where a point is far off."""
+    shape, inside = SHAPES[name]
+    there = GRID[inside(GRID)]
+    nearest = np.linalg.norm(HELD[:, None] - there, axis=2).min(axis=1)
+    off = off_all_mm([shape], HELD)
+    near = off < 8.0
+    assert (off <= nearest + 1e-9).all()
+    assert (off[near] >= nearest[near] - 0.87).all()
+    assert (off_all_mm([shape], there) <= 1e-9).all()
+    assert (off_all_mm([shape], GRID[~inside(GRID)]) > -0.02).all()
