@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -236,7 +236,9 @@ def rendered_walls(machine: MachineModel, cap: WallCap, p: np.ndarray) -> list[t
 
 def impedance_at(machine: MachineModel, p: np.ndarray, cap: WallCap, loop: LoopChoice = BOARD) -> PlaceImpedance:
     """Computes the impedance at a place, (3,) m, let go and at the wall that is rendered there."""
-    at = WallAt(machine, loop, p, AXES[AXIS])
-    handle, (_, stiff, damping) = at.at_handle(), rendered_walls(machine, cap, p)[list(AXES).index(AXIS)]
-    free, wall = (impedance(handle, at.estimator, k, b) for k, b in ((0.0, 0.0), (stiff, damping)))
+    touched = WallAt(machine, loop, p, AXES[AXIS])
+    away = WallAt(machine, replace(loop, contact_damping=loop.drive_damping), p, AXES[AXIS])
+    _, stiff, damping = rendered_walls(machine, cap, p)[list(AXES).index(AXIS)]
+    cases = ((away, 0.0, 0.0), (touched, stiff, damping))
+    free, wall = (impedance(at.at_handle(), at.estimator, k, b) for at, k, b in cases)
     return PlaceImpedance(p, stiff, damping, np.abs(free), np.abs(wall))

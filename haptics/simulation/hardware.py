@@ -165,8 +165,11 @@ def drive_damping(machine: MachineModel, share: float) -> float:
 def stiff_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) -> Plant:
     """The device in a loop, rigid, with friction at a place of its range: 0 least, 1 nominal, 2 largest."""
     par = joint_friction(machine).of(nominal_plant(machine), place)
-    viscous = par.viscous + drive_damping(machine, loop.drive_damping)
-    return par._replace(viscous=viscous, current_lag=loop.current_lag)
+    return par._replace(
+        viscous=par.viscous + drive_damping(machine, loop.drive_damping),
+        contact_damping=drive_damping(machine, loop.contact_damping - loop.drive_damping),
+        current_lag=loop.current_lag,
+    )
 
 
 def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) -> Plant:
@@ -257,7 +260,7 @@ def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = SHA
     cost = loop.period / 2.0 + loop.delays[2] * loop.period + reading_age(machine, loop) + loop.current_lag
     return WallCap(
         share=share,
-        friction=stiff_plant(machine, loop, 0).viscous,
+        friction=stiff_plant(machine, loop, 0).in_contact.viscous,
         cost=cost,
         inertia=machine.masses.arm_inertia + machine.masses.rotor_inertia,
         late=cost + 1.0 / (2.0 * math.pi * loop.corner),

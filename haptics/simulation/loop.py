@@ -1,9 +1,10 @@
 """The sampled loop: plant, encoders, controller, delay, hold, motors and a hand, one tick after the other; compiled.
 
 At each tick the encoders are read (the middle of the angle's count), the controller turns them into torques, and these
-arrive `delay` later and are held until the next ones arrive; the age of a reading is part of that delay. Between ticks
-the plant moves on by equal Runge-Kutta steps. Nothing is random but the place of the encoders' counts and their noise,
-which a seed gives: the same seed, the same doubles.
+arrive `delay` later and are held until the next ones arrive. With them comes how much the drives damp: more while a
+wall is touched. The age of a reading is part of that delay. Between ticks the plant moves on by equal Runge-Kutta
+steps. Nothing is random but the place of the encoders' counts and their noise, which a seed gives: the same seed, the
+same doubles.
 Importing this module loads numba.
 """
 
@@ -17,7 +18,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from delta_cad.common.jit import compiled
-from haptics.control.controller import FORCE, VELOCITY, Controller, Memory, fresh, tick
+from haptics.control.controller import FORCE, TOUCHED, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, SPEED, STATES, TWIST
@@ -156,11 +157,12 @@ def simulate(
     noise = _drawn(random, ticks, errors.kept) if errors.noise > 0.0 else np.zeros((1, 3))
     out = np.empty((ticks, 29))
     bits = np.zeros(ticks, dtype=np.int64)
-    pending = np.zeros((clock.delay // clock.substeps + 2, 3))
+    pending = np.zeros((clock.delay // clock.substeps + 2, 4))
     anchor, push = np.ascontiguousarray(anchor, dtype=float), np.ascontiguousarray(push, dtype=float)
     hands = (Hand(*map(float, hand)), FREE)
     sensor = (SensorErrors(*map(float, errors)), float(count), offset, noise)
-    _run(machine, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits)
+    machines = (machine, machine.in_contact)
+    _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits)
     return SimulatedRun(
         time=np.arange(ticks) * clock.period,
         position=out[:, 0:3],
@@ -187,8 +189,9 @@ def _drawn(random: np.random.Generator, ticks: int, kept: float) -> np.ndarray:
 
 
 @compiled
-def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits):
-    """Fills out (ticks, 27) and bits (ticks,); state and pending are changed."""
+def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits):
+    """Fills out (ticks, 29) and bits (ticks,); state and pending are changed. Machines: free, and in contact."""
+    machine = machines[0]
     room = np.zeros((13, STATES))
     theta, torque = np.zeros(3), np.zeros(3)
     delay_ticks, part = clock.delay // clock.substeps, clock.delay % clock.substeps
@@ -202,6 +205,7 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, se
         for i in range(3):
             theta[i] = reading(errors, i, theta[i], state[TWIST + i], drawn[i], count, offset[i])
         bits[k] = tick(controller, memory, laws, k * clock.period, theta, torque)
+        pending[k % slots, 3] = memory.work[TOUCHED]
         for i in range(3):
             pending[k % slots, i] = torque[i]
             out[k, i] = state[i]
@@ -222,6 +226,8 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, se
         out[k, 24], out[k, 25] = energy(machine, 0.0, state)
         before, after = pending[(k - delay_ticks - 1) % slots], pending[(k - delay_ticks) % slots]
         if part > 0:
-            advance(machine, hand, anchor[k], push[k], before, part * step, part, state, room)
+            damped = machines[1] if before[3] > 0.0 else machine
+            advance(damped, hand, anchor[k], push[k], before, part * step, part, state, room)
         rest = clock.substeps - part
-        advance(machine, hand, anchor[k], push[k], after, rest * step, rest, state, room)
+        damped = machines[1] if after[3] > 0.0 else machine
+        advance(damped, hand, anchor[k], push[k], after, rest * step, rest, state, room)

@@ -151,7 +151,8 @@ class NoisyLoop:
         par: Plant | None = None,
         structure: Structure | None = None,
     ) -> None:
-        here = linearise(real_plant(machine, loop) if par is None else par, machine.centre if p is None else p)
+        par = real_plant(machine, loop) if par is None else par
+        here = linearise(par if normal is None else par.in_contact, machine.centre if p is None else p)
         body, self.place = here.body(hand, structure)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
         errors, count = sensor_errors(machine, loop), encoder_count(machine)

@@ -97,7 +97,7 @@ class WallAt:
         delay: float | None = None,
         rigid: bool = False,
     ) -> None:
-        par = (stiff_plant if rigid else real_plant)(machine, loop, place)
+        par = (stiff_plant if rigid else real_plant)(machine, loop, place).in_contact
         self.here: Linearised = linearise(par, machine.centre if p is None else p)
         self.normal, self.damping = np.asarray(normal, dtype=float), loop.damping
         self.friction = self.here.effective_friction(self.normal)

@@ -216,6 +216,7 @@ int hal_begin(void) { return 0; }
 void hal_wait(void) {}
 double hal_now(void) { return now; }
 int hal_encoder(int joint, double *angle) { *angle = joint; return 0; }
+void hal_damping(int joint, double share) { (void)joint; (void)share; }
 void hal_current(int joint, double ampere) { if (joint == 0) printf("%g ", ampere); }
 void hal_enable(int on) { (void)on; }
 int hal_healthy(void) { return 1; }

@@ -87,7 +87,7 @@ class WholeLoop:
             [0.5 * (energy(machine, par, p, a + b) - energy(machine, par, p, a - b)) for a in one] for b in one
         ]
         mass[3:6, 3:6], mass[6:9, 6:9] = par.rotor_inertia * one, par.knob * one
-        damping[3:6, 3:6] = par.viscous * one
+        damping[3:6, 3:6] = par.in_contact.viscous * one
 
         def link(spring: float, damper: float, *ends: tuple[int, np.ndarray]) -> None:
             way = np.zeros((3, n))

@@ -101,7 +101,7 @@ def test_noise_is_unnoticed_everywhere(machine: MachineModel, table: StructureTa
     ("loop", "place"),
     [
         (replace(BOARD, sensing=1.0), (0.0, 0.0, 0.0)),  # which its shorter delay allows
-        (replace(BOARD, drive_damping=0.1, damping=1.95), (0.0, 0.0, 0.0)),
+        (replace(BOARD, contact_damping=BOARD.drive_damping, damping=1.95), (0.0, 0.0, 0.0)),
     ],
     ids=["encoders as the maker sets them", "law in place of drives"],
 )
