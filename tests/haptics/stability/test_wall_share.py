@@ -12,6 +12,7 @@ from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import CEILING, FORCE, fresh, tick
 from haptics.control.wall_cap import SHARE, UNCAPPED, borne
 from haptics.model.machine import MachineModel
+from haptics.model.plant import FREE
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import AXES, axis_wall
 from haptics.simulation.hardware import board_controller, wall_cap
@@ -37,8 +38,11 @@ def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineMo
             normal /= np.linalg.norm(normal)
             ours, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
             assert 0.5 * loop.damping < damping <= loop.damping
-            # 4 % is what cable, structure and filter move it by; the eigenvalues are the other method
-            there = replace(loop, damping=damping)
+            # the eigenvalues are the other method: damping that is rendered late bears a little more than the form says
+            # on a rigid device, up to 6 % where it is most of it; cable and structure in series give 1 to 4 % back
+            there, late = replace(loop, damping=damping), loop.delays[2] * loop.period
+            rigid = wall_share.WallAt(machine, there, pose, normal, place=0, delay=late, rigid=True)
+            assert 0.94 < ours / (SHARE * rigid.stable(FREE)) < 1.001
             assert ours == pytest.approx(SHARE * computed_wall(machine, pose, normal, there), rel=0.05)
 
 
@@ -72,6 +76,7 @@ def test_the_cap_is_proven_for_other_machines(name: str, rate_Hz: float, least: 
         assert wall_share._stands(at, cap._replace(share=cap.share / SHARE))
         stiffness, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
         borne_there = computed_wall(machine, pose, normal, replace(loop, damping=damping))
+        # one scale serves the whole cube: where that is small, easy poses get less of what they bear
         assert min(0.45, 0.8 * least) * borne_there < stiffness < 1.005 * SHARE * borne_there
 
 

@@ -136,7 +136,7 @@ def test_the_range_of_noise_holds_structures_and_damping(machine: MachineModel) 
     here = math.hypot(noise, encoder_count(machine) / math.sqrt(12.0))
     assert found.reading / here == pytest.approx(MOTION / found.most.motion)
     plain, x = real_plant(machine, place=0), np.eye(3)[0]
-    for share in np.geomspace(1.0, 10.0, 41):  # between the structures of the range, too
+    for share in np.geomspace(1.0, 10.0, 41):  # between the structures of the range, too, where it is 5.1 % more
 
         def moved(loss: float, noise: float | None = None, share: float = share) -> float:
             par = structured(plain, share * plain.structure_stiffness, loss)
