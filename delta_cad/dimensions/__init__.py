@@ -42,7 +42,6 @@ from delta_cad.dimensions.neighbours import (
     BOARD_EDGE_MM,
     require_room_for_board,
     require_room_for_boss,
-    require_room_for_rods,
 )
 from delta_cad.dimensions.platform import (
     MOUNT_SPREAD_RAD,
@@ -291,12 +290,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
         largest_force_N(required),
         hardware.platform_thickness_mm,
     )
-    fold = pi - travel.forearm_angle_max.value
     if capstan is None:
-        clear, beside = required.clearance_min_mm, mechanism.parallelogram_width_mm / 2
-        heights = design.cube.bottom_height_mm, travel.forearm_angle_max.position[2] * MM_PER_M
-        lengths = arm.length_mm, forearm.length_mm
-        require_room_for_rods(*lengths, fold, heights, beside, forearm.tube_outer_mm, clear, stack, motor)
         at_shoulder = hardware.encoder_at != "motor"
         halves = encoder.hole_spacing_width_mm / 2, encoder.hole_spacing_length_mm / 2
         board = (*halves, BOARD_EDGE_MM) if at_shoulder else (0.0, 0.0, 0.0)

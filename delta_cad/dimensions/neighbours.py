@@ -1,9 +1,9 @@
-"""What runs or stands beside a motor, in closed form: the next chain's encoder board, own rods, the own arm's end."""
+"""What runs or stands beside a motor, in closed form: the next chain's encoder board, the own arm's end."""
 
 from __future__ import annotations
 
 from itertools import combinations
-from math import acos, asin, atan2, cos, degrees, hypot, sin, sqrt
+from math import acos, atan2, hypot, sqrt
 
 import numpy as np
 
@@ -67,54 +67,6 @@ def require_room_for_board(
         "mechanism.base_radius_mm",
         base_radius_mm,
         high,
-    )
-
-
-def require_room_for_rods(
-    upper_arm_mm: float,
-    forearm_mm: float,
-    fold_rad: float,
-    heights_mm: tuple[float, float],
-    beside_mm: float,
-    rod_mm: float,
-    clear_mm: float,
-    stack: Layers,
-    motor: catalogue.Motor,
-) -> None:
-    """Refuses a direct drive whose rods fold onto its own motor, which is round about the shoulder's axis.
-
-    Args:
-        upper_arm_mm: L_A.
-        forearm_mm: L_B.
-        fold_rad: Least angle between upper arm and rods.
-        heights_mm: Of the cube's bottom face, and of where they fold so far, which is the lowest position.
-        beside_mm: Of a rod's middle from the chain's plane.
-        rod_mm: Diameter of a rod.
-        clear_mm: Clearance.
-        stack: Stack of a chain along the shoulder axis.
-        motor: Row of the catalogue.
-
-    Raises:
-        DimensionError: They do; the message names the height of the cube at which they do not.
-    """
-    face = stack.motor_cheek_mm[1]
-    if not face - rod_mm / 2 < beside_mm < face + motor.length_mm + rod_mm / 2:
-        return
-    off, needed = upper_arm_mm * sin(fold_rad), (motor.diameter_mm + rod_mm) / 2 + clear_mm
-    # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
-    needed_rad, (bottom, lowest) = asin(min(needed / upper_arm_mm, 1.0)), heights_mm
-    wider = max(cos(fold_rad) - cos(needed_rad), 0.0)
-    bound = bottom + sqrt(lowest**2 + 2.0 * upper_arm_mm * forearm_mm * wider) - lowest
-    require(
-        off >= needed,
-        "rod_tube",
-        "beside the motor",
-        f"rods that fold to {degrees(fold_rad):.1f} deg come within {off:.2f} mm of their shoulder's axis, at least "
-        f"{needed:.2f} beside {motor.id}: cube.bottom_height_mm = {bottom:g} must be at least {up(bound)} mm, or "
-        f"hardware.motor smaller, or with requirements.elbow_angle_min_deg = {degrees(needed_rad):.1f} other lengths",
-        "cube.bottom_height_mm",
-        bottom,
-        bound,
     )
 
 

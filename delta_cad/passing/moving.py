@@ -27,6 +27,7 @@ from delta_cad.mechanism.workspace import Cube, cube_grid
 from delta_cad.passing.shapes import Beam, Block, Ring, Round, Shape, off_all_mm
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
+FEW = 3  # where corners are what counts, or a bound is looked for
 STARTS, HALVINGS = 2, 4  # nearest of them from which one goes on, and how often the step is halved
 FAR_MM = 4.0  # beyond which nothing is looked at
 STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis

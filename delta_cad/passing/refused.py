@@ -1,4 +1,4 @@
-"""Why chains that stand too close cannot do, and how much farther out they would."""
+"""Why parts that come too close to others cannot do, and what would: chains farther out, as a rule."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from delta_cad.dimensions.bracket import MESHES_MM
 from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.capstan import CRIMP_MM, CapstanDimensions
 from delta_cad.dimensions.rules import up
-from delta_cad.passing.moving import COUNT, beside_sectors, nearest, spare_of_cups
+from delta_cad.passing.folding import folded
+from delta_cad.passing.moving import COUNT, FEW, beside_sectors, nearest, spare_of_cups
 from delta_cad.passing.shapes import Beam, Round, off_all_mm
 from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, sector_off_mm, sliding_off_mm
 
 CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
-FEW = 3  # positions along an edge of the cube where corners are what counts, or a bound is looked for
 SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
 SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
 FARTHEST_MM = 32.0  # that chains may be asked to stand farther out
@@ -34,7 +34,7 @@ Spare = Callable[[Dimensions, CapstanDimensions, int], float]
 
 
 def passing(d: Dimensions) -> list[Reason]:
-    """Gives every reason why parts of neighbouring chains, or a cable's sleeves and the arm, cannot pass one another.
+    """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and a motor cannot pass.
 
     All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what
     meshes are off; what passes may still fail.
@@ -42,8 +42,8 @@ def passing(d: Dimensions) -> list[Reason]:
     Args:
         d: The machine.
     """
-    found = [] if d.capstan is None else [*_sleeves(d, d.capstan), *_chains(d, d.capstan)]
-    return [*found, *_cups(d)]
+    own = folded(d, _least_mm(d)) if d.capstan is None else [*_sleeves(d, d.capstan), *_chains(d, d.capstan)]
+    return [*own, *_cups(d)]
 
 
 def _least_mm(d: Dimensions) -> float:

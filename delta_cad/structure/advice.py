@@ -13,6 +13,7 @@ from delta_cad.design.sums import Contradiction, impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import down, up
 from delta_cad.mechanism import MechanismError
+from delta_cad.passing.folding import ELBOW_FIELD
 from delta_cad.structure.refusals import refusals
 
 ROUNDS = 7  # of following: what goes round in circles has done so by then
@@ -134,15 +135,16 @@ def _asked(reason: Reason, ways: dict[str, bool]) -> Iterator[tuple[str, float |
     What is to be had instead is asked for where the field was moved the other way, and where no row has the bound.
     """
     turned = False
+    other = None if reason.instead is not None and reason.instead[0] == ELBOW_FIELD else reason.instead
     if isinstance(reason.bound, float) and isinstance(reason.value, float | int):
         field, bound, larger = reason.field, reason.bound, reason.bound > reason.value
-        turned = ways.get(field, larger) != larger and reason.instead is not None
+        turned = ways.get(field, larger) != larger and other is not None
         if not turned:
             yield field, float(up(bound) if larger else down(bound)), larger
     elif not reason.beside:
-        turned = reason.instead is not None
-    if turned and reason.instead is not None:
-        field, bound = reason.instead
+        turned = other is not None
+    if turned and other is not None:
+        field, bound = other
         larger = not field.startswith(LESS)
         yield field, float(up(bound) if larger else down(bound)), larger
     for field, value in reason.beside:

@@ -36,7 +36,8 @@ from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search import sqp
 
-GAP = 5e-3  # share of the cube beyond the machine at which the bound is close enough
+GAP = 5e-3  # share of the cube beyond the machine at which the bound is as close as it is looked for
+CLOSE = 1e-2  # the same where enough time was spent on it
 LEAF_BOXES = 20_000  # of designs, in which a cube is shown to be too large for an interval, or its halves have to
 LEAF_GAP = 1e-3  # to which that cube is found for a narrow one
 WIDE_GAP = 0.03  # of one that is wide, whose halves follow anyway, for a factor e between its ends
@@ -284,7 +285,11 @@ def _with(machine: Candidate, known: Lessons) -> Lessons:
 
 
 def bounded(
-    family: Family, side_mm: float, stop: Callable[[], bool], report: Callable[[str], None] = lambda _: None
+    family: Family,
+    side_mm: float,
+    stop: Callable[[], bool],
+    report: Callable[[str], None] = lambda _: None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> Bound:
     """Proves how much larger than a machine's cube that of any of its family can be.
 
@@ -295,14 +300,18 @@ def bounded(
         side_mm: Cube of the machine, mm.
         stop: True ends it with what is proved.
         report: Told what is being done.
+        enough: True ends it likewise, where nothing is left above `CLOSE`.
     """
     target = side_mm * (1.0 + GAP)
     open_: list[tuple[float, Interval]] = []
-    count = 0
+    count, largest = 0, math.inf
+
+    def ended() -> bool:
+        return stop() or (largest <= side_mm * (1.0 + CLOSE) and enough())
 
     def look_at(above: float, intervals: Sequence[Interval]) -> None:
         nonlocal count
-        values = threads.map(lambda one: above if stop() else family.best_of(one, target, above, stop), intervals)
+        values = threads.map(lambda one: above if ended() else family.best_of(one, target, above, ended), intervals)
         for one, value in zip(intervals, values, strict=True):
             count += 1
             report(f"bound: {one.motor}, {count} intervals, {max([value, *(-v for v, _ in open_)]):.2f} mm")
@@ -311,7 +320,10 @@ def bounded(
 
     with ThreadPoolExecutor(CORES) as threads:
         look_at(2.0 * WIDE_MM["half_side"][1], list(family.intervals()))
-        while open_ and not stop() and not open_[0][1].narrow:
+        while open_ and not open_[0][1].narrow:
+            largest = -open_[0][0]
+            if ended():
+                break
             value, one = heapq.heappop(open_)
             look_at(-value, one.halves())
     side = max([target, *(-value for value, _ in open_)])

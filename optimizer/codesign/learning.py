@@ -31,6 +31,7 @@ LENGTHS = {
     "cube.bottom_height_mm": "bottom_height",
 }
 """Field of a design that a refusal names -> the length that is bounded from below."""
+FOLDED = "requirements.elbow_angle_min_deg"
 SIZES = (
     "sector_radius_mm",
     "base_plate_thickness_mm",
@@ -85,6 +86,7 @@ def from_reasons(
         StuckError: None of them can be.
     """
     before = choice, lessons
+    reasons = [_by_angle(reason) for reason in reasons]
     borne: list[tuple[float, str]] = []
     for reason in reasons:
         field, bound = reason.field, reason.bound
@@ -111,7 +113,7 @@ def from_reasons(
             # an outline that is free is posed in whole millimetres: by less it may stay as it is
             over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
             lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
-        elif field == "requirements.elbow_angle_min_deg" and isinstance(bound, float):
+        elif field == FOLDED and isinstance(bound, float):
             lessons = lessons.taught(str(reason), elbow_angle_deg=math.ceil(bound * SIZE_STEP) / SIZE_STEP)
         elif (field.startswith("requirements.") or not field) and brief.panel is not None:
             share = bound / reason.value if isinstance(bound, float) and isinstance(reason.value, float) else 1.0
@@ -123,6 +125,13 @@ def from_reasons(
     if (choice, lessons) == before:
         raise StuckError("; ".join(str(reason) for reason in reasons))
     return choice, lessons
+
+
+def _by_angle(reason: Reason) -> Reason:
+    """A reason for a length with the angle at the elbow that would do, which other lengths may give: with that."""
+    if reason.instead is None or reason.instead[0] != FOLDED:
+        return reason
+    return replace(reason, field=FOLDED, value=None, bound=reason.instead[1])
 
 
 def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:

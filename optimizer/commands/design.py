@@ -39,7 +39,7 @@ NAME = "design"
 TEXT = "find and build a machine that meets the requirements and passes every check; writes OUT/NAME"
 MINUTES = 10.0
 UNHURRIED = 0.5  # share of the time in which ratio and width are improved before any machine stands
-BOUND_S = 140.0  # for the bound of a machine that passed
+BOUND_S, BOUND_MOST_S = 140.0, 300.0  # for a machine's bound, and where it is not close by then
 TELLING = 0.5  # share by which a bound may exceed its machine, and still be told
 HURRIED = "ratio, pinion and width were not improved any further: half of the time had gone without a machine"
 NO_BOUND = "the time ended before it was proved how much larger a cube of this family can be"
@@ -201,13 +201,19 @@ def _search(
             stuck = {name: why for name, why in search.tried.stuck.items() if name != of}
             posed = [*search.tried.posed, Posed(standing.choice, standing.score, ())]
             tried = replace(search.tried, built=[*search.tried.built, (stated, ())], posed=posed, stuck=stuck)
-            over = min(ends, monotonic() + BOUND_S)
+            begun = monotonic()
             bound, notes = None, (*brief.notes, *haste)
             if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
                 family = Family(brief, standing, search.lessons)
                 try:
                     with Request() as asked:
-                        bound = bounded(family, standing.side_mm, lambda: asked() or monotonic() > over, line.show)
+                        bound = bounded(
+                            family,
+                            standing.side_mm,
+                            lambda: asked() or monotonic() > min(ends, begun + BOUND_MOST_S),
+                            line.show,
+                            lambda: monotonic() > begun + BOUND_S,
+                        )
                         stopped.append(asked())
                 except KeyboardInterrupt:
                     stopped.append(True)

@@ -11,10 +11,9 @@ from scipy.spatial import ConvexHull
 
 from delta_cad.dimensions import DimensionError, Dimensions
 from delta_cad.dimensions.bracket import Circle
-from delta_cad.dimensions.neighbours import BOARD_EDGE_MM, require_room_for_boss, require_room_for_rods
+from delta_cad.dimensions.neighbours import BOARD_EDGE_MM, require_room_for_boss
 from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD
-from delta_cad.mechanism import Cube, elbow_positions, inverse_kinematics
-from delta_cad.mechanism.workspace import cube_extremes
+from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from tests.delta_cad.dimensions.edited import edited
 
 DIRECT: dict[str, float | str] = {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 14.0}
@@ -53,32 +52,6 @@ def test_the_arm_of_a_direct_drive_is_as_long_as_its_cheeks_ask() -> None:
     assert isinstance(reason.bound, float)
     assert room_mm(d, reason.bound) == pytest.approx(RUNNING_GAP_MM, abs=2e-3)
     assert room_mm(d, 40.0) < 0.0
-
-
-def test_rods_that_fold_onto_their_own_motor_are_refused_with_the_height_that_is_high_enough() -> None:
-    """Once by the angles of a cube that stands so high, which the closed form does not ask."""
-    d = edited(**DIRECT, base_radius_mm=45.0)
-    face, motor, rod, bottom = d.layers.motor_cheek_mm[1], d.motor, d.forearm.tube_outer_mm, 57.112
-    beside = face + 5.0  # a rod in front of the motor's body
-
-    def fold(height_mm: float) -> float:
-        cube = Cube(height_mm * 1e-3, d.design.cube.half_side_mm * 1e-3)
-        return pi - cube_extremes(d.design.geometry, cube, 1.0).forearm_angle_max.value
-
-    def ask(clearance: float, beside: float) -> None:
-        lengths = d.arm.length_mm, d.forearm.length_mm
-        require_room_for_rods(*lengths, fold(bottom), (bottom, bottom), beside, rod, clearance, d.layers, motor)
-
-    ask(1.0, beside)
-    with pytest.raises(DimensionError) as refused:
-        ask(8.0, beside)
-    (reason,) = refused.value.reasons
-    assert (reason.field, reason.value) == ("cube.bottom_height_mm", bottom)
-    assert isinstance(reason.bound, float)
-    needed = motor.diameter_mm / 2 + rod / 2 + 8.0
-    assert d.arm.length_mm * np.sin(fold(reason.bound)) == pytest.approx(needed, rel=1e-4)
-    ask(8.0, face - rod)  # beside the cheek's face
-    ask(8.0, face + motor.length_mm + rod)
 
 
 def test_rods_come_no_closer_to_the_shoulders_axis_than_their_angle_says() -> None:

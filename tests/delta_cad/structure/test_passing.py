@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict, design_to_dict
 from delta_cad.dimensions import Reason, dimensions, link_placement, spread
-from delta_cad.mechanism.placement import spring_sway
-from delta_cad.passing.moving import spare_of_cups
+from delta_cad.mechanism import elbow_positions, inverse_kinematics
+from delta_cad.mechanism.placement import chain_frame, spring_sway
+from delta_cad.passing.folding import ELBOW_FIELD, beside_own_motor, folded
+from delta_cad.passing.moving import nearest, spare_of_cups
 from delta_cad.passing.refused import passing, sleeves_off_mm
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
 from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
@@ -58,6 +61,7 @@ SECTORS = of("docs/gallery/desk-150.json", hardware__capstan_ratio=12.0, hardwar
 SPRINGS = synthesized(mechanism__base_radius_mm=39.98, hardware__capstan_ratio=11.19, hardware__sector_radius_mm=55.08)
 SLEEVES = synthesized(hardware__capstan_ratio=3.0, hardware__sector_radius_mm=24.55)
 CUPS = of("docs/gallery/direct-83.json", mechanism__platform_radius_mm=17.2, **FREE)
+FOLDED = of("docs/gallery/direct-83.json", cube__bottom_height_mm=73.5, requirements__peak_force_N=None, **FREE)
 REFUSED = {
     "a wide motor's pinion and keys between its neighbours": (
         MOTORS,
@@ -66,6 +70,7 @@ REFUSED = {
     "large sectors": (SECTORS, {("sector", "beside a neighbour's")}),
     "a large sector under a neighbour's springs": (SPRINGS, {("sector", "beside a neighbour's springs")}),
     "sleeves beside the arm of a small sector": (SLEEVES, {("crimp_sleeve", "beside the arm")}),
+    "rods that fold onto their own motor": (FOLDED, {("rod_tube", "beside the motor")}),
     "cups whose rods turn": (CUPS, {("rod_cup", "beside a neighbour's")}),
 }
 
@@ -95,12 +100,47 @@ def test_each_bound_is_the_least_that_does(what: str) -> None:
     for reason in passing(d):
         assert isinstance(reason.value, float)
         assert isinstance(reason.bound, float)
-        if reason.field == "hardware.sector_radius_mm":
+        if reason.field in {"hardware.sector_radius_mm", "cube.bottom_height_mm"}:
             continue
         more = reason.bound - reason.value
         assert (reason.part, reason.feature) not in named(passing(spread(d, more + 1e-6)))
         assert (reason.part, reason.feature) in named(passing(spread(d, 0.8 * more - 0.05)))
     assert expected <= named(passing(d))
+
+
+def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
+    """Rods as points on the way from elbow to wrist, the motor as a cylinder, its cheek by a pad as thick as it is."""
+    d = dimensions(FOLDED)
+    g, f, cube = FOLDED.geometry, d.forearm, FOLDED.cube
+    (inside, face), pad = d.layers.motor_cheek_mm, d.bracket.motor_pad_radius_mm
+    solids = (d.motor.diameter_mm / 2, face, face + d.motor.length_mm), (pad, inside, face)
+
+    def apart(at: np.ndarray) -> float:
+        p, found = at / MM_PER_M, np.inf
+        elbows = elbow_positions(g, inverse_kinematics(g, p)) * MM_PER_M
+        for i, elbow in enumerate(elbows):
+            radial, tangential = chain_frame(i)[:3, 0], chain_frame(i)[:3, 1]
+            wrist = at + g.platform_radius * MM_PER_M * radial
+            way = elbow + np.linspace(0.1, 0.9, 161)[:, None] * (wrist - elbow)
+            off = np.hypot(way @ radial - g.base_radius * MM_PER_M, way[:, 2])
+            for side in (-1.0, 1.0):
+                y = way @ tangential + side * f.width_mm / 2
+                for radius, low, high in solids:
+                    beside = np.maximum(np.maximum(low - y, y - high), 0.0)
+                    found = min(found, np.hypot(np.maximum(off - radius, 0.0), beside).min() - f.tube_outer_mm / 2)
+        return found
+
+    first = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, 9)
+    start = first[np.argmin([apart(p) for p in first])]
+    step = np.linspace(-0.25, 0.25, 17) * cube.half_side_mm
+    around = start + np.stack(np.meshgrid(step, step, 0.0), axis=-1).reshape(-1, 3)
+    found = min(apart(p) for p in around)
+    near = nearest(beside_own_motor(d), cube.bottom_height_mm, cube.half_side_mm, 3)
+    assert near < 2.0
+    assert near == pytest.approx(found, abs=0.1)
+    (reason,) = folded(d, 2.1)
+    assert reason.instead is not None
+    assert (reason.field, reason.instead[0]) == ("cube.bottom_height_mm", ELBOW_FIELD)
 
 
 def test_committed_machines_pass() -> None:

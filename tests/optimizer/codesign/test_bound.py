@@ -143,6 +143,16 @@ def test_what_is_stopped_tells_what_is_proved() -> None:
     assert any("parallelograms 50 mm" in line for line in found.family)
 
 
+@pytest.mark.parametrize("close", [0.12, 1e-3])
+def test_time_that_is_enough_ends_a_bound_that_is_close_alone(close: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    one, told = machine(4.8), list[str]()
+    monkeypatch.setattr("optimizer.codesign.bound.CLOSE", close)
+    family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
+    found = bounded(family, one.side_mm, lambda: len(told) >= INTERVALS, told.append, lambda: True)
+    assert (len(told) < INTERVALS) is (close > 0.1)
+    assert (found.gap <= close) is (close > 0.1)
+
+
 def test_a_machine_is_one_of_its_family_whatever_others_were_taught() -> None:
     one = machine(4.8)
     radius = one.lengths_mm[2]

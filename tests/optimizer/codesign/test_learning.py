@@ -16,6 +16,7 @@ from delta_cad.dimensions import Reason
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle
 from delta_cad.mechanism.workspace import CubeSearch
+from delta_cad.passing.folding import ELBOW_FIELD
 from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (
@@ -240,7 +241,8 @@ def test_a_lesson_is_told_in_figures_of_people(result: CheckResult, told: str) -
 
 
 def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
-    reason = Reason("rod_tube", "beside the motor", "why", "requirements.elbow_angle_min_deg", 27.0, 33.31)
+    angle = (ELBOW_FIELD, 33.31)  # which more lengths than the height in the field may give
+    reason = Reason("rod_tube", "beside the motor", "why", "cube.bottom_height_mm", 57.0, 65.0, instead=angle)
     _, lessons = from_reasons(brief(), CHOICE, KNOWN, [reason])
     assert lessons.elbow_angle_deg == pytest.approx(33.4)
     assert lessons.couple_index_min == KNOWN.couple_index_min
