@@ -34,9 +34,9 @@ N_PER_MM = 1e-3  # N/m in N/mm
 AXIS = "x"  # Along which K-B plane and impedance are drawn: the softest of the three at the centre
 
 DEFINITIONS = {
-    "own": "largest wall that is passive by the device's own damping, B = 0, exact for the sampled loop (Colgate and "
-    "Schenkel 1997, not opened: b > K T / 2 + B; terms for delay, filter, lag and what gives way are derived in "
-    "`stability/port.py`)",
+    "own": "largest wall that is passive by the device's own damping, B = 0, its drives' at a wall among it, exact "
+    "for the sampled loop (Colgate and Schenkel 1997, not opened: b > K T / 2 + B; terms for delay, filter, lag and "
+    "what gives way are derived in `stability/port.py`)",
     "port": "largest wall whose averaged impedance at the handle takes energy at all frequencies, with B",
     "worst": "largest wall stable with every hand of the set, with the corners of their ranges, and with nobody",
     "nominal": "largest wall stable with the nominal hand",

@@ -62,11 +62,11 @@ def moved(machine: MachineModel, table: StructureTable, place: np.ndarray, loop:
     return NoiseFigures(*most, all(one.steady for one in found))
 
 
-def drag(machine: MachineModel, p: np.ndarray, touched: bool) -> float:
-    """Force of the drives' damping on a handle at `FAST` in its worst direction of x, y and z, N."""
+def drag(machine: MachineModel, p: np.ndarray, touched: bool) -> np.ndarray:
+    """Force of the drives' damping on a handle at `FAST` along x and z, (2,) N."""
     par = real_plant(machine)
     here = linearise(par.in_contact if touched else par, p)
-    return max(FAST * here.effective_friction(normal) for normal in np.eye(3))
+    return FAST * np.array([here.effective_friction(normal) for normal in np.eye(3)[[0, 2]]])
 
 
 def main(design: str, masses: str) -> None:
@@ -75,16 +75,16 @@ def main(design: str, masses: str) -> None:
     found = {tuple(place): moved(machine, table, place) for place in POSES}
     print(f"walls of {WALL / MM_PER_M:g} N/mm or what is rendered: force and motion of the handle in the band, rms")
     for place, most in found.items():
-        least = min(
-            stiffness for _, stiffness, _ in walls(machine, machine.centre + machine.half_side * np.array(place))
-        )
-        print(f"{place}: {most.force:.4f} N, {1e6 * most.motion:.4f} um, wall from {least / MM_PER_M:.2f} N/mm")
+        p, told = machine.centre + machine.half_side * np.array(place), [int(part) for part in place]
+        least = min(stiffness for _, stiffness, _ in walls(machine, p)) / MM_PER_M
+        print(f"{told}: {most.force:.4f} N, {1e6 * most.motion:.4f} um, wall from {least:.2f} N/mm")
     worst = max(found.values(), key=lambda one: one.motion)
     print(f"most: {1e6 * worst.motion:.4f} um; centre: {1e6 * found[CENTRE].motion:.4f} um")
     low = machine.centre - [0.0, 0.0, machine.half_side]
     for name, p in (("centre", machine.centre), ("floor's middle", low)):
-        free, touched = (drag(machine, p, at) for at in (False, True))
-        print(f"drag at {FAST:g} m/s, {name}: {free:.3f} N, {touched:.3f} N while a wall is touched")
+        for state, touched in (("free", False), ("at a wall", True)):
+            along = ", ".join(f"{force:.2f} N" for force in drag(machine, p, touched))
+            print(f"drag at {FAST:g} m/s along x and z, {name}, {state}: {along}")
 
 
 if __name__ == "__main__":
