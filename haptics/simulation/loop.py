@@ -26,6 +26,7 @@ from haptics.model.plant import FREE, Hand, Plant, advance, angles, energy
 from haptics.model.sensor import EXACT, SensorErrors, reading
 
 SUBSTEPS = 10
+SAME = 1e-9  # Share of a period by which a delay of whole periods may be off by rounding
 
 
 class LoopTiming(NamedTuple):
@@ -33,13 +34,17 @@ class LoopTiming(NamedTuple):
 
     Attributes:
         period: T, s.
-        substeps: Runge-Kutta steps of the plant in a period.
-        delay: From reading to torque in substeps.
+        ticks: Whole periods from reading to torque.
+        late: What the delay has beyond these, s.
+        before: Runge-Kutta steps of the plant in a period before the new torque arrives, none where it is not late.
+        after: From then on.
     """
 
     period: float
-    substeps: int
-    delay: int
+    ticks: int
+    late: float
+    before: int
+    after: int
 
 
 @dataclass(frozen=True)
@@ -80,8 +85,8 @@ def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -
 
     Args:
         period: T, s.
-        delay: s; rounded to a substep.
-        substeps: In a period.
+        delay: s.
+        substeps: Runge-Kutta steps of the plant in a period; at least one before and one after a late torque.
 
     Returns:
         The clock.
@@ -95,7 +100,12 @@ def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -
         raise ValueError(f"substeps is {substeps!r}; it must be 1 to 10000")
     if not 0.0 <= delay <= 100.0 * period:
         raise ValueError(f"delay is {delay!r} s; it must be 0 to 100 periods")
-    return LoopTiming(float(period), int(substeps), round(delay / period * substeps))
+    ticks = math.floor(delay / period + SAME)
+    late = delay - ticks * period
+    if late < SAME * period:
+        return LoopTiming(float(period), ticks, 0.0, 0, int(substeps))
+    before = max(1, round(late / period * substeps))
+    return LoopTiming(float(period), ticks, late, before, max(1, int(substeps) - before))
 
 
 def simulate(
@@ -157,7 +167,7 @@ def simulate(
     noise = _drawn(random, ticks, errors.kept) if errors.noise > 0.0 else np.zeros((1, 3))
     out = np.empty((ticks, 29))
     bits = np.zeros(ticks, dtype=np.int64)
-    pending = np.zeros((clock.delay // clock.substeps + 2, 4))
+    pending = np.zeros((clock.ticks + 2, 4))
     anchor, push = np.ascontiguousarray(anchor, dtype=float), np.ascontiguousarray(push, dtype=float)
     hands = (Hand(*map(float, hand)), FREE)
     sensor = (SensorErrors(*map(float, errors)), float(count), offset, noise)
@@ -194,8 +204,6 @@ def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, s
     machine = machines[0]
     room = np.zeros((13, STATES))
     theta, torque = np.zeros(3), np.zeros(3)
-    delay_ticks, part = clock.delay // clock.substeps, clock.delay % clock.substeps
-    step = clock.period / clock.substeps
     slots = pending.shape[0]
     errors, count, offset, noise = sensor
     for k in range(anchor.shape[0]):
@@ -224,10 +232,9 @@ def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, s
                 out[k, 21 + i] = hand.stiffness * (anchor[k, i] - place) - hand.damping * speed
             out[k, 26 + i] = place
         out[k, 24], out[k, 25] = energy(machine, 0.0, state)
-        before, after = pending[(k - delay_ticks - 1) % slots], pending[(k - delay_ticks) % slots]
-        if part > 0:
+        before, after = pending[(k - clock.ticks - 1) % slots], pending[(k - clock.ticks) % slots]
+        if clock.before > 0:
             damped = machines[1] if before[3] > 0.0 else machine
-            advance(damped, hand, anchor[k], push[k], before, part * step, part, state, room)
-        rest = clock.substeps - part
+            advance(damped, hand, anchor[k], push[k], before, clock.late, clock.before, state, room)
         damped = machines[1] if after[3] > 0.0 else machine
-        advance(damped, hand, anchor[k], push[k], after, rest * step, rest, state, room)
+        advance(damped, hand, anchor[k], push[k], after, clock.period - clock.late, clock.after, state, room)

@@ -33,6 +33,7 @@ from haptics.stability.bodies import axis, loaded
 from haptics.stability.discrete import Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.noise import BARELY, FORCE, MOTION, NoisyLoop, covariance, noise_range
+from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
 
@@ -65,18 +66,16 @@ def test_the_simulated_device_shakes_as_the_covariance_says(
     machine: MachineModel, stiffness: float, damping: float, noise: float, kept: float
 ) -> None:
     """Monte Carlo: the whole nonlinear device in time, but friction that sticks; force and motion to 2 %."""
-    ticks, skip = 200_000, 8_000
-    late = T - reading_age(machine)  # a whole period in all, which the plant's steps meet
-    even = replace(BOARD, delays=(late / T, late / T, late / T))
+    ticks, skip, late = 200_000, 8_000, BOARD.delay + reading_age(machine)
     par = real_plant(machine)._replace(coulomb=0.0, arm_coulomb=0.0)
     controller = board_controller(machine, energy=1e3, energy_start=1e3, ramp_power=1e3)
     laws = law_table(SpringDamper(stiffness=stiffness, damping=damping, point=machine.centre))
     still = np.tile(machine.centre, (ticks, 1))
     record = simulate(
-        par, controller, laws, timing(T, T, 2), machine.centre, hand=FREE, anchor=still,
+        par, controller, laws, timing(T, late, LOOP_SUBSTEPS), machine.centre, hand=FREE, anchor=still,
         push=np.zeros((ticks, 3)), count=0.0, errors=SensorErrors(noise=noise, kept=kept), seed=3,
     )  # fmt: skip
-    loop = NoisyLoop(machine, even, noise=noise, kept=kept)
+    loop = NoisyLoop(machine, noise=noise, kept=kept)
     state, command = covariance(loop.loop, stiffness, damping, loop.error, kept)
     force = np.cov(record.force[skip:].T, bias=True)
     assert np.sqrt(np.diag(force)) == pytest.approx(np.sqrt(np.diag(command)), rel=0.02)
