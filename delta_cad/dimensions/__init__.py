@@ -34,6 +34,7 @@ from delta_cad.dimensions.installation.leads import (
     SensorLeadDimensions,
     lead_dimensions,
     sensor_lead_dimensions,
+    tie_lacks_mm,
 )
 from delta_cad.dimensions.installation.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
@@ -245,19 +246,26 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
             apart,
         )
     half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
-    bracket = bracket_dimensions(
-        mechanism.base_radius_mm,
-        shoulder,
-        travel.elbow_z_min.value * MM_PER_M,
-        hardware.base_plate_thickness_mm,
-        half_width,
-        -stack.encoder_cheek_mm[0],
-        arm,
-        capstan,
-        bearing,
-        motor,
-        design.requirements.clearance_min_mm,
-    )
+
+    def bracket_on(leg_least_mm: float) -> BracketDimensions:
+        return bracket_dimensions(
+            mechanism.base_radius_mm,
+            shoulder,
+            travel.elbow_z_min.value * MM_PER_M,
+            hardware.base_plate_thickness_mm,
+            half_width,
+            -stack.encoder_cheek_mm[0],
+            arm,
+            capstan,
+            bearing,
+            motor,
+            design.requirements.clearance_min_mm,
+            leg_least_mm,
+        )
+
+    bracket = bracket_on(0.0)
+    while (lacks := tie_lacks_mm(design, stack, bracket, encoder)) > 0.0:
+        bracket = bracket_on(lacks - bracket.base_top_mm - bracket.foot_height_mm)
     if hardware.encoder_at != "motor":
         require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
     screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))

@@ -281,8 +281,9 @@ def bracket_dimensions(
     bearing: catalogue.Bearing,
     motor: catalogue.Motor,
     clearance_mm: float,
+    leg_least_mm: float = 0.0,
 ) -> BracketDimensions:
-    """Dimensions the bracket of a chain; the base lies as low as motor, sector and elbows ask for.
+    """Dimensions the bracket of a chain; the base lies as low as motor, sector, elbows and the leg ask for.
 
     Elbows that stay outside the base plate may pass beside it; those that swing in over it pass above it, up to the
     stop, and the feet then stand as far inside as the arm's beam asks for.
@@ -299,6 +300,7 @@ def bracket_dimensions(
         bearing: At the shoulder.
         motor: Whose body must stay over the base.
         clearance_mm: That is asked between what moves and what stands.
+        leg_least_mm: How far below the shoulder the encoder's leg must end on its foot, at least.
 
     Raises:
         DimensionError: The arms swing in so far that no room is left for the feet.
@@ -328,7 +330,11 @@ def bracket_dimensions(
         under = FOOT_HEIGHT_MM / 2 + catalogue.screw(BLOCK_SCREW).head_diameter_mm / 2
     key = 0.0 if capstan is None else handle_room_mm(motor) - dz
     base_top = -max(
-        body - dz + CLEAR_MM + under, swept + off + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm, key
+        body - dz + CLEAR_MM + under,
+        swept + off + FOOT_HEIGHT_MM,
+        boss - lowest_elbow_mm - base_thickness_mm,
+        key,
+        leg_least_mm + FOOT_HEIGHT_MM,
     )
     long = FOOT_MM[1] - FOOT_MM[0]
 

@@ -39,6 +39,7 @@ NAME = "design"
 TEXT = "find and build a machine that meets the requirements and passes every check; writes OUT/NAME"
 MINUTES = 10.0
 UNHURRIED = 0.5  # share of the time in which ratio and width are improved before any machine stands
+ENDING = 0.08  # share in which nothing is begun any more once a machine stands: what is begun ends in time
 BOUND_S, BOUND_MOST_S = 140.0, 300.0  # for a machine's bound, and where it is not close by then
 TELLING = 0.5  # share by which a bound may exceed its machine, and still be told
 HURRIED = "ratio, pinion and width were not improved any further: half of the time had gone without a machine"
@@ -121,7 +122,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                 contradiction = _eased(given, search, journal, line, ends, nearest)
         except KeyboardInterrupt:
             interrupted = True
-    late = monotonic() > ends
+    late = _over(given, ends, bool(told))
     again = "; run again with --resume to go on"
     if not interrupted and not late:
         journal.remove()
@@ -146,6 +147,11 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     if interrupted:
         return refuse(f"interrupted; the best machine so far stands in {told['folder']}{again}", INTERRUPTED)
     return DONE
+
+
+def _over(given: argparse.Namespace, ends: float, stands: bool) -> bool:
+    """Whether the time for anything else is over, which is sooner where a machine stands."""
+    return monotonic() > ends - (ENDING * 60.0 * given.minutes if stands else 0.0)
 
 
 def _search(
@@ -210,7 +216,7 @@ def _search(
                         bound = bounded(
                             family,
                             standing.side_mm,
-                            lambda: asked() or monotonic() > min(ends, begun + BOUND_MOST_S),
+                            lambda: asked() or _over(given, ends, True) or monotonic() > begun + BOUND_MOST_S,
                             line.show,
                             lambda: monotonic() > begun + BOUND_S,
                         )
@@ -254,7 +260,7 @@ def _search(
         moving=moving,
         first=reference(),
         seed=given.seed,
-        stop=lambda: monotonic() > ends,
+        stop=lambda: _over(given, ends, bool(told)),
         hurried=hurried,
         report=line.show,
         tell=line.keep,

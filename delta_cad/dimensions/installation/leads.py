@@ -169,8 +169,33 @@ def sensor_lead_dimensions(
         motor: Row of the catalogue.
 
     Raises:
-        DimensionError: The leg is too short for a tie over the screws of its foot, or a motor runs into the lead.
+        DimensionError: A motor runs into the lead.
     """
+    found = _tied(design, stack, bracket, encoder)
+    if found is not None:
+        _require_room(found, bracket, stack, motor)
+    return found
+
+
+def tie_lacks_mm(design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder) -> float:
+    """Computes by how much an encoder's leg is too short for the tie of its board's lead over its foot; 0: it is not.
+
+    Args:
+        design: As all that follows, of `sensor_lead_dimensions`.
+        stack: Stack of a chain.
+        bracket: Its chain's.
+        encoder: Row of the catalogue.
+    """
+    lead = _tied(design, stack, bracket, encoder)
+    if lead is None:
+        return 0.0
+    return max(0.0, bracket.base_top_mm + bracket.foot_height_mm - (lead.clip_z_mm - CLIP_MM[0] / 2.0))
+
+
+def _tied(
+    design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder
+) -> SensorLeadDimensions | None:
+    """The lead of a board with its tie where it belongs; None where there is none."""
     if design.hardware.leads != "bent" or design.hardware.encoder_at == "motor":
         return None
     bend, face = (BEND + 0.5) * SENSOR_MM, stack.encoder_cheek_mm[0]
@@ -182,18 +207,6 @@ def sensor_lead_dimensions(
     for _ in range(STEPS):  # further aside is further down
         along = found.clip_z_mm / foot[1]
         found = SensorLeadDimensions(plug, bend, (head[0] + along * (foot[0] - head[0]), inwards), face)
-    room = found.clip_z_mm - CLIP_MM[0] / 2.0 - bracket.base_top_mm - bracket.foot_height_mm
-    require(
-        room >= 0.0,
-        "encoder_cheek",
-        "tie of its board's lead",
-        f"the leg ends {-room:.1f} mm too high for it: hardware.leads = none, or hardware.motor larger",
-        "hardware.leads",
-        "bent",
-        "none",
-        beside=(("hardware.leads", "none"),),
-    )
-    _require_room(found, bracket, stack, motor)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from functools import cache
@@ -37,7 +38,7 @@ from delta_cad.dimensions.installation.leads import (
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.part import location_of
 from delta_cad.structure.refusals import least_outline_mm
-from tests.committed import changed
+from tests.committed import ROOT, changed
 
 BEHIND_MM = PLUG_MM + (BEND + 1.0) * LEAD_MM
 
@@ -113,12 +114,22 @@ def test_one_that_must_go_far_aside_goes_level_between_quarter_turns() -> None:
         )
 
 
-def test_its_tie_is_where_the_leg_is_wider_than_the_tie_s_base_and_no_leg_is_too_short_in_silence() -> None:
-    d = drawn()
+def test_a_leg_is_as_long_as_the_tie_on_it_asks_where_nothing_else_asks_for_more() -> None:
+    """A direct drive with a high cube: its elbows leave room for a base so high that no tie has any."""
+    data = json.loads((ROOT / "docs/gallery/direct-83.json").read_text())
+    data["requirements"] |= {"envelope_width_mm": 900.0, "envelope_depth_mm": 900.0}
+    data["mechanism"] |= {"upper_arm_length_mm": 68.0, "forearm_length_mm": 105.0}
+    data["cube"] |= {"bottom_height_mm": 60.0, "half_side_mm": 20.0}
+    data["hardware"]["motor"] = "maxon-ec45flat-411812"
+    tops = {}
+    for leads in ("none", "bent"):
+        data["hardware"]["leads"] = leads
+        d = dimensions(design_from_dict(data))
+        tops[leads] = d.bracket.base_top_mm + d.bracket.foot_height_mm
     assert d.sensor_lead is not None
-    short = replace(d.bracket, base_top_mm=-55.0)
-    with pytest.raises(DimensionError, match=r"the leg ends .* mm too high for it: hardware\.leads = none"):
-        sensor_lead_dimensions(d.design, d.layers, short, d.encoder, d.motor)
+    tie = d.sensor_lead.clip_z_mm - CLIP_MM[0] / 2.0
+    assert tops["none"] > tie >= tops["bent"]
+    assert tops["bent"] == pytest.approx(tie, abs=0.2)  # in whole tenths, and the tie moves with the foot
 
 
 def test_a_neighbour_s_motor_that_is_too_near_is_refused_in_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -95,7 +95,7 @@ def test_numbers_that_cannot_go_together_are_mended_with_the_hardware() -> None:
     assert not refusals(typed(held, found.together))
 
 
-def test_a_lead_whose_tie_finds_no_room_is_left_out() -> None:
+def test_a_word_that_would_do_is_taken() -> None:
     lead = Reason("encoder_cheek", "tie", "", "hardware.leads", "bent", "none", (("hardware.leads", "none"),))
     assert room._mending((lead,), {}, {}) == {"hardware.leads": "none"}
 
