@@ -83,7 +83,7 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _scene(machine: MachineModel, given: argparse.Namespace) -> Scene:
-    delay = _rounded(given.delay)
+    delay = given.delay / MS_PER_S
     if given.scene == "resistance":
         from haptics.scenes.resistance import resistance
 
@@ -108,7 +108,7 @@ def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, lin
     from haptics.scenes.figures_differ import figure_cases, figure_discussion
     from haptics.scenes.wall_differs import cases, discussion
 
-    hand, delay = given.hand or "medium", _rounded(given.delay)
+    hand, delay = given.hand or "medium", given.delay / MS_PER_S
 
     def show(name: str) -> None:
         line.show(f"{scene.name}: {name}")
@@ -121,15 +121,6 @@ def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, lin
         said = figure_discussion(scene.name, found)
     facts = scene.facts | {"differs": [asdict(one) for one in found]}
     return replace(scene, facts=facts, discussion=[*scene.discussion, *said])
-
-
-def _rounded(delay_ms: float) -> float:
-    """The delay as the loop has it, a whole number of substeps, s."""
-    from haptics.scenes.bench import PERIOD
-    from haptics.simulation.loop import timing
-
-    clock = timing(PERIOD, delay_ms / MS_PER_S)
-    return clock.delay * PERIOD / clock.substeps
 
 
 def _plain(value: Any) -> Any:
@@ -157,7 +148,7 @@ def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene) -> di
         "assumptions": {
             "period_s": PERIOD,
             "substeps": SUBSTEPS,
-            "delay_s": _rounded(given.delay),
+            "delay_s": given.delay / MS_PER_S,
             "seed": given.seed,
             "current_lag_s": CURRENT_LAG,
             "velocity_filter_Hz": CORNER,

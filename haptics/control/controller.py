@@ -27,6 +27,7 @@ from haptics.control.wall_cap import UNCAPPED, WallCap, borne_force
 VELOCITY, FORCE, RENDERED, CEILING = ROWS, ROWS + 1, ROWS + 2, ROWS + 3
 WORK = (ROWS + 5, 3)
 FACTOR = (ROWS + 4, 0)  # Where the share of the wanted force that the joints could give is left, 0 to 1
+TOUCHED = (ROWS + 4, 1)  # Where it is left whether a wall is touched, 1 or 0: the drives then damp more
 
 
 class Controller(NamedTuple):
@@ -100,7 +101,7 @@ def tick(controller, memory, laws, now, theta, out):
         vz += work[i, 2] * rate
     work[VELOCITY, 0], work[VELOCITY, 1], work[VELOCITY, 2] = vx, vy, vz
     px, py, pz = work[POSITION, 0], work[POSITION, 1], work[POSITION, 2]
-    fx, fy, fz = borne_force(controller.walls, work, laws, px, py, pz, vx, vy, vz)
+    fx, fy, fz, work[TOUCHED] = borne_force(controller.walls, work, laws, px, py, pz, vx, vy, vz)
     wanted = math.sqrt(fx * fx + fy * fy + fz * fz)
     if wanted > controller.force:
         scale = controller.force / wanted

@@ -32,7 +32,7 @@ class WallCap(NamedTuple):
 
     Attributes:
         share: Of the closed form, 0 to 1; 0 lets every wall through as it is asked for.
-        friction: Least viscous friction of a joint, N m s/rad.
+        friction: Least viscous friction of a joint while a wall is touched, N m s/rad.
         cost: T / 2 + largest delay + age of a reading + lag of the current loop, s.
         inertia: Of a joint, kg m^2.
         late: `cost` and the filter's time constant, s.
@@ -57,7 +57,7 @@ def borne(cap, jacobian, laws, i):
     """What of a wall is rendered at a pose.
 
     Args:
-        cap: `WallCap`.
+        cap: `WallCap`; of share 0 all that is asked for.
         jacobian: Rows 0 to 2 hold the columns of J, m/rad.
         laws: (n, COLUMNS) table.
         i: Row of the wall.
@@ -65,6 +65,8 @@ def borne(cap, jacobian, laws, i):
     Returns:
         Stiffness (N/m), damping (N s/m) and blend (m).
     """
+    if not cap.share > 0.0:
+        return laws[i, STIFFNESS], laws[i, DAMPING], laws[i, BLEND]
     q = 0.0
     for j in range(3):
         arm = (
@@ -80,7 +82,7 @@ def borne(cap, jacobian, laws, i):
 
 @compiled
 def borne_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
-    """Force of all laws on the handle, walls held to what the loop bears.
+    """Force of all laws on the handle, walls held to what the loop bears, and whether one of them is touched.
 
     Args:
         cap: `WallCap`.
@@ -94,17 +96,22 @@ def borne_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
         vz: Along z, m/s.
 
     Returns:
-        fx, fy, fz: N in the base frame, before saturation.
+        fx, fy, fz: N in the base frame, before saturation; then 1 while a wall that is switched on is touched, else 0.
     """
-    sx = sy = sz = 0.0
+    sx = sy = sz = touched = 0.0
     for i in range(laws.shape[0]):
-        if cap.share > 0.0 and laws[i, KIND] == WALL:
-            stiffness, damping, blend = borne(cap, jacobian, laws, i)
-            fx, fy, fz = virtual_wall.push(laws, i, px, py, pz, vx, vy, vz, stiffness, damping, blend)
+        gain = laws[i, GAIN]
+        if laws[i, KIND] == WALL:
+            fx = fy = fz = 0.0
+            depth = virtual_wall.depth_in(laws, i, px, py, pz)
+            if depth > 0.0:
+                stiffness, damping, blend = borne(cap, jacobian, laws, i)
+                fx, fy, fz = virtual_wall.push(laws, i, depth, vx, vy, vz, stiffness, damping, blend)
+                if gain > 0.0:
+                    touched = 1.0
         else:
             fx, fy, fz = force_of(laws, i, px, py, pz, vx, vy, vz)
-        gain = laws[i, GAIN]
         sx += gain * fx
         sy += gain * fy
         sz += gain * fz
-    return sx, sy, sz
+    return sx, sy, sz, touched

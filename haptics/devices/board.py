@@ -17,6 +17,7 @@ from haptics.devices.protocol import (
     RESET_WATCHDOG,
     STOP_PRESSED,
     VERSION,
+    WALL_TOUCHED,
     WATCHDOG_TRIPPED,
     Packet,
     PacketError,
@@ -66,7 +67,7 @@ class Board:
         self.peer: Any = None
         self._first = first
         self._session = self._sequence = self._heard = self._issued = 0
-        self._silent, self.tripped, self.answered = 0.0, False, False
+        self._silent, self.tripped, self.answered, self._touched = 0.0, False, False, False
         self._torques, self._time = np.zeros(3), 0.0
         self.counts: Counter[str] = Counter()
         self.sessions = self.served = 0
@@ -117,6 +118,8 @@ class Board:
                 self.tripped = True
                 self.counts["TRIPPED"] += 1
         off = self.tripped or self.stop or not self.connected
+        if touch := getattr(self._device, "touch", None):
+            touch(self._touched and not off)
         self._device.write(np.zeros(3) if off else self._torques)
         sample: Reading = self._device.read()
         self._time = sample.time
@@ -136,7 +139,7 @@ class Board:
 
     def end(self) -> None:
         """Ends the session and lets all torque go."""
-        self.peer, self._torques, self.tripped = None, np.zeros(3), False
+        self.peer, self._torques, self.tripped, self._touched = None, np.zeros(3), False, False
         self._device.write(self._torques)
 
     def _hello(self, packet: Packet, peer: Any) -> bytes:
@@ -164,6 +167,7 @@ class Board:
             self.counts["LATE"] += 1
         if packet.flags & RESET_WATCHDOG:
             self.tripped, self._silent = False, 0.0
+        self._touched = bool(packet.flags & WALL_TOUCHED)
         self._torques = np.clip(packet.values, -self._limit, self._limit)
 
     def _packet(self, kind: PacketKind, values: tuple[float, ...] = (), flags: int = 0) -> bytes:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.control.controller import Controller, Memory, fresh, tick
+from haptics.control.controller import TOUCHED, Controller, Memory, fresh, tick
 from haptics.control.filters import fresh_memory
 from haptics.control.supervisor.faults import EXTERNAL, FaultCode
 from haptics.control.supervisor.memory import GRAVITY, KNOWN, OUT, PLACED, RENDERED, SIGNALS, STARTED
@@ -213,6 +213,8 @@ class Host:
         self._fade()
         theta = np.array(sample.angles, dtype=float)
         self.bits = int(tick(self.controller, self.memory, self._laws, sample.time, theta, self._torques))
+        if touch := getattr(self._device, "touch", None):
+            touch(bool(self.memory.work[TOUCHED]))
         self._last = sample
         return self._torques.copy()
 

@@ -17,6 +17,7 @@ from haptics.devices.link import UdpLink
 from haptics.devices.protocol import (
     FAULT_OF_FLAG,
     RESET_WATCHDOG,
+    WALL_TOUCHED,
     Packet,
     PacketError,
     PacketKind,
@@ -70,7 +71,7 @@ class RemoteDevice:
         self._link, self._timeout, self._clock = link, timeout, clock
         self._session = secrets.randbits(32) if session is None else session
         self._sequence = self._heard = self._time_ns = 0
-        self._reset, self._closed = False, False
+        self._reset, self._touched, self._closed = False, False, False
         self._kept: Reading | None = None  # of `rouse`, for the next reading
         self.counts: Counter[str] = Counter()
         try:
@@ -92,6 +93,10 @@ class RemoteDevice:
     def reset_watchdog(self) -> None:
         """The next command ends what the board's watchdog began."""
         self._reset = True
+
+    def touch(self, touched: bool) -> None:
+        """Says whether a wall is touched: from the next command on the board's drives damp more, or no more."""
+        self._touched = touched
 
     def rouse(self) -> None:
         """Ends what the board's watchdog began while nobody was ready to command, by a command of zero.
@@ -143,7 +148,7 @@ class RemoteDevice:
         """Sends a COMMAND; see `Device`. Whether it came is seen in the next STATE, not here."""
         self._require_open()
         values = tuple(float(v) for v in three_torques(torques))
-        self._send(PacketKind.COMMAND, values, RESET_WATCHDOG if self._reset else 0)
+        self._send(PacketKind.COMMAND, values, RESET_WATCHDOG * self._reset | WALL_TOUCHED * self._touched)
         self._reset = False
 
     def close(self) -> None:

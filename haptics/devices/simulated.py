@@ -46,7 +46,7 @@ class SimulatedDevice:
         self._start = self.anchor.copy()
         self.force, self.torques = np.zeros(3), np.zeros(3)
         self._room, self._theta = np.zeros((13, STATES)), np.zeros(3)
-        self._tick, self._closed = -1, False
+        self._tick, self._closed, self._touched = -1, False, False
         angles(par, self.state, self._theta)
         if not np.isfinite(self._theta).all():
             raise ValueError(f"the handle cannot be at {self.anchor.tolist()} m: a chain cannot be closed")
@@ -61,8 +61,8 @@ class SimulatedDevice:
         self._require_open()
         if self._tick >= 0:
             advance(
-                self.par, self.hand, self.anchor, self.force, self.torques, self.period, self.steps, self.state,
-                self._room,
+                self.par.in_contact if self._touched else self.par, self.hand, self.anchor, self.force, self.torques,
+                self.period, self.steps, self.state, self._room,
             )  # fmt: skip
         self._tick += 1
         angles(self.par, self.state, self._theta)
@@ -75,6 +75,10 @@ class SimulatedDevice:
             self.state[:] = 0.0
             self.state[:3], self.torques = self._start, np.zeros(3)
             angles(self.par, self.state, self._theta)
+
+    def touch(self, touched: bool) -> None:
+        """Says whether a wall is touched: the drives then damp more; see `Plant.contact_damping`."""
+        self._touched = touched
 
     def write(self, torques: ArrayLike) -> None:
         """Sets the torques that the motors are asked for until the next call, (3,) N m."""

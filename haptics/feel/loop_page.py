@@ -29,6 +29,7 @@ def loop_facts(sheet: LoopSheet, built: BuiltStructure | None) -> dict[str, Any]
         "velocity_filter_Hz": loop.corner,
         "damping_N_s_per_m": loop.damping,
         "drive_damping_share_of_short_circuit": loop.drive_damping,
+        "drive_damping_in_contact_share_of_short_circuit": loop.contact_damping,
         "walls_N_per_mm": {axis: _walls(walls) for axis, walls in sheet.walls.items()},
         "rates": {
             f"{rate:g}_Hz": {axis: _walls(walls) for axis, walls in walls.items()}
@@ -121,9 +122,10 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltS
         f"## Walls in the loop on the board, {1e-3 / loop.period:g} kHz",
         "",
         f"A wall has {loop.damping:g} N s/m of its own, the drives damp by {100.0 * loop.drive_damping:g} % of their "
-        f"motors' short circuit, currents follow within {1e3 * loop.current_lag:g} ms, a torque comes "
-        f"{loop.delays[1]:g} period ({loop.delays[0]:g} to {loop.delays[2]:g}) after its reading. One formula is "
-        "behind them, `b + B >= K (T / 2 + delay + lag)`; a hand only helps. N/mm at the centre:",
+        f"motors' short circuit, by {100.0 * loop.contact_damping:g} % while a wall is touched, currents follow within "
+        f"{1e3 * loop.current_lag:g} ms, a torque comes {loop.delays[1]:g} period ({loop.delays[0]:g} to "
+        f"{loop.delays[2]:g}) after its reading. One formula is behind them, `b + B >= K (T / 2 + delay + lag)`; a "
+        "hand only helps. N/mm at the centre:",
         "",
         "| axis | b, N s/m | own damping | averaged port | worst hand | nominal hand | formula |",
         "|---|---:|---:|---:|---:|---:|---:|",

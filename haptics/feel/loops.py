@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -34,9 +34,9 @@ N_PER_MM = 1e-3  # N/m in N/mm
 AXIS = "x"  # Along which K-B plane and impedance are drawn: the softest of the three at the centre
 
 DEFINITIONS = {
-    "own": "largest wall that is passive by the device's own damping, B = 0, exact for the sampled loop (Colgate and "
-    "Schenkel 1997, not opened: b > K T / 2 + B; terms for delay, filter, lag and what gives way are derived in "
-    "`stability/port.py`)",
+    "own": "largest wall that is passive by the device's own damping, B = 0, its drives' at a wall among it, exact "
+    "for the sampled loop (Colgate and Schenkel 1997, not opened: b > K T / 2 + B; terms for delay, filter, lag and "
+    "what gives way are derived in `stability/port.py`)",
     "port": "largest wall whose averaged impedance at the handle takes energy at all frequencies, with B",
     "worst": "largest wall stable with every hand of the set, with the corners of their ranges, and with nobody",
     "nominal": "largest wall stable with the nominal hand",
@@ -197,7 +197,7 @@ def loop_sheet(
             max(one.force for one in noisy), max(one.motion for one in noisy), all(one.steady for one in noisy)
         ),
         noise=noise,
-        noise_rad=sensor_errors(machine).noise,
+        noise_rad=sensor_errors(machine, loop).noise,
         standing=standing,
         frequency=handle.frequency / (2.0 * math.pi),
         impedances={name: impedance_at(machine, p, cap, loop) for name, p in found.items()},
@@ -236,7 +236,9 @@ def rendered_walls(machine: MachineModel, cap: WallCap, p: np.ndarray) -> list[t
 
 def impedance_at(machine: MachineModel, p: np.ndarray, cap: WallCap, loop: LoopChoice = BOARD) -> PlaceImpedance:
     """Computes the impedance at a place, (3,) m, let go and at the wall that is rendered there."""
-    at = WallAt(machine, loop, p, AXES[AXIS])
-    handle, (_, stiff, damping) = at.at_handle(), rendered_walls(machine, cap, p)[list(AXES).index(AXIS)]
-    free, wall = (impedance(handle, at.estimator, k, b) for k, b in ((0.0, 0.0), (stiff, damping)))
+    touched = WallAt(machine, loop, p, AXES[AXIS])
+    away = WallAt(machine, replace(loop, contact_damping=loop.drive_damping), p, AXES[AXIS])
+    _, stiff, damping = rendered_walls(machine, cap, p)[list(AXES).index(AXIS)]
+    cases = ((away, 0.0, 0.0), (touched, stiff, damping))
+    free, wall = (impedance(at.at_handle(), at.estimator, k, b) for at, k, b in cases)
     return PlaceImpedance(p, stiff, damping, np.abs(free), np.abs(wall))

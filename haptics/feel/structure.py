@@ -74,7 +74,7 @@ def built_structure(folder: Path, design: Design) -> BuiltStructure | None:
 
 def first_resonance(machine: MachineModel, loop: LoopChoice = BOARD) -> float:
     """Lowest mode at the centre with the motors held, of the loop's model, Hz."""
-    here = WallAt(machine, replace(loop, drive_damping=0.0)).here
+    here = WallAt(machine, replace(loop, drive_damping=0.0, contact_damping=0.0)).here
     body, _ = here.body(FREE)
     motors = here.ports(np.eye(3), len(body.mass)).push.T @ np.eye(len(body.mass))
     held = loaded(body, motors, stiffness=FIXED)

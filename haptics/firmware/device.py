@@ -16,6 +16,7 @@ from haptics.firmware.translate import Translation
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, advance, angles
 from haptics.simulation.hardware import real_plant
+from haptics.simulation.loops import BOARD
 
 STEPS = 4  # Of the integrator in a period of an eighth of a millisecond
 HEADER = """\
@@ -27,6 +28,8 @@ HEADER = """\
 #define DELTA_COUNTS_PER_TURN {counts} /* of an encoder in a turn of the joint */
 #define DELTA_COUNT_RAD {count}
 #define DELTA_CENTRE_Z_M {centre} /* of the cube, above the shoulders' plane */
+#define DELTA_DAMPING {damping} /* of a drive, as a share of its motor's short circuit */
+#define DELTA_CONTACT_DAMPING {contact} /* the same while a wall is touched */
 
 #endif
 """
@@ -39,7 +42,7 @@ CODE = """\
 typedef double delta_real;
 {prelude}
 {structs}
-static const Plant plant = {plant};
+static const Plant plants[2] = {{ {plant}, {touched} }}; /* free, and while a wall is touched */
 static const Hand nobody = {hand};
 static double state[{states}], room[13 * {states}];
 
@@ -51,18 +54,18 @@ void device_begin(int lying)
     for (int k = 0; k < 3; k++) state[k] = place[lying != 0][k];
 }}
 
-void device_step(const double torque[3], double seconds)
+void device_step(const double torque[3], int touched, double seconds)
 {{
     double held[3] = {{ torque[0], torque[1], torque[2] }}, none[3] = {{ 0.0, 0.0, 0.0 }};
     row command = {{ held, 3 }}, zero = {{ none, 3 }}, now = {{ state, {states} }};
     table rooms = {{ room, 13, {states}, {states} }};
-    plant_advance(&plant, &nobody, zero, zero, command, seconds, {steps}, now, rooms);
+    plant_advance(&plants[touched != 0], &nobody, zero, zero, command, seconds, {steps}, now, rooms);
 }}
 
 void device_angles(double angle[3])
 {{
     row now = {{ state, {states} }}, out = {{ angle, 3 }};
-    plant_angles(&plant, now, out);
+    plant_angles(&plants[0], now, out);
 }}
 """
 
@@ -89,6 +92,7 @@ def device_files(machine: MachineModel) -> dict[str, str]:
         prelude=prelude(DOUBLE, functions),
         structs="\n".join(translation.structs.values()),
         plant=initialiser(par, typeof(par), 0, DOUBLE),
+        touched=initialiser(par.in_contact, typeof(par), 0, DOUBLE),
         hand=initialiser(FREE, typeof(FREE), 0, DOUBLE),
         functions=functions,
         states=STATES,
@@ -102,5 +106,7 @@ def device_files(machine: MachineModel) -> dict[str, str]:
         counts=round(joint_counts_per_turn(machine.design)),
         count=literal(encoder_count_rad(machine.design)),
         centre=literal(float(machine.centre[2])),
+        damping=literal(BOARD.drive_damping),
+        contact=literal(BOARD.contact_damping),
     )
     return {"delta_device.h": header, "simulated/device.c": code}

@@ -11,7 +11,7 @@ import numpy as np
 from numba import float64, typeof
 
 from delta_cad.common.units import MM_PER_M
-from haptics.control.controller import Controller, fresh, tick
+from haptics.control.controller import TOUCHED, Controller, fresh, tick
 from haptics.control.correction import Correction
 from haptics.control.startup import steps
 from haptics.control.startup.record import StartUp
@@ -71,6 +71,8 @@ long long delta_tick(delta_memory *memory, const delta_real *laws, long n, doubl
                      delta_real torque[3]);
 /* State of the supervisor: 0 disabled, 1 force comes in, 2 active, 3 active with a warning, 4 fault. */
 int delta_state(const delta_memory *memory);
+/* Whether a wall is touched: the drives then damp more, which its stiffness counts on. It belongs to the torques. */
+int delta_touched(const delta_memory *memory);
 {calibration}{startup}
 #endif
 """
@@ -82,7 +84,8 @@ faults, heat and energies: torques are within some 1e-5 N m of the doubles', 1e-
 WALLS = """Walls are held to
 `{share:.3g} (b / q + B) / {cost:.3g} s`, with b = {friction:.3g} N m s/rad, q = |J^T n|^2 at the pose, the wall's
 normal n and damping B; each has at least {damping:g} N s/m, as far as the joints' inertia bears that, within
-{blend_mm:g} mm of depth."""
+{blend_mm:g} mm of depth. b is for the most part the drives', as long as `delta_touched(&memory)`: pass it
+on with the torques."""
 FREE_WALLS = "Walls are rendered as they are asked for."
 GUARD = """\
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
@@ -150,6 +153,8 @@ void delta_heard(delta_memory *memory, double now)
 }}
 
 int delta_state(const delta_memory *memory) {{ return (int)memory->supervisor[{state}]; }}
+
+int delta_touched(const delta_memory *memory) {{ return memory->work[{touched}] > 0; }}
 
 long long delta_tick(delta_memory *memory, const delta_real *laws, long n, double now, const delta_real theta[3],
                      delta_real torque[3])
@@ -250,6 +255,7 @@ def sources(
         "work_columns": memory.work.shape[1],
         "columns": COLUMNS,
         "state": STATE,
+        "touched": TOUCHED[0] * memory.work.shape[1] + TOUCHED[1],
         "exact_field": f"    double exact[{len(placed)}];\n" if single else "",
         "memory_exact": ", memory->exact" if single else "",
         "none": ", NULL" if single else "",

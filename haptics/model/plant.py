@@ -58,7 +58,7 @@ class Plant(NamedTuple):
         gravity_y: Its part along y, m/s^2.
         gravity_z: Its part along z, m/s^2.
         coulomb: Friction torque of a joint that slips, N m.
-        viscous: N m s/rad.
+        viscous: N m s/rad, where no wall is touched.
         presliding: Turn by which the bristle bends before it slips, rad.
         bristle_damping: Bristle damping of a bristle that is not bent, N m s/rad; none where it slips.
         current_lag: Time constant of the current loop, s; 0 for none.
@@ -82,6 +82,7 @@ class Plant(NamedTuple):
         bezel_limit: How far outside it the stem meets the bezel, m.
         bezel_stiffness: Of stem and bezel, N/m; 0 where there is no panel.
         bezel_damping: N s/m.
+        contact_damping: What the drive damps more while a wall is touched, N m s/rad.
     """
 
     radius_difference: float
@@ -121,6 +122,12 @@ class Plant(NamedTuple):
     bezel_limit: float = 0.0
     bezel_stiffness: float = 0.0
     bezel_damping: float = 0.0
+    contact_damping: float = 0.0
+
+    @property
+    def in_contact(self) -> Plant:
+        """The device while a wall is touched."""
+        return self._replace(viscous=self.viscous + self.contact_damping, contact_damping=0.0)
 
 
 class Hand(NamedTuple):

@@ -1,8 +1,8 @@
 """What a reading of an angle has beyond its count: noise, and an error that goes with the angle; compiled.
 
 A magnet off its axis, and a chip that sees its field unevenly, err by one and by two waves a turn. The noise of one
-reading is taken as normal and independent of the last; a reading's age is part of the loop's delay. Importing this
-module loads numba.
+reading is normal; a filter of first order in the chip lets some of it stay until the next. That filter's lag, and a
+reading's age, are part of the loop's delay. Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ class SensorErrors(NamedTuple):
         twice: Largest error of two waves.
         turns: Turns of the sensor in one of the arm: 1, or the ratio where it sits on the motor.
         at_motor: 1.0 where it sits on the motor, before the cable; else 0.0.
+        kept: Share of a reading's noise that is in the next one, too, `e^(-T / tau)` of the chip's filter; 0 for none.
     """
 
     noise: float = 0.0
@@ -31,6 +32,7 @@ class SensorErrors(NamedTuple):
     twice: float = 0.0
     turns: float = 1.0
     at_motor: float = 0.0
+    kept: float = 0.0
 
 
 EXACT = SensorErrors()

@@ -122,7 +122,7 @@ def rendered(
     if assumed.gives:
         par = real_plant(machine, PAPER, assumed.friction)
     if assumed.noise:
-        errors, delay = sensor_errors(machine), delay + reading_age(machine)
+        errors, delay = sensor_errors(machine, PAPER), delay + reading_age(machine, PAPER)
     return simulate(
         par,
         default_controller(machine, PERIOD)._replace(force=machine.design.requirements.force_N),

@@ -29,6 +29,7 @@ from haptics.simulation.hardware import board_controller, reading_age, real_plan
 from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.noise import FORCE, MOTION, SPRING, BAND_Hz, NoisyLoop
+from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import capped
 
 COARSE = "as5048a-board"  # The row beside which the design's own is shown
@@ -55,8 +56,8 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
     own = machine.design.hardware.encoder_at or machine.design.hardware.encoder
     coarse = replace(machine, design=_with_encoder(machine, COARSE))
     sensors = {
-        "own": (f"the design's own ({own})", sensor_errors(machine), encoder_count(machine)),
-        "coarse": (COARSE, sensor_errors(coarse), encoder_count(coarse)),
+        "own": (f"the design's own ({own})", sensor_errors(machine, loop), encoder_count(machine)),
+        "coarse": (COARSE, sensor_errors(coarse, loop), encoder_count(coarse)),
         "exact": ("without any error", EXACT, 0.0),
     }
     damping = min(asked, IN_HAND * limit)
@@ -97,10 +98,10 @@ def _with_encoder(machine: MachineModel, name: str) -> Any:
 
 
 def _assumptions(machine: MachineModel, loop: LoopChoice, seed: int) -> dict[str, Any]:
-    errors = sensor_errors(machine)
+    errors = sensor_errors(machine, loop)
     return {
         "period_s": loop.period,
-        "delay_s": loop.delay + reading_age(machine),
+        "delay_s": loop.delay + reading_age(machine, loop),
         "seed": seed,
         "current_lag_s": loop.current_lag,
         "velocity_filter_Hz": loop.corner,
@@ -121,7 +122,7 @@ def _run(
     late = recording.time >= READY
     width = math.hypot(errors.noise, count / math.sqrt(12.0))
     normal = None if held else np.array([1.0, 0.0, 0.0])
-    told = NoisyLoop(machine, loop, hand=hand, noise=width, normal=normal).figures(stiffness, damping)
+    told = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal).figures(stiffness, damping)
     bits = int(np.bitwise_or.reduce(recording.bits[1:]))
     facts: dict[str, Any] = {
         "law": law,
@@ -172,7 +173,7 @@ def simulate_law(
         real_plant(machine, loop),
         controller._replace(force=machine.design.requirements.force_N),
         law_table(law),
-        timing(loop.period, loop.delay + reading_age(machine), 2),
+        timing(loop.period, loop.delay + reading_age(machine, loop), LOOP_SUBSTEPS),
         centre,
         hand=hand,
         anchor=anchor,

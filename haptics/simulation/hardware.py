@@ -25,6 +25,10 @@ from haptics.simulation.loops import BOARD, LoopChoice
 # Noise of a reading whose row in the catalogue tells none, rad rms: a count of 18 bits, or a count of its own where
 # that is coarser; a quarter to four times it is the range. The MT6835's data sheet states 1.1 of it.
 UNKNOWN_NOISE = 2.0 * math.pi / 2**18
+# Time constants of a filter of first order in which a step settles to 2 %: the definition of textbooks, taken of the
+# data sheet's, too. Three of them, to 5 %, would leave a tenth more noise; of filters that follow a steady motion
+# without lag, as a delay of 10 us beside a step of 100 suggests, less.
+SETTLED = 4.0
 # Share of a sensor's non-linearity that is left after it was calibrated against the mechanism's own closure or a
 # fixture.
 LEFT_OVER = 0.1
@@ -36,7 +40,7 @@ LOSS = (0.01, 0.02, 0.05)
 # Structures that a device may have, as multiples of the stiffness that its design asks for: the asked one is the least
 # that a build passes, and without the cable, which is a spring of its own, joints, rods and arms of the committed
 # design come to ten times that in the cube's centre. Each a third stiffer than the last: what noise moves jumps where
-# the knob begins to ring within the band, and falls slowly beyond; between two of them it is up to 5 % more.
+# the knob begins to ring within the band, and falls slowly beyond; between two of them it is up to 6 % more.
 STIFFER = tuple(10.0 ** (k / 8.0) for k in range(9))
 # Least stiffness at the knob, N/m, of a design that asks for none: what omega.3's maker is said to claim, from memory.
 STRUCTURE = 14.5e3
@@ -103,10 +107,15 @@ def _sizes(machine: MachineModel) -> Dimensions | None:
     return _LAST[0][1]
 
 
-def sensor_errors(machine: MachineModel) -> SensorErrors:
+def sensor_errors(machine: MachineModel, loop: LoopChoice = BOARD) -> SensorErrors:
     """Errors of a design's encoders beyond their count; what is left of the non-linearity once they are calibrated.
 
-    Half of it goes with one wave a turn, half with two. Optical encoders on motors have counts and no noise.
+    Half of it goes with one wave a turn, half with two. Optical encoders on motors have counts and no noise. The noise
+    ahead of a chip's filter is taken as white: half the bandwidth lets half of its variance through.
+
+    Args:
+        machine: The device.
+        loop: How often they are read, and how their filters are set.
     """
     hardware = machine.design.hardware
     if hardware.encoder_at == "motor":
@@ -115,14 +124,22 @@ def sensor_errors(machine: MachineModel) -> SensorErrors:
     count = 2.0 * math.pi / row.counts_per_turn
     noise = max(UNKNOWN_NOISE, count) if row.noise_rms_deg is None else math.radians(row.noise_rms_deg)
     wave = 0.5 * LEFT_OVER * math.radians(row.nonlinearity_deg or 0.0)
-    return SensorErrors(noise, wave, wave)
+    if row.settling_us is None:
+        return SensorErrors(noise, wave, wave)
+    lag = row.settling_us * 1e-6 / SETTLED / loop.sensing
+    return SensorErrors(math.sqrt(loop.sensing) * noise, wave, wave, kept=math.exp(-loop.period / lag))
 
 
-def reading_age(machine: MachineModel) -> float:
-    """Age of a reading when it is read, s; 0 where no source tells it."""
+def reading_age(machine: MachineModel, loop: LoopChoice = BOARD) -> float:
+    """Age of a reading when it is read, s: what the catalogue tells, 0 where no source does, and what the chip's filter
+    lags more as the loop sets it.
+    """
     hardware = machine.design.hardware
-    age = None if hardware.encoder_at == "motor" else catalogue.encoder.chosen(hardware).latency_us
-    return (age or 0.0) * 1e-6
+    if hardware.encoder_at == "motor":
+        return 0.0
+    row = catalogue.encoder.chosen(hardware)
+    slower = (row.settling_us or 0.0) / SETTLED * (1.0 / loop.sensing - 1.0)
+    return ((row.latency_us or 0.0) + slower) * 1e-6
 
 
 def ripple_waves(motor: catalogue.Motor) -> float:
@@ -148,8 +165,11 @@ def drive_damping(machine: MachineModel, share: float) -> float:
 def stiff_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) -> Plant:
     """The device in a loop, rigid, with friction at a place of its range: 0 least, 1 nominal, 2 largest."""
     par = joint_friction(machine).of(nominal_plant(machine), place)
-    viscous = par.viscous + drive_damping(machine, loop.drive_damping)
-    return par._replace(viscous=viscous, current_lag=loop.current_lag)
+    return par._replace(
+        viscous=par.viscous + drive_damping(machine, loop.drive_damping),
+        contact_damping=drive_damping(machine, loop.contact_damping - loop.drive_damping),
+        current_lag=loop.current_lag,
+    )
 
 
 def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) -> Plant:
@@ -237,10 +257,10 @@ def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = SHA
         loop: The loop.
         share: Of the closed form.
     """
-    cost = loop.period / 2.0 + loop.delays[2] * loop.period + reading_age(machine) + loop.current_lag
+    cost = loop.period / 2.0 + loop.delays[2] * loop.period + reading_age(machine, loop) + loop.current_lag
     return WallCap(
         share=share,
-        friction=stiff_plant(machine, loop, 0).viscous,
+        friction=stiff_plant(machine, loop, 0).in_contact.viscous,
         cost=cost,
         inertia=machine.masses.arm_inertia + machine.masses.rotor_inertia,
         late=cost + 1.0 / (2.0 * math.pi * loop.corner),

@@ -1,9 +1,10 @@
 """The sampled loop: plant, encoders, controller, delay, hold, motors and a hand, one tick after the other; compiled.
 
 At each tick the encoders are read (the middle of the angle's count), the controller turns them into torques, and these
-arrive `delay` later and are held until the next ones arrive; the age of a reading is part of that delay. Between ticks
-the plant moves on by equal Runge-Kutta steps. Nothing is random but the place of the encoders' counts and their noise,
-which a seed gives: the same seed, the same doubles.
+arrive `delay` later and are held until the next ones arrive. With them comes how much the drives damp: more while a
+wall is touched. The age of a reading is part of that delay. Between ticks the plant moves on by equal Runge-Kutta
+steps. Nothing is random but the place of the encoders' counts and their noise, which a seed gives: the same seed, the
+same doubles.
 Importing this module loads numba.
 """
 
@@ -14,9 +15,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 
 from delta_cad.common.jit import compiled
-from haptics.control.controller import FORCE, VELOCITY, Controller, Memory, fresh, tick
+from haptics.control.controller import FORCE, TOUCHED, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, SPEED, STATES, TWIST
@@ -24,6 +26,7 @@ from haptics.model.plant import FREE, Hand, Plant, advance, angles, energy
 from haptics.model.sensor import EXACT, SensorErrors, reading
 
 SUBSTEPS = 10
+SAME = 1e-9  # Share of a period by which a delay of whole periods may be off by rounding
 
 
 class LoopTiming(NamedTuple):
@@ -31,13 +34,17 @@ class LoopTiming(NamedTuple):
 
     Attributes:
         period: T, s.
-        substeps: Runge-Kutta steps of the plant in a period.
-        delay: From reading to torque in substeps.
+        ticks: Whole periods from reading to torque.
+        late: What the delay has beyond these, s.
+        before: Runge-Kutta steps of the plant in a period before the new torque arrives, none where it is not late.
+        after: From then on.
     """
 
     period: float
-    substeps: int
-    delay: int
+    ticks: int
+    late: float
+    before: int
+    after: int
 
 
 @dataclass(frozen=True)
@@ -78,8 +85,8 @@ def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -
 
     Args:
         period: T, s.
-        delay: s; rounded to a substep.
-        substeps: In a period.
+        delay: s.
+        substeps: Runge-Kutta steps of the plant in a period; at least one before and one after a late torque.
 
     Returns:
         The clock.
@@ -93,7 +100,12 @@ def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -
         raise ValueError(f"substeps is {substeps!r}; it must be 1 to 10000")
     if not 0.0 <= delay <= 100.0 * period:
         raise ValueError(f"delay is {delay!r} s; it must be 0 to 100 periods")
-    return LoopTiming(float(period), int(substeps), round(delay / period * substeps))
+    ticks = math.floor(delay / period + SAME)
+    late = delay - ticks * period
+    if late < SAME * period:
+        return LoopTiming(float(period), ticks, 0.0, 0, int(substeps))
+    before = max(1, round(late / period * substeps))
+    return LoopTiming(float(period), ticks, late, before, max(1, int(substeps) - before))
 
 
 def simulate(
@@ -152,14 +164,15 @@ def simulate(
         raise ValueError(f"the hand's mass is {hand.mass!r} kg; behind a grasp it must be positive")
     random = np.random.default_rng(seed)
     offset = random.uniform(0.0, 1.0, 3)
-    noise = random.standard_normal((ticks, 3)) if errors.noise > 0.0 else np.zeros((1, 3))
+    noise = _drawn(random, ticks, errors.kept) if errors.noise > 0.0 else np.zeros((1, 3))
     out = np.empty((ticks, 29))
     bits = np.zeros(ticks, dtype=np.int64)
-    pending = np.zeros((clock.delay // clock.substeps + 2, 3))
+    pending = np.zeros((clock.ticks + 2, 4))
     anchor, push = np.ascontiguousarray(anchor, dtype=float), np.ascontiguousarray(push, dtype=float)
     hands = (Hand(*map(float, hand)), FREE)
     sensor = (SensorErrors(*map(float, errors)), float(count), offset, noise)
-    _run(machine, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits)
+    machines = (machine, machine.in_contact)
+    _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits)
     return SimulatedRun(
         time=np.arange(ticks) * clock.period,
         position=out[:, 0:3],
@@ -176,13 +189,21 @@ def simulate(
     )
 
 
+def _drawn(random: np.random.Generator, ticks: int, kept: float) -> np.ndarray:
+    """(ticks, 3) normal numbers of variance 1, each with a share of the last."""
+    fresh = random.standard_normal((ticks, 3))
+    if kept == 0.0:
+        return fresh
+    fresh[1:] *= math.sqrt(1.0 - kept * kept)
+    return np.ascontiguousarray(lfilter([1.0], [1.0, -kept], fresh, axis=0))
+
+
 @compiled
-def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits):
-    """Fills out (ticks, 27) and bits (ticks,); state and pending are changed."""
+def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits):
+    """Fills out (ticks, 29) and bits (ticks,); state and pending are changed. Machines: free, and in contact."""
+    machine = machines[0]
     room = np.zeros((13, STATES))
     theta, torque = np.zeros(3), np.zeros(3)
-    delay_ticks, part = clock.delay // clock.substeps, clock.delay % clock.substeps
-    step = clock.period / clock.substeps
     slots = pending.shape[0]
     errors, count, offset, noise = sensor
     for k in range(anchor.shape[0]):
@@ -192,6 +213,7 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, se
         for i in range(3):
             theta[i] = reading(errors, i, theta[i], state[TWIST + i], drawn[i], count, offset[i])
         bits[k] = tick(controller, memory, laws, k * clock.period, theta, torque)
+        pending[k % slots, 3] = memory.work[TOUCHED]
         for i in range(3):
             pending[k % slots, i] = torque[i]
             out[k, i] = state[i]
@@ -210,8 +232,9 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, se
                 out[k, 21 + i] = hand.stiffness * (anchor[k, i] - place) - hand.damping * speed
             out[k, 26 + i] = place
         out[k, 24], out[k, 25] = energy(machine, 0.0, state)
-        before, after = pending[(k - delay_ticks - 1) % slots], pending[(k - delay_ticks) % slots]
-        if part > 0:
-            advance(machine, hand, anchor[k], push[k], before, part * step, part, state, room)
-        rest = clock.substeps - part
-        advance(machine, hand, anchor[k], push[k], after, rest * step, rest, state, room)
+        before, after = pending[(k - clock.ticks - 1) % slots], pending[(k - clock.ticks) % slots]
+        if clock.before > 0:
+            damped = machines[1] if before[3] > 0.0 else machine
+            advance(damped, hand, anchor[k], push[k], before, clock.late, clock.before, state, room)
+        damped = machines[1] if after[3] > 0.0 else machine
+        advance(damped, hand, anchor[k], push[k], after, clock.period - clock.late, clock.after, state, room)

@@ -63,7 +63,11 @@ def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> Sample
 
 
 def loaded(
-    body: SampledBody, place: np.ndarray, mass: float = 0.0, damping: float = 0.0, stiffness: float = 0.0
+    body: SampledBody,
+    place: np.ndarray,
+    mass: float = 0.0,
+    damping: float | np.ndarray = 0.0,
+    stiffness: float | np.ndarray = 0.0,
 ) -> SampledBody:
     """The body with a mass at a place, and a spring and damper from there to ground.
 
@@ -71,15 +75,18 @@ def loaded(
         body: n coordinates.
         place: (k, n) L.
         mass: kg, in each of the k directions.
-        damping: N s/m.
-        stiffness: N/m.
+        damping: N s/m, alike in all directions, or (k, k).
+        stiffness: N/m, likewise.
     """
-    square = place.T @ place
-    return SampledBody(body.mass + mass * square, body.damping + damping * square, body.stiffness + stiffness * square)
+
+    def seen(figure: float | np.ndarray) -> np.ndarray:
+        return place.T @ (figure * np.eye(len(place)) if np.ndim(figure) == 0 else figure) @ place
+
+    return SampledBody(body.mass + seen(mass), body.damping + seen(damping), body.stiffness + seen(stiffness))
 
 
 def attached(
-    body: SampledBody, place: np.ndarray, mass: float, damping: float, stiffness: float
+    body: SampledBody, place: np.ndarray, mass: float, damping: float | np.ndarray, stiffness: float | np.ndarray
 ) -> tuple[SampledBody, np.ndarray]:
     """The body with a mass behind a spring and damper at a place.
 
@@ -87,8 +94,8 @@ def attached(
         body: n coordinates.
         place: (k, n) L.
         mass: kg; its k coordinates come last.
-        damping: Between place and mass, N s/m.
-        stiffness: N/m.
+        damping: Between place and mass, N s/m, alike in all directions, or (k, k).
+        stiffness: N/m, likewise.
 
     Returns:
         The body of n + k coordinates, and (k, n + k) the place of the mass.

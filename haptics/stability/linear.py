@@ -9,6 +9,7 @@ module loads numba.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +21,18 @@ from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
 
 UNIT = 1e-9  # Deviation of a normal's length from 1 that rounding may cause
+
+
+class Structure(NamedTuple):
+    """What gives way between platform and knob.
+
+    Attributes:
+        stiffness: (3, 3) N/m.
+        damping: (3, 3) N s/m.
+    """
+
+    stiffness: np.ndarray
+    damping: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -106,14 +119,20 @@ class Linearised:
         on_rotor[(slice(3, 6) if self.plant.cable_stiffness > 0.0 else slice(0, 3))] = through
         return Ports(on_rotor, on_rotor.T if at_motor else on_arm.T)
 
-    def body(self, hand: Hand) -> tuple[SampledBody, np.ndarray]:
+    def body(self, hand: Hand, structure: Structure | None = None) -> tuple[SampledBody, np.ndarray]:
         """Device and hand: the arms' angles, then the rotors' where the cable gives way, the knob's place where the
         structure does, the arm's mass behind a grasp; kg m^2, N m s/rad, N m/rad, and kg, N s/m, N/m.
+
+        Args:
+            hand: Who holds it.
+            structure: What gives way under the knob; the plant's, alike in all directions, if left out.
 
         Returns:
             The body, and (3, n) the place of what the hand holds.
         """
         j, par = self.jacobian, self.plant
+        if structure is None:
+            structure = Structure(par.structure_stiffness * np.eye(3), par.structure_damping * np.eye(3))
         arms = SampledBody(j.T @ self.mass @ j, np.zeros((3, 3)), np.zeros((3, 3)))
         body, place, rotor = loaded(arms, j, -par.knob), j, np.eye(3)
         body = loaded(body, rotor, -par.rotor_inertia)
@@ -121,8 +140,8 @@ class Linearised:
             body, rotor = attached(body, rotor, par.rotor_inertia, par.cable_damping, par.cable_stiffness)
             place = np.hstack([place, np.zeros((3, 3))])
         body = loaded(body, rotor, damping=par.viscous)
-        if par.structure_stiffness > 0.0:
-            body, place = attached(body, place, par.knob, par.structure_damping, par.structure_stiffness)
+        if structure.stiffness.any():
+            body, place = attached(body, place, par.knob, structure.damping, structure.stiffness)
         held_body = held(body, place, hand)
         return held_body, np.pad(place, ((0, 0), (0, len(held_body.mass) - place.shape[1])))
 

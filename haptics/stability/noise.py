@@ -1,9 +1,10 @@
 """What the noise of the encoders does to a rendered spring or wall: force and motion, exact for the sampled linear
 loop.
 
-Readings err by independent normal numbers of one deviation. With the state's transition A and what an error adds, G,
-the covariance X of the state solves `X = A X A^T + G R G^T` (Lyapunov), that of the command follows, and at a
-frequency w the handle moves by `L (e^(jwT) - A)^-1 G` for each unit of error. Left out: counts (a twelfth of their
+Readings err by normal numbers of one deviation, of which the encoder's filter keeps a share until the next. With the
+state's transition A and what an error adds, G, errors among the state, the covariance X of the state solves
+`X = A X A^T + G R G^T` (Lyapunov), that of the command follows, and at a frequency w the handle moves by
+`L (e^(jwT) - A)^-1 G` for each unit of error. Left out: counts (a twelfth of their
 square is their variance, where noise is wider than they are), friction that sticks, which holds the joints of a resting
 handle but not the knob that rings on its structure: simulated, that moves within a quarter of what is told.
 
@@ -29,7 +30,7 @@ from haptics.simulation.hardware import LOSS, STIFFER, reading_age, real_plant, 
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
-from haptics.stability.linear import linearise
+from haptics.stability.linear import Structure, linearise
 
 # What a hand may not notice: force that is commanded, N rms, and motion of the handle in the band in which skin feels
 # most, m rms.
@@ -63,7 +64,9 @@ class NoiseFigures:
         return self.steady and self.force <= FORCE and self.motion <= MOTION
 
 
-def covariance(loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def covariance(
+    loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray, kept: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Covariance of a loop's state and of its command.
 
     Args:
@@ -71,21 +74,25 @@ def covariance(loop: SampledLoop, stiffness: float, damping: float, error: np.nd
         stiffness: K, N/m.
         damping: B, N s/m.
         error: (m, m) covariance of the errors of what is read.
+        kept: Share of an error that is in the next one, too.
 
     Returns:
         (N, N), and (m, m) N^2.
     """
     moves, enters = loop.matrix(stiffness, damping), _enters(loop, stiffness, damping)
-    balanced, (scale, _) = matrix_balance(moves, permute=False, separate=True)  # units of the state differ by 1e12
-    enters = enters / scale[:, None]
-    solved = solve_discrete_lyapunov(balanced, enters @ error @ enters.T)
-    state = np.asarray(solved) * np.outer(scale, scale)
+    size, m = enters.shape
+    whole = np.block([[moves, enters], [np.zeros((m, size)), kept * np.eye(m)]])
+    balanced, (scale, _) = matrix_balance(whole, permute=False, separate=True)  # units of the state differ by 1e12
+    fresh = np.zeros((size + m, size + m))
+    fresh[size:, size:] = (1.0 - kept**2) * error / np.outer(scale[size:], scale[size:])
+    state = np.asarray(solve_discrete_lyapunov(balanced, fresh)) * np.outer(scale, scale)
     asks = stiffness * loop.ask[0] + damping * loop.ask[1]
-    by_state, by_error = asks[:, : len(moves)], asks[:, len(moves) :]
-    return state, by_state @ state @ by_state.T + by_error @ error @ by_error.T
+    return state[:size, :size], asks @ state @ asks.T
 
 
-def band(loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray, place: np.ndarray) -> np.ndarray:
+def band(
+    loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray, place: np.ndarray, kept: float = 0.0
+) -> np.ndarray:
     """Covariance of a place's motion in the band.
 
     Args:
@@ -94,6 +101,7 @@ def band(loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray,
         damping: B, N s/m.
         error: (m, m) covariance of the errors of what is read.
         place: (k, n) of the body's coordinates.
+        kept: Share of an error that is in the next one, too.
 
     Returns:
         (k, k) m^2.
@@ -101,10 +109,11 @@ def band(loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray,
     moves, enters = loop.matrix(stiffness, damping), _enters(loop, stiffness, damping)
     low, high = (2.0 * math.pi * f for f in BAND_Hz)
     w = np.linspace(low, min(high, math.pi / loop.period), POINTS)
-    shifted = np.exp(1j * w * loop.period)[:, None, None] * np.eye(len(moves)) - moves
-    response = np.linalg.solve(shifted, np.broadcast_to(enters + 0j, (POINTS, *enters.shape)))
+    turn = np.exp(1j * w * loop.period)[:, None, None]
+    response = np.linalg.solve(turn * np.eye(len(moves)) - moves, np.broadcast_to(enters + 0j, (POINTS, *enters.shape)))
     moved = place @ response[:, : place.shape[1]]
     density = np.real(moved @ error @ np.conj(np.swapaxes(moved, -1, -2)))
+    density *= (1.0 - kept**2) / np.abs(1.0 - kept / turn) ** 2
     return loop.period / math.pi * np.asarray(np.trapezoid(density, w, axis=0))
 
 
@@ -121,9 +130,11 @@ class NoisyLoop:
         p: (3,) pose, m; the cube's centre if left out.
         hand: Who holds the handle.
         noise: Of a reading, rad; the design's own encoder's, counts included, if left out.
+        kept: Share of it that is in the next reading; the design's own encoder's if left out.
         corner: Of the velocity filter, Hz; the loop's if left out.
         normal: (3,) of a wall; a spring in all directions if left out.
         par: The plant; the design's with nominal friction and the structure that it asks for if left out.
+        structure: What gives way under the knob, where it differs by direction; the plant's if left out.
     """
 
     def __init__(
@@ -134,18 +145,22 @@ class NoisyLoop:
         hand: Hand = FREE,
         *,
         noise: float | None = None,
+        kept: float | None = None,
         corner: float | None = None,
         normal: np.ndarray | None = None,
         par: Plant | None = None,
+        structure: Structure | None = None,
     ) -> None:
-        here = linearise(real_plant(machine, loop) if par is None else par, machine.centre if p is None else p)
-        body, self.place = here.body(hand)
+        par = real_plant(machine, loop) if par is None else par
+        here = linearise(par if normal is None else par.in_contact, machine.centre if p is None else p)
+        body, self.place = here.body(hand, structure)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
-        errors, count = sensor_errors(machine), encoder_count(machine)
+        errors, count = sensor_errors(machine, loop), encoder_count(machine)
         deviation = math.hypot(errors.noise, count / math.sqrt(12.0)) if noise is None else noise
+        self.kept = errors.kept if kept is None else kept
         ports = here.ports(along, len(body.mass), bool(errors.at_motor))
         (estimator,) = linear_models(low_pass(loop.period, loop.corner if corner is None else corner))
-        timing = Timing(loop.period, loop.delay + reading_age(machine), loop.current_lag)
+        timing = Timing(loop.period, loop.delay + reading_age(machine, loop), loop.current_lag)
         self.loop = sampled_loop(body, timing, estimator, ports, here.effective_mass(np.eye(3)[0]) + hand.mass)
         through = here.jacobian.T @ along
         self.error = deviation**2 * through.T @ through
@@ -154,8 +169,8 @@ class NoisyLoop:
         """What noise does to a spring or wall of K (N/m) and B (N s/m)."""
         if not self.loop.radius(stiffness, damping) < 1.0:
             return NoiseFigures(math.inf, math.inf, False)
-        _, command = covariance(self.loop, stiffness, damping, self.error)
-        motion = band(self.loop, stiffness, damping, self.error, self.place)
+        _, command = covariance(self.loop, stiffness, damping, self.error, self.kept)
+        motion = band(self.loop, stiffness, damping, self.error, self.place, self.kept)
         force, moved = (math.sqrt(float(np.linalg.eigvalsh(one)[-1])) for one in (command, motion))
         return NoiseFigures(force, moved, True)
 
@@ -213,7 +228,7 @@ def noise_range(
     Returns:
         The range.
     """
-    errors, count = sensor_errors(machine), encoder_count(machine)
+    errors, count = sensor_errors(machine, loop), encoder_count(machine)
     plain = [real_plant(machine, loop, place) for place in range(len(LOSS))]
 
     def over(par: Plant, loss: float) -> list[NoiseFigures]:

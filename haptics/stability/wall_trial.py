@@ -36,7 +36,9 @@ LEAN = 0.6
 DEEPEST = 10e-3
 READY = 0.6  # Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest
 COMES = 0.4  # Time in which the hand's aim moves into the wall, s
-LOOP_SUBSTEPS = 2  # Steps of the plant in a period of a loop of 8 kHz: a sixth of a period of what rings fastest in it
+LOOP_SUBSTEPS = (
+    2  # Steps of the plant in a period of a loop of 8 kHz: a twelfth of a period of what rings fastest in it
+)
 # Deviations of an encoder's noise that count as a count: with three of them a swing is beyond what noise draws in 1 s.
 WIDTH = 3.0
 # Swings up to three times this, 10 um peak to peak, are no oscillation, however fine the encoder: about what fingers
@@ -133,7 +135,7 @@ class WallBench:
         loop: LoopChoice | None = None,
     ) -> None:
         if loop is not None:
-            period, delay = loop.period, loop.delay + reading_age(machine)
+            period, delay = loop.period, loop.delay + reading_age(machine, loop)
             damping, substeps = max(damping, loop.damping), LOOP_SUBSTEPS
         self.blend = WALL_BLEND if loop is None else loop.blend
         self.met = met if met[:1] in ("+", "-") else f"+{met}"
@@ -148,7 +150,7 @@ class WallBench:
         self.lean = LEAN * force
         self.plant, self.errors = with_friction(machine, friction), EXACT
         if loop is not None:
-            self.plant, self.errors = real_plant(machine, loop, LEVELS.index(friction)), sensor_errors(machine)
+            self.plant, self.errors = real_plant(machine, loop, LEVELS.index(friction)), sensor_errors(machine, loop)
         controller = default_controller(machine, period) if loop is None else board_controller(machine, loop)
         self.controller = controller._replace(force=force, walls=UNCAPPED)  # what is looked for is the limit
         self.clock, self.count = timing(period, delay, substeps), encoder_count(machine)

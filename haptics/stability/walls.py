@@ -97,13 +97,13 @@ class WallAt:
         delay: float | None = None,
         rigid: bool = False,
     ) -> None:
-        par = (stiff_plant if rigid else real_plant)(machine, loop, place)
+        par = (stiff_plant if rigid else real_plant)(machine, loop, place).in_contact
         self.here: Linearised = linearise(par, machine.centre if p is None else p)
         self.normal, self.damping = np.asarray(normal, dtype=float), loop.damping
         self.friction = self.here.effective_friction(self.normal)
-        late = (loop.delay if delay is None else delay) + reading_age(machine)
+        late = (loop.delay if delay is None else delay) + reading_age(machine, loop)
         self.timing = Timing(loop.period, late, loop.current_lag)
-        self.at_motor = bool(sensor_errors(machine).at_motor)
+        self.at_motor = bool(sensor_errors(machine, loop).at_motor)
         self.estimator: LinearEstimator
         (self.estimator,) = linear_models(low_pass(loop.period, loop.corner))
 

@@ -37,6 +37,8 @@ class Encoder(CatalogueRow):
         nonlinearity_deg: Largest error of the angle over a turn with the magnet placed at its best, before any
             correction; None when no source was opened.
         latency_us: Age of a reading when it can be read; None when no source was opened.
+        settling_us: Time that a step takes through the chip's own filter, set as `noise_rms_deg` is stated; None when
+            no source was opened, or the filter cannot be set.
     """
 
     defaults: ClassVar = {**CatalogueRow.defaults, "hole_count": 4, "magnet": "ndfeb-6x2.5-diametric"}
@@ -59,6 +61,7 @@ class Encoder(CatalogueRow):
     noise_rms_deg: float | None
     nonlinearity_deg: float | None
     latency_us: float | None
+    settling_us: float | None
 
     def fault(self) -> str:
         """Says that the air gap has no width, the board is turned, or a size, mass or count is not a board's."""

@@ -10,7 +10,7 @@
 enum { HELLO = 1, WELCOME, STATE, COMMAND, BYE, REFUSED };
 enum { HEAD = 28, CHECK = 4, VERSION = 1 };
 enum { WRONG_VERSION = 1, BUSY, WATCHDOG };
-enum { TRIPPED = 1, STOPPED = 2, RESET_WATCHDOG = 1 };
+enum { TRIPPED = 1, STOPPED = 2, RESET_WATCHDOG = 1, WALL_TOUCHED = 2 };
 #define LONGEST_WATCHDOG 0.1
 static const unsigned char magic[4] = { 'D', 'H', 'A', 'P' };
 
@@ -102,9 +102,9 @@ static int newer(uint32_t sequence, uint32_t than)
 static void end(delta_board *board)
 {
     static const delta_real none[3] = { 0, 0, 0 };
-    board->connected = board->tripped = 0;
+    board->connected = board->tripped = board->touched = 0;
     for (int j = 0; j < 3; j++) board->torque[j] = 0.0;
-    delta_joints_write(none);
+    delta_joints_write(none, 0);
 }
 
 void delta_board_begin(delta_board *board, double period, double torque_limit, uint32_t counts_per_turn)
@@ -166,6 +166,7 @@ static void command(delta_board *board, const unsigned char *data, uint32_t sequ
         board->tripped = 0;
         board->silent = 0.0;
     }
+    board->touched = (get(data + 6, 2) & WALL_TOUCHED) != 0;
     for (int j = 0; j < 3; j++) {
         double asked = get_real(data + HEAD + 8 * j);
         double most = board->torque_limit;
@@ -220,7 +221,7 @@ size_t delta_board_tick(delta_board *board, unsigned char state[DELTA_PACKET_MOS
     }
     int off = board->tripped || stopped || !board->connected;
     for (int j = 0; j < 3; j++) torque[j] = off ? 0 : (delta_real)board->torque[j];
-    delta_joints_write(torque);
+    delta_joints_write(torque, !off && board->touched);
     hal_watchdog();
     hal_wait();
     double before = board->time;

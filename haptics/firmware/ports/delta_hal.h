@@ -14,7 +14,9 @@ void hal_wait(void);
 double hal_now(void);
 /* Angle of a joint, 0 to 2. 0 if it is good: parity or CRC right, magnet in its range. */
 int hal_encoder(int joint, double *angle);
-/* Current of a motor, A; positive lifts the arm. Takes effect before the next hal_wait returns. */
+/* Physical damping of a motor by its drive from the next current on, as a share of its short circuit, k_t^2 / R. */
+void hal_damping(int joint, double share);
+/* Current of a motor, A; positive lifts the arm. Takes effect at once: by half of the period. */
 void hal_current(int joint, double ampere);
 /* Power stage of all drives; off lets the motors turn freely. */
 void hal_enable(int on);

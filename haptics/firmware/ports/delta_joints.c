@@ -16,9 +16,12 @@ double delta_joints_read(delta_real theta[3])
     return now;
 }
 
-void delta_joints_write(const delta_real torque[3])
+void delta_joints_write(const delta_real torque[3], int touched)
 {
-    for (int j = 0; j < 3; j++) hal_current(j, DELTA_AMPERE_PER_N_M * (double)torque[j]);
+    for (int j = 0; j < 3; j++) {
+        hal_damping(j, touched ? DELTA_CONTACT_DAMPING : DELTA_DAMPING);
+        hal_current(j, DELTA_AMPERE_PER_N_M * (double)torque[j]);
+    }
 }
 
 long long delta_joints_signals(void)

@@ -6,8 +6,8 @@
 
 /* Reads all encoders; NaN for one that is not good. Returns the time of the reading, s. */
 double delta_joints_read(delta_real theta[3]);
-/* Sets the currents of torques at the joints. */
-void delta_joints_write(const delta_real torque[3]);
+/* Sets the currents of torques at the joints, and what the drives damp: more while a wall is touched. */
+void delta_joints_write(const delta_real torque[3], int touched);
 /* What the hardware holds up for the supervisor: bits of delta_signal. */
 long long delta_joints_signals(void);
 

@@ -59,7 +59,7 @@ int delta_run(const delta_real *laws, long rows, long long ticks)
                 running = 1;
             }
         }
-        delta_joints_write(torque);
+        delta_joints_write(torque, running && delta_touched(&memory));
         hal_watchdog();
     }
     for (int j = 0; j < 3; j++) hal_current(j, 0.0);

@@ -60,16 +60,15 @@ STIFFNESS, POINT, NORMAL, DAMPING, BLEND = columns(VirtualWall)
 
 
 @compiled
-def _depth(laws, i, px, py, pz):
+def depth_in(laws, i, px, py, pz):
     """Depth of a position in a wall, m; negative outside."""
     qx, qy, qz = laws[i, POINT] - px, laws[i, POINT + 1] - py, laws[i, POINT + 2] - pz
     return laws[i, NORMAL] * qx + laws[i, NORMAL + 1] * qy + laws[i, NORMAL + 2] * qz
 
 
 @compiled
-def push(laws, i, px, py, pz, vx, vy, vz, stiffness, damping, blend):
-    """Force of a virtual wall whose stiffness (N/m), damping (N s/m) and blend (m) are given: those that are borne."""
-    depth = _depth(laws, i, px, py, pz)
+def push(laws, i, depth, vx, vy, vz, stiffness, damping, blend):
+    """Force of a virtual wall at a depth (m), its stiffness (N/m), damping (N s/m) and blend (m) as they are borne."""
     if not depth > 0.0:
         return 0.0, 0.0, 0.0
     nx, ny, nz = laws[i, NORMAL], laws[i, NORMAL + 1], laws[i, NORMAL + 2]
@@ -82,13 +81,14 @@ def push(laws, i, px, py, pz, vx, vy, vz, stiffness, damping, blend):
 @compiled
 def force(laws, i, px, py, pz, vx, vy, vz):
     """Force of a virtual wall."""
-    return push(laws, i, px, py, pz, vx, vy, vz, laws[i, STIFFNESS], laws[i, DAMPING], laws[i, BLEND])
+    depth = depth_in(laws, i, px, py, pz)
+    return push(laws, i, depth, vx, vy, vz, laws[i, STIFFNESS], laws[i, DAMPING], laws[i, BLEND])
 
 
 @compiled
 def energy(laws, i, px, py, pz):
     """Energy of a virtual wall; 0 outside."""
-    return spring_energy(laws[i, STIFFNESS], max(0.0, _depth(laws, i, px, py, pz)), math.inf)
+    return spring_energy(laws[i, STIFFNESS], max(0.0, depth_in(laws, i, px, py, pz)), math.inf)
 
 
 LAW = Law(VirtualWall, force, energy)

@@ -147,9 +147,10 @@ def measured() -> None:
     from haptics.rendering import law_table
     from haptics.rendering.laws.virtual_wall import axis_wall
     from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
-    from haptics.simulation.hardware import board_controller, real_plant, sensor_errors
+    from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
     from haptics.simulation.loop import simulate, timing
     from haptics.simulation.loops import BOARD
+    from haptics.stability.wall_trial import LOOP_SUBSTEPS
 
     machine = _machine()
     par, controller, middle = nominal_plant(machine), default_controller(machine), machine.centre
@@ -166,7 +167,7 @@ def measured() -> None:
     def loop_of_all(ticks: int) -> Any:
         aim = middle + np.sin(np.arange(ticks) * 5e-4)[:, None] * way
         more = {"hand": HANDS["medium"], "anchor": aim, "push": np.zeros((ticks, 3)), "count": encoder_count(machine)}
-        clock = timing(BOARD.period, BOARD.delay, 2)
+        clock = timing(BOARD.period, BOARD.delay + reading_age(machine), LOOP_SUBSTEPS)
         return simulate(real, fast, laws, clock, middle, errors=errors, **more)
 
     whole = interleaved({"": lambda: loop_of_all(TICKS)}, ROUNDS, process_time)[""]

@@ -154,7 +154,7 @@ def test_a_handle_that_is_flung_away_is_written_and_exit_1(
     assert "fault: " in capsys.readouterr().out
 
 
-def test_the_delay_is_told_as_the_loop_has_it(
+def test_the_delay_is_told_as_it_was_given(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[float] = []
@@ -165,8 +165,8 @@ def test_the_delay_is_told_as_the_loop_has_it(
 
     monkeypatch.setattr("haptics.scenes.home.home", nothing)
     assert call("--scene", "home", "--delay", "0.33", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["assumptions"]["delay_s"] == pytest.approx(0.3e-3)
-    assert asked == pytest.approx([0.3e-3])
+    assert json.loads(capsys.readouterr().out)["assumptions"]["delay_s"] == pytest.approx(0.33e-3)
+    assert asked == pytest.approx([0.33e-3])
 
 
 @pytest.mark.parametrize(

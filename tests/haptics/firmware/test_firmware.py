@@ -16,7 +16,7 @@ from delta_cad.common import jit
 from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
-from haptics.control.controller import Controller, fresh, tick
+from haptics.control.controller import TOUCHED, Controller, fresh, tick
 from haptics.control.filters import foaw
 from haptics.control.supervisor.faults import EXTERNAL, FaultCode, findings
 from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
@@ -105,7 +105,7 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
     assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor)
     time, theta = readings(machine, 6000, 4)
     out, c_out = np.zeros(3), np.zeros(3)
-    seen, rendered = 0, 0
+    seen, rendered, met = 0, 0, 0
     for k in range(len(time)):
         if k % 500 == 0:  # the operator tries again and again
             request = RESET if k % 1000 else ENABLE
@@ -119,9 +119,12 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
         assert np.array_equal(out, c_out), f"tick {k}"
         seen |= bits
         rendered += bool(np.abs(out).max() > 0.06)
+        assert library.delta_touched(pointer(theirs)) == ours.work[TOUCHED], f"tick {k}"
+        met += int(ours.work[TOUCHED])
     assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor, equal_nan=True)
     assert seen.bit_count() >= 5  # the run met faults
     assert rendered > 500  # and rendered force
+    assert 500 < met < 5500  # of a wall, too
 
 
 class Twins:

@@ -85,6 +85,7 @@ def test_a_board_by_itself_starts_up_and_renders(folder: Path) -> None:
     fine = subprocess.run([program, "9"], capture_output=True, text=True, timeout=120)
     steps = [int(line.split()[2]) for line in fine.stdout.splitlines() if line.startswith("event 1 ")]
     assert (fine.returncode, steps[-1], fine.stderr) == (0, Step.READY, "")
+    assert fine.stdout.splitlines()[-1].endswith("damped as at a wall")  # into which the spring has pulled it
     for wire, joint, refusal in (
         ("motor", 1, Refusal.NO_MOTION),
         ("encoder", 2, Refusal.ZERO),
@@ -92,6 +93,7 @@ def test_a_board_by_itself_starts_up_and_renders(folder: Path) -> None:
         wrong = subprocess.run([program, "9", wire, str(joint)], capture_output=True, text=True, timeout=120)
         events = [line.split()[1:4] for line in wrong.stdout.splitlines() if line.startswith("event")]
         assert wrong.returncode == 2
+        assert wrong.stdout.splitlines()[-1].endswith("without a wall")
         assert events[-1][:2] == [str(CODE), str(int(refusal))]
         assert events[-2][:2] == [str(REFUSED), str(joint)]
 
@@ -113,19 +115,24 @@ def board(program: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
         started.stdout.close()
 
 
+@pytest.mark.parametrize("touched", [False, True])
 def test_the_device_at_the_other_end_is_the_simulated_one(
-    machine: MachineModel, board: tuple[subprocess.Popen[str], int]
+    machine: MachineModel, board: tuple[subprocess.Popen[str], int], touched: bool
 ) -> None:
+    """Whether or not a wall is touched, by which the drives damp more."""
     process, port = board
 
     def wavy(sample: Reading) -> np.ndarray:
         return np.array([0.02, -0.03, 0.06]) * np.cos(100.0 * sample.time)
 
-    far = run(RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0), wavy, ticks=400)
+    device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0)
+    device.touch(touched)
+    far = run(device, wavy, ticks=400)
     count = encoder_count(machine)
     twin = SimulatedDevice(real_plant(machine), machine.centre, period=BOARD.period, count=count, steps=STEPS)
+    twin.touch(touched)
     near = run(twin, wavy, ticks=400)
-    assert np.ptp(near.angles, axis=0).min() > 30.0 * count
+    assert np.ptp(near.angles, axis=0).min() > (20.0 if touched else 30.0) * count
     # a count where another sine's last bit tips the rounding
     np.testing.assert_allclose(far.angles, near.angles, atol=1.01 * count, rtol=0.0)
     assert process.communicate(timeout=30)[0].startswith("1 sessions, 4")
@@ -216,6 +223,7 @@ int hal_begin(void) { return 0; }
 void hal_wait(void) {}
 double hal_now(void) { return now; }
 int hal_encoder(int joint, double *angle) { *angle = joint; return 0; }
+void hal_damping(int joint, double share) { (void)joint; (void)share; }
 void hal_current(int joint, double ampere) { if (joint == 0) printf("%g ", ampere); }
 void hal_enable(int on) { (void)on; }
 int hal_healthy(void) { return 1; }

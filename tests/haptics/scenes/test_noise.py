@@ -42,7 +42,8 @@ def test_the_designs_own_encoder_keeps_its_promises(scene: Scene) -> None:
 def test_a_coarse_encoder_is_too_loud_for_the_supervisor(scene: Scene) -> None:
     for run in scene.runs:
         if run.facts["encoder"] == "coarse":
-            assert run.facts["force_predicted_N_rms"] > 10.0 * FORCE
+            # by K more than by B, of which the law has little: 5 N/mm times some 70 um of noise are 0.35 N
+            assert run.facts["force_predicted_N_rms"] > 9.0 * FORCE
             assert run.facts["supervisor_bits"] & (FaultCode.RAMP_HELD.bit | FaultCode.ENERGY_LIMITED.bit)
         if run.facts["encoder"] == "exact":
             assert run.facts["force_predicted_N_rms"] == 0.0

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict
@@ -61,11 +62,31 @@ def test_noise_and_age_are_the_catalogues() -> None:
     assert reading_age(fine) == pytest.approx(2e-6)
     assert catalogue.encoder("mt6835-board").counts_per_turn == 2**21
     finest = with_hardware(encoder="mt6835-board")
-    assert sensor_errors(finest).noise == pytest.approx(np.radians(0.0015))
-    assert reading_age(finest) == pytest.approx(10e-6)
+    assert sensor_errors(finest, PAPER).noise == pytest.approx(np.radians(0.0015))
+    assert reading_age(finest, PAPER) == pytest.approx(10e-6)
+    assert sensor_errors(hall) == sensor_errors(hall, PAPER)  # whose filter no source tells how to set
     motor = with_hardware(motor="maxon-re30-310009-500", encoder_at="motor")
-    assert sensor_errors(motor) == (0.0, 0.0, 0.0, motor.drive.ratio, 1.0)
+    assert sensor_errors(motor) == (0.0, 0.0, 0.0, motor.drive.ratio, 1.0, 0.0)
     assert reading_age(motor) == 0.0
+
+
+def test_a_slower_filter_of_the_encoder_leaves_less_noise() -> None:
+    """White noise of one density through a filter of first order, stepped finely, read at the loop's rate."""
+    fine = with_hardware(encoder="mt6835-board")
+    rng, steps, every = np.random.default_rng(5), 2_000_000, 50
+    step = BOARD.period / every
+    driven = rng.standard_normal(steps)
+    spread = {}
+    for sensing in (1.0, 0.25):
+        lag = 100e-6 / 4.0 / sensing  # settled to 2 % within four time constants
+        pole = np.exp(-step / lag)
+        read = lfilter([1.0 - pole], [1.0, -pole], driven)[::every]
+        told = sensor_errors(fine, replace(BOARD, sensing=sensing))
+        spread[sensing] = read.std()
+        assert told.kept == pytest.approx(np.corrcoef(read[1:], read[:-1])[0, 1], abs=0.02)
+    ratio = sensor_errors(fine).noise / sensor_errors(fine, PAPER).noise
+    assert ratio == pytest.approx(spread[0.25] / spread[1.0], rel=0.03)
+    assert reading_age(fine) - reading_age(fine, PAPER) == pytest.approx(75e-6)  # three time constants more of 25 us
 
 
 def test_a_device_with_all_weighs_and_rubs_as_the_rigid_one(machine: MachineModel) -> None:
@@ -122,4 +143,4 @@ def test_a_faster_loop_keeps_what_is_not_its_rate() -> None:
     assert [round(1.0 / at_rate(rate).period) for rate in RATES_Hz] == [1000, 2000, 4000, 8000]
     assert replace(at_rate(8000.0), name="board") == BOARD
     assert at_rate(1000.0).current_lag == BOARD.current_lag < PAPER.current_lag
-    assert at_rate(2000.0).delay == 0.5e-3
+    assert at_rate(2000.0).delay == 0.25e-3

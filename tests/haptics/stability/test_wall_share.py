@@ -12,6 +12,7 @@ from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import CEILING, FORCE, fresh, tick
 from haptics.control.wall_cap import SHARE, UNCAPPED, borne
 from haptics.model.machine import MachineModel
+from haptics.model.plant import FREE
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import AXES, axis_wall
 from haptics.simulation.hardware import board_controller, wall_cap
@@ -37,9 +38,12 @@ def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineMo
             normal /= np.linalg.norm(normal)
             ours, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
             assert 0.5 * loop.damping < damping <= loop.damping
-            # 2 % is what cable, structure and filter move it by; the eigenvalues are the other method
-            there = replace(loop, damping=damping)
-            assert ours == pytest.approx(SHARE * computed_wall(machine, pose, normal, there), rel=0.04)
+            # the eigenvalues are the other method: damping that is rendered late bears a little more than the form says
+            # on a rigid device, up to 6 % where it is most of it; cable and structure in series give 1 to 4 % back
+            there, late = replace(loop, damping=damping), loop.delays[2] * loop.period
+            rigid = wall_share.WallAt(machine, there, pose, normal, place=0, delay=late, rigid=True)
+            assert 0.94 < ours / (SHARE * rigid.stable(FREE)) < 1.001
+            assert ours == pytest.approx(SHARE * computed_wall(machine, pose, normal, there), rel=0.05)
 
 
 def test_the_proven_cap_holds_between_the_poses_that_were_tried(machine: MachineModel) -> None:
@@ -55,10 +59,10 @@ def test_the_proven_cap_holds_between_the_poses_that_were_tried(machine: Machine
     assert closed_form(cap, jacobian(machine.geometry, machine.centre), np.array(AXES["x"]))[0] > 5000.0
 
 
-@pytest.mark.parametrize(("name", "rate_Hz", "least"), [("pocket-40", 8e3, 0.95), ("direct-83", 8e3, 0.95),
-                                                        ("desk-150", 8e3, 0.81), ("desk-150", 1e3, 0.95)])  # fmt: skip
+@pytest.mark.parametrize(("name", "rate_Hz", "least"), [("pocket-40", 8e3, 0.94), ("direct-83", 8e3, 0.95),
+                                                        ("desk-150", 8e3, 0.5), ("desk-150", 1e3, 0.91)])  # fmt: skip
 def test_the_cap_is_proven_for_other_machines(name: str, rate_Hz: float, least: float) -> None:
-    """A small one, a direct drive, a large one whose drives damp so much that walls of 75 N/mm meet the structure."""
+    """A small one, a direct drive, a large one whose drives damp so much that walls of 60 N/mm meet the structure."""
     machine, loop = gallery_machine(name), at_rate(rate_Hz)
     cap = proven_cap(machine, loop)
     assert least * SHARE <= cap.share <= SHARE
@@ -72,7 +76,8 @@ def test_the_cap_is_proven_for_other_machines(name: str, rate_Hz: float, least: 
         assert wall_share._stands(at, cap._replace(share=cap.share / SHARE))
         stiffness, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
         borne_there = computed_wall(machine, pose, normal, replace(loop, damping=damping))
-        assert 0.45 * borne_there < stiffness < 1.005 * SHARE * borne_there
+        # one scale serves the whole cube: where that is small, easy poses get less of what they bear
+        assert min(0.45, 0.8 * least) * borne_there < stiffness < 1.005 * SHARE * borne_there
 
 
 def test_a_loop_that_bears_nothing_is_refused(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,8 +4,8 @@
 
 /* Lying on its lower stops, or with its handle in the cube's centre; at rest. */
 void device_begin(int lying);
-/* Holds torques (N m at the joints) for a time, s. */
-void device_step(const double torque[3], double seconds);
+/* Holds torques (N m at the joints) for a time, s; the drives damp more while a wall is touched. */
+void device_step(const double torque[3], int touched, double seconds);
 /* Angles of the joints, rad. */
 void device_angles(double angle[3]);
 

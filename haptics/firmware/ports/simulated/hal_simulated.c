@@ -5,7 +5,7 @@
 #include "device.h"
 #include <math.h>
 
-hal_wiring hal_wired = { { 1, 1, 1 }, { 1, 1, 1 }, 0 };
+hal_wiring hal_wired = { { 1, 1, 1 }, { 1, 1, 1 }, 0, 0 };
 static int begun, powered;
 static long long ticks;
 static double torque[3], current[3], angle[3];
@@ -13,7 +13,7 @@ static double torque[3], current[3], angle[3];
 int hal_begin(void)
 {
     ticks = 0;
-    begun = powered = 0;
+    begun = powered = hal_wired.touched = 0;
     return 0;
 }
 
@@ -21,7 +21,7 @@ void hal_wait(void)
 {
     if (begun) {
         for (int j = 0; j < 3; j++) torque[j] = powered ? hal_wired.motor[j] * current[j] / DELTA_AMPERE_PER_N_M : 0.0;
-        device_step(torque, DELTA_PERIOD_S);
+        device_step(torque, powered && hal_wired.touched, DELTA_PERIOD_S);
         ticks++;
     }
     begun = 1;
@@ -34,6 +34,11 @@ int hal_encoder(int joint, double *found)
 {
     *found = hal_wired.encoder[joint] * nearbyint(angle[joint] / DELTA_COUNT_RAD) * DELTA_COUNT_RAD;
     return isfinite(*found) ? 0 : 1;
+}
+
+void hal_damping(int joint, double share)
+{
+    if (joint == 0) hal_wired.touched = share > DELTA_DAMPING; /* all joints have the same */
 }
 
 void hal_current(int joint, double ampere) { current[joint] = ampere; }

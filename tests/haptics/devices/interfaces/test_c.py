@@ -17,6 +17,7 @@ from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
 from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, sources, write_sources
 from haptics.model.machine import MachineModel
+from haptics.simulation.loops import BOARD
 from tests.haptics.devices.served import Served, served
 from tests.haptics.scene_machine import scene_machine
 
@@ -103,8 +104,8 @@ def test_position_velocity_and_torques_are_those_of_the_mechanism(machine: Machi
     meant = np.einsum("nki,nk->ni", jacobian(g, p), force) + holding
     np.testing.assert_allclose(found["t"], meant, atol=1e-12)
     assert np.ptp(p, axis=0).max() > 1e-3  # the spring pulls it over there
-    # the low-pass of 300 Hz on the joints' differences, by a recursion of its own
-    share, rates = 1.0 - np.exp(-2 * np.pi * 300.0 * 1e-3), np.zeros(3)
+    # the low-pass on the joints' differences, by a recursion of its own
+    share, rates = 1.0 - np.exp(-2 * np.pi * BOARD.corner * 1e-3), np.zeros(3)
     for n in range(1, len(a)):
         rates = rates + share * ((a[n] - a[n - 1]) / 1e-3 - rates)
         np.testing.assert_allclose(found["v"][n], jacobian(g, p[n]) @ rates, atol=1e-9)

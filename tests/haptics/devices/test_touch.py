@@ -1,0 +1,110 @@
+"""Whether a wall is touched goes from the tick to whatever drives the joints, and ends with the force."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from haptics.control.controller import Controller
+from haptics.control.filters import low_pass
+from haptics.control.pose import model
+from haptics.devices.board import Board
+from haptics.devices.device import Reading
+from haptics.devices.host import Host
+from haptics.devices.simulated import SimulatedDevice
+from haptics.model.plant import Hand
+from haptics.rendering.laws.virtual_wall import axis_wall
+from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
+from tests.haptics.devices.test_remote import Wire, remote
+
+FACE, TICKS, BEGINS = 0.5e-3, 1600, 900  # m from HOME; ticks, and from which on the hand leads
+PAR = PLANT._replace(contact_damping=0.05)
+SMOOTH = PAR._replace(coulomb=0.0, gravity_x=0.0, gravity_y=0.0, gravity_z=0.0)
+
+
+class Watched(SimulatedDevice):
+    """The simulated device, led into a wall and out of it; it keeps what it was told, and where it was."""
+
+    def __init__(self) -> None:
+        super().__init__(PAR, HOME, hand=Hand(mass=0.1, damping=5.0, stiffness=300.0))
+        self.told: list[bool] = []
+        self.depth: list[float] = []
+
+    def touch(self, touched: bool) -> None:
+        super().touch(touched)
+        self.told.append(touched)
+
+    def read(self) -> Reading:
+        led = 3e-3 * np.sin(0.03 * max(len(self.depth) - BEGINS, 0))
+        self.anchor = HOME + np.array([led, 0.0, 0.0])
+        sample = super().read()
+        self.depth.append(self.state[0] - HOME[0] - FACE)
+        return sample
+
+
+def host() -> Host:
+    known = model(GEOMETRY, MASSES, DESIGN.requirements.gravity_m_s2)
+    controller = Controller(known, low_pass(1e-3, 100.0), LIMITS, np.inf)
+    ours = Host(controller, axis_wall("+x", HOME[0] + FACE, stiffness=500.0, damping=1.0))
+    ours.enable()
+    return ours
+
+
+def crossings(told: Any) -> int:
+    return int(np.count_nonzero(np.diff(np.asarray(told, dtype=int))))
+
+
+def test_the_simulated_device_is_told_of_each_tick() -> None:
+    device = Watched()
+    host().drive(device, ticks=TICKS)
+    inside = np.array(device.depth) > 0.0
+    assert crossings(inside) > 3
+    assert device.told[:TICKS] == inside[:TICKS].tolist()
+    assert not device.told[-1] or inside[-1]
+
+
+def test_a_board_tells_its_drives_a_tick_later() -> None:
+    device = Watched()
+    wire = Wire(Board(device, 1e-3, 0.8, 16384))
+    host().drive(remote(wire), ticks=TICKS)
+    inside = np.array(device.depth) > 0.0
+    assert crossings(inside) > 3
+    # a tick begins with what the COMMAND for the reading before it says
+    assert device.told[1 : TICKS - 1] == inside[: TICKS - 2].tolist()
+    wire.board.tick()
+    assert not device.told[-1]  # without a session
+
+
+@pytest.mark.parametrize("how", ["watchdog", "stop"])
+def test_where_a_board_cuts_the_torque_its_drives_do_not_damp_as_at_a_wall(how: str) -> None:
+    device = Watched()
+    wire = Wire(Board(device, 1e-3, 0.8, 16384))
+    far = remote(wire)
+    far.read()
+    far.touch(True)
+    far.write(np.zeros(3))
+    wire.board.tick()
+    assert device.told[-1]
+    if how == "stop":
+        wire.board.stop = True
+        wire.board.tick()
+    else:
+        for _ in range(22):  # 20 ms without a COMMAND
+            wire.board.tick()
+        assert wire.board.tripped
+    assert not device.told[-1]
+
+
+def test_the_simulated_drives_damp_more_while_a_wall_is_touched() -> None:
+    """A handle that is pushed on and on drifts as its drives let it: b more at the joints, less way."""
+    ways = []
+    for touched in (False, True):
+        device = SimulatedDevice(SMOOTH, HOME)
+        device.force[0] = 0.05
+        device.touch(touched)
+        for _ in range(60):
+            device.read()
+        ways.append(device.state[0] - HOME[0])
+    assert 0.0 < ways[1] < 0.9 * ways[0]

@@ -1,0 +1,111 @@
+"""The default wall on the structure as it is built: what the encoders' noise moves, all over the cube.
+
+`tests/optimizer/codesign/test_committed.py` asks the same of the committed design.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.dimensions import dimensions
+from delta_cad.structure.table import StructureTable, structure_table
+from haptics.model.hands import HANDS
+from haptics.model.machine import MachineModel
+from haptics.model.plant import FREE
+from haptics.rendering import law_table
+from haptics.rendering.laws.virtual_wall import axis_wall
+from haptics.scenes.noise import in_band
+from haptics.simulation.assumptions import encoder_count
+from haptics.simulation.hardware import (
+    LOSS,
+    STIFFER,
+    board_controller,
+    reading_age,
+    real_plant,
+    sensor_errors,
+    structured,
+)
+from haptics.simulation.loop import simulate, timing
+from haptics.simulation.loops import BOARD, LoopChoice
+from haptics.stability.noise import BARELY, MOTION, NoisyLoop
+from haptics.stability.port import handle, impedance
+from haptics.stability.wall_trial import LOOP_SUBSTEPS
+from haptics.stability.walls import ACTIVE, SHARE, WallAt
+from tests.haptics.scene_machine import scene_machine
+from tests.haptics.stability.noise.built import POSES, SHARES, WALL, built, moved, walls
+
+MET = 2000.0  # N/m everywhere in the cube
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> MachineModel:
+    return scene_machine(best)
+
+
+@pytest.fixture(scope="module")
+def table(best: Design) -> StructureTable:
+    return structure_table(dimensions(best))
+
+
+@pytest.mark.parametrize("place", [pytest.param(p, id=str(p)) for p in POSES])
+def test_noise_is_unnoticed_everywhere(machine: MachineModel, table: StructureTable, place: np.ndarray) -> None:
+    assert moved(machine, table, place).quiet
+    assert min(one for _, one, _ in walls(machine, machine.centre + machine.half_side * place)) >= MET
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        replace(BOARD, sensing=1.0),  # which its shorter delay allows
+        replace(BOARD, contact_damping=BOARD.drive_damping, damping=1.95),
+    ],
+    ids=["encoders as the maker sets them", "law in place of drives"],
+)
+def test_none_of_what_it_takes_may_be_left_out(machine: MachineModel, table: StructureTable, loop: LoopChoice) -> None:
+    assert moved(machine, table, np.zeros(3), loop).motion > 1.02 * MOTION
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 1.0, 1.0), (-1.0, 1.0, -1.0)])
+def test_the_walls_are_steady_and_passive_at_the_handle(
+    machine: MachineModel, table: StructureTable, place: tuple[float, float, float]
+) -> None:
+    """With every hand and none, and what is capped from; averaged, with the least friction."""
+    p, par = machine.centre + machine.half_side * np.array(place), real_plant(machine, BOARD, 0)
+    for (normal, stiffness, damping), share in product(walls(machine, p), SHARES[::2]):
+        gives, at = built(table, machine, p, share, LOSS[0]), WallAt(machine, BOARD, p, normal, place=0)
+        for hand in (BARELY, *HANDS.values()):
+            noisy = NoisyLoop(machine, BOARD, p, hand, normal=normal, par=par, structure=gives)
+            assert noisy.loop.radius(stiffness / SHARE, damping) < 1.0
+        body, knob = at.here.body(FREE, gives)
+        port = handle(body, at.here.ports(normal[:, None], len(body.mass)), normal @ knob, at.timing)
+        z = impedance(port, at.estimator, stiffness, damping)
+        assert (np.real(z) >= ACTIVE * np.abs(z)).all()
+
+
+@pytest.mark.parametrize("stiffer", [STIFFER[2], STIFFER[7]])
+def test_friction_that_sticks_does_not_hide_the_motion(machine: MachineModel, stiffer: float) -> None:
+    """A handle that 1.8 N press into the default wall, simulated: joints stick, and the knob rings on its structure."""
+    plain, ticks, T = real_plant(machine, BOARD, 0), round(5.6 / BOARD.period), BOARD.period
+    par = structured(plain, stiffer * plain.structure_stiffness, LOSS[0])
+    push = np.zeros((ticks, 3))
+    ramp = np.clip((np.arange(ticks) * T - 0.6) / 0.6, 0.0, 1.0)
+    push[:, 0] = 1.8 * ramp**2 * (3.0 - 2.0 * ramp)
+    record = simulate(
+        par, board_controller(machine, energy=1e3, energy_start=1e3, ramp_power=1e3),
+        law_table(axis_wall("+x", float(machine.centre[0]), stiffness=WALL, damping=BOARD.damping)),
+        timing(T, BOARD.delay + reading_age(machine), LOOP_SUBSTEPS), machine.centre, hand=BARELY,
+        anchor=np.tile(machine.centre, (ticks, 1)), push=push, count=encoder_count(machine),
+        errors=sensor_errors(machine), seed=1,
+    )  # fmt: skip
+    late = record.time >= 1.6
+    assert np.ptp(record.position[late, 0]) < 2e-5
+    found = math.sqrt(float(np.linalg.eigvalsh(np.cov(in_band(record.knob[late], T).T))[-1]))
+    told = NoisyLoop(machine, hand=BARELY, normal=np.eye(3)[0], par=par).figures(WALL, BOARD.damping).motion
+    assert found == pytest.approx(told, rel=0.3)
+    assert (found > MOTION) == (stiffer < STIFFER[7])
