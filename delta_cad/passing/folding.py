@@ -1,4 +1,4 @@
-"""Rods of a direct drive beside what holds its own motor, which is round about the shoulder's axis."""
+"""Rods and springs of a direct drive beside what holds its own motor, which is round about the shoulder's axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.rules import up
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
-from delta_cad.passing.moving import FAR_MM, FEW, Apart, nearest, rod_points
+from delta_cad.passing.moving import FAR_MM, FEW, Apart, nearest, rod_points, spring_points
 from delta_cad.passing.shapes import off_all_mm
 from delta_cad.passing.standing import cheeks, motor
 
@@ -20,8 +20,8 @@ ELBOW_FIELD = "requirements.elbow_angle_min_deg"
 
 
 def beside_own_motor(d: Dimensions) -> Apart:
-    """Gives how near rods come to their own chain's motor and its cheek, over positions."""
-    points, radii = rod_points(d.forearm)
+    """Gives how near rods and the springs across them come to their own chain's motor and its cheek, over positions."""
+    moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
     stands = [cheeks(d)[0], motor(d)]
     out = np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
 
@@ -29,9 +29,10 @@ def beside_own_motor(d: Dimensions) -> Apart:
         del rough
         placed = link_placement(d)(positions_mm)
         found = np.full(len(positions_mm), FAR_MM)
-        for i, side in product(CHAINS, SIDES):
-            frame = placed[f"rod_{i}_{side}"]
-            at = points @ np.swapaxes(frame[:, :3, :3], 1, 2) + frame[:, None, :3, 3]
+        for i, side, (link, (points, radii)) in product(CHAINS, SIDES, moving.items()):
+            frame = placed[f"{link}_{i}_{side}"]
+            turned = chain_frame(i)[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
+            at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
             off = off_all_mm(stands, at @ chain_frame(i)[:3, :3] - out) - radii
             found = np.minimum(found, off.min(axis=1))
         return found
@@ -59,9 +60,9 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     bottom = cube.bottom_height_mm
     bound = bottom + sqrt(lowest**2 + 2.0 * long * forearm * max(cos(fold) - cos(needed), 0.0)) - lowest
     message = (
-        f"rods that fold to {degrees(fold):.1f} deg come within {least_mm - lacking:.2f} mm of what holds "
-        f"{d.motor.id}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least {up(bound)} mm, "
-        f"or hardware.motor smaller, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
+        f"rods that fold to {degrees(fold):.1f} deg, or springs across them, come within {least_mm - lacking:.2f} mm "
+        f"of what holds {d.motor.id}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least "
+        f"{up(bound)} mm, or hardware.motor smaller, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
     )
     field, instead = "cube.bottom_height_mm", (ELBOW_FIELD, degrees(needed))
     yield Reason("rod_tube", "beside the motor", message, field, bottom, bound, instead=instead)

@@ -47,6 +47,7 @@ class Candidate:
         score: What is sought, larger is better.
         couple_index_min: Hold against turning that closed forms asked for.
         couple_per_mm: The same for each mm of a knob's lever behind a panel.
+        elbow_angle_deg: Angle between upper arm and rods, likewise.
     """
 
     design: Design
@@ -56,6 +57,7 @@ class Candidate:
     score: float
     couple_index_min: float = 0.0
     couple_per_mm: float = 0.0
+    elbow_angle_deg: float = 0.0
 
     @property
     def side_mm(self) -> float:

@@ -41,6 +41,7 @@ SIZES = (
 )
 PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
+UNFOLDED = 0.85  # of what was asked of arms that folded: it is asked anew where it still has to be
 GROWTH = 1.25  # of a length at once: what asks for more may be met by what another reason asks for
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP = 0.03
@@ -114,7 +115,9 @@ def from_reasons(
             over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
             lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
         elif field == FOLDED and isinstance(bound, float):
-            lessons = lessons.taught(str(reason), elbow_angle_deg=math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+            least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
+            eased = {name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in lessons.least_mm.items()}
+            lessons = lessons.taught(str(reason), elbow_angle_deg=least, least_mm=eased)
         elif (field.startswith("requirements.") or not field) and brief.panel is not None:
             share = bound / reason.value if isinstance(bound, float) and isinstance(reason.value, float) else 1.0
             borne.append((share, str(reason)))

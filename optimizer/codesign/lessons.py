@@ -91,6 +91,11 @@ class Crowded(NamedTuple):
     least_mm: float
 
 
+HELD = "couple_index_min", "couple_per_mm", "elbow_angle_deg"
+Held = tuple[float, float, float]
+"""Couple index, the same for each mm of a lever, angle at the elbow, deg."""
+
+
 @dataclass(frozen=True)
 class Lessons:
     """Bounds for the lengths of the next candidate.
@@ -181,6 +186,15 @@ class Lessons:
     def held_torque_N_m(self) -> float:
         """What of a joint's torque is not for the force."""
         return self.weighed.gravity_torque_N_m + self.spare_torque_N_m
+
+    @property
+    def held(self) -> Held:
+        """What closed forms asked of the limits in `HELD`."""
+        return self.couple_index_min, self.couple_per_mm, self.elbow_angle_deg
+
+    def holding(self, least: Held) -> Lessons:
+        """The same with at least so much asked of each of them."""
+        return replace(self, **dict(zip(HELD, map(max, self.held, least), strict=True)))
 
     def raised(self, length: str, least_mm: float, why: str) -> Lessons:
         """The same with a length that is at least so much."""

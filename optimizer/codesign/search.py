@@ -19,6 +19,7 @@ from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, motor_of, n
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
+    ELBOW_STEP_DEG,
     LEVER_STEPS,
     PULLED,
     StuckError,
@@ -32,7 +33,7 @@ from optimizer.codesign.learning import (
     with_room,
 )
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
-from optimizer.codesign.lessons import Lessons, Weighed
+from optimizer.codesign.lessons import Held, Lessons, Weighed
 from optimizer.codesign.price import cheapest
 from optimizer.codesign.tried import Posed, Tried
 from optimizer.problem.brief import DesignBrief
@@ -273,7 +274,8 @@ class Search:
 
     def _beside(self, one: Choice, best: Candidate) -> Candidate | None:
         """What closed forms leave of hardware near the best; None where that is no better."""
-        held = best.couple_index_min - COUPLE_STEP, best.couple_per_mm / LEVER_STEPS[0]
+        index, per_mm = best.couple_index_min - COUPLE_STEP, best.couple_per_mm / LEVER_STEPS[0]
+        held = index, per_mm, best.elbow_angle_deg - ELBOW_STEP_DEG
         beats = None if self.brief.objective == "cost" else best.score  # a price is none of lengths
         found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
         self.report(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
@@ -339,7 +341,7 @@ class Search:
         self,
         choice: Choice,
         start: Lengths | None = None,
-        held: tuple[float, float] = (0.0, 0.0),
+        held: Held = (0.0, 0.0, 0.0),
         weighing: bool = True,
         beats: float | None = None,
     ) -> Candidate | None:
@@ -348,7 +350,7 @@ class Search:
         Args:
             choice: Hardware.
             start: Lengths to begin from.
-            held: Couple index, and the same for each mm of a lever, to begin from: near by closed forms asked for it.
+            held: To begin from: near by closed forms asked for it.
             weighing: Whether solids are made where the masses known are of another machine.
             beats: A score: a candidate that is no better need not be found.
 
@@ -359,8 +361,7 @@ class Search:
 
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
-        index, per_mm = max(built.couple_index_min, held[0]), max(built.couple_per_mm, held[1])
-        lessons = replace(built, couple_index_min=index, couple_per_mm=per_mm)
+        lessons = built.holding(held)
         geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):
@@ -391,8 +392,7 @@ class Search:
             except (DesignError, MechanismError, StuckError) as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            hold = lessons.couple_index_min, lessons.couple_per_mm
-            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, *hold)
+            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, *lessons.held)
             if not weighing:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
