@@ -57,6 +57,7 @@ APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
 ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
+LEFT_MM = 2.0  # of a base radius that closed forms are asked about
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
 SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
@@ -328,6 +329,30 @@ def with_room(candidate: Candidate, lessons: Lessons, results: Iterable[CheckRes
     if left <= 0.0 or radius > asked + UNKNOWN_MM or asked <= lessons.least("base_radius"):
         return lessons, 0.0
     return lessons.apart(width, radius, -left, f"{APART}: {left:.2f} mm more than keys need"), left
+
+
+def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
+    """Learns how much less of a base radius closed forms would let a machine's hardware have.
+
+    Args:
+        candidate: The machine, which they pass.
+        lessons: What was known.
+    """
+    from delta_cad.structure.refusals import refusals
+
+    design = candidate.design
+    radius, width = design.mechanism.base_radius_mm, candidate.choice.width_mm
+
+    def passes(shorter_mm: float) -> bool:
+        shorter = design.mechanism.model_copy(update={"base_radius_mm": radius - shorter_mm})
+        reasons = refusals(design.model_copy(update={"mechanism": shorter}))
+        return not any(reason.field == "mechanism.base_radius_mm" for reason in reasons)
+
+    left, most = 0.0, LEFT_MM
+    while most - left > SPARE_MM:
+        middle = (left + most) / 2.0
+        left, most = (middle, most) if passes(middle) else (left, middle)
+    return lessons.apart(width, radius, -most, f"closed forms ask for {radius - most:.2f} mm of base radius")
 
 
 def _one_chain(pair: Sequence[str]) -> bool:

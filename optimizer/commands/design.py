@@ -164,6 +164,7 @@ def _search(
     from optimizer.codesign.candidate import solid
     from optimizer.codesign.costs import costs
     from optimizer.codesign.journal import results_read, results_told
+    from optimizer.codesign.learning import with_least_radius
     from optimizer.codesign.lessons import reference
     from optimizer.codesign.pages.design import design_page
     from optimizer.codesign.pages.output import (
@@ -202,15 +203,15 @@ def _search(
             if not outcome.passed or standing is None:
                 return
             line.show("what each limit costs")
-            known = search.lessons[standing.choice.motor, standing.choice.drive]
-            of = " ".join((standing.choice.motor, standing.choice.drive))  # stuck at another ratio or width
+            key = standing.choice.motor, standing.choice.drive
+            known, of = search.lessons[key], " ".join(key)  # stuck at another ratio or width
             stuck = {name: why for name, why in search.tried.stuck.items() if name != of}
             posed = [*search.tried.posed, Posed(standing.choice, standing.score, ())]
             tried = replace(search.tried, built=[*search.tried.built, (stated, ())], posed=posed, stuck=stuck)
             begun = monotonic()
             bound, notes = None, (*brief.notes, *haste)
             if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
-                family = Family(brief, standing, search.lessons)
+                family = Family(brief, standing, search.lessons | {key: with_least_radius(standing, known)})
                 try:
                     with Request() as asked:
                         bound = bounded(

@@ -17,18 +17,21 @@ from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle
 from delta_cad.mechanism.workspace import CubeSearch
 from delta_cad.passing.folding import ELBOW_FIELD
+from delta_cad.structure.refusals import refusals
 from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (
     COUPLE_MOST,
     LEVER_EXPONENT,
     LEVER_STEPS,
+    UNFOLDED,
     StuckError,
     from_checks,
     from_pull,
     from_reasons,
     from_stiffness,
     too_soft,
+    with_least_radius,
     with_outline,
     with_room,
 )
@@ -243,8 +246,13 @@ def test_a_lesson_is_told_in_figures_of_people(result: CheckResult, told: str) -
 def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
     angle = (ELBOW_FIELD, 33.31)  # which more lengths than the height in the field may give
     reason = Reason("rod_tube", "beside the motor", "why", "cube.bottom_height_mm", 57.0, 65.0, instead=angle)
-    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [reason])
+    long = KNOWN.raised("upper_arm_length", 80.0, "").raised("base_radius", 30.0, "")
+    _, lessons = from_reasons(brief(), CHOICE, long, [reason])
     assert lessons.elbow_angle_deg == pytest.approx(33.4)
+    assert lessons.least("upper_arm_length") == pytest.approx(80.0 * UNFOLDED)  # asked anew
+    assert lessons.least("base_radius") == 30.0
+    assert KNOWN.holding((0.45, 0.0, 30.0)).held == (0.45, 0.0, 30.0)
+    assert lessons.holding((0.0, 0.0, 30.0)).held == lessons.held
     assert lessons.couple_index_min == KNOWN.couple_index_min
 
 
@@ -322,3 +330,21 @@ def test_room_that_keys_leave_is_learnt_where_the_base_radius_was_made_for_them(
         (crowded.raised("base_radius", radius, ""), left),
     ):
         assert with_room(one, known, [found]) == (known, 0.0)
+
+
+def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_machines() -> None:
+    """Of the committed machine: with so much it passes, with a tenth less it does not."""
+    design = load_design(Path(BEST))
+    m, cube = design.mechanism, design.cube
+    lengths = (m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm)
+    lengths = (*lengths, cube.bottom_height_mm, cube.half_side_mm)
+    one = Candidate(design, Choice("maxon-re30-310007", "capstan", 4.86, 50.0), lengths, reference(), 83.1)
+    least = with_least_radius(one, replace(KNOWN, least_mm={})).least_radius_mm(50.0)
+
+    def asked(radius_mm: float) -> bool:
+        moved = design.model_copy(update={"mechanism": m.model_copy(update={"base_radius_mm": radius_mm})})
+        return any(reason.field == "mechanism.base_radius_mm" for reason in refusals(moved))
+
+    assert least < m.base_radius_mm
+    assert not asked(least + 0.06)
+    assert asked(least)
