@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -145,8 +146,8 @@ def laws_of(machine: MachineModel, scene: str, loop: Any) -> Any:
     from haptics.rendering.laws.home import Home
     from haptics.rendering.laws.operating_resistance import OperatingResistance
     from haptics.rendering.laws.spring import SpringDamper
-    from haptics.rendering.laws.virtual_wall import VirtualWall
-    from haptics.stability.walls import capped, computed_wall
+    from haptics.rendering.laws.virtual_wall import AXES, VirtualWall
+    from haptics.stability.walls import capped, centre_and_corners, computed_wall
 
     middle = machine.centre
     if scene == "none":
@@ -154,7 +155,9 @@ def laws_of(machine: MachineModel, scene: str, loop: Any) -> Any:
     wall = capped(machine, VirtualWall(5000.0, middle, (0.0, 0.0, 1.0)), middle, loop)
     if scene == "wall":
         return wall
-    bears = min(computed_wall(machine, middle, axis, loop) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)))
+    # a spring is felt everywhere, and no drive damps more for it
+    tried = product(centre_and_corners(machine), AXES.values())
+    bears = min(computed_wall(machine, p, axis, loop.untouched) for p, axis in tried)
     stiffness, damping = min(300.0, 0.5 * bears), min(2.0, loop.damping)
     if scene == "spring":
         return SpringDamper(stiffness, damping, middle)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -27,6 +28,7 @@ FILES = (
 )
 MACHINE = "c/delta_machine.h"
 HOST_RATE_Hz = 1000.0  # at which programs on a host close the loop through a socket
+HOST_DELAYS = 0.5, 1.0, 1.5  # periods from a reading to its torque
 RAMP_S, WATCHDOG_S, TIMEOUT_S = 0.5, 0.02, 0.1
 
 
@@ -41,11 +43,12 @@ def sources(machine: MachineModel) -> dict[str, str]:
 def machine_header(machine: MachineModel) -> str:
     """Gives the header with the numbers of a design.
 
-    Stiffness is what a wall in the middle of the cube may have with a loop of 1 kHz through a host.
+    Stiffness is what a wall in the middle of the cube may have with a loop of 1 kHz through a host: its force reaches
+    the drives a period after its reading, and tells them of no wall.
     """
     design = machine.design
     known = model(machine.geometry, machine.masses, design.requirements.gravity_m_s2)
-    loop = at_rate(HOST_RATE_Hz)
+    loop = replace(at_rate(HOST_RATE_Hz), delays=HOST_DELAYS).untouched
     wall = SHARE * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
         *(known.radius_difference, known.upper_arm_length, known.forearm_length),

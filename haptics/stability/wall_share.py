@@ -16,7 +16,7 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
 from haptics.simulation.hardware import wall_cap
 from haptics.simulation.loops import BOARD, LoopChoice
-from haptics.stability.walls import WallAt
+from haptics.stability.walls import WallAt, centre_and_corners
 
 # Shares of the closed form that are tried, the largest first; none of them: the loop is refused.
 SCALES = (*(0.02 * k for k in range(50, 35, -1)), 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
@@ -66,13 +66,9 @@ def proven_cap(machine: MachineModel, loop: LoopChoice = BOARD) -> WallCap:
     Raises:
         ValueError: Even a tenth of the closed form is unstable somewhere.
     """
-    poses = [
-        machine.centre,
-        *(machine.centre + machine.half_side * np.array(s) for s in product((-1.0, 1.0), repeat=3)),
-    ]
     tried = [
         WallAt(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
-        for pose, normal in product(poses, NORMALS)
+        for pose, normal in product(centre_and_corners(machine), NORMALS)
     ]
     whole = wall_cap(machine, loop, 1.0)
     for scale in SCALES:

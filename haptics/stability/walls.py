@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -180,6 +181,12 @@ def computed_wall(machine: MachineModel, p: ArrayLike, normal: ArrayLike, loop: 
     """Largest wall that is stable let go of with the least friction and the largest delay, N/m: what is capped from."""
     late = loop.delays[2] * loop.period
     return WallAt(machine, loop, p, normal, place=0, delay=late).stable(FREE)
+
+
+def centre_and_corners(machine: MachineModel) -> list[np.ndarray]:
+    """The poses (3,) of a cube at which what stands everywhere in it is tried, m."""
+    corners = (machine.centre + machine.half_side * np.array(signs) for signs in product((-1.0, 1.0), repeat=3))
+    return [machine.centre, *corners]
 
 
 def capped(machine: MachineModel, wall: VirtualWall, p: ArrayLike, loop: LoopChoice = BOARD) -> VirtualWall:

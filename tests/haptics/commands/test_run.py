@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,11 @@ from delta_cad.design import Design
 from haptics.calibration.fit import fit
 from haptics.calibration.record import calibration_of, save_calibration
 from haptics.commands.cli import main
-from haptics.commands.run import SCENES
+from haptics.commands.run import SCENES, laws_of
 from haptics.devices.recording import Recording, load_recording, save_recording
+from haptics.model.plant import FREE
+from haptics.simulation.loops import at_rate
+from haptics.stability.walls import WallAt
 from tests.committed import BEST, ROOT
 from tests.haptics.calibration.devices import cube_points, made, measured
 from tests.haptics.devices.served import served
@@ -161,3 +165,12 @@ def test_a_board_that_goes_away_is_told(best: Design, weights: Path, capsys: pyt
     assert code == 1
     assert facts["lost"]
     assert "DEVICE_LOST" in facts["faults"] or facts["ticks"] < 120
+
+
+@pytest.mark.parametrize("scene", ["spring", "home", "resistance"])
+def test_a_spring_is_half_of_what_stands_in_the_softest_corner_without_a_wall(best: Design, scene: str) -> None:
+    machine, loop = scene_machine(best), at_rate(1000.0)
+    corner = machine.centre + machine.half_side * np.array([-1.0, 1.0, 1.0])
+    free = replace(loop, contact_damping=loop.drive_damping)
+    at = WallAt(machine, free, corner, (1.0, 0.0, 0.0), place=0, delay=loop.delays[2] * loop.period)
+    assert 10.0 < laws_of(machine, scene, loop).stiffness <= 0.5 * at.stable(FREE)

@@ -1,4 +1,4 @@
-"""Whether a wall is touched goes from the tick to whatever drives the joints, and ends with the force."""
+"""Whether a wall is touched goes from the tick to whatever drives the joints, and ends on a board that trips."""
 
 from __future__ import annotations
 

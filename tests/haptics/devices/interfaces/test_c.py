@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,11 @@ from delta_cad.mechanism import forward_kinematics, jacobian
 from haptics.devices.fake import DisturbedDevice, invalid
 from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
-from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, sources, write_sources
+from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, machine_header, sources, write_sources
 from haptics.model.machine import MachineModel
-from haptics.simulation.loops import BOARD
+from haptics.model.plant import FREE
+from haptics.simulation.loops import BOARD, at_rate
+from haptics.stability.walls import WallAt
 from tests.haptics.devices.served import Served, served
 from tests.haptics.scene_machine import scene_machine
 
@@ -233,6 +236,14 @@ def test_the_ros_node_compiles_and_drives_a_board(machine: MachineModel, folder:
     done = subprocess.run([out], env=os.environ | {"DELTA_port": "70000"}, timeout=60, capture_output=True, text=True)
     assert done.returncode == 1
     assert "port" in done.stderr
+
+
+def test_a_hosts_wall_stands_without_the_damping_that_it_tells_no_drive_of(machine: MachineModel) -> None:
+    """By the eigenvalues of a loop of 1 kHz that is a period late, its drives as they damp where no wall is touched."""
+    line = next(line for line in machine_header(machine).splitlines() if "DELTA_STIFFNESS" in line)
+    loop = replace(at_rate(1000.0), contact_damping=BOARD.drive_damping)
+    walls = [WallAt(machine, loop, machine.centre, axis, place=0, delay=1.0e-3).stable(FREE) for axis in np.eye(3)]
+    assert 50.0 < float(line.split()[2]) < 0.7 * min(walls)
 
 
 def test_the_machines_numbers_are_read_back_to_the_last_bit(machine: MachineModel) -> None:
