@@ -103,10 +103,14 @@ def _driven(machine: MachineModel, device: Device, given: argparse.Namespace) ->
     from haptics.devices.recording import Forgetful, Recorder, save_recording
     from haptics.simulation.hardware import board_controller
     from haptics.simulation.loops import at_rate
+    from haptics.stability.wall_share import proven_cap
 
     period = _period(device, given)
     loop = at_rate(1.0 / period)
-    host = Host(board_controller(machine, loop), laws_of(machine, given.scene, loop))
+    if getattr(device, "touch", None) is None:  # no drive damps more at a wall
+        loop = loop.untouched
+    controller = board_controller(machine, loop)._replace(walls=proven_cap(machine, loop))
+    host = Host(controller, laws_of(machine, given.scene, loop))
     host.enable()
     recorder, lost, stopped = (Forgetful if given.record is None else Recorder)(), "", False
     with Line() as line:
