@@ -103,9 +103,7 @@ def spring_points(d: Dimensions) -> Points:
     sway = spring_sway(f.width_mm, f.eye_y_mm, f.eye_z_mm, f.tilt_limit_rad)
     half, coil = f.between_eyes_mm / 2 + sway.along_mm, (f.spring.mean_diameter_mm + f.spring.wire_mm) / 2
     y = np.linspace(-half, half, int(2 * half / STEP_MM) + 2)
-    wound = (
-        f.between_eyes_mm / 2 - f.spring.mean_diameter_mm
-    )  # half of what is no loop; its whole side strays as its ends
+    wound = f.between_eyes_mm / 2 - f.spring.mean_diameter_mm  # half of what is no loop: its side strays as its ends
     radius = np.full(len(y), coil + sway.across_mm + wound * sin(sway.turn_rad))
     return np.stack([0.0 * y, y, 0.0 * y], axis=1), radius
 

@@ -87,11 +87,8 @@ def sector_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
 
 def sliding_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a motor or pinion comes to another's motor cheek as either drive slides in along its radius."""
-    u, points = (
-        d.bracket.shoulder_u_mm,
-        np.concatenate([on_round(one) for one in (motor(d), *pinion(c, d), shaft_end(c, d))]),
-    )
-    cheek = cheeks(d)[0]
+    u, cheek = d.bracket.shoulder_u_mm, cheeks(d)[0]
+    points = np.concatenate([on_round(one) for one in (motor(d), *pinion(c, d), shaft_end(c, d))])
     way = np.linspace(0.0, SLID_MM, SLIDES)[:, None, None]
     found = FAR_MM
     for j in CHAINS[1:]:

@@ -36,9 +36,7 @@ LEAN = 0.6
 DEEPEST = 10e-3
 READY = 0.6  # Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest
 COMES = 0.4  # Time in which the hand's aim moves into the wall, s
-LOOP_SUBSTEPS = (
-    2  # Steps of the plant in a period of a loop of 8 kHz: a twelfth of a period of what rings fastest in it
-)
+LOOP_SUBSTEPS = 2  # Steps of the plant in a period of a loop of 8 kHz: a twelfth of what rings fastest in it
 # Deviations of an encoder's noise that count as a count: with three of them a swing is beyond what noise draws in 1 s.
 WIDTH = 3.0
 # Swings up to three times this, 10 um peak to peak, are no oscillation, however fine the encoder: about what fingers

@@ -144,10 +144,16 @@ class Family:
             f"at least {along:.1f} and {across:.1f} mm of outline beyond eq. (1)",
             f"where nothing else is asked a couple index of {COUPLE_INDEX:g} or more, kappa of {KAPPA:g} or less, "
             f"rods that lean by no more than {LEAN_DEG:g} deg, shoulder angles from {low:g} to {high:g} deg",
-            "base and platform radius no smaller than their hardware was found to need, or closed forms ask for it",
+            f"base radius of at least {self._radius_mm():.2f} mm, which is asked of this machine's hardware, and no "
+            "smaller a platform radius: at other ratios and lengths it was not asked",
             f"sectors that pass one another: of R >= {SECTOR_ROOM_MM:g} mm and half their radius",
             f"shafts of motors that bear at most {100 / LIGHT - 100:.0f} % more of a cable than was found",
         )
+
+    def _radius_mm(self) -> float:
+        """The least base radius of a machine of this one's motor, beside what sectors ask for."""
+        choice = self._machine.choice
+        return self._lessons[choice.motor, choice.drive].least_radius_mm(choice.width_mm)
 
     def intervals(self) -> Iterator[Interval]:
         """Gives one for each motor and drive."""

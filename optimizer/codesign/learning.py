@@ -12,6 +12,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
+from delta_cad.passing.folding import ELBOW_FIELD
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice, default_of
 from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons
@@ -31,7 +32,6 @@ LENGTHS = {
     "cube.bottom_height_mm": "bottom_height",
 }
 """Field of a design that a refusal names -> the length that is bounded from below."""
-FOLDED = "requirements.elbow_angle_min_deg"
 SIZES = (
     "sector_radius_mm",
     "base_plate_thickness_mm",
@@ -115,7 +115,7 @@ def from_reasons(
             # an outline that is free is posed in whole millimetres: by less it may stay as it is
             over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
             lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
-        elif field == FOLDED and isinstance(bound, float):
+        elif field == ELBOW_FIELD and isinstance(bound, float):
             least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
             eased = {name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in lessons.least_mm.items()}
             lessons = lessons.taught(str(reason), elbow_angle_deg=least, least_mm=eased)
@@ -133,9 +133,9 @@ def from_reasons(
 
 def _by_angle(reason: Reason) -> Reason:
     """A reason for a length with the angle at the elbow that would do, which other lengths may give: with that."""
-    if reason.instead is None or reason.instead[0] != FOLDED:
+    if reason.instead is None or reason.instead[0] != ELBOW_FIELD:
         return reason
-    return replace(reason, field=FOLDED, value=None, bound=reason.instead[1])
+    return replace(reason, field=ELBOW_FIELD, value=None, bound=reason.instead[1])
 
 
 def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:
@@ -337,6 +337,9 @@ def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
     Args:
         candidate: The machine, which they pass.
         lessons: What was known.
+
+    Returns:
+        What is known now; nothing more where they ask for no base radius within `LEFT_MM` of the machine's.
     """
     from delta_cad.structure.refusals import refusals
 
@@ -348,6 +351,8 @@ def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
         reasons = refusals(design.model_copy(update={"mechanism": shorter}))
         return not any(reason.field == "mechanism.base_radius_mm" for reason in reasons)
 
+    if passes(LEFT_MM):
+        return lessons
     left, most = 0.0, LEFT_MM
     while most - left > SPARE_MM:
         middle = (left + most) / 2.0

@@ -348,3 +348,5 @@ def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_m
     assert least < m.base_radius_mm
     assert not asked(least + 0.06)
     assert asked(least)
+    wider = design.model_copy(update={"mechanism": m.model_copy(update={"base_radius_mm": m.base_radius_mm + 5.0})})
+    assert with_least_radius(replace(one, design=wider), KNOWN) is KNOWN  # they ask for nothing so far out
