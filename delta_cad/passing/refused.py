@@ -34,7 +34,7 @@ Spare = Callable[[Dimensions, CapstanDimensions, int], float]
 
 
 def passing(d: Dimensions) -> list[Reason]:
-    """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and a motor cannot pass.
+    """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and their drive cannot pass.
 
     All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what
     meshes are off; what passes may still fail.
@@ -42,8 +42,8 @@ def passing(d: Dimensions) -> list[Reason]:
     Args:
         d: The machine.
     """
-    own = folded(d, _least_mm(d)) if d.capstan is None else [*_sleeves(d, d.capstan), *_chains(d, d.capstan)]
-    return [*own, *_cups(d)]
+    drive = [] if d.capstan is None else [*_sleeves(d, d.capstan), *_chains(d, d.capstan)]
+    return [*folded(d, _least_mm(d)), *drive, *_cups(d)]
 
 
 def _least_mm(d: Dimensions) -> float:
