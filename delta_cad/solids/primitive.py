@@ -33,6 +33,7 @@ ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by microm
 STEEP = 0.014  # climb above which arcs are shorter
 KINK = 0.0115  # climb times arc, there: with more no torus is swept round a kink
 THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
+EDGE_SHARES = 1.0, 0.8, 0.6  # of a chamfer that is asked, the first that the kernel makes
 
 
 class BuildError(RuntimeError):
@@ -229,6 +230,8 @@ def fuse(solid: cq.Shape, *others: cq.Shape) -> cq.Shape:
 def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
     """Chamfer of the outer edges of the faces (or the edges) that a selector names; last, as kernels like it.
 
+    Smaller where the kernel makes nonsense of it, as beside an arc that is much shorter than the chamfer is wide.
+
     Args:
         part: Part number, for the error.
         solid: Body before its bores are cut, so that only outer edges are broken.
@@ -238,8 +241,13 @@ def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
 
     def build() -> cq.Shape:
         edges = cq.Workplane(obj=solid).faces(faces).edges().vals()
-        broken = solid.chamfer(size, None, edges)  # type: ignore[attr-defined]
-        return broken if broken.isValid() else broken.fix()  # beside an arc of hundredths a face crosses itself
+        whole, most = solid.Volume(), size**2 * sum(edge.Length() for edge in edges)
+        for share in EDGE_SHARES:
+            broken = solid.chamfer(share * size, None, edges)  # type: ignore[attr-defined]
+            broken = broken if broken.isValid() else broken.fix()  # beside an arc of hundredths a face crosses itself
+            if 0.0 < whole - broken.Volume() <= most:
+                return broken
+        raise ValueError(f"a chamfer of {size:g} mm, or {EDGE_SHARES[-1]:g} of it, is not less than the body")
 
     return feature(part, f"edge break {size:g}", faces, build)
 
