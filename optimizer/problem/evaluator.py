@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import RADIAL, SIN_60, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.couple_index import least_singular_value
 
@@ -61,6 +61,15 @@ class Figures(NamedTuple):
     def rods(self) -> Rods:
         """Computes the rods of the chains that the figures are of."""
         return _rods(self.designs, self.points)
+
+    def folds(self) -> np.ndarray:
+        """Computes the least cosine (D, K) between a chain's arm and its rods, -1 folded, by the law of cosines."""
+        L_A, L_B, R, r, H, L = (self.designs[:, k, None] for k in range(6))
+        x, y, z = L * self.points[..., 0], L * self.points[..., 1], H + L * (1.0 + self.points[..., 2])
+        a = R - r
+        nearest = np.maximum(a * x, SIN_60 * np.abs(a * y) - 0.5 * a * x)  # a times the way towards a chain
+        wrist2 = x * x + y * y + z * z + a * a - 2.0 * nearest
+        return (wrist2 - L_A * L_A - L_B * L_B) / (2.0 * L_A * L_B)
 
     def couple_index(self) -> np.ndarray:
         """Computes the couple index (D, K) of the chains as they are continued beyond their reach."""

@@ -118,6 +118,7 @@ def test_a_tall_cheek_whose_edges_the_kernel_breaks_only_by_less_is_sound() -> N
             "tube": "cfrp-5x3",
             "arm_thickness_mm": 5.0,
             "platform_thickness_mm": 13.5,
+            "ball_diameter_mm": 6.0,
         },
     }
     d = dimensions(design_from_dict(data))

@@ -187,6 +187,18 @@ def test_compiled_figures_are_those_of_numpy(conditioning: bool) -> None:
         assert close.all(), (name, np.abs(x - y)[~close])
 
 
+def test_folds_are_the_angles_between_arms_and_rods_of_every_chain() -> None:
+    """The law of cosines, against the chains' own directions."""
+    low, high = np.array([70, 130, 30, 20, 50, 10]), np.array([100, 180, 50, 30, 100, 40])
+    designs = (low + (high - low) * np.random.default_rng(3).random((40, 6))) / 1000.0
+    f = figures(designs, sample_points(designs, 5))
+    rods = f.rods()
+    closed = (rods.closure > 0.0).all(axis=-1)
+    between = (rods.cos * rods.radial + rods.sin * rods.vertical).min(axis=-1)
+    assert closed.mean() > 0.5
+    np.testing.assert_allclose(f.folds()[closed], between[closed], rtol=0.0, atol=1e-13)
+
+
 def test_without_numba_numpy_does_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
     evaluator._compiled.cache_clear()

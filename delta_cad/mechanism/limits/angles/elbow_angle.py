@@ -117,6 +117,4 @@ class ElbowAngle(PoseLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the difference of the cosines of the angle allowed and of the sharpest elbow."""
-        rods = f.rods()
-        along = rods.cos * rods.radial + rods.sin * rods.vertical
-        return along.min(axis=-1) + math.cos(self.angle_min)
+        return f.folds() + math.cos(self.angle_min)
