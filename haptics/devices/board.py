@@ -118,9 +118,7 @@ class Board:
                 self.tripped = True
                 self.counts["TRIPPED"] += 1
         off = self.tripped or self.stop or not self.connected
-        if touch := getattr(self._device, "touch", None):
-            touch(self._touched and not off)
-        self._device.write(np.zeros(3) if off else self._torques)
+        self._drive(np.zeros(3) if off else self._torques, self._touched and not off)
         sample: Reading = self._device.read()
         self._time = sample.time
         if not self.connected:
@@ -140,7 +138,12 @@ class Board:
     def end(self) -> None:
         """Ends the session and lets all torque go."""
         self.peer, self._torques, self.tripped, self._touched = None, np.zeros(3), False, False
-        self._device.write(self._torques)
+        self._drive(self._torques, touched=False)
+
+    def _drive(self, torques: np.ndarray, touched: bool) -> None:
+        if touch := getattr(self._device, "touch", None):
+            touch(touched)
+        self._device.write(torques)
 
     def _hello(self, packet: Packet, peer: Any) -> bytes:
         requested = packet.values[0]

@@ -77,7 +77,7 @@ def test_a_board_tells_its_drives_a_tick_later() -> None:
     assert not device.told[-1]  # without a session
 
 
-@pytest.mark.parametrize("how", ["watchdog", "stop"])
+@pytest.mark.parametrize("how", ["watchdog", "stop", "bye"])
 def test_where_a_board_cuts_the_torque_its_drives_do_not_damp_as_at_a_wall(how: str) -> None:
     device = Watched()
     wire = Wire(Board(device, 1e-3, 0.8, 16384))
@@ -90,6 +90,8 @@ def test_where_a_board_cuts_the_torque_its_drives_do_not_damp_as_at_a_wall(how: 
     if how == "stop":
         wire.board.stop = True
         wire.board.tick()
+    elif how == "bye":
+        far.close()  # at once, with the torque, not in the next tick
     else:
         for _ in range(22):  # 20 ms without a COMMAND
             wire.board.tick()
