@@ -126,6 +126,7 @@ def test_the_device_at_the_other_end_is_the_simulated_one(
         return np.array([0.02, -0.03, 0.06]) * np.cos(100.0 * sample.time)
 
     device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0)
+    assert device.damps_at_walls
     device.touch(touched)
     far = run(device, wavy, ticks=400)
     count = encoder_count(machine)
