@@ -31,7 +31,12 @@ PATH_SHARE, PATH_Hz = 0.5, (0.21, 0.33, -0.13)  # down at first, onto the wall
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--device", choices=DEVICES, default="simulated", help="device to drive; default: simulated")
+    command.add_argument(
+        "--device",
+        choices=DEVICES,
+        default="simulated",
+        help="device to drive; default: simulated, which is rigid, without noise or delay of the loop",
+    )
     command.add_argument("--scene", choices=SCENES, default="spring",
                          help="what the handle feels; none: only its weight is held; default: spring")  # fmt: skip
     command.add_argument(
