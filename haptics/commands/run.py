@@ -31,7 +31,12 @@ PATH_SHARE, PATH_Hz = 0.5, (0.21, 0.33, -0.13)  # down at first, onto the wall
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--device", choices=DEVICES, default="simulated", help="device to drive; default: simulated")
+    command.add_argument(
+        "--device",
+        choices=DEVICES,
+        default="simulated",
+        help="device to drive; default: simulated, which is rigid, without noise or delay of the loop",
+    )
     command.add_argument("--scene", choices=SCENES, default="spring",
                          help="what the handle feels; none: only its weight is held; default: spring")  # fmt: skip
     command.add_argument(
@@ -98,17 +103,15 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _driven(machine: MachineModel, device: Device, given: argparse.Namespace) -> dict[str, Any]:
+    from haptics.devices.api import loop_of
     from haptics.devices.device import DeviceLostError
     from haptics.devices.host import Host
     from haptics.devices.recording import Forgetful, Recorder, save_recording
     from haptics.simulation.hardware import board_controller
-    from haptics.simulation.loops import at_rate
     from haptics.stability.wall_share import proven_cap
 
     period = _period(device, given)
-    loop = at_rate(1.0 / period)
-    if getattr(device, "touch", None) is None:  # no drive damps more at a wall
-        loop = loop.untouched
+    loop = loop_of(device, period)
     controller = board_controller(machine, loop)._replace(walls=proven_cap(machine, loop))
     host = Host(controller, laws_of(machine, given.scene, loop))
     host.enable()

@@ -17,8 +17,9 @@ from delta_cad.common.jit import compiled
 from haptics.control.filters import Estimator, fresh_memory, velocity
 from haptics.control.pose import HOLDING, POSITION, RATES, ROWS, Model, pose
 from haptics.control.saturation import saturate
+from haptics.control.supervisor.faults import State
 from haptics.control.supervisor.limits import SafetyLimits
-from haptics.control.supervisor.memory import reset_memory
+from haptics.control.supervisor.memory import STATE, reset_memory
 from haptics.control.supervisor.supervisor import check, limit
 from haptics.control.wall_cap import UNCAPPED, WallCap, borne_force
 
@@ -27,7 +28,10 @@ from haptics.control.wall_cap import UNCAPPED, WallCap, borne_force
 VELOCITY, FORCE, RENDERED, CEILING = ROWS, ROWS + 1, ROWS + 2, ROWS + 3
 WORK = (ROWS + 5, 3)
 FACTOR = (ROWS + 4, 0)  # Where the share of the wanted force that the joints could give is left, 0 to 1
-TOUCHED = (ROWS + 4, 1)  # Where it is left whether a wall is touched, 1 or 0: the drives then damp more
+# Where it is left whether a wall is touched and rendered, 1 or 0: the drives then damp more. Off while no force is
+# let in, disabled or after a fault: a handle that is let go of inside a wall is as free as anywhere.
+TOUCHED = (ROWS + 4, 1)
+_DISABLED, _FAULT = float(State.DISABLED), float(State.FAULT)
 
 
 class Controller(NamedTuple):
@@ -113,4 +117,8 @@ def tick(controller, memory, laws, now, theta, out):
     work[FACTOR] = saturate(work[HOLDING], work[RENDERED], work[CEILING], out)
     for i in range(3):
         work[RENDERED, i] *= work[FACTOR]
-    return limit(controller.limits, memory.supervisor, work[RENDERED], work[HOLDING], out)
+    bits = limit(controller.limits, memory.supervisor, work[RENDERED], work[HOLDING], out)
+    state = memory.supervisor[STATE]
+    if state in (_DISABLED, _FAULT):
+        work[TOUCHED] = 0.0
+    return bits

@@ -28,7 +28,7 @@ from haptics.devices.simulated import simulated_machine
 from haptics.model.machine import MachineModel, load_machine
 from haptics.rendering.laws.constant_force import FORCE, ConstantForce
 from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import at_rate
+from haptics.simulation.loops import LoopChoice, at_rate
 
 KINDS = ("simulated", "socket", "recorded")
 WAIT_S = 0.1  # for a board's STATE; a program that is slower than a period is late, not lost
@@ -188,7 +188,7 @@ def open_device(
     )  # fmt: skip
     try:
         period = getattr(opened, "period", 1.0 / rate_Hz)
-        controller = board_controller(machine, at_rate(1.0 / period))
+        controller = board_controller(machine, loop_of(opened, period))
     except BaseException:
         opened.close()
         raise
@@ -247,6 +247,21 @@ def opened_device(
     else:
         raise ValueError(f"device is {device!r}; it must be one of {', '.join(KINDS)}")
     return opened if known is None else CalibratedDevice(opened, machine.geometry, known.unknowns)
+
+
+def loop_of(device: Device, period: float) -> LoopChoice:
+    """Gives the loop that a device closes: what its walls are held to.
+
+    Args:
+        device: The device; a board says itself whether its drives damp more at a wall, and is a period late.
+        period: Of its tick, s.
+    """
+    loop = at_rate(1.0 / period)
+    damps = getattr(device, "damps_at_walls", None)  # of a board
+    if damps is not None:
+        loop = loop.linked
+    told = getattr(device, "touch", None) is not None and damps is not False
+    return loop if told else loop.untouched
 
 
 def finite(values: np.ndarray) -> list[float | None]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from haptics.devices.device import Device, Reading
 from haptics.devices.protocol import (
+    DAMPS_AT_WALLS,
     RESET_WATCHDOG,
     STOP_PRESSED,
     VERSION,
@@ -118,9 +119,7 @@ class Board:
                 self.tripped = True
                 self.counts["TRIPPED"] += 1
         off = self.tripped or self.stop or not self.connected
-        if touch := getattr(self._device, "touch", None):
-            touch(self._touched and not off)
-        self._device.write(np.zeros(3) if off else self._torques)
+        self._drive(np.zeros(3) if off else self._torques, self._touched and not off)
         sample: Reading = self._device.read()
         self._time = sample.time
         if not self.connected:
@@ -140,7 +139,12 @@ class Board:
     def end(self) -> None:
         """Ends the session and lets all torque go."""
         self.peer, self._torques, self.tripped, self._touched = None, np.zeros(3), False, False
-        self._device.write(self._torques)
+        self._drive(self._torques, touched=False)
+
+    def _drive(self, torques: np.ndarray, touched: bool) -> None:
+        if touch := getattr(self._device, "touch", None):
+            touch(touched)
+        self._device.write(torques)
 
     def _hello(self, packet: Packet, peer: Any) -> bytes:
         requested = packet.values[0]
@@ -158,7 +162,8 @@ class Board:
             self._sequence, self._issued, self._silent, self.answered = self._first(), 0, 0.0, True
             self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
-        return self._packet(PacketKind.WELCOME, (self._period, self._watchdog, self._limit, self._counts_per_turn))
+        told = (self._period, self._watchdog, self._limit, self._counts_per_turn)
+        return self._packet(PacketKind.WELCOME, told, DAMPS_AT_WALLS * hasattr(self._device, "touch"))
 
     def _command(self, packet: Packet) -> None:
         self._heard, self.answered = packet.sequence, True

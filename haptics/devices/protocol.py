@@ -60,6 +60,7 @@ PAYLOAD: dict[PacketKind, struct.Struct] = {
 
 WATCHDOG_TRIPPED, STOP_PRESSED = 1, 2  # Flags of a STATE
 RESET_WATCHDOG, WALL_TOUCHED = 1, 2  # Flags of a COMMAND
+DAMPS_AT_WALLS = 1  # Flag of a WELCOME; a board that does not say so is taken to ignore WALL_TOUCHED
 FAULT_OF_FLAG = {WATCHDOG_TRIPPED: FaultCode.WATCHDOG, STOP_PRESSED: FaultCode.EMERGENCY_STOP}
 
 
@@ -85,7 +86,7 @@ class Packet(NamedTuple):
         answers: Sequence of the other side's newest packet; 0 for none.
         time: Time by the sender's clock, ns.
         values: As `PAYLOAD` says.
-        flags: Bits of a STATE or a COMMAND.
+        flags: Bits of a WELCOME, a STATE or a COMMAND.
     """
 
     kind: PacketKind

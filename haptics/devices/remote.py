@@ -15,6 +15,7 @@ from haptics.devices.board import NS_PER_S
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, three_torques
 from haptics.devices.link import UdpLink
 from haptics.devices.protocol import (
+    DAMPS_AT_WALLS,
     FAULT_OF_FLAG,
     RESET_WATCHDOG,
     WALL_TOUCHED,
@@ -51,6 +52,7 @@ class RemoteDevice:
         watchdog: As the board set it, s.
         torque_limit: The board's own, N m.
         counts_per_turn: Counts in a turn of an encoder.
+        damps_at_walls: Whether its drives damp more while a wall is touched, as it says itself.
         counts: Packets dropped, and why; STATEs that never came (LOST) or were overtaken by a newer one (SKIPPED);
             STATEs that know an older command than the newest (UNANSWERED).
 
@@ -83,7 +85,7 @@ class RemoteDevice:
             raise
         self._heard, self._time_ns = welcome.sequence, welcome.time
         self.period, self.watchdog, self.torque_limit, counts = welcome.values
-        self.counts_per_turn = int(counts)
+        self.counts_per_turn, self.damps_at_walls = int(counts), bool(welcome.flags & DAMPS_AT_WALLS)
 
     @property
     def time(self) -> float:

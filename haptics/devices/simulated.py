@@ -97,6 +97,9 @@ class SimulatedDevice:
 def simulated_machine(machine: MachineModel, period: float = 1e-3) -> SimulatedDevice:
     """Makes the simulated device of a design: rigid, with nominal friction, motors that lag, end stops and counts.
 
+    What noise, compliance, ripple, and the delay of a loop do, `simulation.loop` has with `hardware.real_plant`: here a
+    reading is exact but for its count, and a torque acts on the motors at once.
+
     Args:
         machine: The design and its masses.
         period: Of its tick, s.

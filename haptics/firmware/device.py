@@ -30,6 +30,9 @@ HEADER = """\
 #define DELTA_CENTRE_Z_M {centre} /* of the cube, above the shoulders' plane */
 #define DELTA_DAMPING {damping} /* of a drive, as a share of its motor's short circuit */
 #define DELTA_CONTACT_DAMPING {contact} /* the same while a wall is touched */
+#define DELTA_TORQUE_CONSTANT {constant} /* k_t of the motor, N m/A, and of its generator's voltage, V s/rad */
+#define DELTA_RESISTANCE_OHM {resistance} /* R, its winding's, cold: a share s of it damps by s k_t^2 / R, N m s/rad */
+#define DELTA_RATIO {ratio} /* turns of the motor in one of the joint */
 
 #endif
 """
@@ -108,5 +111,8 @@ def device_files(machine: MachineModel) -> dict[str, str]:
         centre=literal(float(machine.centre[2])),
         damping=literal(BOARD.drive_damping),
         contact=literal(BOARD.contact_damping),
+        constant=literal(motor.torque_constant_N_m_A),
+        resistance=literal(motor.resistance_ohm),
+        ratio=literal(drive.ratio),
     )
     return {"delta_device.h": header, "simulated/device.c": code}

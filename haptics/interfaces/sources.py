@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -28,7 +27,6 @@ FILES = (
 )
 MACHINE = "c/delta_machine.h"
 HOST_RATE_Hz = 1000.0  # at which programs on a host close the loop through a socket
-HOST_DELAYS = 0.5, 1.0, 1.5  # periods from a reading to its torque
 RAMP_S, WATCHDOG_S, TIMEOUT_S = 0.5, 0.02, 0.1
 
 
@@ -48,7 +46,7 @@ def machine_header(machine: MachineModel) -> str:
     """
     design = machine.design
     known = model(machine.geometry, machine.masses, design.requirements.gravity_m_s2)
-    loop = replace(at_rate(HOST_RATE_Hz), delays=HOST_DELAYS).untouched
+    loop = at_rate(HOST_RATE_Hz).linked.untouched
     wall = SHARE * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
         *(known.radius_difference, known.upper_arm_length, known.forearm_length),

@@ -21,8 +21,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
-from scipy.optimize import root_scalar
 
 from delta_cad.catalogue import Motor
 from delta_cad.common.jit import inlined
@@ -121,6 +119,8 @@ def hold_time(heat: Heat, torque: float, temperature: float, before: float = 0.0
     """
     if heat.coupling == 0.0:
         raise ValueError("heat has no housing: thermal resistances of the motor are not known")
+    from scipy.linalg import expm
+    from scipy.optimize import root_scalar
 
     def rates(held: float) -> np.ndarray:
         """(3, 3) of winding, housing and 1: what they grow by, 1/s."""

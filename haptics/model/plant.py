@@ -342,17 +342,23 @@ def advance(par, hand, anchor, force, command, seconds, steps, state, room):
         seconds: Time, s.
         steps: Number of steps.
         state: (STATES,) moved on in place.
-        room: (13, STATES) room; row 12 ends with the shoulder angles (rad) in its first three places.
+        room: (13, STATES) room; row 5 ends with the shoulder angles (rad) in its first three places.
     """
-    dt = seconds / steps
-    work, theta, after = room[6:12, :3], room[5, :6], room[12, :3]
-    stage = room[4]
-    gives = par.cable_stiffness > 0.0 or par.structure_stiffness > 0.0 or hand.grasp_stiffness > 0.0
-    used = STATES if gives else RIGID
-    stays = math.exp(-0.5 * dt / par.current_lag) if par.current_lag > 0.0 else 0.0  # of a motor's error in half a step
+    theta = room[5, :6]
     angles(par, state, theta)
     for i in range(3):
         theta[3 + i] = state[TWIST + i]
+    moved_on(par, hand, anchor, force, command, seconds, steps, state, theta, room)
+
+
+@inlined
+def moved_on(par, hand, anchor, force, command, seconds, steps, state, theta, room):
+    """As `advance`; theta are shoulder angles and the cables' twists at the state, (6,) rad, moved on in place, too."""
+    dt = seconds / steps
+    work, stage, after = room[6:12, :3], room[4], room[12, :3]
+    gives = par.cable_stiffness > 0.0 or par.structure_stiffness > 0.0 or hand.grasp_stiffness > 0.0
+    used = STATES if gives else RIGID
+    stays = math.exp(-0.5 * dt / par.current_lag) if par.current_lag > 0.0 else 0.0  # of a motor's error in half a step
     for _ in range(steps):
         for s in range(4):  # of Runge and Kutta; one call, so that all of it is one piece of machine code
             whole = 0.5 if s in (1, 2) else 1.0

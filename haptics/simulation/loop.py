@@ -15,14 +15,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
 
 from delta_cad.common.jit import compiled
 from haptics.control.controller import FORCE, TOUCHED, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, SPEED, STATES, TWIST
-from haptics.model.plant import FREE, Hand, Plant, advance, angles, energy
+from haptics.model.plant import FREE, Hand, Plant, angles, energy, moved_on
 from haptics.model.sensor import EXACT, SensorErrors, reading
 
 SUBSTEPS = 10
@@ -194,6 +193,8 @@ def _drawn(random: np.random.Generator, ticks: int, kept: float) -> np.ndarray:
     fresh = random.standard_normal((ticks, 3))
     if kept == 0.0:
         return fresh
+    from scipy.signal import lfilter
+
     fresh[1:] *= math.sqrt(1.0 - kept * kept)
     return np.ascontiguousarray(lfilter([1.0], [1.0, -kept], fresh, axis=0))
 
@@ -203,16 +204,18 @@ def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, s
     """Fills out (ticks, 29) and bits (ticks,); state and pending are changed. Machines: free, and in contact."""
     machine = machines[0]
     room = np.zeros((13, STATES))
-    theta, torque = np.zeros(3), np.zeros(3)
+    theta, torque, read = np.zeros(6), np.zeros(3), np.zeros(3)
     slots = pending.shape[0]
     errors, count, offset, noise = sensor
+    angles(machine, state, theta)
+    for i in range(3):
+        theta[3 + i] = state[TWIST + i]
     for k in range(anchor.shape[0]):
         hand = hands[0] if held[k] else hands[1]
-        angles(machine, state, theta)
         drawn = noise[k % noise.shape[0]]
         for i in range(3):
-            theta[i] = reading(errors, i, theta[i], state[TWIST + i], drawn[i], count, offset[i])
-        bits[k] = tick(controller, memory, laws, k * clock.period, theta, torque)
+            read[i] = reading(errors, i, theta[i], theta[3 + i], drawn[i], count, offset[i])
+        bits[k] = tick(controller, memory, laws, k * clock.period, read, torque)
         pending[k % slots, 3] = memory.work[TOUCHED]
         for i in range(3):
             pending[k % slots, i] = torque[i]
@@ -233,8 +236,10 @@ def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, s
             out[k, 26 + i] = place
         out[k, 24], out[k, 25] = energy(machine, 0.0, state)
         before, after = pending[(k - clock.ticks - 1) % slots], pending[(k - clock.ticks) % slots]
-        if clock.before > 0:
-            damped = machines[1] if before[3] > 0.0 else machine
-            advance(damped, hand, anchor[k], push[k], before, clock.late, clock.before, state, room)
-        damped = machines[1] if after[3] > 0.0 else machine
-        advance(damped, hand, anchor[k], push[k], after, clock.period - clock.late, clock.after, state, room)
+        for part in range(2):  # before a late torque, and from then on
+            steps = clock.after if part else clock.before
+            if steps > 0:
+                command = after if part else before
+                seconds = clock.period - clock.late if part else clock.late
+                damped = machines[1] if command[3] > 0.0 else machine
+                moved_on(damped, hand, anchor[k], push[k], command, seconds, steps, state, theta, room)

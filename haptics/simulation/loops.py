@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+LINK_DELAYS = (0.5, 1.0, 1.5)  # Of a loop through a link, from reading to torque, periods
+
 
 @dataclass(frozen=True)
 class LoopChoice:
@@ -49,6 +51,11 @@ class LoopChoice:
     def untouched(self) -> LoopChoice:
         """The same loop for what is felt where no wall is touched, or that no drive is told of."""
         return replace(self, contact_damping=self.drive_damping)
+
+    @property
+    def linked(self) -> LoopChoice:
+        """The same loop closed by a host: a board applies a COMMAND at the tick after its STATE, a period late."""
+        return replace(self, delays=LINK_DELAYS)
 
 
 # What the paper states is 1 kHz; the rest of it are our assumptions: half a period of delay, a current loop of 0.8 kHz.

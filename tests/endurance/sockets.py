@@ -4,8 +4,8 @@ A paced board with the simulated machine; a host, forked from a process that has
 a relay that drops, delays, reorders and repeats packets, cuts them, flips their bits, sends them again minutes later,
 and makes up others: of unknown sessions, of the next number in a wrong session, with a torque that nobody sent. Now
 and then the host is killed. What must hold, whatever comes: each torque that reaches the motors is one that the host
-has sent in this session, or none; it is gone within the watchdog's time of the last good command; a host that comes
-after gets force again. Counts are printed, exit code 1 if anything is found.
+has sent in this session, or none, and so is that a wall is touched; it is gone within the watchdog's time of the last
+good command; a host that comes after gets force again. Counts are printed, exit code 1 if anything is found.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from haptics.devices.board import Board
-from haptics.devices.protocol import Packet, PacketKind, decode, encode
+from haptics.devices.protocol import WALL_TOUCHED, Packet, PacketKind, decode, encode
 from haptics.devices.server import listen, serve
 from haptics.devices.simulated import SimulatedDevice
 from haptics.model.plant import Hand
@@ -48,15 +48,18 @@ from haptics.devices.device import DeviceError
 from haptics.devices.host import Host
 from haptics.devices.link import UdpLink
 from haptics.devices.remote import RemoteDevice
+from haptics.rendering import law_table
 from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.control.pose import model
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES
 PERIOD, WATCHDOG = %r, %r
 limits = LIMITS._replace(period=PERIOD, late=2.5 * PERIOD, missed=0.2)
 spring = SpringDamper(stiffness=150.0, damping=1.0, point=np.array(HOME) + [0.01, 0.0, 0.0])
+laws = law_table(spring, axis_wall("+x", HOME[0] + 0.001, stiffness=300.0, damping=1.0))
 known = model(GEOMETRY, MASSES, DESIGN.requirements.gravity_m_s2)
 controller = Controller(known, low_pass(PERIOD, 100.0), limits, 3.0)
-Host(controller, spring)
+Host(controller, laws)
 print("ready", flush=True)
 for line in sys.stdin:
     child = os.fork()
@@ -65,7 +68,7 @@ for line in sys.stdin:
             host.heard()
             return host.supervisor.memory[LATCHED] != 0.0
         for _ in range(50):  # as whoever sits there would: a board may be busy, a tick late on a busy machine
-            host = Host(controller, spring)
+            host = Host(controller, laws)
             try:
                 device = RemoteDevice(UdpLink("127.0.0.1", int(line)), watchdog=WATCHDOG, timeout=0.2)
                 device.rouse()
@@ -86,19 +89,26 @@ class Motors(SimulatedDevice):
         super().__init__(PLANT, HOME, count=LIMITS.encoder_count, hand=Hand(0.1, 6.0, 400.0), period=PERIOD)
         self.found, self.session = found, 0
         self.sent: dict[int, set[bytes]] = {}  # by session
-        self.silent = self.longest = self.forced = 0
+        self.silent = self.longest = self.forced = self.touches = 0
 
     def write(self, torques: Any) -> None:
         wanted = np.asarray(torques, dtype=float)
         self.silent += 1
-        if wanted.any():
-            self.forced += 1
+        if wanted.any() or self._touched:
+            self.forced += bool(wanted.any())
+            self.touches += self._touched
             self.longest = max(self.longest, self.silent)
-            if wanted.tobytes() not in self.sent.get(self.session, ()):
-                self.found.append(f"{wanted} N m reached the motors, and no host of this session has sent it")
+            if as_sent(wanted, self._touched) not in self.sent.get(self.session, ()):
+                wall = "at a wall" if self._touched else "without a wall"
+                self.found.append(f"{wanted} N m {wall} reached the motors, and no host of this session has sent it")
             if self.silent > MOST:
                 self.found.append(f"force {self.silent} ticks after the last good command")
         super().write(wanted)
+
+
+def as_sent(torques: Any, touched: int) -> bytes:
+    """Of a command, what reaches the motors."""
+    return np.asarray(torques, dtype=float).tobytes() + bytes([bool(touched)])
 
 
 class Watched(Board):
@@ -162,7 +172,7 @@ class Relay(threading.Thread):
             self.before, self.own, self.ghost = self.own, [], []
             self.session, self.motors.sent[packet.session] = packet.session, set()
         if packet.kind is PacketKind.COMMAND:
-            self.motors.sent[packet.session].add(np.array(packet.values).tobytes())
+            self.motors.sent[packet.session].add(as_sent(packet.values, packet.flags & WALL_TOUCHED))
         self.past.append(data)
         self.own.append(data)
         self._pass(self.backs[-1], data, self.board, "command")
@@ -197,7 +207,8 @@ class Relay(threading.Thread):
             one, mine = decode(old), through is self.backs[-1]
             session = self.rng.getrandbits(32) if mine else self.session
             values = tuple(self.rng.choice((-MADE_UP, 0.0, MADE_UP)) for _ in range(3))
-            data = encode(Packet(PacketKind.COMMAND, session, (one.sequence + 100) % 2**32, 0, one.time, values))
+            number, flags = (one.sequence + 100) % 2**32, self.rng.choice((0, WALL_TOUCHED))
+            data = encode(Packet(PacketKind.COMMAND, session, number, 0, one.time, values, flags))
         elif kind == "noise":
             data = self.rng.randbytes(self.rng.randrange(200))
         self.counts[kind] += 1
@@ -261,9 +272,10 @@ def strained(seconds: float, seed: int = 1) -> tuple[list[str], dict[str, Any]]:
             if not serving.is_alive() or not relay.is_alive():
                 found.append("the board's server or the relay has ended")
         relay.done = True
-        done.set()
-        serving.join()
         relay.join()
+        done.set()
+        relay.stranger.sendto(b"", relay.board)  # a board without a session waits for a word
+        serving.join()
         for one in (relay.front, relay.stranger, *relay.backs):
             one.close()
     forge.stdin.close()
@@ -271,7 +283,8 @@ def strained(seconds: float, seed: int = 1) -> tuple[list[str], dict[str, Any]]:
     forge.wait()
     told = {
         "hosts killed": kills, "left before": left, "sessions": board.sessions, "commands taken": board.served,
-        "ticks with force": motors.forced, "most ticks of force after a command": motors.longest,
+        "ticks with force": motors.forced, "ticks at a wall": motors.touches,
+        "most ticks of force after a command": motors.longest,
         "slowest to force on a clean link, s": round(slowest, 2), "meddled": dict(relay.counts),
         "dropped": dict(board.counts),
     }  # fmt: skip

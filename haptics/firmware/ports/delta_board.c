@@ -2,6 +2,7 @@
 #error "fast-math drops NaN, by which wrong readings and commands are known"
 #endif
 #include "delta_board.h"
+#include "delta_device.h"
 #include "delta_hal.h"
 #include "delta_joints.h"
 #include <math.h>
@@ -10,7 +11,7 @@
 enum { HELLO = 1, WELCOME, STATE, COMMAND, BYE, REFUSED };
 enum { HEAD = 28, CHECK = 4, VERSION = 1 };
 enum { WRONG_VERSION = 1, BUSY, WATCHDOG };
-enum { TRIPPED = 1, STOPPED = 2, RESET_WATCHDOG = 1, WALL_TOUCHED = 2 };
+enum { TRIPPED = 1, STOPPED = 2, RESET_WATCHDOG = 1, WALL_TOUCHED = 2, DAMPS_AT_WALLS = 1 };
 #define LONGEST_WATCHDOG 0.1
 static const unsigned char magic[4] = { 'D', 'H', 'A', 'P' };
 
@@ -153,7 +154,7 @@ static size_t hello(delta_board *board, const unsigned char *data, uint32_t sess
     put_real(reply + HEAD + 8, board->watchdog);
     put_real(reply + HEAD + 16, board->torque_limit);
     put(reply + HEAD + 24, board->counts_per_turn, 4);
-    return own_packet(board, reply, WELCOME, 0);
+    return own_packet(board, reply, WELCOME, DELTA_CONTACT_DAMPING > DELTA_DAMPING ? DAMPS_AT_WALLS : 0u);
 }
 
 static void command(delta_board *board, const unsigned char *data, uint32_t sequence)

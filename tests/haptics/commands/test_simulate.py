@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -225,6 +226,13 @@ def test_pictures_without_matplotlib_are_refused_before_anything_is_simulated(
     assert call("--scene", "home", "--plot") == 2
     assert "matplotlib is not installed" in refused(capsys)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_loads_of_scipy_what_it_needs() -> None:
+    """Signals and optimization are of other commands, and take 50 MB: a tenth of what the longest scene takes."""
+    code = "import sys, haptics.scenes.resistance; print({'scipy.signal', 'scipy.optimize'} & set(sys.modules))"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout == "set()\n"
 
 
 def test_labels_keep_apart_and_inside() -> None:

@@ -7,17 +7,24 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.design import Design
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
 from haptics.control.pose import model
+from haptics.devices.api import loop_of
 from haptics.devices.board import Board
 from haptics.devices.device import Reading
+from haptics.devices.fake import FakeDevice
 from haptics.devices.host import Host
+from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
 from haptics.model.plant import Hand
 from haptics.rendering.laws.virtual_wall import axis_wall
+from haptics.simulation.loops import at_rate
+from haptics.stability.walls import computed_wall
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
 from tests.haptics.devices.test_remote import Wire, remote
+from tests.haptics.scene_machine import scene_machine
 
 FACE, TICKS, BEGINS = 0.5e-3, 1600, 900  # m from HOME; ticks, and from which on the hand leads
 PAR = PLANT._replace(contact_damping=0.05)
@@ -71,13 +78,14 @@ def test_a_board_tells_its_drives_a_tick_later() -> None:
     host().drive(remote(wire), ticks=TICKS)
     inside = np.array(device.depth) > 0.0
     assert crossings(inside) > 3
-    # a tick begins with what the COMMAND for the reading before it says
-    assert device.told[1 : TICKS - 1] == inside[: TICKS - 2].tolist()
+    # a session begins without; a tick with what the COMMAND for the reading before it says
+    assert device.told[:2] == [False, False]
+    assert device.told[2:TICKS] == inside[: TICKS - 2].tolist()
     wire.board.tick()
     assert not device.told[-1]  # without a session
 
 
-@pytest.mark.parametrize("how", ["watchdog", "stop"])
+@pytest.mark.parametrize("how", ["watchdog", "stop", "bye"])
 def test_where_a_board_cuts_the_torque_its_drives_do_not_damp_as_at_a_wall(how: str) -> None:
     device = Watched()
     wire = Wire(Board(device, 1e-3, 0.8, 16384))
@@ -90,11 +98,30 @@ def test_where_a_board_cuts_the_torque_its_drives_do_not_damp_as_at_a_wall(how: 
     if how == "stop":
         wire.board.stop = True
         wire.board.tick()
+    elif how == "bye":
+        far.close()  # at once, with the torque, not in the next tick
     else:
         for _ in range(22):  # 20 ms without a COMMAND
             wire.board.tick()
         assert wire.board.tripped
     assert not device.told[-1]
+
+
+def test_a_board_says_whether_its_drives_damp_at_walls_and_walls_are_held_to_that(best: Design) -> None:
+    def silent(_: int, data: bytes) -> list[bytes]:  # as boards were before they could say so
+        return [encode(decode(data)._replace(flags=0))]
+
+    says, without = remote(Wire(Board(Watched(), 1e-3, 0.8, 16384))), remote(Wire(Board(FakeDevice([]), 1e-3, 0.8, 64)))
+    old = remote(Wire(Board(Watched(), 1e-3, 0.8, 16384), down=silent))
+    assert [far.damps_at_walls for far in (says, without, old)] == [True, False, False]
+    near, loops = at_rate(1000.0), [loop_of(device, 1e-3) for device in (Watched(), FakeDevice([]), says, without, old)]
+    # a board applies a torque at the tick after its reading, a whole period late, where one at hand takes it at once
+    assert loops == [near, near.untouched, near.linked, near.linked.untouched, near.linked.untouched]
+    assert near.linked.delays[1] == 1.0
+    machine = scene_machine(best)
+    borne = [computed_wall(machine, machine.centre, (1.0, 0.0, 0.0), loop) for loop in loops]
+    assert borne[0] > borne[2] > borne[3]
+    assert borne[0] > borne[1] > borne[3]
 
 
 def test_the_simulated_drives_damp_more_while_a_wall_is_touched() -> None:

@@ -52,8 +52,8 @@ def test_a_cortex_m7_is_the_python_tick_bit_for_bit(
 
 
 @pytest.mark.slow
-def test_half_a_million_ticks_on_a_cortex_m7(machine: MachineModel, controller: Controller, tmp_path: Path) -> None:
-    recorded = recording(machine, 500_000, 12, controller.limits.period)
+def test_a_million_ticks_on_a_cortex_m7(machine: MachineModel, controller: Controller, tmp_path: Path) -> None:
+    recorded = recording(machine, 1_000_000, 12, controller.limits.period)
     bits, torque, memory = by_python(controller, recorded)
     answers, left = replay(compile_bare(write(controller, DOUBLE, tmp_path), "m7"), recorded)
     assert np.array_equal(answers["bits"], bits)

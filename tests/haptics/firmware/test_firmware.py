@@ -18,8 +18,10 @@ from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import TOUCHED, Controller, fresh, tick
 from haptics.control.filters import foaw
-from haptics.control.supervisor.faults import EXTERNAL, FaultCode, findings
+from haptics.control.pose import POSITION
+from haptics.control.supervisor.faults import EXTERNAL, FaultCode, State, findings
 from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
+from haptics.control.wall_cap import borne_force
 from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.firmware.expressions import TranslationError
@@ -105,7 +107,7 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
     assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor)
     time, theta = readings(machine, 6000, 4)
     out, c_out = np.zeros(3), np.zeros(3)
-    seen, rendered, met = 0, 0, 0
+    seen, rendered, met, let_go = 0, 0, 0, 0
     for k in range(len(time)):
         if k % 500 == 0:  # the operator tries again and again
             request = RESET if k % 1000 else ENABLE
@@ -121,10 +123,15 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
         rendered += bool(np.abs(out).max() > 0.06)
         assert library.delta_touched(pointer(theirs)) == ours.work[TOUCHED], f"tick {k}"
         met += int(ours.work[TOUCHED])
+        inside = borne_force(controller.walls, ours.work, LAWS, *ours.work[POSITION], 0.0, 0.0, 0.0)[3]
+        off = library.delta_state(pointer(theirs)) in (State.DISABLED, State.FAULT)
+        assert library.delta_touched(pointer(theirs)) == (0.0 if off else inside), f"tick {k}"
+        let_go += off and inside
     assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor, equal_nan=True)
     assert seen.bit_count() >= 5  # the run met faults
     assert rendered > 500  # and rendered force
     assert 500 < met < 5500  # of a wall, too
+    assert let_go >= 5  # and was inside it without force
 
 
 class Twins:

@@ -126,6 +126,7 @@ def test_the_device_at_the_other_end_is_the_simulated_one(
         return np.array([0.02, -0.03, 0.06]) * np.cos(100.0 * sample.time)
 
     device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0)
+    assert device.damps_at_walls
     device.touch(touched)
     far = run(device, wavy, ticks=400)
     count = encoder_count(machine)
@@ -324,3 +325,15 @@ def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str],
     sessions, served, _, dropped = (int(part.split()[0]) for part in told.split(", "))
     assert (sessions, served) == (1, 1)
     assert dropped == 9  # an empty one does not count
+
+
+def test_the_figures_of_the_drive_damp_the_joint_as_the_model_does(machine: MachineModel, folder: Path) -> None:
+    """What a port makes of them, share k_t^2 / R through the ratio, is what the walls are computed with."""
+    lines = [line.split()[1:3] for line in (folder / "delta_device.h").read_text().splitlines() if " DELTA_" in line]
+    told = {name: float(value) for name, value in (line for line in lines if len(line) == 2)}
+    short = (told["DELTA_RATIO"] * told["DELTA_TORQUE_CONSTANT"]) ** 2 / told["DELTA_RESISTANCE_OHM"]
+    par = real_plant(machine)
+    more = told["DELTA_CONTACT_DAMPING"] - told["DELTA_DAMPING"]
+    assert more * short == pytest.approx(par.contact_damping, rel=1e-12)
+    ampere = told["DELTA_TORQUE_CONSTANT"] * told["DELTA_RATIO"] * machine.drive.efficiency
+    assert told["DELTA_AMPERE_PER_N_M"] == pytest.approx(1.0 / ampere, rel=1e-12)
