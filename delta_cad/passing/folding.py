@@ -17,7 +17,8 @@ from delta_cad.passing.shapes import off_all_mm
 from delta_cad.passing.standing import cheeks, motor
 
 ELBOW_FIELD = "requirements.elbow_angle_min_deg"
-WIDEST_RAD = radians(80.0)  # at an elbow, that rods may be asked to keep off a drive by
+WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
+ON_MM = 0.1  # more than they lack
 
 
 def beside_own(d: Dimensions) -> Apart:
@@ -69,13 +70,19 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     if lacking <= 0.0:
         return
     sharpest = d.travel.forearm_angle_max
-    fold, lowest = pi - sharpest.value, sharpest.position[2] * MM_PER_M
-    needed, bottom, bound = fold, cube.bottom_height_mm, cube.bottom_height_mm
-    while still > 0.0 and needed < WIDEST_RAD:
-        needed = asin(min(sin(needed) + still / long, sin(WIDEST_RAD)))
+    bottom, fold, lowest = cube.bottom_height_mm, pi - sharpest.value, sharpest.position[2] * MM_PER_M
+
+    def height(angle: float) -> float:
         # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
-        bound = bottom + sqrt(lowest**2 + 2.0 * long * forearm * max(cos(fold) - cos(needed), 0.0)) - lowest
-        still = lacks(bound)
+        return bottom + sqrt(lowest**2 + 2.0 * long * forearm * max(cos(fold) - cos(angle), 0.0)) - lowest
+
+    if fold >= WIDEST_RAD or lacks(height(WIDEST_RAD)) > 0.0:
+        return  # no height parts them: it is not for the fold
+    needed = fold
+    while needed < WIDEST_RAD and still > 0.0:
+        needed = min(asin(min(sin(needed) + (still + ON_MM) / long, 1.0)), WIDEST_RAD)
+        still = lacks(height(needed))
+    bound = height(needed)
     drive = f"what holds {d.motor.id}" if d.capstan is None else "their own arm and sector"
     smaller = "hardware.motor" if d.capstan is None else "hardware.sector_radius_mm"
     message = (
