@@ -11,6 +11,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.rules import up
+from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 from delta_cad.passing.moving import FAR_MM, FEW, Apart, arm_shapes, nearest, rod_points, spring_points
 from delta_cad.passing.shapes import off_all_mm
@@ -64,7 +65,10 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     apart = beside_own(d)
 
     def lacks(bottom_mm: float) -> float:
-        return least_mm - nearest(apart, bottom_mm, cube.half_side_mm, FEW)
+        try:
+            return least_mm - nearest(apart, bottom_mm, cube.half_side_mm, FEW)
+        except UnreachableError:  # so high does not fold
+            return 0.0
 
     lacking = still = lacks(cube.bottom_height_mm)
     if lacking <= 0.0:

@@ -14,9 +14,11 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict, design_to_dict
 from delta_cad.dimensions import Reason, dimensions, link_placement, spread
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
+from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
+from delta_cad.passing import folding
 from delta_cad.passing.folding import ELBOW_FIELD, beside_own, folded
-from delta_cad.passing.moving import nearest, spare_of_cups
+from delta_cad.passing.moving import Apart, nearest, spare_of_cups
 from delta_cad.passing.refused import passing, sleeves_off_mm
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
 from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
@@ -155,6 +157,20 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
     (reason,) = folded(d, 2.1)
     assert reason.instead is not None
     assert (reason.field, reason.instead[0]) == ("cube.bottom_height_mm", ELBOW_FIELD)
+
+
+def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The height at which they are unfolded most is beyond their reach."""
+
+    def within_reach(apart: Apart, bottom_mm: float, half_mm: float, count: int) -> float:
+        if bottom_mm > 90.0:
+            raise UnreachableError("too high")
+        return nearest(apart, bottom_mm, half_mm, count)
+
+    monkeypatch.setattr(folding, "nearest", within_reach)
+    (reason,) = folded(dimensions(FOLDED_SPRINGS), 2.1)
+    assert reason.instead is not None
+    assert 20.0 < reason.instead[1] < 40.0
 
 
 def test_committed_machines_pass() -> None:
