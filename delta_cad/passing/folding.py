@@ -25,8 +25,8 @@ def beside_own_motor(d: Dimensions) -> Apart:
     stands = [cheeks(d)[0], motor(d)]
     out = np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
 
-    def apart(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
-        del rough
+    def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
+        del rough, only
         placed = link_placement(d)(positions_mm)
         found = np.full(len(positions_mm), FAR_MM)
         for i, side, (link, (points, radii)) in product(CHAINS, SIDES, moving.items()):
@@ -35,7 +35,7 @@ def beside_own_motor(d: Dimensions) -> Apart:
             at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
             off = off_all_mm(stands, at @ chain_frame(i)[:3, :3] - out) - radii
             found = np.minimum(found, off.min(axis=1))
-        return found
+        return found[:, None]
 
     return apart
 

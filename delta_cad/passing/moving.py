@@ -28,7 +28,11 @@ from delta_cad.passing.shapes import Beam, Block, Ring, Round, Shape, off_all_mm
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
 FEW = 3  # where corners are what counts, or a bound is looked for
-STARTS, HALVINGS = 2, 4  # nearest of them from which one goes on, and how often the step is halved
+STARTS, HALVINGS, ROUGH_HALVINGS = (
+    2,
+    4,
+    2,
+)  # nearest from which one goes on; how often the step is halved, at first roughly
 FAR_MM = 4.0  # beyond which nothing is looked at
 STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis
 ROUGH = 3  # one point of so many is looked at first
@@ -38,8 +42,9 @@ CABLE_PIECES = 3  # in which either half of a cable on its rim is seen: it climb
 NOSE_POINTS, END_POINTS, GUSSET_POINTS = 24, 5, (3, 2)
 AROUND = np.array([*product((-1.0, 0.0, 1.0), repeat=3)])
 
-Apart = Callable[[np.ndarray, bool], np.ndarray]
-"""Positions (n, 3) of the handle, mm, and whether a rough look is enough -> (n) distances, mm."""
+Apart = Callable[[np.ndarray, bool, int | None], np.ndarray]
+"""Positions (n, 3) of the handle, mm, whether a rough look is enough, and the number of a pair that alone is looked at
+-> (n, pairs) distances, mm."""
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
 
@@ -117,26 +122,27 @@ def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
         (edges, np.zeros(len(edges))) if kind == "sector" else rod_points(f) if kind == "rod" else spring_points(d)
     )
 
-    def apart(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
+    pairs = [(i, link.format(j)) for i, j in product(CHAINS, CHAINS) if i != j for link in links]
+
+    def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         placed = link_placement(d)(positions_mm)
         some = slice(None, None, ROUGH if rough else 1)
-        found = np.full(len(positions_mm), FAR_MM)
-        for i, j in product(CHAINS, CHAINS):
-            inverse = np.linalg.inv(placed[f"upper_arm_{i}"])
-            for link in links if i != j else ():
-                frame = placed[link.format(j)]
-                if kind == "spring":  # what it strays is known about the shoulder's direction
-                    level = np.broadcast_to(chain_frame(j), frame.shape).copy()
-                    level[:, :3, 3] = frame[:, :3, 3]
-                    frame = level
-                seen, ball = inverse @ frame, radii[some]
-                at = points[some] @ np.swapaxes(seen[:, :3, :3], 1, 2) + seen[:, None, :3, 3]
-                near = np.hypot(at[..., 0], at[..., 2]) - ball < reach
-                near &= np.abs(at[..., 1]) - ball < d.layers.sector_mm[1] + FAR_MM
-                if near.any():
-                    off = np.full(near.shape, FAR_MM)
-                    off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
-                    found = np.minimum(found, off.min(axis=1))
+        looked = pairs if only is None else [pairs[only]]
+        found = np.full((len(positions_mm), len(looked)), FAR_MM)
+        for k, (i, link) in enumerate(looked):
+            frame = placed[link]
+            if kind == "spring":  # what it strays is known about the shoulder's direction
+                level = np.broadcast_to(chain_frame(int(link.split("_")[1])), frame.shape).copy()
+                level[:, :3, 3] = frame[:, :3, 3]
+                frame = level
+            seen, ball = np.linalg.inv(placed[f"upper_arm_{i}"]) @ frame, radii[some]
+            at = points[some] @ np.swapaxes(seen[:, :3, :3], 1, 2) + seen[:, None, :3, 3]
+            near = np.hypot(at[..., 0], at[..., 2]) - ball < reach
+            near &= np.abs(at[..., 1]) - ball < d.layers.sector_mm[1] + FAR_MM
+            if near.any():
+                off = np.full(near.shape, FAR_MM)
+                off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
+                found[:, k] = off.min(axis=1)
         return found
 
     return apart
@@ -150,7 +156,7 @@ def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
     needed: `(v n + s)^2 + |v - (v n) n|^2 = needed^2`.
 
     Returns:
-        Positions -> (n) mm; negative: what is lacking.
+        Positions -> (n, 1) mm, all of them as one pair; negative: what is lacking.
     """
     f = d.forearm
     rod, outer = f.tube_outer_mm / 2, f.cup_radius_mm
@@ -176,8 +182,8 @@ def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
         beside = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
         return np.where(beside > 0.0, np.sqrt(np.maximum(beside, 0.0)) - along, -np.inf)
 
-    def spare(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
-        del rough
+    def spare(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
+        del rough, only
         placed = link_placement(d)(positions_mm)
         least = np.full(len(positions_mm), apart_mm - 2 * outer - needed_mm)
         for i in CHAINS:
@@ -191,13 +197,15 @@ def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
             more = np.maximum(more, lacking(between + b, n, needed_mm + outer).max(axis=1))
             more = np.maximum(more, lacking(between - a, n, needed_mm + outer).max(axis=1))
             least = np.minimum(least, -more)
-        return least
+        return least[:, None]
 
     return spare
 
 
 def nearest(apart: Apart, bottom_mm: float, half_mm: float, count: int = COUNT) -> float:
     """Searches a cube for where things come nearest: a grid, then steps that halve around its nearest positions.
+
+    From each of these the pair goes on that is nearest there.
 
     Args:
         apart: Distances over positions.
@@ -210,15 +218,15 @@ def nearest(apart: Apart, bottom_mm: float, half_mm: float, count: int = COUNT) 
     """
     positions = cube_grid(Cube(bottom_mm / MM_PER_M, half_mm / MM_PER_M), count) * MM_PER_M
     low, high = positions.min(axis=0), positions.max(axis=0)
-    found = apart(positions, True)
-    starts = positions[np.argsort(found, kind="stable")[:STARTS]]
-    least, step = float(found.min()), 2.0 * half_mm / (count - 1)
+    found = apart(positions, True, None)
+    least = float(found.min())
     if least >= FAR_MM:
         return least
-    for _ in range(HALVINGS):
-        step /= 2.0
-        around = np.clip((starts[:, None] + step * AROUND).reshape(-1, 3), low, high)
-        seen = apart(around, False)
-        starts = around[[np.argmin(seen)]]
-        least = min(least, float(seen.min()))
+    for k in np.argsort(found.min(axis=1), kind="stable")[:STARTS]:
+        at, pair, step = positions[k], int(np.argmin(found[k])), 2.0 * half_mm / (count - 1)
+        for turn in range(HALVINGS):
+            step /= 2.0
+            around = np.clip(at + step * AROUND, low, high)
+            seen = apart(around, turn < ROUGH_HALVINGS, pair)[:, 0]
+            at, least = around[np.argmin(seen)], min(least, float(seen.min()))
     return least

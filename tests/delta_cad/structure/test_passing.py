@@ -20,9 +20,9 @@ from delta_cad.passing.moving import nearest, spare_of_cups
 from delta_cad.passing.refused import passing, sleeves_off_mm
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
 from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
-from delta_cad.structure.advice import advice
+from delta_cad.structure.hardware.advice import advice
+from delta_cad.structure.hardware.refusals import refusals
 from delta_cad.structure.loads import sampled_mm
-from delta_cad.structure.refusals import refusals
 from tests.committed import ROOT
 
 FREE = {"requirements__envelope_width_mm": 900.0, "requirements__envelope_depth_mm": 900.0}
@@ -189,10 +189,10 @@ def test_cups_part_by_what_they_lack() -> None:
     """Wrists that stand apart by so much more than a machine's lacks leave nothing lacking, at any position."""
     d = dimensions(CUPS)
     positions = sampled_mm(CUPS.cube.bottom_height_mm, CUPS.cube.half_side_mm, 3)
-    lacking = -spare_of_cups(d, 2.14)(positions, False).min()
+    lacking = -spare_of_cups(d, 2.14)(positions, False, None).min()
     assert lacking > 0.0
     wider = spread(d, lacking / np.sqrt(3.0))
-    assert spare_of_cups(wider, 2.14)(positions, False).min() == pytest.approx(0.0, abs=1e-9)
+    assert spare_of_cups(wider, 2.14)(positions, False, None).min() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_key_has_room_where_motors_stand_far_apart_and_none_between_them() -> None:
