@@ -21,6 +21,7 @@ from delta_cad.dimensions.capstan import (
     lug_length_mm,
 )
 from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
+from delta_cad.dimensions.platform import BOSS_BEVEL_MM
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame, spring_sway
 from delta_cad.mechanism.workspace import Cube, cube_grid
@@ -113,16 +114,38 @@ def spring_points(d: Dimensions) -> Points:
     return np.stack([0.0 * y, y, 0.0 * y], axis=1), radius
 
 
+def platform_points(d: Dimensions) -> Points:
+    """Gives the platform's wrists as balls in its frame: bosses with their ends, cross-bars, balls of the joints."""
+    p, f = d.platform, d.forearm
+    boss, half, wide = p.boss_diameter_mm / 2, p.boss_length_mm / 2, f.width_mm / 2
+    inside = max(half - boss, 0.0)  # so far out a ball as wide as the boss lies in it
+    y = np.linspace(-inside, inside, int(2 * inside / TUBE_STEP_MM) + 2)
+    beyond = f.bar_length_mm / 2 - f.cone_mm - f.bar_diameter_mm / 2  # a ball as wide as the bar lies in it up to there
+    bar = np.concatenate([sign * np.arange(half, beyond, TUBE_STEP_MM) for sign in (-1.0, 1.0)])
+    turns = np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS, endpoint=False)
+    edge = (boss - BOSS_BEVEL_MM) * np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1)
+    middles = np.concatenate([y, bar, [-wide, wide]])[:, None] * np.array([0.0, 1.0, 0.0])
+    end, wrist = np.array([0.0, half, 0.0]), np.array([p.radius_mm, 0.0, 0.0])
+    local = np.concatenate([middles, edge + end, edge - end]) + wrist
+    radii = [min(boss, half)] * len(y) + [f.bar_diameter_mm / 2] * len(bar) + [f.ball_diameter_mm / 2] * 2
+    radii += [0.0] * (2 * len(edge))
+    return np.concatenate([local @ chain_frame(i)[:3, :3].T for i in CHAINS]), np.tile(radii, 3)
+
+
 def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
-    """Gives how near other chains' "sector", "rod" or "spring" come to an arm with its sector, over positions."""
+    """Gives how near other chains' "sector", "rod" or "spring", or the "platform", come to an arm with its sector."""
     f, shapes, reach = d.forearm, arm_shapes(d, c), c.keep_out_radius_mm + FAR_MM
     edges = sector_points(d, c)
+    points, radii = {
+        "sector": lambda: (edges, np.zeros(len(edges))),
+        "rod": lambda: rod_points(f),
+        "spring": lambda: spring_points(d),
+        "platform": lambda: platform_points(d),
+    }[kind]()
     links = ("upper_arm_{}",) if kind == "sector" else tuple(f"{kind}_{{}}_{k}" for k in SIDES)
-    points, radii = (
-        (edges, np.zeros(len(edges))) if kind == "sector" else rod_points(f) if kind == "rod" else spring_points(d)
-    )
-
     pairs = [(i, link.format(j)) for i, j in product(CHAINS, CHAINS) if i != j for link in links]
+    if kind == "platform":
+        pairs = [(i, kind) for i in CHAINS]
 
     def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         placed = link_placement(d)(positions_mm)

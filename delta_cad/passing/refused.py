@@ -13,6 +13,7 @@ from delta_cad.dimensions.bracket import MESHES_MM
 from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.capstan import CRIMP_MM, CapstanDimensions
 from delta_cad.dimensions.rules import up
+from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import folded
 from delta_cad.passing.moving import COUNT, FEW, beside_sectors, nearest, spare_of_cups
 from delta_cad.passing.shapes import Beam, Round, off_all_mm
@@ -46,7 +47,9 @@ def passing(d: Dimensions, spare_mm: float = 0.0, aim_mm: float = 0.0) -> list[R
         aim_mm: What a value that is told leaves, where anything is refused.
     """
     c = d.capstan
-    own = folded(d, _least_mm(d) + spare_mm) if c is None else [*_sleeves(d, c), *_chains(d, c, spare_mm, aim_mm)]
+    if c is None:
+        return [*folded(d, _least_mm(d) + spare_mm), *_cups(d, spare_mm, aim_mm)]
+    own = [*_sleeves(d, c), *_chains(d, c, spare_mm, aim_mm), *_platform(d, c, spare_mm, aim_mm)]
     return [*own, *_cups(d, spare_mm, aim_mm)]
 
 
@@ -96,6 +99,31 @@ def _chains(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: float)
         )
         beside = (("mechanism.platform_radius_mm", m.platform_radius_mm + more),)
         yield Reason(part, feature, message, field, held, held + more, beside)
+
+
+def _platform(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: float) -> Iterator[Reason]:
+    """Arms and sectors that stand down beside the platform's wrists: a higher cube passes them."""
+    spare, field, bottom = _over_cube("platform"), "cube.bottom_height_mm", d.design.cube.bottom_height_mm
+    lacking = -spare(d, c, COUNT)
+    if lacking <= -spare_mm:
+        return
+
+    def of(more_mm: float, count: int) -> float:
+        cube = d.design.cube.model_copy(update={"bottom_height_mm": bottom + more_mm})
+        try:
+            higher = dimensions(d.design.model_copy(update={"cube": cube}))
+        except (DimensionError, MechanismError):
+            return -inf
+        return -inf if higher.capstan is None else spare(higher, higher.capstan, count) - aim_mm
+
+    more = _first_distance(of, lacking + aim_mm)
+    lacks = f"the platform's wrists come {lacking:.2f} mm too near to arms with their sectors"
+    sector = f"hardware.sector_radius_mm = {d.design.hardware.sector_radius_mm:g}"
+    if more is None:
+        yield Reason("platform", "beside a sector", f"{sector}: {lacks}; a smaller one, or another cube", field)
+        return
+    message = f"{field} = {bottom:g} must be at least {up(bottom + more)} mm, or {sector} less: {lacks}"
+    yield Reason("platform", "beside a sector", message, field, bottom, bottom + more)
 
 
 def _farther_mm(d: Dimensions, spare: Spare, lacking: float, aim: float, is_angle: bool) -> float | None:

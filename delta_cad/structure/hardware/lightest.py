@@ -55,7 +55,7 @@ def _round_kg(diameter_mm: float, length_mm: float, material: str) -> float:
 def _body(pieces: list[tuple[float, tuple[float, float, float]]]) -> MovingBody:
     """A body of (kg, place in mm)."""
     mass = sum(kg for kg, _ in pieces)
-    return MovingBody(mass, sum(kg * np.array(at) for kg, at in pieces) / mass, np.zeros((3, 3)))
+    return MovingBody(mass, np.sum([kg * np.array(at) for kg, at in pieces], axis=0) / mass, np.zeros((3, 3)))
 
 
 def _platform(d: Dimensions, joints_kg: float) -> MovingBody:

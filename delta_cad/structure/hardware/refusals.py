@@ -8,6 +8,7 @@ as little as it can. Each is necessary: what passes here may still fail a check.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import cos
 
@@ -25,6 +26,8 @@ from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE
 from delta_cad.mechanism import direct_margin, reach_excess
+from delta_cad.mechanism.geometry import RADIAL
+from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.refused import passing
 from delta_cad.structure.hardware.overloads import overloads
@@ -34,6 +37,7 @@ from delta_cad.structure.loads import sampled_mm
 PROVEN_MM = 0.3  # beyond clearance and meshes: with 0.16 proofs were still undecided
 COUNT = 5  # positions along an edge of the cube, its corners among them
 SCANNED = 100  # radii of a sector
+HEIGHTS = 41  # of a cube up to where it is out of reach
 WIDER = 1.5  # times a sector's radius that it may be asked to have
 
 
@@ -75,7 +79,7 @@ def refusals(design: Design, asked: Asked = NECESSARY) -> tuple[Reason, ...]:
     """
     if hanging := _mode(design):  # parts, loads and advice would be about another machine than the forward kinematics'
         return hanging
-    found = _drive(design)
+    found = [*_turning(design), *_drive(design)]
     try:
         d = dimensions(design)
     except DimensionError as error:
@@ -103,6 +107,36 @@ def _mode(design: Design) -> tuple[Reason, ...]:
         f"the elbows, is asked at every position, also at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
     )
     return (Reason("cube", "assembly mode", told, field, cube.bottom_height_mm),)
+
+
+def _turning(design: Design) -> Iterator[Reason]:
+    """A constraint singularity inside the cube, where no rod holds the platform against turning: a higher cube."""
+    cube, field = design.cube, "cube.bottom_height_mm"
+
+    def positions(bottom_mm: float) -> np.ndarray:
+        return sampled_mm(bottom_mm, cube.half_side_mm) / MM_PER_M
+
+    def turns_at(bottom_mm: float) -> bool:
+        """Whether the determinant of the couples that rods bear, README (48), changes its sign."""
+        rods = forearm_vectors(design.geometry, positions(bottom_mm))
+        (r1, r2, r3), (v1, v2, v3) = np.moveaxis((rods * RADIAL).sum(axis=-1), -1, 0), np.moveaxis(rods[..., 2], -1, 0)
+        held = r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3
+        return bool(held.min() <= 0.0 <= held.max())
+
+    if not turns_at(cube.bottom_height_mm):
+        return
+    top = MM_PER_M * (design.geometry.upper_arm_length + design.geometry.forearm_length)
+    bad, bound = cube.bottom_height_mm, None
+    for bottom in np.linspace(cube.bottom_height_mm, top, HEIGHTS)[1:].tolist():
+        if reach_excess(design.geometry, positions(bottom)).max() > 0.0:
+            break
+        if not turns_at(bottom):
+            bound = border(lambda mm: not turns_at(mm), bad, bottom)
+            break
+        bad = bottom
+    asked = "another cube" if bound is None else f"at least {up(bound)} mm"
+    told = f"{field} = {cube.bottom_height_mm:g} must be {asked}: somewhere in it rods let the platform turn"
+    yield Reason("platform", "turning", told, field, cube.bottom_height_mm, bound)
 
 
 def _drive(design: Design) -> list[Reason]:

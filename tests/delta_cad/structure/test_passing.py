@@ -62,7 +62,25 @@ SPRINGS = synthesized(mechanism__base_radius_mm=39.98, hardware__capstan_ratio=1
 SLEEVES = synthesized(hardware__capstan_ratio=3.0, hardware__sector_radius_mm=24.55)
 CUPS = of("docs/gallery/direct-83.json", mechanism__platform_radius_mm=17.2, **FREE)
 FOLDED = of("docs/gallery/direct-83.json", cube__bottom_height_mm=73.5, requirements__peak_force_N=None, **FREE)
+WRISTS = synthesized(
+    mechanism__base_radius_mm=60.73,
+    mechanism__platform_radius_mm=36.98,
+    mechanism__upper_arm_length_mm=105.324,
+    mechanism__forearm_length_mm=165.736,
+    mechanism__parallelogram_width_mm=62.5,
+    cube__bottom_height_mm=68.0,
+    cube__half_side_mm=49.959,
+    hardware__sector_radius_mm=69.79,
+    hardware__capstan_ratio=8.46,
+    hardware__cable="steel-0.8-7x19",
+    hardware__tube="cfrp-6x4",
+    hardware__ball_diameter_mm=6.0,
+    hardware__platform_thickness_mm=12.0,
+    requirements__joint_torque_N_m=0.3,
+    requirements__clearance_min_mm=2.4,
+)
 REFUSED = {
+    "a platform's wrists beside large sectors": (WRISTS, {("platform", "beside a sector")}),
     "a wide motor's pinion and keys between its neighbours": (
         MOTORS,
         {("pinion", "beside a neighbour's cheek"), ("motor", "on its way in"), ("motor_screw", "key")},

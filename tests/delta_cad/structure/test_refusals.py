@@ -12,13 +12,15 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.commands.cli import main
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_MOST_MM
 from delta_cad.dimensions import Reason, dimensions
 from delta_cad.dimensions.rules import down
 from delta_cad.dimensions.tolerances.machine import machine_chains
+from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.structure.hardware.refusals import least_outline_mm, refusals
-from delta_cad.structure.loads import Load
+from delta_cad.structure.loads import Load, sampled_mm
 from tests.committed import ROOT, changed
 from tests.delta_cad.dimensions.test_sizes import LARGE, made
 from tests.designs import hanging
@@ -53,6 +55,25 @@ def test_of_a_platform_below_its_elbows_nothing_else_is_told(
             "hanging.json: cube, assembly mode: cube.bottom_height_mm = 34.5 must be higher, or "
         )
         assert told.err.count("\n") == 1
+
+
+def test_a_cube_where_rods_let_the_platform_turn_is_refused_with_the_height_that_is_free_of_it() -> None:
+    """A wide base over short rods; the couples' index is 0 where their determinant changes its sign, and not above."""
+    lengths = {"base_radius": 85.69, "platform_radius": 36.12, "upper_arm_length": 64.8, "forearm_length": 102.975}
+    wide: dict[str, Any] = {f"mechanism__{name}_mm": value for name, value in lengths.items()}
+    wide |= {"cube__half_side_mm": 30.0, "requirements__envelope_width_mm": 900.0}
+
+    def least(bottom_mm: float) -> float:
+        design = machine(**wide, cube__bottom_height_mm=bottom_mm)
+        positions = sampled_mm(bottom_mm, design.cube.half_side_mm, 17) / MM_PER_M
+        return float(couple_index(design.geometry, positions).min())
+
+    reason = told(**wide, cube__bottom_height_mm=47.848)["platform, turning"]
+    assert reason.field == "cube.bottom_height_mm"
+    assert isinstance(reason.bound, float)
+    assert least(47.848) < 0.01 < 0.05 < least(reason.bound + 5.0)
+    assert "platform, turning" not in told(**wide, cube__bottom_height_mm=reason.bound + 0.01)
+    assert "platform, turning" in told(**wide, cube__bottom_height_mm=reason.bound - 0.5)
 
 
 # The hardware that no build of the first year could do with: what is changed, and what is said; nothing: it is built.
