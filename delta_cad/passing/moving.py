@@ -171,6 +171,27 @@ def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
     return apart
 
 
+def beside_springs(d: Dimensions) -> Apart:
+    """Gives how near springs of different chains come to one another, over positions, with all that they stray."""
+    points, radii = spring_points(d)
+    pairs = [(i, (i + 1) % 3, k, m) for i, k, m in product(CHAINS, SIDES, SIDES)]
+    stray = float(radii[0])
+
+    def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
+        placed = link_placement(d)(positions_mm)
+        some = points[:: ROUGH if rough else 1]
+        off = []
+        for i, j, k, m in pairs if only is None else [pairs[only]]:
+            a, b = (
+                placed[f"spring_{chain}_{side}"][:, None, :3, 3] + some @ chain_frame(chain)[:3, :3].T
+                for chain, side in ((i, k), (j, m))
+            )
+            off.append(np.linalg.norm(a[:, :, None] - b[:, None], axis=3).min(axis=(1, 2)) - 2.0 * stray)
+        return np.stack(off, axis=1)
+
+    return apart
+
+
 def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
     """Gives by how much more than they must the wrists of neighbouring chains stand apart, over positions.
 

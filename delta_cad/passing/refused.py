@@ -15,7 +15,7 @@ from delta_cad.dimensions.capstan import CRIMP_MM, CapstanDimensions
 from delta_cad.dimensions.rules import up
 from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import folded
-from delta_cad.passing.moving import COUNT, FEW, beside_sectors, nearest, spare_of_cups
+from delta_cad.passing.moving import COUNT, FEW, beside_sectors, beside_springs, nearest, spare_of_cups
 from delta_cad.passing.shapes import Beam, Round, off_all_mm
 from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, sector_off_mm, sliding_off_mm
 
@@ -67,6 +67,12 @@ def _over_cube(kind: str) -> Spare:
     return spare
 
 
+def _springs(d: Dimensions, _: CapstanDimensions, count: int) -> float:
+    """What springs of different chains keep of one another over the cube."""
+    cube = d.design.cube
+    return nearest(beside_springs(d), cube.bottom_height_mm, cube.half_side_mm, min(count, FEW)) - _least_mm(d)
+
+
 # Part, feature, in words, spare, whether it is an angle: what chains that stand farther out mend.
 CHAINS_APART: tuple[tuple[str, str, str, Spare, bool], ...] = (
     ("pinion", "beside a neighbour's cheek", "mm apart", lambda d, c, _: pinion_off_mm(d, c) - _least_mm(d), False),
@@ -76,6 +82,7 @@ CHAINS_APART: tuple[tuple[str, str, str, Spare, bool], ...] = (
     ("sector", "beside a neighbour's", "mm apart", _over_cube("sector"), False),
     ("sector", "beside a neighbour's rods", "mm apart", _over_cube("rod"), False),
     ("sector", "beside a neighbour's springs", "mm apart", _over_cube("spring"), False),
+    ("rod_spring", "beside a neighbour's", "mm apart", _springs, False),
 )
 
 

@@ -79,7 +79,17 @@ WRISTS = synthesized(
     requirements__joint_torque_N_m=0.3,
     requirements__clearance_min_mm=2.4,
 )
+LONG_RODS = synthesized(
+    mechanism__base_radius_mm=53.2,
+    mechanism__platform_radius_mm=20.0,
+    mechanism__upper_arm_length_mm=50.0,
+    mechanism__forearm_length_mm=400.0,
+    mechanism__parallelogram_width_mm=38.4,
+    cube__bottom_height_mm=400.0,
+    cube__half_side_mm=15.0,
+)
 REFUSED = {
+    "springs of long rods below arms that lean inwards": (LONG_RODS, {("rod_spring", "beside a neighbour's")}),
     "a platform's wrists beside large sectors": (WRISTS, {("platform", "beside a sector")}),
     "a wide motor's pinion and keys between its neighbours": (
         MOTORS,
