@@ -1,10 +1,10 @@
-"""Rods and springs of a direct drive beside what holds its own motor, which is round about the shoulder's axis."""
+"""Rods and springs beside their own drive: a direct one's motor and its cheek, or an arm with its sector."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from math import asin, cos, degrees, pi, sin, sqrt
+from math import asin, cos, degrees, inf, pi, radians, sin, sqrt
 
 import numpy as np
 
@@ -12,28 +12,38 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.rules import up
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
-from delta_cad.passing.moving import FAR_MM, FEW, Apart, nearest, rod_points, spring_points
+from delta_cad.passing.moving import FAR_MM, FEW, Apart, arm_shapes, nearest, rod_points, spring_points
 from delta_cad.passing.shapes import off_all_mm
 from delta_cad.passing.standing import cheeks, motor
 
 ELBOW_FIELD = "requirements.elbow_angle_min_deg"
+WIDEST_RAD = radians(80.0)  # at an elbow, that rods may be asked to keep off a drive by
 
 
-def beside_own_motor(d: Dimensions) -> Apart:
-    """Gives how near rods and the springs across them come to their own chain's motor and its cheek, over positions."""
+def beside_own(d: Dimensions) -> Apart:
+    """Gives how near rods and the springs across them come to their own chain's drive, over positions.
+
+    That of a capstan is the arm with its sector, that of a direct drive what stands: the motor and its cheek.
+    """
     moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
-    stands = [cheeks(d)[0], motor(d)]
-    out = np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
+    shapes = [cheeks(d)[0], motor(d)] if d.capstan is None else arm_shapes(d, d.capstan)
+    widest = inf if d.capstan is None else max(map(abs, d.layers.sector_mm + d.layers.arm_mm))
+    shoulder = np.eye(4)
+    shoulder[0, 3] = d.bracket.shoulder_u_mm
 
     def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         del rough, only
         placed = link_placement(d)(positions_mm)
         found = np.full(len(positions_mm), FAR_MM)
         for i, side, (link, (points, radii)) in product(CHAINS, SIDES, moving.items()):
-            frame = placed[f"{link}_{i}_{side}"]
-            turned = chain_frame(i)[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
+            level, frame = chain_frame(i), placed[f"{link}_{i}_{side}"]
+            turned = level[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
             at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
-            off = off_all_mm(stands, at @ chain_frame(i)[:3, :3] - out) - radii
+            inverse = np.linalg.inv(level @ shoulder if d.capstan is None else placed[f"upper_arm_{i}"])
+            seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
+            beside = np.broadcast_to(radii, seen.shape[:2])
+            near, off = np.abs(seen[..., 1]) - beside < FAR_MM + widest, np.full(seen.shape[:2], FAR_MM)
+            off[near] = off_all_mm(shapes, seen[near]) - beside[near]
             found = np.minimum(found, off.min(axis=1))
         return found[:, None]
 
@@ -41,28 +51,37 @@ def beside_own_motor(d: Dimensions) -> Apart:
 
 
 def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
-    """Gives the reason why rods that fold onto their own motor are too near, with the height that is high enough.
+    """Gives the reason why rods that fold onto their own drive are too near, with the height that is high enough.
 
     Off the shoulder's axis they are `L_A sin(elbow)`: what they lack there is what the angle is wider by.
 
     Args:
-        d: The machine, of direct drives.
+        d: The machine.
         least_mm: What is to be between them.
     """
     cube, long, forearm = d.design.cube, d.arm.length_mm, d.forearm.length_mm
-    lacking = least_mm - nearest(beside_own_motor(d), cube.bottom_height_mm, cube.half_side_mm, FEW)
+    apart = beside_own(d)
+
+    def lacks(bottom_mm: float) -> float:
+        return least_mm - nearest(apart, bottom_mm, cube.half_side_mm, FEW)
+
+    lacking = still = lacks(cube.bottom_height_mm)
     if lacking <= 0.0:
         return
     sharpest = d.travel.forearm_angle_max
     fold, lowest = pi - sharpest.value, sharpest.position[2] * MM_PER_M
-    needed = asin(min(sin(fold) + lacking / long, 1.0))
-    # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
-    bottom = cube.bottom_height_mm
-    bound = bottom + sqrt(lowest**2 + 2.0 * long * forearm * max(cos(fold) - cos(needed), 0.0)) - lowest
+    needed, bottom, bound = fold, cube.bottom_height_mm, cube.bottom_height_mm
+    while still > 0.0 and needed < WIDEST_RAD:
+        needed = asin(min(sin(needed) + still / long, sin(WIDEST_RAD)))
+        # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
+        bound = bottom + sqrt(lowest**2 + 2.0 * long * forearm * max(cos(fold) - cos(needed), 0.0)) - lowest
+        still = lacks(bound)
+    drive = f"what holds {d.motor.id}" if d.capstan is None else "their own arm and sector"
+    smaller = "hardware.motor" if d.capstan is None else "hardware.sector_radius_mm"
     message = (
         f"rods that fold to {degrees(fold):.1f} deg, or springs across them, come within {least_mm - lacking:.2f} mm "
-        f"of what holds {d.motor.id}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least "
-        f"{up(bound)} mm, or hardware.motor smaller, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
+        f"of {drive}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least "
+        f"{up(bound)} mm, or {smaller} smaller, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
     )
     field, instead = "cube.bottom_height_mm", (ELBOW_FIELD, degrees(needed))
-    yield Reason("rod_tube", "beside the motor", message, field, bottom, bound, instead=instead)
+    yield Reason("rod_tube", "beside the drive", message, field, bottom, bound, instead=instead)

@@ -36,7 +36,7 @@ Spare = Callable[[Dimensions, CapstanDimensions, int], float]
 
 
 def passing(d: Dimensions, spare_mm: float = 0.0, aim_mm: float = 0.0) -> list[Reason]:
-    """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and a motor cannot pass.
+    """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and their drive cannot pass.
 
     All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what
     meshes are off; what passes may still fail.
@@ -46,11 +46,10 @@ def passing(d: Dimensions, spare_mm: float = 0.0, aim_mm: float = 0.0) -> list[R
         spare_mm: What is to be left beyond what must be.
         aim_mm: What a value that is told leaves, where anything is refused.
     """
-    c = d.capstan
-    if c is None:
-        return [*folded(d, _least_mm(d) + spare_mm), *_cups(d, spare_mm, aim_mm)]
-    own = [*_sleeves(d, c), *_chains(d, c, spare_mm, aim_mm), *_platform(d, c, spare_mm, aim_mm)]
-    return [*own, *_cups(d, spare_mm, aim_mm)]
+    own = [*folded(d, _least_mm(d) + spare_mm), *_cups(d, spare_mm, aim_mm)]
+    if (c := d.capstan) is None:
+        return own
+    return [*_sleeves(d, c), *_chains(d, c, spare_mm, aim_mm), *_platform(d, c, spare_mm, aim_mm), *own]
 
 
 def _least_mm(d: Dimensions) -> float:

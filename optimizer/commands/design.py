@@ -175,6 +175,7 @@ def _search(
         report,
         with_provenance,
         write_beside,
+        write_design,
     )
     from optimizer.codesign.search import Search
     from optimizer.codesign.tried import Posed
@@ -201,6 +202,7 @@ def _search(
         def beside(folder: Path, outcome: Outcome) -> None:
             standing = search.standing
             if not outcome.passed or standing is None:
+                write_design(folder, placed(stated, brief, folder))  # to build it again and see what fails
                 return
             line.show("what each limit costs")
             key = standing.choice.motor, standing.choice.drive

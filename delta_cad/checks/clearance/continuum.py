@@ -63,7 +63,7 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
     """
     proof = ClearanceProof(space.name)
     left = ~(space.always_apart() >= space.pairs.limit + GUARD_MM)
-    whole, space = space, space.in_pieces(left)
+    whole, space = space, space.in_pieces(left) if left.any() else space
     if space is not whole:
         left = ~(space.always_apart() >= space.pairs.limit + GUARD_MM)
     pairs, pair = space.pairs, np.flatnonzero(left)

@@ -78,10 +78,15 @@ def certificate_of(design: Design, masses: Path) -> Certificate:
     return certify(design, limits_of(design, share, inertia), gravity=share)
 
 
+def write_design(folder: Path, design: Design) -> None:
+    """Writes `design.json` into the folder of a build."""
+    (folder / "design.json").write_text(design_to_json(design), encoding="utf-8")
+
+
 def write_beside(folder: Path, design: Design, text: str, page: str, certificate: Certificate) -> None:
     """Writes `design.json`, `design.md`, `design.html` and `certificate.json` into the folder of a build."""
     (folder / SOUGHT).write_text(page, encoding="utf-8")
-    (folder / "design.json").write_text(design_to_json(design), encoding="utf-8")
+    write_design(folder, design)
     (folder / "design.md").write_text(text, encoding="utf-8")
     text = certificate_text(certificate, "certificate.json")  # the folder's own lock is held by the build
     (folder / "certificate.json").write_text(text, encoding="utf-8")

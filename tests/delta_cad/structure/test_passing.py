@@ -15,7 +15,7 @@ from delta_cad.design import Design, design_from_dict, design_to_dict
 from delta_cad.dimensions import Reason, dimensions, link_placement, spread
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.placement import chain_frame, spring_sway
-from delta_cad.passing.folding import ELBOW_FIELD, beside_own_motor, folded
+from delta_cad.passing.folding import ELBOW_FIELD, beside_own, folded
 from delta_cad.passing.moving import nearest, spare_of_cups
 from delta_cad.passing.refused import passing, sleeves_off_mm
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
@@ -88,6 +88,19 @@ LONG_RODS = synthesized(
     cube__bottom_height_mm=400.0,
     cube__half_side_mm=15.0,
 )
+FOLDED_SPRINGS = synthesized(
+    mechanism__base_radius_mm=50.638,
+    mechanism__platform_radius_mm=22.2,
+    mechanism__upper_arm_length_mm=67.7,
+    mechanism__forearm_length_mm=125.604,
+    mechanism__parallelogram_width_mm=53.0,
+    cube__bottom_height_mm=64.922,
+    cube__half_side_mm=30.0,
+    hardware__motor="maxon-re50-370354",
+    hardware__cable="steel-0.8-7x19",
+    hardware__sector_radius_mm=37.4,
+    hardware__capstan_ratio=4.16,
+)
 REFUSED = {
     "springs of long rods below arms that lean inwards": (LONG_RODS, {("rod_spring", "beside a neighbour's")}),
     "a platform's wrists beside large sectors": (WRISTS, {("platform", "beside a sector")}),
@@ -98,7 +111,8 @@ REFUSED = {
     "large sectors": (SECTORS, {("sector", "beside a neighbour's")}),
     "a large sector under a neighbour's springs": (SPRINGS, {("sector", "beside a neighbour's springs")}),
     "sleeves beside the arm of a small sector": (SLEEVES, {("crimp_sleeve", "beside the arm")}),
-    "rods that fold onto their own motor": (FOLDED, {("rod_tube", "beside the motor")}),
+    "rods that fold onto their own motor": (FOLDED, {("rod_tube", "beside the drive")}),
+    "springs that fold onto their own sector": (FOLDED_SPRINGS, {("rod_tube", "beside the drive")}),
     "cups whose rods turn": (CUPS, {("rod_cup", "beside a neighbour's")}),
 }
 
@@ -163,7 +177,7 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
     step = np.linspace(-0.25, 0.25, 17) * cube.half_side_mm
     around = start + np.stack(np.meshgrid(step, step, 0.0), axis=-1).reshape(-1, 3)
     found = min(apart(p) for p in around)
-    near = nearest(beside_own_motor(d), cube.bottom_height_mm, cube.half_side_mm, 3)
+    near = nearest(beside_own(d), cube.bottom_height_mm, cube.half_side_mm, 3)
     assert near < 2.0
     assert near == pytest.approx(found, abs=0.1)
     (reason,) = folded(d, 2.1)

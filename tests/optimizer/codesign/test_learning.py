@@ -245,7 +245,7 @@ def test_a_lesson_is_told_in_figures_of_people(result: CheckResult, told: str) -
 
 def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
     angle = (ELBOW_FIELD, 33.31)  # which more lengths than the height in the field may give
-    reason = Reason("rod_tube", "beside the motor", "why", "cube.bottom_height_mm", 57.0, 65.0, instead=angle)
+    reason = Reason("rod_tube", "beside the drive", "why", "cube.bottom_height_mm", 57.0, 65.0, instead=angle)
     long = KNOWN.raised("upper_arm_length", 80.0, "").raised("base_radius", 30.0, "")
     _, lessons = from_reasons(brief(), CHOICE, long, [reason])
     assert lessons.elbow_angle_deg == pytest.approx(33.4)

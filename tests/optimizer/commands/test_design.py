@@ -125,6 +125,27 @@ def test_what_was_found_stands_in_its_folder(
     assert any(row[0] == "requirements.envelope_depth_mm" for row in page.rows("costs"))
 
 
+def test_what_fails_its_checks_keeps_its_design_file(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    finds(monkeypatch)
+
+    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], None]) -> Outcome:
+        folder = out / f"{design.name}.rejected"
+        folder.mkdir(parents=True)
+        outcome = Outcome(design, [CheckResult("clearance", False, 1.2, 2.0, "mm")], {}, folder, ())
+        beside(folder, outcome)
+        return outcome
+
+    monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    assert call(file, "--out", tmp_path / "out") == 1
+    assert "no machine does all that is asked" in capsys.readouterr().err
+    folder = tmp_path / "out" / "synthesized.rejected"
+    assert load_design(folder / "design.json").cube.half_side_mm == pytest.approx(43.165, abs=0.01)
+    assert [one.name for one in folder.iterdir()] == ["design.json"]
+
+
 def interrupt() -> None:
     raise KeyboardInterrupt
 

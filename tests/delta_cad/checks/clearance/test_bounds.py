@@ -158,6 +158,15 @@ def test_two_arms_in_pieces_are_the_pairs_that_were_asked(monkeypatch: pytest.Mo
     assert in_pieces.boxes <= whole.boxes
 
 
+def test_arms_of_which_every_pair_is_apart_at_all_angles_need_no_box() -> None:
+    """Of a large machine: none is left to be cut in pieces."""
+    arms = space_named("two arms")
+    apart = arms.always_apart() >= arms.pairs.limit + 1.0
+    assert apart.any()
+    proof = prove(spaces.TwoSwings(arms.name, arms.pairs.chosen(apart), arms._radius, arms._rasters), DistanceEngine())
+    assert (proof.undecided, proof.boxes, proof.calls) == ([], 0, 0)
+
+
 def test_what_lies_inside_a_swept_body_is_not_called_apart() -> None:
     """A ball on its own shoulder axis, in the path of a bar that turns: the swept disc holds it, surfaces far apart."""
     bar = part("bar", box((-130, -6, -3), (130, 6, 3)))
