@@ -18,7 +18,7 @@ from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
     from delta_cad.design import Design, DesignError
-    from delta_cad.structure.advice import Advice
+    from delta_cad.structure.hardware.advice import Advice
 
 NOT_BUILT = 3
 # Imported late, some after a minute of work: that all are there is looked at first.
@@ -109,7 +109,7 @@ def _not_installed(module: str | None) -> int:
 
 def refused(design: Design) -> Advice:
     """Gives every reason why the hardware of a design cannot do, in closed form: no kernel is loaded for it."""
-    from delta_cad.structure.advice import advice
+    from delta_cad.structure.hardware.advice import advice
 
     return advice(design)
 
@@ -130,7 +130,7 @@ def hardware_lines(found: Advice) -> list[str]:
 def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
     """Refuses a design file with all that was found in it and, where it can be computed with, its hardware."""
     from delta_cad.mechanism import MechanismError
-    from delta_cad.structure.advice import DESIGN, Advice, advice
+    from delta_cad.structure.hardware.advice import DESIGN, Advice, advice
 
     found = Advice(())
     if error.design is not None:

@@ -25,6 +25,7 @@ HOLE_RIM_MM = 8.0  # around the hole in the middle
 WINDOW_MM, WINDOW_LEAST_MM, WINDOW_RIM_MM = 34.0, 12.0, 5.0  # holes that lighten the plate
 PLATE_MM = 5.0  # the least; it grows with loads and lengths
 STEM_WALL_MM = 3.0  # of the hub around the stem
+RIB_MM = 4.0  # width of what stays around a window of it
 WEB_CORNER_MM = 5.0, 3.0  # of a web, which ends so much inside its boss's ends, in corners of such a radius
 
 

@@ -33,8 +33,8 @@ def beside_own(d: Dimensions) -> Apart:
     shoulder = np.eye(4)
     shoulder[0, 3] = d.bracket.shoulder_u_mm
 
-    def apart(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
-        del rough
+    def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
+        del rough, only
         placed = link_placement(d)(positions_mm)
         found = np.full(len(positions_mm), FAR_MM)
         for i, side, (link, (points, radii)) in product(CHAINS, SIDES, moving.items()):
@@ -47,7 +47,7 @@ def beside_own(d: Dimensions) -> Apart:
             near, off = np.abs(seen[..., 1]) - beside < FAR_MM + widest, np.full(seen.shape[:2], FAR_MM)
             off[near] = off_all_mm(shapes, seen[near]) - beside[near]
             found = np.minimum(found, off.min(axis=1))
-        return found
+        return found[:, None]
 
     return apart
 

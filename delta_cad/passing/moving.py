@@ -21,6 +21,7 @@ from delta_cad.dimensions.capstan import (
     lug_length_mm,
 )
 from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
+from delta_cad.dimensions.platform import BOSS_BEVEL_MM
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame, spring_sway
 from delta_cad.mechanism.workspace import Cube, cube_grid
@@ -28,7 +29,11 @@ from delta_cad.passing.shapes import Beam, Block, Ring, Round, Shape, off_all_mm
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
 FEW = 3  # where corners are what counts, or a bound is looked for
-STARTS, HALVINGS = 2, 4  # nearest of them from which one goes on, and how often the step is halved
+STARTS, HALVINGS, ROUGH_HALVINGS = (
+    2,
+    4,
+    2,
+)  # nearest from which one goes on; how often the step is halved, at first roughly
 FAR_MM = 4.0  # beyond which nothing is looked at
 STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis
 ROUGH = 3  # one point of so many is looked at first
@@ -38,8 +43,9 @@ CABLE_PIECES = 3  # in which either half of a cable on its rim is seen: it climb
 NOSE_POINTS, END_POINTS, GUSSET_POINTS = 24, 5, (3, 2)
 AROUND = np.array([*product((-1.0, 0.0, 1.0), repeat=3)])
 
-Apart = Callable[[np.ndarray, bool], np.ndarray]
-"""Positions (n, 3) of the handle, mm, and whether a rough look is enough -> (n) distances, mm."""
+Apart = Callable[[np.ndarray, bool, int | None], np.ndarray]
+"""Positions (n, 3) of the handle, mm, whether a rough look is enough, and the number of a pair that alone is looked at
+-> (n, pairs) distances, mm."""
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
 
@@ -108,36 +114,80 @@ def spring_points(d: Dimensions) -> Points:
     return np.stack([0.0 * y, y, 0.0 * y], axis=1), radius
 
 
+def platform_points(d: Dimensions) -> Points:
+    """Gives the platform's wrists as balls in its frame: bosses with their ends, cross-bars, balls of the joints."""
+    p, f = d.platform, d.forearm
+    boss, half, wide = p.boss_diameter_mm / 2, p.boss_length_mm / 2, f.width_mm / 2
+    inside = max(half - boss, 0.0)  # so far out a ball as wide as the boss lies in it
+    y = np.linspace(-inside, inside, int(2 * inside / TUBE_STEP_MM) + 2)
+    beyond = f.bar_length_mm / 2 - f.cone_mm - f.bar_diameter_mm / 2  # a ball as wide as the bar lies in it up to there
+    bar = np.concatenate([sign * np.arange(half, beyond, TUBE_STEP_MM) for sign in (-1.0, 1.0)])
+    turns = np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS, endpoint=False)
+    edge = (boss - BOSS_BEVEL_MM) * np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1)
+    middles = np.concatenate([y, bar, [-wide, wide]])[:, None] * np.array([0.0, 1.0, 0.0])
+    end, wrist = np.array([0.0, half, 0.0]), np.array([p.radius_mm, 0.0, 0.0])
+    local = np.concatenate([middles, edge + end, edge - end]) + wrist
+    radii = [min(boss, half)] * len(y) + [f.bar_diameter_mm / 2] * len(bar) + [f.ball_diameter_mm / 2] * 2
+    radii += [0.0] * (2 * len(edge))
+    return np.concatenate([local @ chain_frame(i)[:3, :3].T for i in CHAINS]), np.tile(radii, 3)
+
+
 def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
-    """Gives how near other chains' "sector", "rod" or "spring" come to an arm with its sector, over positions."""
+    """Gives how near other chains' "sector", "rod" or "spring", or the "platform", come to an arm with its sector."""
     f, shapes, reach = d.forearm, arm_shapes(d, c), c.keep_out_radius_mm + FAR_MM
     edges = sector_points(d, c)
+    points, radii = {
+        "sector": lambda: (edges, np.zeros(len(edges))),
+        "rod": lambda: rod_points(f),
+        "spring": lambda: spring_points(d),
+        "platform": lambda: platform_points(d),
+    }[kind]()
     links = ("upper_arm_{}",) if kind == "sector" else tuple(f"{kind}_{{}}_{k}" for k in SIDES)
-    points, radii = (
-        (edges, np.zeros(len(edges))) if kind == "sector" else rod_points(f) if kind == "rod" else spring_points(d)
-    )
+    pairs = [(i, link.format(j)) for i, j in product(CHAINS, CHAINS) if i != j for link in links]
+    if kind == "platform":
+        pairs = [(i, kind) for i in CHAINS]
 
-    def apart(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
+    def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         placed = link_placement(d)(positions_mm)
         some = slice(None, None, ROUGH if rough else 1)
-        found = np.full(len(positions_mm), FAR_MM)
-        for i, j in product(CHAINS, CHAINS):
-            inverse = np.linalg.inv(placed[f"upper_arm_{i}"])
-            for link in links if i != j else ():
-                frame = placed[link.format(j)]
-                if kind == "spring":  # what it strays is known about the shoulder's direction
-                    level = np.broadcast_to(chain_frame(j), frame.shape).copy()
-                    level[:, :3, 3] = frame[:, :3, 3]
-                    frame = level
-                seen, ball = inverse @ frame, radii[some]
-                at = points[some] @ np.swapaxes(seen[:, :3, :3], 1, 2) + seen[:, None, :3, 3]
-                near = np.hypot(at[..., 0], at[..., 2]) - ball < reach
-                near &= np.abs(at[..., 1]) - ball < d.layers.sector_mm[1] + FAR_MM
-                if near.any():
-                    off = np.full(near.shape, FAR_MM)
-                    off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
-                    found = np.minimum(found, off.min(axis=1))
+        looked = pairs if only is None else [pairs[only]]
+        found = np.full((len(positions_mm), len(looked)), FAR_MM)
+        for k, (i, link) in enumerate(looked):
+            frame = placed[link]
+            if kind == "spring":  # what it strays is known about the shoulder's direction
+                level = np.broadcast_to(chain_frame(int(link.split("_")[1])), frame.shape).copy()
+                level[:, :3, 3] = frame[:, :3, 3]
+                frame = level
+            seen, ball = np.linalg.inv(placed[f"upper_arm_{i}"]) @ frame, radii[some]
+            at = points[some] @ np.swapaxes(seen[:, :3, :3], 1, 2) + seen[:, None, :3, 3]
+            near = np.hypot(at[..., 0], at[..., 2]) - ball < reach
+            near &= np.abs(at[..., 1]) - ball < d.layers.sector_mm[1] + FAR_MM
+            if near.any():
+                off = np.full(near.shape, FAR_MM)
+                off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
+                found[:, k] = off.min(axis=1)
         return found
+
+    return apart
+
+
+def beside_springs(d: Dimensions) -> Apart:
+    """Gives how near springs of different chains come to one another, over positions, with all that they stray."""
+    points, radii = spring_points(d)
+    pairs = [(i, (i + 1) % 3, k, m) for i, k, m in product(CHAINS, SIDES, SIDES)]
+    stray = float(radii[0])
+
+    def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
+        placed = link_placement(d)(positions_mm)
+        some = points[:: ROUGH if rough else 1]
+        off = []
+        for i, j, k, m in pairs if only is None else [pairs[only]]:
+            a, b = (
+                placed[f"spring_{chain}_{side}"][:, None, :3, 3] + some @ chain_frame(chain)[:3, :3].T
+                for chain, side in ((i, k), (j, m))
+            )
+            off.append(np.linalg.norm(a[:, :, None] - b[:, None], axis=3).min(axis=(1, 2)) - 2.0 * stray)
+        return np.stack(off, axis=1)
 
     return apart
 
@@ -150,7 +200,7 @@ def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
     needed: `(v n + s)^2 + |v - (v n) n|^2 = needed^2`.
 
     Returns:
-        Positions -> (n) mm; negative: what is lacking.
+        Positions -> (n, 1) mm, all of them as one pair; negative: what is lacking.
     """
     f = d.forearm
     rod, outer = f.tube_outer_mm / 2, f.cup_radius_mm
@@ -176,8 +226,8 @@ def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
         beside = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
         return np.where(beside > 0.0, np.sqrt(np.maximum(beside, 0.0)) - along, -np.inf)
 
-    def spare(positions_mm: np.ndarray, rough: bool) -> np.ndarray:
-        del rough
+    def spare(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
+        del rough, only
         placed = link_placement(d)(positions_mm)
         least = np.full(len(positions_mm), apart_mm - 2 * outer - needed_mm)
         for i in CHAINS:
@@ -191,13 +241,15 @@ def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
             more = np.maximum(more, lacking(between + b, n, needed_mm + outer).max(axis=1))
             more = np.maximum(more, lacking(between - a, n, needed_mm + outer).max(axis=1))
             least = np.minimum(least, -more)
-        return least
+        return least[:, None]
 
     return spare
 
 
 def nearest(apart: Apart, bottom_mm: float, half_mm: float, count: int = COUNT) -> float:
     """Searches a cube for where things come nearest: a grid, then steps that halve around its nearest positions.
+
+    From each of these the pair goes on that is nearest there.
 
     Args:
         apart: Distances over positions.
@@ -210,15 +262,15 @@ def nearest(apart: Apart, bottom_mm: float, half_mm: float, count: int = COUNT) 
     """
     positions = cube_grid(Cube(bottom_mm / MM_PER_M, half_mm / MM_PER_M), count) * MM_PER_M
     low, high = positions.min(axis=0), positions.max(axis=0)
-    found = apart(positions, True)
-    starts = positions[np.argsort(found, kind="stable")[:STARTS]]
-    least, step = float(found.min()), 2.0 * half_mm / (count - 1)
+    found = apart(positions, True, None)
+    least = float(found.min())
     if least >= FAR_MM:
         return least
-    for _ in range(HALVINGS):
-        step /= 2.0
-        around = np.clip((starts[:, None] + step * AROUND).reshape(-1, 3), low, high)
-        seen = apart(around, False)
-        starts = around[[np.argmin(seen)]]
-        least = min(least, float(seen.min()))
+    for k in np.argsort(found.min(axis=1), kind="stable")[:STARTS]:
+        at, pair, step = positions[k], int(np.argmin(found[k])), 2.0 * half_mm / (count - 1)
+        for turn in range(HALVINGS):
+            step /= 2.0
+            around = np.clip(at + step * AROUND, low, high)
+            seen = apart(around, turn < ROUGH_HALVINGS, pair)[:, 0]
+            at, least = around[np.argmin(seen)], min(least, float(seen.min()))
     return least

@@ -112,8 +112,14 @@ def _in_the_way(d: Dimensions) -> list[tuple[Sequence[Shape], int]]:
     return [([*cheeks(d)[1:], block], 0), (others, 1), (others, 2)]
 
 
-def key_swing_rad(d: Dimensions) -> float:
+def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
     """Computes by how much a key's handle swings in a motor's screw beside what stands still, the least of all, rad.
+
+    What swings by `SWING_RAD` may swing by more than is told.
+
+    Args:
+        d: The machine.
+        whole: Whether all screws are looked at, not those up to the first in which no key swings far enough.
 
     It is one of the keys that `delta_cad.checks.contact.access` tries; what moves is left out.
     """
@@ -124,7 +130,21 @@ def key_swing_rad(d: Dimensions) -> float:
     keys = (short, long), (long, short), cut_key_mm(row.socket_mm), (LONG_MM.get(row.socket_mm, long), short)
     mouth = d.layers.motor_cheek_mm[0] + motor_screw_mm(d.motor, d.layers)[1] - row.head_height_mm
     radius, stands = CORNERS * row.socket_mm / 2.0, _in_the_way(d)
-    return min(max(_swing(d, at, mouth, radius, row.socket_depth_mm, key, stands) for key in keys) for at in _screws(d))
+
+    def best(at: tuple[float, float]) -> float:
+        """Swing of the key that swings farthest; of the first that swings far enough, which is all that is asked."""
+        most = 0.0
+        for key in keys:
+            if (most := max(most, _swing(d, at, mouth, radius, row.socket_depth_mm, key, stands))) >= SWING_RAD:
+                break
+        return most
+
+    least = 2.0 * pi
+    for at in _screws(d):
+        least = min(least, best(at))
+        if least < SWING_RAD and not whole:
+            break
+    return least
 
 
 def _screws(d: Dimensions) -> Iterator[tuple[float, float]]:

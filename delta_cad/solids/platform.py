@@ -8,6 +8,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import (
     BOSS_BEVEL_MM,
+    RIB_MM,
     STEM_FLATS_MM,
     STEM_FLATS_Z_MM,
     WEB_CORNER_MM,
@@ -34,7 +35,6 @@ from delta_cad.solids.primitive import (
     stepped,
 )
 
-RIB_MM = 4.0  # width of what stays around a window
 STEM_CORE_DEPTH_MM = 9.0
 
 

@@ -341,14 +341,14 @@ def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
     Returns:
         What is known now; nothing more where they ask for no base radius within `LEFT_MM` of the machine's.
     """
-    from delta_cad.structure.refusals import refusals
+    from delta_cad.structure.hardware.refusals import LEARNT, refusals
 
     design = candidate.design
     radius, width = design.mechanism.base_radius_mm, candidate.choice.width_mm
 
     def passes(shorter_mm: float) -> bool:
         shorter = design.mechanism.model_copy(update={"base_radius_mm": radius - shorter_mm})
-        reasons = refusals(design.model_copy(update={"mechanism": shorter}))
+        reasons = refusals(design.model_copy(update={"mechanism": shorter}), LEARNT)
         return not any(reason.field == "mechanism.base_radius_mm" for reason in reasons)
 
     if passes(LEFT_MM):

@@ -357,7 +357,7 @@ class Search:
         Returns:
             The candidate; None where there is none, which `tried.stuck` explains, or none that beats the score.
         """
-        from delta_cad.structure.refusals import refusals
+        from delta_cad.structure.hardware.refusals import LEARNT, refusals
 
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
@@ -375,7 +375,7 @@ class Search:
             start = lengths = found.lengths_mm
             try:
                 design = design_for(self.brief, choice, lengths, lessons)
-                reasons = refusals(design)
+                reasons = refusals(design, LEARNT)
                 if geared and (pulled := [one for one in reasons if one.part == PULLED]):
                     bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
                     sector = design.hardware.sector_radius_mm

@@ -37,7 +37,7 @@ from delta_cad.dimensions.installation.leads import (
 )
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.part import location_of
-from delta_cad.structure.refusals import least_outline_mm
+from delta_cad.structure.hardware.refusals import least_outline_mm
 from tests.committed import ROOT, changed
 
 BEHIND_MM = PLUG_MM + (BEND + 1.0) * LEAD_MM

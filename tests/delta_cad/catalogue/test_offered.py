@@ -8,7 +8,7 @@ import pytest
 
 import delta_cad.dimensions as room
 from delta_cad import catalogue
-from delta_cad.structure.refusals import refusals
+from delta_cad.structure.hardware.refusals import refusals
 from tests.delta_cad.catalogue.offered import machine, offered
 
 ROWS = offered()

@@ -14,7 +14,7 @@ from delta_cad.commands.cli import main
 from delta_cad.commands.inspection import inspection
 from delta_cad.design import Design, design_from_dict, design_schema, load_design
 from delta_cad.mechanism.workspace import Cube, cube_extremes
-from delta_cad.structure.refusals import refusals
+from delta_cad.structure.hardware.refusals import refusals
 from tests.committed import BEST, DATA, PUBLISHED, changed
 
 COMMANDS = ("build", "check", "drawings", "inspect")

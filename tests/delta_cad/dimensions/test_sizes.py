@@ -12,7 +12,7 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import spring_range_N
 from delta_cad.dimensions.sizes import bar_mm, growth, plate_mm, stem_mm
-from delta_cad.structure.refusals import refusals
+from delta_cad.structure.hardware.refusals import refusals
 from delta_cad.structure.report import stiffness
 from optimizer.problem.requirements import load_requirements
 from tests.committed import ROOT, changed

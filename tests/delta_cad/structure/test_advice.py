@@ -11,9 +11,9 @@ import pytest
 from delta_cad.design import Design, design_from_dict, design_to_dict
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import down, up
-from delta_cad.structure import advice as room
-from delta_cad.structure.advice import DESIGN, advice
-from delta_cad.structure.refusals import refusals
+from delta_cad.structure.hardware import advice as room
+from delta_cad.structure.hardware.advice import DESIGN, advice
+from delta_cad.structure.hardware.refusals import refusals
 from tests.committed import changed
 
 Changes = dict[str, Any]
@@ -103,7 +103,7 @@ def test_a_word_that_would_do_is_taken() -> None:
 def test_a_field_that_two_reasons_move_apart_is_kept_and_another_moved(monkeypatch: pytest.MonkeyPatch) -> None:
     """A shaft asks for a larger sector, its screws for a smaller one or a higher ratio: the ratio it is."""
 
-    def two(design: Design) -> tuple[Reason, ...]:
+    def two(design: Design, _asked: object = None) -> tuple[Reason, ...]:
         h = design.hardware
         small, slow = h.sector_radius_mm < 50.0, h.sector_radius_mm / h.capstan_ratio > 8.0
         shaft = Reason("motor shaft", "load", "", "hardware.sector_radius_mm", h.sector_radius_mm, 50.0)
@@ -121,7 +121,7 @@ def test_a_field_that_two_reasons_move_apart_is_kept_and_another_moved(monkeypat
 def test_what_goes_in_circles_ends_without_values(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
 
-    def never(design: Design) -> tuple[Reason, ...]:
+    def never(design: Design, _asked: object = None) -> tuple[Reason, ...]:
         calls.append(design)
         held = design.hardware.sector_radius_mm
         return (Reason("a", "b", "", "hardware.sector_radius_mm", held, 50.0 if held < 45.0 else 40.0),)
@@ -132,7 +132,7 @@ def test_what_goes_in_circles_ends_without_values(monkeypatch: pytest.MonkeyPatc
 
 
 def test_values_out_of_a_fields_bounds_end_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    def far(design: Design) -> tuple[Reason, ...]:
+    def far(design: Design, _asked: object = None) -> tuple[Reason, ...]:
         return (Reason("a", "b", "", "hardware.sector_radius_mm", design.hardware.sector_radius_mm, 1e4),)
 
     monkeypatch.setattr(room, "refusals", far)

@@ -22,9 +22,9 @@ from delta_cad.passing.moving import Apart, nearest, spare_of_cups
 from delta_cad.passing.refused import passing, sleeves_off_mm
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
 from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
-from delta_cad.structure.advice import advice
+from delta_cad.structure.hardware.advice import advice
+from delta_cad.structure.hardware.refusals import refusals
 from delta_cad.structure.loads import sampled_mm
-from delta_cad.structure.refusals import refusals
 from tests.committed import ROOT
 
 FREE = {"requirements__envelope_width_mm": 900.0, "requirements__envelope_depth_mm": 900.0}
@@ -64,6 +64,32 @@ SPRINGS = synthesized(mechanism__base_radius_mm=39.98, hardware__capstan_ratio=1
 SLEEVES = synthesized(hardware__capstan_ratio=3.0, hardware__sector_radius_mm=24.55)
 CUPS = of("docs/gallery/direct-83.json", mechanism__platform_radius_mm=17.2, **FREE)
 FOLDED = of("docs/gallery/direct-83.json", cube__bottom_height_mm=73.5, requirements__peak_force_N=None, **FREE)
+WRISTS = synthesized(
+    mechanism__base_radius_mm=60.73,
+    mechanism__platform_radius_mm=36.98,
+    mechanism__upper_arm_length_mm=105.324,
+    mechanism__forearm_length_mm=165.736,
+    mechanism__parallelogram_width_mm=62.5,
+    cube__bottom_height_mm=68.0,
+    cube__half_side_mm=49.959,
+    hardware__sector_radius_mm=69.79,
+    hardware__capstan_ratio=8.46,
+    hardware__cable="steel-0.8-7x19",
+    hardware__tube="cfrp-6x4",
+    hardware__ball_diameter_mm=6.0,
+    hardware__platform_thickness_mm=12.0,
+    requirements__joint_torque_N_m=0.3,
+    requirements__clearance_min_mm=2.4,
+)
+LONG_RODS = synthesized(
+    mechanism__base_radius_mm=53.2,
+    mechanism__platform_radius_mm=20.0,
+    mechanism__upper_arm_length_mm=50.0,
+    mechanism__forearm_length_mm=400.0,
+    mechanism__parallelogram_width_mm=38.4,
+    cube__bottom_height_mm=400.0,
+    cube__half_side_mm=15.0,
+)
 FOLDED_SPRINGS = synthesized(
     mechanism__base_radius_mm=50.638,
     mechanism__platform_radius_mm=22.2,
@@ -78,6 +104,8 @@ FOLDED_SPRINGS = synthesized(
     hardware__capstan_ratio=4.16,
 )
 REFUSED = {
+    "springs of long rods below arms that lean inwards": (LONG_RODS, {("rod_spring", "beside a neighbour's")}),
+    "a platform's wrists beside large sectors": (WRISTS, {("platform", "beside a sector")}),
     "a wide motor's pinion and keys between its neighbours": (
         MOTORS,
         {("pinion", "beside a neighbour's cheek"), ("motor", "on its way in"), ("motor_screw", "key")},
@@ -219,10 +247,10 @@ def test_cups_part_by_what_they_lack() -> None:
     """Wrists that stand apart by so much more than a machine's lacks leave nothing lacking, at any position."""
     d = dimensions(CUPS)
     positions = sampled_mm(CUPS.cube.bottom_height_mm, CUPS.cube.half_side_mm, 3)
-    lacking = -spare_of_cups(d, 2.14)(positions, False).min()
+    lacking = -spare_of_cups(d, 2.14)(positions, False, None).min()
     assert lacking > 0.0
     wider = spread(d, lacking / np.sqrt(3.0))
-    assert spare_of_cups(wider, 2.14)(positions, False).min() == pytest.approx(0.0, abs=1e-9)
+    assert spare_of_cups(wider, 2.14)(positions, False, None).min() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_key_has_room_where_motors_stand_far_apart_and_none_between_them() -> None:

@@ -12,13 +12,15 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.commands.cli import main
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_MOST_MM
 from delta_cad.dimensions import Reason, dimensions
 from delta_cad.dimensions.rules import down
 from delta_cad.dimensions.tolerances.machine import machine_chains
-from delta_cad.structure.loads import Load
-from delta_cad.structure.refusals import least_outline_mm, refusals
+from delta_cad.mechanism.limits.couple_index import couple_index
+from delta_cad.structure.hardware.refusals import least_outline_mm, refusals
+from delta_cad.structure.loads import Load, sampled_mm
 from tests.committed import ROOT, changed
 from tests.delta_cad.dimensions.test_sizes import LARGE, made
 from tests.designs import hanging
@@ -55,12 +57,32 @@ def test_of_a_platform_below_its_elbows_nothing_else_is_told(
         assert told.err.count("\n") == 1
 
 
+def test_a_cube_where_rods_let_the_platform_turn_is_refused_with_the_height_that_is_free_of_it() -> None:
+    """A wide base over short rods; the couples' index is 0 where their determinant changes its sign, and not above."""
+    lengths = {"base_radius": 85.69, "platform_radius": 36.12, "upper_arm_length": 64.8, "forearm_length": 102.975}
+    wide: dict[str, Any] = {f"mechanism__{name}_mm": value for name, value in lengths.items()}
+    wide |= {"cube__half_side_mm": 30.0, "requirements__envelope_width_mm": 900.0}
+
+    def least(bottom_mm: float) -> float:
+        design = machine(**wide, cube__bottom_height_mm=bottom_mm)
+        positions = sampled_mm(bottom_mm, design.cube.half_side_mm, 17) / MM_PER_M
+        return float(couple_index(design.geometry, positions).min())
+
+    reason = told(**wide, cube__bottom_height_mm=47.848)["platform, turning"]
+    assert reason.field == "cube.bottom_height_mm"
+    assert isinstance(reason.bound, float)
+    assert least(47.848) < 0.01 < 0.05 < least(reason.bound + 5.0)
+    assert "platform, turning" not in told(**wide, cube__bottom_height_mm=reason.bound + 0.01)
+    assert "platform, turning" in told(**wide, cube__bottom_height_mm=reason.bound - 0.5)
+
+
 # The hardware that no build of the first year could do with: what is changed, and what is said; nothing: it is built.
 CASES: dict[str, tuple[dict[str, Any], set[tuple[str, float | str | None]]]] = {
     "cable of 0.8 mm": (
         {
             "hardware__cable": "steel-0.8-7x19",
             "mechanism__base_radius_mm": 35.0,
+            "requirements__peak_force_N": 5.5,  # weight leaves 5.8: at 6 solids have 86.8 of 86 deg
             "requirements__envelope_depth_mm": 232.0,
         },
         set(),
@@ -283,9 +305,9 @@ def test_an_outline_that_elbows_and_motors_exceed_is_refused_at_what_they_take(b
 
 def test_a_load_that_springs_alone_make_asks_for_weaker_springs(monkeypatch: pytest.MonkeyPatch) -> None:
     """A force of 0 N is none to ask for; of springs that are the least no force makes weaker ones."""
-    from delta_cad.structure import refusals as room
+    from delta_cad.structure.hardware import overloads as room
 
-    monkeypatch.setattr(room, "_share_borne", lambda *_: 0.0)
+    monkeypatch.setattr(room, "brentq", lambda *_, **__: 0.0)
     found = {one.part: one for one in refusals(machine(requirements__peak_force_N=30.0)) if one.feature == "load"}
     reason = found["ball joint"]
     assert (reason.field, reason.value) == ("requirements.peak_force_N", 30.0)
@@ -319,7 +341,8 @@ def test_a_shaft_too_short_for_its_pinion_asks_for_a_motor_that_has_a_longer_one
 # What docs/best.md says that the committed machine bears of the figures that no source confirms: family, row, column,
 # what it bears, and beyond that, where the page names a limit.
 BEARS: list[tuple[str, str, str, tuple[float, ...], float | None]] = [
-    ("motor", "maxon-re30-310007", "length_mm", (62.0, 68.1), 68.2),
+    ("motor", "maxon-re30-310007", "length_mm", (66.0, 68.1), 68.2),
+    ("motor", "maxon-re30-310007", "length_mm", (66.0,), 65.0),
     ("motor", "maxon-re30-310007", "shaft_diameter_mm", (4.0, 5.0, 7.0), None),
     ("motor", "maxon-re30-310007", "shaft_length_mm", (12.0, 20.0), 22.0),
     ("motor", "maxon-re30-310007", "pilot_diameter_mm", (13.0, 16.0), 12.0),
@@ -329,7 +352,7 @@ BEARS: list[tuple[str, str, str, tuple[float, ...], float | None]] = [
     ("tube", "cfrp-5x3", "inner_mm", (2.5, 3.2), None),
     ("foot", "foot-m4-stud-15x8", "height_mm", (5.0, 15.0), None),
     ("knob", "din319-25", "thread_depth_mm", (7.0, 13.0), None),
-    ("knob", "din319-25", "height_mm", (21.0, 24.0), None),
+    ("knob", "din319-25", "height_mm", (21.0, 23.2), 23.4),
 ]
 
 

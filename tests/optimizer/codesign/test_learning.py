@@ -17,7 +17,7 @@ from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle
 from delta_cad.mechanism.workspace import CubeSearch
 from delta_cad.passing.folding import ELBOW_FIELD
-from delta_cad.structure.refusals import refusals
+from delta_cad.structure.hardware.refusals import refusals
 from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (

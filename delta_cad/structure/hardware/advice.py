@@ -14,11 +14,12 @@ from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import down, up
 from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import ELBOW_FIELD
-from delta_cad.structure.refusals import refusals
+from delta_cad.structure.hardware.refusals import SURE, refusals
 
 ROUNDS = 7  # of following: what goes round in circles has done so by then
-SECONDS = 4.0  # of the processor after which nothing more is followed, most take a second
+SECONDS = 8.0  # of the processor after which nothing more is followed: most take a second, ten reasons two to three
 DESIGN = "design"  # in place of a part: numbers that cannot go together
+AGAIN = 1.005  # times a value that is asked for once more: what follows of each other closes in slowly
 BEYOND = 1e-6  # of a bound that must not be met
 LESS = "requirements."  # gives way downwards where nothing else does
 
@@ -74,7 +75,7 @@ def _reasons(design: Design) -> tuple[Reason, ...]:
     """Gives what is wrong with a design on the way to one that does: of numbers that cannot go together those alone."""
     faults = _faults(design)
     try:
-        return (*faults, *refusals(design))
+        return (*faults, *refusals(design, SURE))
     except (MechanismError, ValueError, ArithmeticError):
         if not faults:
             raise
@@ -122,6 +123,8 @@ def _mending(reasons: tuple[Reason, ...], values: Values, ways: dict[str, bool])
     asked: Values = {}
     for one in reasons:
         for field, value, larger in _asked(one, ways):
+            if isinstance(value, float) and field in values and ways.get(field) == larger:
+                value = float(up(value * AGAIN)) if larger else float(down(value / AGAIN))
             held = asked.get(field)
             if not isinstance(held, float) or not isinstance(value, float) or (value > held) == larger:
                 asked[field] = value

@@ -1,0 +1,1 @@
+"""Why hardware cannot do, in closed form and all at once, and what would do in its place."""

@@ -1,0 +1,81 @@
+"""What closed forms take a machine to weigh: no more than its solids do, and loads and torques that count it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design, design_from_dict
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.mass_properties import mass_report
+from delta_cad.mechanism import worst_joint_torque
+from delta_cad.structure.hardware.advice import advice
+from delta_cad.structure.hardware.lightest import lightest
+from delta_cad.structure.hardware.refusals import LEARNT, refusals
+from delta_cad.structure.hardware.would_do import HEAVIER
+from delta_cad.structure.loads import sampled_mm
+from delta_cad.structure.modes import moving
+from tests.committed import changed
+
+TORQUE = "requirements.joint_torque_N_m"
+
+
+def test_solids_weigh_no_less_and_little_more(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    least = lightest(best_dimensions)
+    whole = moving(mass_report(best_assembly)["bodies"], best_dimensions.design.geometry.forearm_length)
+    along = [body.mass_kg * body.centre_mm[0] for body in (least.arm, whole.arm)]
+    across = [body.mass_kg * body.centre_mm[2] for body in (least.arm, whole.arm)]
+    assert least.platform.mass_kg < whole.platform.mass_kg < HEAVIER * least.platform.mass_kg
+    assert least.rod_kg < whole.rod_kg < 1.35 * least.rod_kg  # six of 5 g
+    assert along[0] < along[1] < HEAVIER * along[0]
+    assert across[0] == pytest.approx(across[1], abs=0.05 * along[1])
+    assert least.platform.centre_mm[2] == pytest.approx(whole.platform.centre_mm[2], rel=0.15)
+
+
+def light(torque: float) -> Design:
+    return design_from_dict(changed(requirements__joint_torque_N_m=torque))
+
+
+def test_a_torque_that_the_weight_exceeds_is_refused() -> None:
+    """3 N alone take 0.353 N m: 0.36 would do if nothing had a weight."""
+    design = light(0.36)
+    d = design.cube
+    pushed = worst_joint_torque(design.geometry, sampled_mm(d.bottom_height_mm, d.half_side_mm) / MM_PER_M, 3.0)
+    assert pushed.max() < 0.36
+    assert refusals(design, LEARNT) == ()
+    (reason,) = refusals(design)
+    assert (reason.part, reason.feature, reason.field) == ("drive", "torque with gravity", TORQUE)
+    assert isinstance(reason.bound, float)
+    assert 0.36 < reason.bound < 0.42
+    found = advice(design)
+    assert found.together is not None
+    assert found.together[TORQUE] == pytest.approx(reason.bound, rel=1e-3)
+    assert all(one.feature != "torque with gravity" for one in refusals(light(reason.bound)))
+
+
+def test_a_machine_on_its_side_weighs_as_much() -> None:
+    level, tilted = ((0.0, 0.0, -9.81), (9.81, 0.0, 0.0))
+    bounds = []
+    for gravity in (level, tilted):
+        reasons = refusals(
+            design_from_dict(changed(requirements__joint_torque_N_m=0.2, requirements__gravity_m_s2=gravity))
+        )
+        (reason,) = (one for one in reasons if one.feature == "torque with gravity")
+        assert isinstance(reason.bound, float)
+        bounds.append(reason.bound)
+    assert bounds[0] != pytest.approx(bounds[1], rel=1e-3)
+    assert np.all(np.array(bounds) > 0.353)
+
+
+def test_a_load_that_the_weight_makes_too_large_is_refused() -> None:
+    """A base that is wider turns the load of a ball joint to 86.8 of 86 degrees by solids, 85.3 without a weight."""
+    design = design_from_dict(
+        changed(hardware__cable="steel-0.8-7x19", mechanism__base_radius_mm=35.0, requirements__envelope_depth_mm=232.0)
+    )
+    assert refusals(design, LEARNT) == ()
+    (reason,) = refusals(design)
+    assert (reason.part, reason.field) == ("ball joint", "requirements.peak_force_N")
+    assert isinstance(reason.bound, float)
+    assert 5.7 < reason.bound < 5.9
