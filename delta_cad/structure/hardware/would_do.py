@@ -8,7 +8,8 @@ from typing import Any
 from delta_cad import catalogue
 from delta_cad.design import Design
 
-HEAVIER = 1.25  # times what `lightest` gives is what a told value is to bear: machines that were built, but for small sectors and long rods
+# Times what `lightest` gives is what a told value is to bear; only small sectors and long rods were built heavier.
+HEAVIER = 1.25
 HALVINGS = 30  # of a range in which something begins to hold: to 1e-9 of it
 TOLD = 4  # rows of the catalogue that a message names at most
 
