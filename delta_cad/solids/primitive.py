@@ -241,7 +241,7 @@ def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
 
     def build() -> cq.Shape:
         edges = cq.Workplane(obj=solid).faces(faces).edges().vals()
-        whole, most = solid.Volume(), size**2 * sum(edge.Length() for edge in edges)
+        whole, most = solid.Volume(), size**2 * sum(edge.Length() for edge in edges)  # type: ignore[operator]
         for share in EDGE_SHARES:
             broken = solid.chamfer(share * size, None, edges)  # type: ignore[attr-defined]
             broken = broken if broken.isValid() else broken.fix()  # beside an arc of hundredths a face crosses itself
