@@ -46,6 +46,9 @@ class Advice:
 def advice(design: Design) -> Advice:
     """Gives every reason why a design's hardware cannot do, in closed form, and values that mend all of them.
 
+    Where values do that, what they mend is held to more than is necessary, as long as there is time, so that solids
+    pass, too; what needs no mending is not.
+
     Args:
         design: A design; numbers that cannot go together are the first reasons.
 
@@ -53,7 +56,8 @@ def advice(design: Design) -> Advice:
         UnreachableError: A point of the cube is out of reach.
     """
     start, first = process_time(), (*_faults(design), *refusals(design))
-    told, reasons, values = {(one.part, one.feature): one for one in first}, first, Values()
+    told, reasons, values = {_key(one): one for one in first}, first, Values()
+    enough = Values()
     ways: dict[str, bool] = {}  # field -> whether it was asked to be larger
     for _ in range(ROUNDS):
         moved = _mending(reasons, values, ways)
@@ -62,24 +66,32 @@ def advice(design: Design) -> Advice:
         values |= moved
         values |= _for_ever(design, values)
         try:
-            reasons = _reasons(_changed(design, values))
+            changed = _changed(design, values)
+            reasons = _reasons(changed)
+            if not reasons:
+                enough = dict(values)
+                reasons = tuple(one for one in refusals(changed, SURE) if _key(one) in told)
         except (MechanismError, ValidationError, ValueError, ArithmeticError):
             break
-        told = {(one.part, one.feature): one for one in reasons} | told
+        told = {_key(one): one for one in reasons} | told
         if not reasons:
-            return Advice(first, _later(told.values(), first), values)
-    return Advice(first, _later(told.values(), first), {})
+            break
+    return Advice(first, _later(told.values(), first), enough)
 
 
 def _reasons(design: Design) -> tuple[Reason, ...]:
     """Gives what is wrong with a design on the way to one that does: of numbers that cannot go together those alone."""
     faults = _faults(design)
     try:
-        return (*faults, *refusals(design, SURE))
+        return (*faults, *refusals(design))
     except (MechanismError, ValueError, ArithmeticError):
         if not faults:
             raise
         return faults
+
+
+def _key(reason: Reason) -> tuple[str, str]:
+    return reason.part, reason.feature
 
 
 def _faults(design: Design) -> tuple[Reason, ...]:
