@@ -99,7 +99,7 @@ def design_for(
         "shoulder_max_deg": high,
     }
     task["peak_torque_N_m"] = brief.requirements.peak_torque_N_m or _peak_torque(
-        brief, lengths, torque, lessons.held_torque_N_m
+        brief, lengths, torque, lessons.held_torque_N_m, choice.peak_torque_N_m(row)
     )
     data = {
         "schema": "delta-design/1",
@@ -148,13 +148,16 @@ def _taken(choice: Choice, lengths: Mapping[str, float], overhead_mm: tuple[floa
     return math.ceil(float(width)), math.ceil(float(depth))
 
 
-def _peak_torque(brief: DesignBrief, lengths: Mapping[str, float], torque: float, gravity: float) -> float:
-    """The torque of a joint for the peak force with the weight; where none is asked a little over the lasting one."""
-    force = brief.requirements.peak_force_N
-    if force is None:
-        return math.ceil(torque * CABLE_SPARE * 10**TORQUE_DIGITS) / 10**TORQUE_DIGITS
-    needed = worst_torque(lengths, force) + gravity
-    return max(torque, math.ceil(needed * PEAK_SPARE * 10**TORQUE_DIGITS) / 10**TORQUE_DIGITS)
+def _peak_torque(
+    brief: DesignBrief, lengths: Mapping[str, float], torque: float, gravity: float, given: float
+) -> float:
+    """The torque of a joint for the peak force with the weight; where none is asked a little over the lasting one.
+
+    It is no more than the motor gives, of which nobody may have told a peak.
+    """
+    force, digits = brief.requirements.peak_force_N, 10**TORQUE_DIGITS
+    needed = torque * CABLE_SPARE if force is None else (worst_torque(lengths, force) + gravity) * PEAK_SPARE
+    return max(torque, min(math.ceil(needed * digits), math.floor(given * digits)) / digits)
 
 
 def worst_torque(lengths: Mapping[str, float], force: float) -> float:

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import load_design
 from delta_cad.dimensions import Reason
@@ -18,6 +19,7 @@ from delta_cad.mechanism.limits import ElbowAngle
 from delta_cad.mechanism.workspace import CubeSearch
 from delta_cad.passing.folding import ELBOW_FIELD
 from delta_cad.structure.hardware.refusals import refusals
+from optimizer.codesign import candidate as candidates
 from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (
@@ -75,6 +77,21 @@ def test_a_panel_of_the_brief_is_the_designs_in_the_units_that_it_was_given_in()
 def test_a_design_has_its_wires_within_the_outline_unless_the_brief_leaves_them_out() -> None:
     assert design_for(brief(), CHOICE, LENGTHS, KNOWN).hardware.leads == "bent"
     assert design_for(brief(leads="none"), CHOICE, LENGTHS, KNOWN).hardware.leads == "none"
+
+
+@pytest.mark.parametrize("peak_N", [None, 6.0, 30.0])
+def test_the_peak_that_a_design_states_is_no_more_than_its_motor_gives(
+    peak_N: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of an own motor of which no peak is told it is what it gives for ever."""
+    row = catalogue.family("motor")[CHOICE.motor]
+    row = replace(row, peak_torque_N_m=row.nominal_torque_N_m)
+    monkeypatch.setattr(candidates, "motor_of", lambda *_: row)
+    given = brief()
+    given = given.model_copy(update={"requirements": given.requirements.model_copy(update={"peak_force_N": peak_N})})
+    asked = design_for(given, CHOICE, LENGTHS, KNOWN).requirements
+    assert asked.peak_torque_N_m is not None
+    assert asked.joint_torque_N_m <= asked.peak_torque_N_m <= CHOICE.peak_torque_N_m(row)
 
 
 def test_sizes_that_the_brief_states_are_those_of_the_design() -> None:
