@@ -29,11 +29,8 @@ from delta_cad.passing.shapes import Beam, Block, Ring, Round, Shape, off_all_mm
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
 FEW = 3  # where corners are what counts, or a bound is looked for
-STARTS, HALVINGS, ROUGH_HALVINGS = (
-    2,
-    4,
-    2,
-)  # nearest from which one goes on; how often the step is halved, at first roughly
+STARTS = 2  # nearest of them from which one goes on
+HALVINGS, ROUGH_HALVINGS = 4, 2  # how often the step is halved then, and the first of these, which look roughly
 FAR_MM = 4.0  # beyond which nothing is looked at
 STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis
 ROUGH = 3  # one point of so many is looked at first
