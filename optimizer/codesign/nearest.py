@@ -26,7 +26,7 @@ EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spar
     ("limits.outline_radius_max_mm",): True,
 }
 """Fields that give together -> whether a larger value is easier to keep."""
-MOST = 4.0  # times a limit is eased at most
+MOST = 10.0  # times a limit is eased at most
 FINE = 1.05  # factor to which it is found how much is enough
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
 
