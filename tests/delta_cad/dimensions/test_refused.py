@@ -75,6 +75,15 @@ REFUSED = {
     "slot": ({"capstan_ratio": 3.0, "base_radius_mm": 43.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
     "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
+    "thick boss": (
+        DIRECT | {"parallelogram_width_mm": 34.5, "platform_radius_mm": 27.0, "base_radius_mm": 40.0},
+        "platform_thickness_mm",
+        30.0,
+        "platform",
+        "wrist boss, length",
+        "at most",
+        -1,
+    ),
 }
 
 
