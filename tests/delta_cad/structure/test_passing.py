@@ -10,17 +10,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.assembly.order.drive import drive_unit
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict, design_to_dict
-from delta_cad.dimensions import Reason, dimensions, link_placement, spread
+from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement, spread
+from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, carriage_frame
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
 from delta_cad.passing import folding
 from delta_cad.passing.folding import ELBOW_FIELD, beside_own, folded
 from delta_cad.passing.moving import Apart, nearest, spare_of_cups
-from delta_cad.passing.refused import passing, sleeves_off_mm
+from delta_cad.passing.refused import passing
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
+from delta_cad.passing.sleeves import sleeves_off_mm
 from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
 from delta_cad.structure.hardware.advice import advice
 from delta_cad.structure.hardware.refusals import refusals
@@ -241,6 +244,32 @@ def test_sleeves_pass_an_arm_whose_sector_is_larger() -> None:
     assert sleeves_off_mm(small, small.capstan) < -0.5 < sleeves_off_mm(large, large.capstan)
     thick = replace(small, layers=replace(small.layers, arm_mm=(-3.0, small.capstan.end_y_mm[1] - 8.0)))
     assert sleeves_off_mm(thick, small.capstan) != sleeves_off_mm(small, small.capstan)
+
+
+def foot_met(d: Dimensions, along: np.ndarray) -> bool:
+    """Whether a second sleeve's axis runs into the foot block on a straight way to beside its seat, at home."""
+    assert d.capstan is not None
+    c, b = d.capstan, d.bracket
+    carriage = carriage_frame(c)
+    start = carriage[:3, 3] - (SLEEVE_OVER_MM - 0.5) * carriage[:3, 1]
+    x, y, z = (start - np.linspace(0.0, 60.0, 601)[:, None] * (carriage[:3, :3] @ along)).T
+    turn = d.home_rad
+    x, z = b.shoulder_u_mm + x * np.cos(turn) - z * np.sin(turn), x * np.sin(turn) + z * np.cos(turn)
+    beside = (y > d.layers.encoder_cheek_mm[1]) & (y < d.layers.motor_cheek_mm[0])
+    low, high = b.foot_u_mm
+    return bool((beside & (x > low) & (x < high) & (z < b.base_top_mm + b.foot_height_mm)).any())
+
+
+def test_a_sleeve_comes_beside_the_foot_block_that_is_in_its_way() -> None:
+    """Where short arms are nearly upright the carriage looks down at the foot."""
+    outside = np.array([-1.0, 0.0, 0.0])
+    for design, meets in ((LONG_RODS, True), (synthesized(), False)):
+        d = dimensions(design)
+        steps = [step for step in drive_unit(d, (), 0).steps if step.title == "Cable"]
+        along = np.array(steps[0].brings[0].legs[0].along)
+        assert foot_met(d, outside) == meets == (along[2] < 0.0)
+        assert not foot_met(d, along)
+        assert np.linalg.norm(along) == pytest.approx(1.0)
 
 
 def test_cups_part_by_what_they_lack() -> None:
