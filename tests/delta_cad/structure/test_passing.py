@@ -20,15 +20,18 @@ from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
 from delta_cad.passing import folding
 from delta_cad.passing.folding import ELBOW_FIELD, beside_own, folded
-from delta_cad.passing.moving import Apart, nearest, spare_of_cups
+from delta_cad.passing.moving import Apart, beside_sectors, nearest, spare_of_cups
 from delta_cad.passing.refused import passing
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
 from delta_cad.passing.sleeves import sleeves_off_mm
 from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
+from delta_cad.solids.capstan import make_sector
+from delta_cad.solids.platform import make_platform
 from delta_cad.structure.hardware.advice import advice
 from delta_cad.structure.hardware.refusals import refusals
 from delta_cad.structure.loads import sampled_mm
 from tests.committed import ROOT
+from tests.delta_cad.solids.measured import placed
 
 FREE = {"requirements__envelope_width_mm": 900.0, "requirements__envelope_depth_mm": 900.0}
 LOW = FREE | {"requirements__force_N": 1.0, "requirements__joint_torque_N_m": 0.17, "requirements__peak_force_N": None}
@@ -244,6 +247,20 @@ def test_sleeves_pass_an_arm_whose_sector_is_larger() -> None:
     assert sleeves_off_mm(small, small.capstan) < -0.5 < sleeves_off_mm(large, large.capstan)
     thick = replace(small, layers=replace(small.layers, arm_mm=(-3.0, small.capstan.end_y_mm[1] - 8.0)))
     assert sleeves_off_mm(thick, small.capstan) != sleeves_off_mm(small, small.capstan)
+
+
+def test_wrists_come_as_near_to_sectors_as_the_exact_solids_do() -> None:
+    """At the four positions of a grid where they are nearest: an edge's points lie 1.5 mm apart."""
+    d = dimensions(WRISTS)
+    assert d.capstan is not None
+    positions = sampled_mm(WRISTS.cube.bottom_height_mm, WRISTS.cube.half_side_mm, 5)
+    apart, links = beside_sectors(d, d.capstan, "platform")(positions, False, None), link_placement(d)
+    sector, platform = make_sector(d).solid, make_platform(d).solid
+    for k in np.argsort(apart.min(axis=1))[:4]:
+        placed_at, i = links(positions[k : k + 1]), int(apart[k].argmin())
+        one = placed(sector, placed_at[f"upper_arm_{i}"][0])
+        exact = one.distance(placed(platform, placed_at["platform"][0]))
+        assert exact - 1e-6 <= max(apart[k, i], 0.0) <= exact + 0.1
 
 
 def foot_met(d: Dimensions, along: np.ndarray) -> bool:
