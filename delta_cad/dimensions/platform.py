@@ -132,18 +132,14 @@ def platform_dimensions(
     beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
     length = forearm.width_mm - 2 * beside
     lacking = BOSS_LEAST_MM - length
-    most = thickness_mm - lacking / tan(tilt)
-    require(
-        lacking <= LENGTH_MM,
-        "platform",
-        "wrist boss, length",
-        f"hardware.platform_thickness_mm = {thickness_mm:g} must be at most {down(most)} mm, or parallelogram_width_mm "
-        f"at least {up(forearm.width_mm + lacking)}: rods that lean leave the wrists' bosses {length:.1f} mm of "
-        f"{BOSS_LEAST_MM:g}",
-        "hardware.platform_thickness_mm",
-        thickness_mm,
-        most,
-    )
+    most, wider = thickness_mm - lacking / tan(tilt), forearm.width_mm + lacking
+    words = f"parallelogram_width_mm = {forearm.width_mm:g} must be at least {up(wider)} mm"
+    field, held, bound = "mechanism.parallelogram_width_mm", forearm.width_mm, wider
+    if most >= least:
+        words = f"hardware.platform_thickness_mm = {thickness_mm:g} must be at most {down(most)} mm, or {words}"
+        field, held, bound = "hardware.platform_thickness_mm", thickness_mm, most
+    told = f"{words}: rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm of {BOSS_LEAST_MM:g}"
+    require(lacking <= LENGTH_MM, "platform", "wrist boss, length", told, field, held, bound)
     bore = forearm.bar_diameter_mm + 2 * BAR_GLUE_MM
     return PlatformDimensions(
         radius_mm=radius_mm,
