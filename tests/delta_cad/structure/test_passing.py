@@ -348,12 +348,12 @@ SHAPES = {
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_point_is_as_far_off_as_the_nearest_grid_point_inside(name: str) -> None:
-    """Half a cell's diagonal of 0.87 mm too far at most; a prism tells a bound where a point is far off."""
+    """Half a cell's diagonal of 0.87 mm too far at most; only far off, beyond the largest balls, a bound is told."""
     shape, inside = SHAPES[name]
     there = GRID[inside(GRID)]
     nearest = np.linalg.norm(HELD[:, None] - there, axis=2).min(axis=1)
     off = off_all_mm([shape], HELD)
-    near = off < 8.0
+    near = off < 20.0
     assert (off <= nearest + 1e-9).all()
     assert (off[near] >= nearest[near] - 0.87).all()
     assert (off_all_mm([shape], there) <= 1e-9).all()
