@@ -11,9 +11,7 @@ import numpy as np
 from delta_cad.dimensions.bracket import Circle
 
 DIRECTIONS = 180  # in which a hull's outline is looked at: to 5 um of a circle of 30 mm
-FAR_MM = (
-    24.0  # beyond, a bound that is cheaper than a distance will do: more than a ball and what is looked at around it
-)
+FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
 
 
 class Shape(Protocol):

@@ -315,7 +315,17 @@ def test_links_are_where_the_assembly_has_them() -> None:
 
 
 GRID = np.stack(np.meshgrid(*[np.linspace(-14.0, 14.0, 29)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-HELD = np.array([[19.0, 3.0, 2.0], [-11.0, 8.0, 9.0], [2.0, -13.0, 1.0], [0.0, 6.0, -16.0], [12.0, 12.0, 12.0]])
+HELD = np.array(
+    [
+        [18.0, 0.0, 14.0],
+        [-15.0, 0.0, -4.0],
+        [19.0, 3.0, 2.0],
+        [-11.0, 8.0, 9.0],
+        [2.0, -13.0, 1.0],
+        [0.0, 6.0, -16.0],
+        [12.0, 12.0, 12.0],
+    ]
+)
 
 
 def ring(p: np.ndarray) -> np.ndarray:
