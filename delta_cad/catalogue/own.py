@@ -28,7 +28,9 @@ def read_own(
         files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".csv")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise CatalogueError(f"{folder.name}: cannot be read: {reason}; must be a folder with {legal}") from None
+        raise CatalogueError(
+            f"{folder.name}: cannot be read: {reason}; must be a folder with some of {legal}"
+        ) from None
     if not files:
         raise CatalogueError(f"{folder.name}: holds no CSV file; must hold one or more of {legal}")
     rows: dict[str, dict[str, CatalogueRow]] = {}

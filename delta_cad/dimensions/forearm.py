@@ -50,8 +50,9 @@ BOND_N_MM2 = 2.0  # even shear for ever, epoxy on sanded aluminium: a tenth of w
 BOND_SAFETY = 5.0
 ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
 BOND_LEAST_MM = 8.0
-# Of an epoxy's lap shear strength: what it bears for years at room temperature. From memory: check. The data sheet that
-# the row names tells only what fluctuates: 30 % is borne 1e5 to 1e6 times, 20 % up to 1e7, 15 % more often than that.
+# Of an epoxy's lap shear strength: what it bears for years. Loads that last ask for a partial safety factor of 4 at
+# least (adhesivestoolkit.com, Durability Design and Testing, Safety, below its table 2). The data sheet that the row
+# names tells what fluctuates: 30 % is borne 1e5 to 1e6 times, 20 % up to 1e7, 15 % more often than that.
 GLUE_USE = 0.25
 FOLD_LEAST = 0.05  # below, no rod is long enough for its springs, and is refused by its length
 

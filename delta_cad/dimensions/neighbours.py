@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations
-from math import acos, atan2, hypot, sqrt
+from math import acos, atan2, degrees, hypot, sqrt
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require,
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 BESIDE_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
+SWING_FIELD = "requirements.shoulder_min_deg"  # with which other lengths leave an elbow above its cheeks
 BOARD_SCREW = "M2.5"
 PLUG_MM = (5.0, 4.0, 5.0)  # half width, height over the board and length of the plug at its lower end
 HALVINGS = 30  # of the range in which the base's radius lies
@@ -83,7 +84,7 @@ def require_room_for_boss(
         board_mm: Half distances (x, z) of the encoder board's screws, and their radius; 0 where there is no board.
 
     Raises:
-        DimensionError: It does; the message names the length at which it does not.
+        DimensionError: It does; the message names the length at which it does not, and the angle above which.
     """
     x, z, edge = board_mm
     corners = [(sx * x, sz * z, edge) for sx in (-1, 1) for sz in (-1, 1)]
@@ -95,22 +96,27 @@ def require_room_for_boss(
         cheeks.append(encoder_cheek)
     angles = np.linspace(shoulder_rad[0] - STOP_MARGIN_RAD, shoulder_rad[1] + STOP_MARGIN_RAD, ANGLES)
 
-    found, enough = np.inf, 0.0
+    off, enough = np.full(ANGLES, np.inf), 0.0
     for normals, supports in map(_hull, cheeks):
         outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ normals  # of an elbow, per mm of arm
-        found = min(found, (arm.length_mm * outward - supports).max(axis=1).min() - arm.boss_radius_mm)
+        off = np.minimum(off, (arm.length_mm * outward - supports).max(axis=1) - arm.boss_radius_mm)
         # off the hull an elbow is off one of its sides
         lengths = (supports + arm.boss_radius_mm + RUNNING_GAP_MM) / np.where(outward > 0.0, outward, np.nan)
         enough = max(enough, np.nanmin(lengths, axis=1).max())
+    found, clear = off.min(), off >= RUNNING_GAP_MM
+    from_here = int(ANGLES - np.argmin(clear[::-1])) if clear[-1] else ANGLES  # the first angle above all that are not
+    least = degrees(angles[from_here] + STOP_MARGIN_RAD) if from_here < ANGLES else None
+    swing = "" if least is None else f", or its arm swing no lower than {least:.1f} deg"
     require(
         found >= RUNNING_GAP_MM,
         "upper_arm",
         "beside its cheeks",
         f"the elbow's boss comes within {found:.2f} mm of a cheek, at least {RUNNING_GAP_MM:g}: upper_arm_length_mm = "
-        f"{arm.length_mm:g} must be at least {up(enough)} mm, or hardware.motor smaller",
+        f"{arm.length_mm:g} must be at least {up(enough)} mm, or hardware.motor smaller{swing}",
         "mechanism.upper_arm_length_mm",
         arm.length_mm,
         enough,
+        None if least is None else (SWING_FIELD, least),
     )
 
 

@@ -12,6 +12,7 @@ RUNNING_GAP_MM = 1.0  # between an arm and the cheeks beside it: room for 0.1 mm
 STOP_MARGIN_RAD = radians(3.0)  # the stop pin is met this far outside the cube's shoulder angles
 DRILL_DIAMETERS = 10.0  # deepest hole: what a drill of DIN 338 makes with chips lifted out
 PRESS_DEPTH_MM = 1.0  # a bearing seat ends in a lip of this thickness
+CORNERS_MM = 1.6, 1.1, 0.8, 0.6  # radii of inner corners, the first that has room: cutters of 3, 2, 1.5 and 1 mm
 THREAD_WALL_MM = 0.8
 """Least metal beside a thread, from its outer diameter to a face: a tap bulges or breaks through what is thinner.
 

@@ -18,12 +18,12 @@ import numpy as np
 
 from delta_cad.common.once import once
 from delta_cad.common.vectors import cross
+from delta_cad.dimensions.rules import CORNERS_MM
 
 Point = tuple[float, float]
 Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
 
 SHORT_MM = 1e-9  # two circles of a hull that touch inside have no line between them
-CORNERS_MM = 1.6, 1.1, 0.8, 0.6  # radii of inner corners, the first that has room: cutters of 3, 2, 1.5 and 1 mm
 BESIDE_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a floor
 FAR_MM = 1e3  # beyond every part
 SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it

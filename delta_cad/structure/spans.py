@@ -16,6 +16,7 @@ import numpy as np
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import STEM_FLATS_MM, STEM_FLATS_Z_MM, WEB_CORNER_MM
+from delta_cad.dimensions.rules import CORNERS_MM
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.structure.beam import Beam, BeamSlice
@@ -98,7 +99,7 @@ def _cheeks(d: Dimensions, table: StructureTable) -> list[Span]:
     if table.shoulder is None:
         return []
     b = d.bracket
-    head = max(d.encoder.hole_spacing_length_mm / 2 + BOARD_EDGE_MM, b.head_radius_mm)
+    head = max(d.encoder.hole_spacing_length_mm / 2 + BOARD_EDGE_MM, b.head_radius_mm) + CORNERS_MM[0]
     pad_z, pad = b.motor_axis_mm[1], b.motor_pad_radius_mm
     cuts = {"encoder_cheek": (head,), "motor_cheek": (-pad_z + pad, -pad_z - pad)}
     found = []

@@ -70,7 +70,7 @@ class Fit:
     Attributes:
         unknowns: The parameters.
         frame: The positions' frame.
-        sigma: (3, 11) standard deviation of each parameter.
+        sigma: (3, 11) standard deviation of each parameter; larger by the misfit, where that is above 1.
         told: (k,) singular values of what the poses tell, largest first, and 0 for what they cannot.
         directions: (33, 33) as rows the combinations of parameters that they tell, in units of `sigmas`.
         before: (n,) distance of each pose from where the drawn device has its readings, m; NaN where it has none.
@@ -138,13 +138,16 @@ def fit(
         x = _least_squares(problem.residuals, x, problem.jacobian)
     unknowns, frame = problem.at(x)
     jacobian, rows = problem.jacobian(x), 3 * count
-    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    freedom = rows - 3 * COUNT + ALWAYS_HIDDEN - (6 if own_frame else 0)
+    misfit = float(np.sqrt((problem.residuals(x)[:rows] ** 2).sum() / freedom))
+    sure = jacobian.copy()
+    sure[:rows] /= max(1.0, misfit)  # what is left beyond the noise makes the poses worth less, not the drawing
+    covariance = np.linalg.inv(sure.T @ sure)
     data = jacobian[:rows, : 3 * COUNT]
     if own_frame:
         q, _ = np.linalg.qr(jacobian[:rows, 3 * COUNT :])
         data = data - q @ (q.T @ data)
     _, told, directions = np.linalg.svd(data, full_matrices=False)
-    freedom = rows - 3 * COUNT + ALWAYS_HIDDEN - (6 if own_frame else 0)
     return Fit(
         unknowns=unknowns,
         frame=frame,
@@ -153,7 +156,7 @@ def fit(
         directions=directions,
         before=before,
         after=np.linalg.norm(problem.apart(x), axis=1),
-        misfit=float(np.sqrt((problem.residuals(x)[:rows] ** 2).sum() / freedom)),
+        misfit=misfit,
     )
 
 

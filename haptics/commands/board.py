@@ -78,6 +78,6 @@ def _board(given: argparse.Namespace):
     from haptics.model.machine import load_machine
 
     machine = load_machine(given.design, given.masses, given.catalogue)
-    device = simulated_machine(machine)
+    device = simulated_machine(machine, linked=True)
     counts = round(joint_counts_per_turn(machine.design))
     return Board(device, device.period, machine.drive.controlled_torque_N_m, counts), device.period

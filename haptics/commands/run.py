@@ -35,7 +35,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--device",
         choices=DEVICES,
         default="simulated",
-        help="device to drive; default: simulated, which is rigid, without noise or delay of the loop",
+        help="device to drive; default: simulated, with all that `simulate` gives it",
     )
     command.add_argument("--scene", choices=SCENES, default="spring",
                          help="what the handle feels; none: only its weight is held; default: spring")  # fmt: skip

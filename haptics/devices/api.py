@@ -38,7 +38,8 @@ class HapticDevice:
     """A device as a program sees it: positions and forces at the handle, in the base frame.
 
     The device is the clock: `set_force` writes the torques for the last reading and waits for the next one, so that a
-    loop of `position` and `set_force` runs once a tick. Who does not call any more gets the device's watchdog.
+    loop of `position` and `set_force` runs once a tick. Who does not call any more gets the device's watchdog; before
+    the first call a program may take its time.
     A thread may close or reset what another drives: no tick is cut in two, and after `close` no force comes any more.
     The supervisor lets force in over half a second, bounds it, and takes it away when something is wrong: see
     `faults`, and `reset`.
@@ -53,7 +54,7 @@ class HapticDevice:
     """
 
     def __init__(self, device: Device, controller: Controller) -> None:
-        self.device, self._open, self._again = device, True, False
+        self.device, self._open, self._again, self._begun = device, True, False, False
         self._lock = RLock()
         self._room = np.zeros(3)
         try:
@@ -123,6 +124,10 @@ class HapticDevice:
             raise DeviceError("the device is closed")
         self._host.set_row(0, FORCE, wanted)
         try:
+            rouse = None if self._begun else getattr(self.device, "rouse", None)
+            self._begun = True
+            if rouse and rouse(wait=False):  # a board's watchdog, while the program was getting ready
+                self._sample = self.device.read()
             self.device.write(self._host(self._sample))
             if self._again:  # the reset took this tick, so that force is asked for in the next
                 self._again = False

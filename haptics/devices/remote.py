@@ -100,19 +100,29 @@ class RemoteDevice:
         """Says whether a wall is touched: from the next command on the board's drives damp more, or no more."""
         self._touched = touched
 
-    def rouse(self) -> None:
+    def rouse(self, wait: bool = True) -> bool:
         """Ends what the board's watchdog began while nobody was ready to command, by a command of zero.
+
+        Args:
+            wait: For a reading; else only one that is there already counts.
+
+        Returns:
+            Whether there was one; the next `read` gives it, or the one after that command.
 
         Raises:
             DeviceLostError: As `read`.
         """
-        for _ in range(TRIES):
-            first = self.read()
+        for k in range(TRIES):
+            newest = self._newest(self._timeout if wait or k > 0 else 0.0)
+            if newest is None and k == 0 and not wait:
+                return False
+            first = self._taken(newest)
             if not first.flags & FaultCode.WATCHDOG.bit:
                 self._kept = first
                 break
             self._reset = True
             self.write(np.zeros(3))
+        return True
 
     def read(self) -> Reading:
         """Waits for a STATE newer than the last, and takes the newest of those that are there; see `Device`.
@@ -122,9 +132,11 @@ class RemoteDevice:
         """
         self._require_open()
         kept, self._kept = self._kept, None
-        if kept is not None:
-            return kept
-        end, newest = self._clock() + self._timeout, None
+        return self._taken(self._newest(self._timeout)) if kept is None else kept
+
+    def _newest(self, seconds: float) -> Packet | None:
+        """The newest STATE of those that come within a time, or are there then; None if there is none."""
+        end, newest = self._clock() + seconds, None
         while True:
             packet = self._next(0.0 if newest is not None else end - self._clock())
             if packet is not None and packet.kind is PacketKind.BYE:
@@ -136,10 +148,12 @@ class RemoteDevice:
                 self._heard, newest = packet.sequence, packet
             elif packet is not None:  # a WELCOME that came twice
                 self._heard = packet.sequence
-            elif newest is not None:
-                break
-            elif self._clock() >= end:
-                raise DeviceLostError(f"the board has sent nothing for {self._timeout:g} s")
+            elif newest is not None or self._clock() >= end:
+                return newest
+
+    def _taken(self, newest: Packet | None) -> Reading:
+        if newest is None:
+            raise DeviceLostError(f"the board has sent nothing for {self._timeout:g} s")
         self._time_ns = newest.time
         if newest.answers != self._sequence:
             self.counts["UNANSWERED"] += 1

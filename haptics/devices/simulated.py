@@ -1,21 +1,33 @@
-"""The machine as equations: the exact plant with a quantised encoder. Importing this module loads numba."""
+"""The machine as equations: the exact plant, its encoders, and the time that a torque takes. Loads numba."""
 
 from __future__ import annotations
+
+import math
+from collections import deque
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled
 from haptics.devices.device import DeviceError, Reading, three_torques
+from haptics.model.drive_train import TWIST
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles
+from haptics.model.sensor import EXACT, SensorErrors, reading
 from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import real_plant, stiff_plant
+from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
+from haptics.simulation.loop import timing
+from haptics.simulation.loops import LoopChoice, at_rate
 
-STEP_S = 1e-4  # of the simulation: a tenth of the time in which a motor's current and an arm on its stop move
+STEP_S = 5e-5  # of the simulation, somewhat less than in `stability.wall_trial`
+MIDDLE = 0.5  # place of the encoders' counts: a count is read about its middle
 
 
 class SimulatedDevice:
     """A plant, a hand, and a clock that moves on by one period from reading to reading.
+
+    A torque acts on the motors a delay after the reading that it answers, and with it how much the drives damp.
+    Readings have counts, and errors that a seed draws.
 
     Attributes:
         state: (STATES,) of the plant; may be set between ticks.
@@ -37,6 +49,9 @@ class SimulatedDevice:
         count: float = 0.0,
         hand: Hand = FREE,
         steps: int = 4,
+        delay: float = 0.0,
+        errors: SensorErrors = EXACT,
+        seed: int = 0,
     ) -> None:
         if not (period > 0.0 and steps > 0 and count >= 0.0):
             raise ValueError(f"period {period!r} s, steps {steps!r} and count {count!r} rad must be positive")
@@ -47,9 +62,15 @@ class SimulatedDevice:
         self.force, self.torques = np.zeros(3), np.zeros(3)
         self._room, self._theta = np.zeros((13, STATES)), np.zeros(3)
         self._tick, self._closed, self._touched = -1, False, False
+        self._clock, self._errors, self._random = timing(period, delay, steps), errors, np.random.default_rng(seed)
+        self._noise = self._random.standard_normal(3)
+        self._commands = deque([(np.zeros(3), False)] * (self._clock.ticks + 2), self._clock.ticks + 2)
         angles(par, self.state, self._theta)
         if not np.isfinite(self._theta).all():
             raise ValueError(f"the handle cannot be at {self.anchor.tolist()} m: a chain cannot be closed")
+        none = np.zeros(3)  # compiled before a host waits for it
+        advance(par, hand, self.anchor, none, none, period, 1, self.state.copy(), self._room)
+        _read(errors, self._theta, none, none, float(count), none.copy())
 
     @property
     def time(self) -> float:
@@ -60,20 +81,34 @@ class SimulatedDevice:
         """Moves the plant on by a period, but for the first time, and reads its encoders; see `Device`."""
         self._require_open()
         if self._tick >= 0:
-            advance(
-                self.par.in_contact if self._touched else self.par, self.hand, self.anchor, self.force, self.torques,
-                self.period, self.steps, self.state, self._room,
-            )  # fmt: skip
+            self._move()
+            kept = self._errors.kept
+            self._noise = kept * self._noise + math.sqrt(1.0 - kept * kept) * self._random.standard_normal(3)
         self._tick += 1
         angles(self.par, self.state, self._theta)
-        read = np.round(self._theta / self.count) * self.count if self.count > 0.0 else self._theta.copy()
+        read, twist = np.empty(3), self.state[TWIST : TWIST + 3]
+        _read(self._errors, self._theta, twist, self._noise, float(self.count), read)
         return Reading(read, self.time)
+
+    def _move(self) -> None:
+        """A period of the plant: with the command before the newest that has arrived, then with that one."""
+        clock = self._clock
+        self._commands.append((self.torques, self._touched))
+        parts = ((0, clock.late, clock.before), (1, clock.period - clock.late, clock.after))
+        for place, seconds, steps in parts:
+            torques, touched = self._commands[place]
+            if steps > 0:
+                advance(
+                    self.par.in_contact if touched else self.par, self.hand, self.anchor, self.force, torques,
+                    seconds, steps, self.state, self._room,
+                )  # fmt: skip
 
     def recover(self) -> None:
         """Puts the handle back to where it began, at rest, if the simulation has lost it; its clock goes on."""
         if not np.isfinite(self.state).all() or not np.isfinite(self._theta).all():
             self.state[:] = 0.0
             self.state[:3], self.torques = self._start, np.zeros(3)
+            self._commands.extend([(self.torques, False)] * len(self._commands))
             angles(self.par, self.state, self._theta)
 
     def touch(self, touched: bool) -> None:
@@ -94,29 +129,35 @@ class SimulatedDevice:
             raise DeviceError("the simulated device is closed")
 
 
-def simulated_machine(machine: MachineModel, period: float = 1e-3) -> SimulatedDevice:
-    """Makes the simulated device of a design: rigid, with nominal friction, motors that lag, end stops and counts.
+@compiled
+def _read(errors, theta, twist, noise, count, out):
+    for i in range(3):
+        sound = math.isfinite(theta[i])
+        out[i] = reading(errors, i, theta[i], twist[i], noise[i], count, MIDDLE) if sound else math.nan
 
-    What noise, compliance, ripple, and the delay of a loop do, `simulation.loop` has with `hardware.real_plant`: here a
-    reading is exact but for its count, and a torque acts on the motors at once.
+
+def simulated_machine(machine: MachineModel, period: float = 1e-3, *, linked: bool = False) -> SimulatedDevice:
+    """Makes the simulated device of a design, with all that `simulate` gives it.
+
+    Cable and structure give way, joints rub, motors lag and ripple, arms meet their stops; encoders have counts, noise
+    and waves; a torque acts as late as the loop of that rate is nominally, a reading's age included.
 
     Args:
         machine: The design and its masses.
         period: Of its tick, s.
+        linked: Whether a host closes the loop, a period late; see `LoopChoice.linked`.
 
     Returns:
         The device, its handle in the middle of the cube.
     """
-    whole = real_plant(machine)
-    par = stiff_plant(machine)._replace(
-        stop_low=whole.stop_low,
-        stop_high=whole.stop_high,
-        stop_stiffness=whole.stop_stiffness,
-        stop_damping=whole.stop_damping,
-        bezel_half=whole.bezel_half,
-        bezel_limit=whole.bezel_limit,
-        bezel_stiffness=whole.bezel_stiffness,
-        bezel_damping=whole.bezel_damping,
+    loop: LoopChoice = at_rate(1.0 / period)
+    loop = loop.linked if linked else loop
+    return SimulatedDevice(
+        real_plant(machine, loop),
+        machine.centre,
+        period=period,
+        count=encoder_count(machine),
+        steps=max(2, round(period / STEP_S)),
+        delay=loop.delay + reading_age(machine, loop),
+        errors=sensor_errors(machine, loop),
     )
-    steps = max(1, round(period / STEP_S))
-    return SimulatedDevice(par, machine.centre, period=period, count=encoder_count(machine), steps=steps)

@@ -84,8 +84,8 @@ faults, heat and energies: torques are within some 1e-5 N m of the doubles', 1e-
 WALLS = """Walls are held to
 `{share:.3g} (b / q + B) / {cost:.3g} s`, with b = {friction:.3g} N m s/rad, q = |J^T n|^2 at the pose, the wall's
 normal n and damping B; each has at least {damping:g} N s/m, as far as the joints' inertia bears that, within
-{blend_mm:g} mm of depth. b is for the most part the drives', as long as `delta_touched(&memory)`: pass it
-on with the torques."""
+{blend_mm:g} mm of depth. Walls that are touched at once are held down together. b is for the most part the drives',
+as long as `delta_touched(&memory)`: pass it on with the torques."""
 FREE_WALLS = "Walls are rendered as they are asked for."
 GUARD = """\
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
+from delta_cad.dimensions.neighbours import SWING_FIELD
 from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
 from delta_cad.passing.folding import ELBOW_FIELD
@@ -88,7 +89,9 @@ def from_reasons(
         StuckError: None of them can be.
     """
     before = choice, lessons
-    reasons = [_by_angle(reason) for reason in reasons]
+    radii = [one.bound for one in reasons if one.field == "mechanism.base_radius_mm" and isinstance(one.bound, float)]
+    room = _room_for_arm_mm(brief, choice, lessons, radii)
+    reasons = [_by_angle(reason, room) for reason in reasons]
     borne: list[tuple[float, str]] = []
     for reason in reasons:
         field, bound = reason.field, reason.bound
@@ -119,6 +122,9 @@ def from_reasons(
             least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
             eased = {name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in lessons.least_mm.items()}
             lessons = lessons.taught(str(reason), elbow_angle_deg=least, least_mm=eased)
+        elif field == SWING_FIELD and isinstance(bound, float):
+            least = max(lessons.shoulder_low_deg, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+            lessons = lessons.taught(str(reason), shoulder_low_deg=least)
         elif (field.startswith("requirements.") or not field) and brief.panel is not None:
             share = bound / reason.value if isinstance(bound, float) and isinstance(reason.value, float) else 1.0
             borne.append((share, str(reason)))
@@ -131,11 +137,24 @@ def from_reasons(
     return choice, lessons
 
 
-def _by_angle(reason: Reason) -> Reason:
-    """A reason for a length with the angle at the elbow that would do, which other lengths may give: with that."""
-    if reason.instead is None or reason.instead[0] != ELBOW_FIELD:
+def _room_for_arm_mm(brief: DesignBrief, choice: Choice, lessons: Lessons, radii_mm: Sequence[float]) -> float:
+    """The longest upper arm that an outline holds beside the base radius that is asked for."""
+    if brief.outline_mm is None:
+        return math.inf
+    reach = Outline(*brief.outline_mm, choice.width_mm, lessons.overhead_mm).reach_max_mm
+    return reach - max([lessons.least_radius_mm(choice.width_mm), *radii_mm])
+
+
+def _by_angle(reason: Reason, room_mm: float) -> Reason:
+    """A reason for a length with an angle that would do, which other lengths may give: with that.
+
+    An arm that swings too low may be longer, too, where there is room.
+    """
+    if reason.instead is None or reason.instead[0] not in (ELBOW_FIELD, SWING_FIELD):
         return reason
-    return replace(reason, field=ELBOW_FIELD, value=None, bound=reason.instead[1])
+    if reason.instead[0] == SWING_FIELD and isinstance(reason.bound, float) and reason.bound <= room_mm:
+        return reason
+    return replace(reason, field=reason.instead[0], value=None, bound=reason.instead[1])
 
 
 def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:

@@ -32,6 +32,7 @@ WIDE_MM = {
 }
 """Where lengths are looked for that the brief leaves open."""
 PLATFORM_SHARE = 0.3  # of the shorter side of an outline, in a platform's radius: beyond, no elbow is outside its wrist
+INSIDE = 0.9  # of R + L_A likewise, where an outline is free
 FREE_OUTLINE_MM = 2000.0
 CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
 CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a proof at it does not end
@@ -45,6 +46,7 @@ KNOBS = 12  # values that are tried of what is to be least
 ENOUGH, ROUGHLY = 2e-3, 2e-2  # share of the cube by which that may be larger than asked, or of the value
 LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 REACH_SHARE = 1.5  # of the side: R + L_A of the first
+SMALL_MM = 200.0  # R + L_A up to which parts alone, and no torque, may leave no cube at all
 LEVERS = 7  # couple indices that are tried behind a panel
 LEAST_SIDE_MM = 5.0  # of a cube behind one
 FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
@@ -106,6 +108,8 @@ def posed(
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]
         if name == "platform_radius" and getattr(brief.bounds_mm, name) is None and brief.outline_mm:
             high = max(low, min(high, PLATFORM_SHARE * min(brief.outline_mm)))
+        elif name == "platform_radius" and knob is not None and brief.objective != "effective_mass":
+            high = max(low, min(high, INSIDE * knob))
         least = max(lessons.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
     bounds["half_side"][1] = min(bounds["half_side"][1], lessons.side_most_mm / 2.0)
@@ -118,7 +122,7 @@ def posed(
         "kappa_max": min(brief.feel.kappa_max or lessons.kappa_max, lessons.kappa_max) * (1.0 - room),
         "couple_index_min": max(brief.feel.couple_index_min or 0.0, lessons.couple_index_min) * (1.0 + room),
         "lean_max_deg": (limits.lean_max_deg or LEAN_DEG) - room_deg,
-        "shoulder_deg": [low_deg + room_deg, high_deg - room_deg],
+        "shoulder_deg": [max(low_deg, lessons.shoulder_low_deg) + room_deg, high_deg - room_deg],
         "gravity_torque_N_m": lessons.held_torque_N_m,
     }
     if elbow_deg := max(limits.elbow_angle_min_deg or 0.0, lessons.elbow_angle_deg):
@@ -235,7 +239,8 @@ def best_lengths(
         else:
             if beats is not None and knob == -beats:
                 return None
-            if best is None and known and knob > known[-1][0] and reached <= known[-1][1] * (1.0 + LITTLE):
+            tried = known and knob > known[-1][0] and (reached > 0.0 or by_mass or knob > SMALL_MM)
+            if best is None and tried and reached <= known[-1][1] * (1.0 + LITTLE):
                 return None  # more of it buys nothing: something else is in the way
             low = knob
         known.append((knob, reached))

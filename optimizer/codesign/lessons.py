@@ -111,6 +111,7 @@ class Lessons:
         side_most_mm: Largest side of the cube to ask for.
         kappa_max: Largest condition number to ask for.
         elbow_angle_deg: Least angle between upper arm and rods to ask for.
+        shoulder_low_deg: Least angle of an upper arm, 0 is level.
         pull_N: Most torque of a joint at any moment over its sector's radius: beyond, the cable pulls too hard at the
             motor's shaft.
         mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
@@ -130,6 +131,7 @@ class Lessons:
     side_most_mm: float = inf
     kappa_max: float = KAPPA
     elbow_angle_deg: float = 0.0
+    shoulder_low_deg: float = -90.0
     pull_N: float = inf
     mass_share: float = 0.998
     friction_share: float = 0.998

@@ -11,7 +11,7 @@ from optimizer.codesign.search import Search
 from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
 
-EASED: Mapping[tuple[str, ...], bool] = {
+EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spared where several must give
     ("requirements.envelope_width_mm", "requirements.envelope_depth_mm"): True,
     ("requirements.force_N",): False,
     ("requirements.peak_force_N",): False,
@@ -26,7 +26,7 @@ EASED: Mapping[tuple[str, ...], bool] = {
     ("limits.outline_radius_max_mm",): True,
 }
 """Fields that give together -> whether a larger value is easier to keep."""
-MOST = 4.0  # times a limit is eased at most
+MOST = 10.0  # times a limit is eased at most
 FINE = 1.05  # factor to which it is found how much is enough
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
 
@@ -57,8 +57,7 @@ class Relief:
 
     def further(self, factor: float) -> DesignBrief:
         """The task with what gives easier by another factor: closed forms do not see all."""
-        grows = EASED[self.fields]
-        return _eased(self.brief, self.fields, self.enough, factor, grows)
+        return _eased(self.brief, self.fields, self.enough, factor)
 
     @property
     def share(self) -> float:
@@ -69,33 +68,48 @@ class Relief:
 def reliefs(search: Search) -> list[Relief]:
     """Finds the limits of which each alone would be enough to give, with how much, the least change first.
 
-    These are what contradicts: without any one of them there is a machine, with all of them there is none.
+    These are what contradicts: without any one of them there is a machine, with all of them there is none. Where no
+    limit alone is enough within `MOST`, as many as must give by one factor together.
 
     Args:
         search: One that found no machine; its time and its reports are used.
     """
-    reached = []
     hardware = list(strongest(search.brief))
-    for fields, grows in EASED.items():
-        asked = tuple(_value(search.brief, name) for name in fields)
-        if search.stop() or any(value is None for value in asked):
-            continue
-        search.report(f"what {' and '.join(fields)} cost")
-        given = tuple(float(value) for value in asked if value is not None)
-        if (relief := _relief(search, fields, given, grows, hardware)) is not None:
-            reached.append(relief)
-    return sorted(reached, key=lambda one: one.share)
+    groups = [fields for fields in EASED if all(_value(search.brief, name) is not None for name in fields)]
+    alone = [one for fields in groups if (one := _relief(search, fields, hardware)) is not None]
+    if alone or len(groups) < 2:
+        return sorted(alone, key=lambda one: one.share)
+    together = _together(search, groups, hardware)
+    return [] if together is None else [together]
 
 
-def _relief(
-    search: Search, fields: tuple[str, ...], asked: tuple[float, ...], grows: bool, hardware: list[Choice]
-) -> Relief | None:
-    """Finds how much is enough of one limit, of the hardware that needs least; None where none can with any."""
+def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choice]) -> Relief | None:
+    """The fewest limits that are enough where they give together; None where all are not."""
+
+    def fields(of: list[tuple[str, ...]]) -> tuple[str, ...]:
+        return tuple(name for group in of for name in group)
+
+    def enough(of: list[tuple[str, ...]]) -> Choice | None:
+        task = _eased(search.brief, fields(of), _asked(search, fields(of)), MOST)
+        return next((choice for choice in hardware if _possible(search, task, choice) is not None), None)
+
+    if enough(groups) is None:
+        return None
+    for group in list(groups):  # each that is not needed is left out: what stays is needed, every one
+        if len(groups) > 1 and not search.stop() and enough(rest := [one for one in groups if one != group]):
+            groups = rest
+    return _relief(search, fields(groups), hardware)
+
+
+def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> Relief | None:
+    """Finds how much is enough of limits that give together, of the hardware that needs least; None: more than MOST."""
+    search.report(f"what {' and '.join(fields)} cost")
+    asked = _asked(search, fields)
     relief: Relief | None = None
 
     def tried(choice: Choice, factor: float) -> bool:
         nonlocal relief
-        task = _eased(search.brief, fields, asked, factor, grows)
+        task = _eased(search.brief, fields, asked, factor)
         if (found := _possible(search, task, choice)) is not None:
             enough = tuple(float(_value(task, name) or 0.0) for name in fields)
             relief = Relief(fields, asked, enough, task, found)
@@ -132,13 +146,17 @@ def _value(brief: DesignBrief, name: str) -> float | None:
     return value
 
 
-def _eased(
-    brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...], factor: float, grows: bool
-) -> DesignBrief:
-    """The same task with a limit that gives by a factor."""
+def _asked(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
+    return tuple(float(_value(search.brief, name) or 0.0) for name in fields)
+
+
+def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...], factor: float) -> DesignBrief:
+    """The same task with limits that give by a factor."""
+    grows = {name: more for names, more in EASED.items() for name in names}
     for name, value in zip(fields, asked, strict=True):
         table, field = name.split(".")
-        changed = getattr(brief, table).model_copy(update={field: value * factor if grows else value / factor})
+        given = value * factor if grows[name] else value / factor
+        changed = getattr(brief, table).model_copy(update={field: given})
         brief = brief.model_copy(update={table: changed})
     return brief
 

@@ -37,7 +37,8 @@ from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis, at least
-TURN_RAD = np.radians(1.7)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
+FINE_HEIGHTS = 2001  # of those at which the arms' angles are looked at
+TURN_RAD = np.radians(0.6)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
 SAME_MM = 0.05  # of a socket as it is drawn and of its key
 MOST_MM, TOLERANCE_MM = 16.0, 0.25  # of a base radius that keys lack: how far is looked, and how closely
 SPARE_MM = 2.0  # that keys leave of it: how far is looked
@@ -223,15 +224,17 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
 
 
 def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
-    """Positions of the handle on the cube's middle axis, those nearest to its middle first, (n, 3) mm."""
+    """Positions of the handle on the cube's middle axis, its middle and then those nearest to it first, (n, 3) mm.
 
-    def heights(count: int) -> np.ndarray:
-        return np.linspace(-1.0, 1.0, count)[:, None] * limits.half_side_mm * np.array([0.0, 0.0, 1.0])
-
-    angles = inverse_kinematics(placement.geometry, (limits.centre_mm + heights(HEIGHTS)) / MM_PER_M)[:, 0]
-    turned = placement.drive_ratio * float(np.ptp(angles))
-    up = heights(max(HEIGHTS, 2 * ceil(turned / TURN_RAD / 2) + 1))
-    return limits.centre_mm + up[np.argsort(np.abs(up[:, 2]), kind="stable")]
+    From one to the next arms and pinions turn by the same.
+    """
+    up = np.linspace(-limits.half_side_mm, limits.half_side_mm, FINE_HEIGHTS)
+    along = np.array([0.0, 0.0, 1.0])
+    angles = inverse_kinematics(placement.geometry, (limits.centre_mm + up[:, None] * along) / MM_PER_M)[:, 0]
+    turned = np.append(0.0, np.cumsum(np.abs(np.diff(angles))))
+    count = max(HEIGHTS, ceil(placement.drive_ratio * turned[-1] / TURN_RAD) + 1)
+    heights = np.append(0.0, np.interp(np.linspace(0.0, turned[-1], count), turned, up))
+    return limits.centre_mm + heights[np.argsort(np.abs(heights), kind="stable"), None] * along
 
 
 def _told_swings(swings: list[tuple[float, Reach]]) -> CheckResult:

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from delta_cad.design import Design, design_to_dict
 from delta_cad.design.sums import Contradiction, impossible_sums
 from delta_cad.dimensions import Reason
+from delta_cad.dimensions.neighbours import SWING_FIELD
 from delta_cad.dimensions.rules import down, up
 from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import ELBOW_FIELD
@@ -21,6 +22,7 @@ SECONDS = 8.0  # of the processor after which nothing more is followed: most tak
 DESIGN = "design"  # in place of a part: numbers that cannot go together
 AGAIN = 1.005  # times a value that is asked for once more: what follows of each other closes in slowly
 BEYOND = 1e-6  # of a bound that must not be met
+OF_LENGTHS = ELBOW_FIELD, SWING_FIELD  # limits that mend nothing themselves: other lengths keep them
 LESS = "requirements."  # gives way downwards where nothing else does
 
 PEAKS = ("peak_force_N", "force_N"), ("peak_torque_N_m", "joint_torque_N_m")  # of a moment, for ever
@@ -153,7 +155,7 @@ def _asked(reason: Reason, ways: dict[str, bool]) -> Iterator[tuple[str, float |
     What is to be had instead is asked for where the field was moved the other way, and where no row has the bound.
     """
     turned = False
-    other = None if reason.instead is not None and reason.instead[0] == ELBOW_FIELD else reason.instead
+    other = None if reason.instead is not None and reason.instead[0] in OF_LENGTHS else reason.instead
     if isinstance(reason.bound, float) and isinstance(reason.value, float | int):
         field, bound, larger = reason.field, reason.bound, reason.bound > reason.value
         turned = ways.get(field, larger) != larger and other is not None

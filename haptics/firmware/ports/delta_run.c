@@ -23,6 +23,7 @@ int delta_run(const delta_real *laws, long rows, long long ticks)
     int told = -1, running = 0, ended = DELTA_RUN_DONE;
     if (hal_begin() != 0) return DELTA_RUN_NO_HARDWARE;
     delta_startup_begin(&start);
+    delta_joints_write(torque, 0); /* before the power stage: none, whatever a drive was asked for last */
     hal_enable(1);
     for (long long k = 0; ticks == 0 || k < ticks; k++) {
         hal_wait();

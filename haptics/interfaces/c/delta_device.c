@@ -5,6 +5,7 @@
 #endif
 #include "delta_device.h"
 
+#include <errno.h>
 #include <math.h>
 #include <netdb.h>
 #include <netinet/in.h>
@@ -36,12 +37,13 @@ struct delta_device {
     delta_config config;
     int socket;
     uint32_t session, sequence, heard;
+    uint32_t cleared; /* number of the command that ends the board's watchdog */
     uint64_t time;
     double period, watchdog, torque_limit;
     double angles[3], rates[3], torques[3];
     double position[3], jacobian[3][3], holding[3]; /* jacobian[i]: velocity of the handle by the rate of joint i */
     double share;                                   /* of the force that is let in, 0 to 1 */
-    int known, lost, reset;
+    int known, lost, reset, ending, begun; /* ending: until the board answers that command */
     unsigned flags;
 };
 
@@ -146,20 +148,25 @@ static int sent(delta_device *device, unsigned kind, const double *values, int c
     return send(device->socket, data, length + 4, MSG_NOSIGNAL) == (ssize_t)(length + 4);
 }
 
-/* The next packet of this session that is newer than the last, until a time; 0: none, -1: the other end is gone. */
+/* The next packet of this session that is newer than the last, until a time; 0: none, -1: the other end is gone. Noise
+ * without an end and signals to the program do not hold it up, nor does what was there and is gone when it is read. */
 static int received(delta_device *device, double end, struct packet *packet)
 {
-    for (;;) {
+    for (int more = 1; more;) {
         uint8_t data[LARGEST];
         double left = end - now();
         struct pollfd waiting = {device->socket, POLLIN, 0};
-        int ready = poll(&waiting, 1, left > 0.0 ? (int)ceil(1e3 * left) : 0);
-        if (ready <= 0)
-            return 0;
-        ssize_t length = recv(device->socket, data, sizeof data, 0);
-        if (length < 0)
+        more = left > 0.0;
+        int ready = poll(&waiting, 1, more ? (int)ceil(1e3 * left) : 0);
+        if (ready <= 0) {
+            if (ready < 0 && errno != EINTR)
+                return -1;
+            continue;
+        }
+        ssize_t length = recv(device->socket, data, sizeof data, MSG_DONTWAIT);
+        if (length < 0 && errno != EINTR && errno != EAGAIN && errno != EWOULDBLOCK)
             return -1;
-        if (!decoded(data, (size_t)length, packet))
+        if (length < 0 || !decoded(data, (size_t)length, packet))
             continue;
         if (packet->kind == REFUSED && device->heard == 0)
             return 1;
@@ -169,6 +176,7 @@ static int received(delta_device *device, double end, struct packet *packet)
         device->heard = packet->sequence;
         return 1;
     }
+    return 0;
 }
 
 /* Says something until it is answered, some times at most. */
@@ -274,39 +282,56 @@ static void took(delta_device *device, const struct packet *packet)
     device->time = packet->time;
     device->known = sound && posed(device);
     unsigned up = (packet->flags & 3u) | (device->known ? 0u : (unsigned)DELTA_POSE_UNKNOWN);
-    if (up != 0u)
+    uint32_t since = packet->answers - device->cleared;
+    device->ending = device->ending && since >= 0x80000000u;
+    if (device->ending)
+        up &= ~(unsigned)DELTA_WATCHDOG; /* the command that ends it is on its way */
+    if ((device->begun ? up : up & ~(unsigned)DELTA_WATCHDOG) != 0u)
         device->flags |= DELTA_LATCHED;
     device->flags = (device->flags & DELTA_LATCHED) | up;
     if (device->flags != 0u)
         device->share = 0.0;
     else if (device->config.ramp > 0.0)
-        device->share = fmin(1.0, device->share + step / device->config.ramp);
+        device->share = fmin(1.0, device->share + fmin(step, device->period) / device->config.ramp);
     else
         device->share = 1.0;
 }
 
-/* Waits for a reading, and takes the newest of those that are there. */
-static int heard(delta_device *device)
+/* Takes the newest of the readings that come until a time, or are there; DELTA_NO_BOARD: there is none. */
+static int newest(delta_device *device, double end)
 {
-    struct packet packet, newest = {0};
+    struct packet packet, last = {0};
     int any = 0, got;
-    double end = now() + device->config.timeout;
     while ((got = received(device, any ? 0.0 : end, &packet)) > 0) {
-        if (packet.kind == BYE) {
-            got = -1;
-            break;
-        }
+        if (packet.kind == BYE)
+            return DELTA_LOST;
         if (packet.kind == STATE) {
-            newest = packet;
+            last = packet;
             any = 1;
         }
     }
-    if (got < 0 || !any) {
-        device->lost = 1;
-        return DELTA_LOST;
-    }
-    took(device, &newest);
+    if (got < 0 || !any)
+        return got < 0 ? DELTA_LOST : DELTA_NO_BOARD;
+    took(device, &last);
     return DELTA_OK;
+}
+
+/* Waits for a reading. */
+static int heard(delta_device *device)
+{
+    if (newest(device, now() + device->config.timeout) == DELTA_OK)
+        return DELTA_OK;
+    device->lost = 1;
+    return DELTA_LOST;
+}
+
+/* Before the first command: what the board has done while the program was not ready harms nobody, and ends now. */
+static void begin(delta_device *device)
+{
+    device->lost = newest(device, 0.0) == DELTA_LOST;
+    device->begun = 1;
+    device->reset = device->reset || (device->flags & DELTA_WATCHDOG) != 0u;
+    device->flags &= ~(unsigned)DELTA_WATCHDOG;
 }
 
 /* Torques of a force: the weight first, then as much of the force as fits, in its direction. */
@@ -471,6 +496,8 @@ int delta_set_force(delta_device *device, const double force[3])
     for (int k = 0; k < 3; k++)
         if (!isfinite(force[k]))
             return DELTA_BAD_ARGUMENT;
+    if (!device->begun && !device->lost)
+        begin(device);
     if (device->lost)
         return DELTA_LOST;
     memset(device->torques, 0, sizeof device->torques);
@@ -479,6 +506,10 @@ int delta_set_force(delta_device *device, const double force[3])
     if (!sent(device, COMMAND, device->torques, 3, device->reset ? 1u : 0u)) {
         device->lost = 1;
         return DELTA_LOST;
+    }
+    if (device->reset) {
+        device->cleared = device->sequence;
+        device->ending = 1;
     }
     device->reset = 0;
     return heard(device);

@@ -2,7 +2,8 @@
  *
  * The board speaks the protocol of haptics/devices/PROTOCOL.md. It is the clock: delta_set_force sends the torques for
  * the last reading and waits for the next one, so that a loop of delta_position and delta_set_force runs once a tick.
- * A program that stops calling loses its force to the board's watchdog. One thread per device; no globals.
+ * A program that stops calling loses its force to the board's watchdog, from its first delta_set_force on: what it
+ * takes to get ready is its own. One thread per device; no globals.
  *
  *     int status;
  *     delta_config config = DELTA_MACHINE;              // delta_machine.h, written for one design

@@ -41,6 +41,8 @@ cDeltaHapticDevice::~cDeltaHapticDevice()
 
 bool cDeltaHapticDevice::open()
 {
+    if (m_device != nullptr && !m_deviceReady) // lost, by which it can only be closed
+        close();
     if (m_device == nullptr) {
         const delta_config config = DELTA_MACHINE;
         m_device = delta_open(&config, m_address.c_str(), m_port, nullptr);

@@ -29,6 +29,7 @@ public:
         return std::make_shared<cDeltaHapticDevice>(a_address, a_port);
     }
 
+    // Again after the board was lost.
     virtual bool open();
     virtual bool close();
 

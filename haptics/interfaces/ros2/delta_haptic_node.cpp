@@ -1,9 +1,11 @@
 // A delta haptic device as a ROS 2 node: publishes where the handle is, takes the force that it shall give.
 //
 // Publishes ~/pose (geometry_msgs/PoseStamped), ~/twist (TwistStamped) and joint_states (sensor_msgs/JointState);
-// subscribes ~/wrench (WrenchStamped), whose force acts until a newer one comes or it is `stale` seconds old. Parameters:
-// address, port, frame, stale (s), every (ticks between two messages). One thread drives the device at the board's rate
-// and never waits for a subscriber; the executor's thread only leaves the newest wrench.
+// subscribes ~/wrench (WrenchStamped), whose force acts until a newer one comes or it is `stale` seconds old. The service
+// ~/reset (std_srvs/Trigger) lets force in again after the board's watchdog or an emergency stop. Parameters: address,
+// port, frame, stale (s), every (ticks between two messages). One thread drives the device at the board's rate and never
+// waits for a subscriber; the executor's thread only leaves the newest wrench. A board that is lost ends the node with 1,
+// for a launch file to start it again.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -20,6 +22,7 @@
 #include "geometry_msgs/msg/wrench_stamped.hpp"
 #include "rclcpp/rclcpp.hpp"
 #include "sensor_msgs/msg/joint_state.hpp"
+#include "std_srvs/srv/trigger.hpp"
 
 class DeltaHapticNode : public rclcpp::Node
 {
@@ -38,6 +41,12 @@ public:
         joints_ = create_publisher<sensor_msgs::msg::JointState>("joint_states", 10);
         wrench_ = create_subscription<geometry_msgs::msg::WrenchStamped>(
             "~/wrench", 1, [this](const geometry_msgs::msg::WrenchStamped::SharedPtr message) { take(*message); });
+        reset_ = create_service<std_srvs::srv::Trigger>(
+            "~/reset", [this](const std_srvs::srv::Trigger::Request::SharedPtr,
+                              const std_srvs::srv::Trigger::Response::SharedPtr response) {
+                again_ = true; // the thread that drives does it, with its next command
+                response->success = true;
+            });
         const delta_config config = DELTA_MACHINE;
         int status = DELTA_OK;
         device_ = delta_open(&config, address.c_str(), static_cast<uint16_t>(port), &status);
@@ -53,6 +62,8 @@ public:
             thread_.join();
         delta_close(device_);
     }
+
+    bool lost() const { return lost_; }
 
     DeltaHapticNode(const DeltaHapticNode&) = delete;
     DeltaHapticNode& operator=(const DeltaHapticNode&) = delete;
@@ -78,9 +89,13 @@ private:
     {
         unsigned told = 0;
         for (int64_t tick = 0; running_; ++tick) {
+            if (again_.exchange(false))
+                delta_reset(device_);
             const int status = delta_set_force(device_, wanted().data());
             if (status == DELTA_LOST) {
                 RCLCPP_ERROR(get_logger(), "%s", delta_text(status));
+                lost_ = true;
+                rclcpp::shutdown();
                 break;
             }
             if (status == DELTA_BAD_ARGUMENT)  // a force that is no number: none is given
@@ -127,7 +142,7 @@ private:
     int64_t every_ = 1;
     delta_device* device_ = nullptr;
     std::thread thread_;
-    std::atomic<bool> running_{true};
+    std::atomic<bool> running_{true}, again_{false}, lost_{false};
     std::mutex lock_;
     std::array<double, 3> force_{0.0, 0.0, 0.0};
     Clock::time_point taken_{};
@@ -135,6 +150,7 @@ private:
     rclcpp::Publisher<geometry_msgs::msg::TwistStamped>::SharedPtr twist_;
     rclcpp::Publisher<sensor_msgs::msg::JointState>::SharedPtr joints_;
     rclcpp::Subscription<geometry_msgs::msg::WrenchStamped>::SharedPtr wrench_;
+    rclcpp::Service<std_srvs::srv::Trigger>::SharedPtr reset_;
 };
 
 int main(int argc, char** argv)
@@ -142,7 +158,9 @@ int main(int argc, char** argv)
     rclcpp::init(argc, argv);
     int code = 0;
     try {
-        rclcpp::spin(std::make_shared<DeltaHapticNode>());
+        const auto node = std::make_shared<DeltaHapticNode>();
+        rclcpp::spin(node);
+        code = node->lost() ? 1 : 0;
     } catch (const std::exception& error) {
         RCLCPP_FATAL(rclcpp::get_logger("delta_haptic"), "%s", error.what());
         code = 1;

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import cadquery as cq
 import numpy as np
@@ -9,13 +11,16 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.report import CheckResult
-from delta_cad.checks.sections import _cut, _stations, check_sections
+from delta_cad.checks.sections import _cut, _location, _stations, check_sections
+from delta_cad.design import design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.solids.brackets import make_encoder_cheek
 from delta_cad.solids.part import Hole
 from delta_cad.solids.platform import make_platform
 from delta_cad.structure.beam import Beam, BeamSlice
 from delta_cad.structure.section import rectangle
 from delta_cad.structure.spans import Span, structure_spans
+from tests.committed import changed
 from tests.delta_cad.catalogue.offered import machine, offered
 from tests.delta_cad.checks.machines import box, part, rod
 
@@ -132,6 +137,50 @@ def test_a_station_lies_in_every_cut_and_bore_however_narrow() -> None:
     assert ((stations > 20.0) & (stations < 20.05)).any()
     assert (abs(stations - 33.0) < 0.2).any()
     assert len(stations) < 20
+
+
+OWN_MOTOR = """\
+id,diameter_mm,length_mm,shaft_diameter_mm,shaft_length_mm,pilot_diameter_mm,pilot_height_mm,mount_thread,\
+mount_circle_mm,mount_count,mass_g,nominal_torque_N_m,rotor_inertia_kg_m2,torque_constant_N_m_A,resistance_ohm
+servo-42,42,80,6,20,22,2,M3,30,4,480,0.14,9.5e-6,0.046,0.75
+"""
+
+
+def test_what_rounds_a_leg_into_its_head_is_not_the_legs(tmp_path: Path) -> None:
+    """A narrow leg that runs into its head on both sides, whose corners a cutter leaves round: 5 % more."""
+    (tmp_path / "motor.csv").write_text(OWN_MOTOR, encoding="utf-8")
+    changes: dict[str, Any] = {
+        "mechanism__base_radius_mm": 56.487,
+        "mechanism__platform_radius_mm": 18.879,
+        "mechanism__upper_arm_length_mm": 110.701,
+        "mechanism__forearm_length_mm": 217.822,
+        "mechanism__parallelogram_width_mm": 41.6,
+        "cube__bottom_height_mm": 120.888,
+        "cube__half_side_mm": 58.959,
+        "hardware__motor": "servo-42",
+        "hardware__capstan_ratio": 11.57,
+        "hardware__sector_radius_mm": 70.0,
+        "hardware__arm_thickness_mm": 5.0,
+        "hardware__catalogue": tmp_path.name,
+        "requirements__joint_torque_N_m": 1.555,
+        "requirements__peak_torque_N_m": 1.555,
+    }
+    limits = (
+        "stiffness_min_N_mm",
+        "kappa_max",
+        "lean_max_deg",
+        "shoulder_min_deg",
+        "shoulder_max_deg",
+        "couple_index_min",
+    )
+    changes |= {f"requirements__{name}": None for name in limits}
+    d = dimensions(design_from_dict(changed(**changes), folder=tmp_path.parent))
+    cheek = make_encoder_cheek(d)
+    (leg,) = (span for span in structure_spans(d) if (span.part, span.name) == ("encoder_cheek", "leg"))
+    solid = cheek.solid.moved(_location(np.linalg.inv(leg.frame)))
+    stations = _stations([solid], leg.reach_mm)
+    shares = _cut(cheek, solid, leg, stations).area / [leg.assumed(x).area_mm2 for x in stations]
+    assert 0.97 < shares.min() <= shares.max() < leg.most
 
 
 def test_what_a_wide_neighbour_puts_beside_a_web_is_not_the_webs() -> None:

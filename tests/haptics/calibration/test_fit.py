@@ -64,6 +64,18 @@ def test_uncertainties_cover_what_devices_of_the_assumed_scatter_have(best: Desi
     assert np.all(spread < 1.5), dict(zip(NAMES, spread, strict=True))
 
 
+def test_noise_that_is_thought_too_small_makes_no_fit_too_sure(best: Design) -> None:
+    """Poses 2.5 times as noisy as told, which are still taken: uncertainties cover what is found all the same."""
+    rng, scores = np.random.default_rng(13), []
+    for _ in range(8):
+        device = made(best, rng)
+        poses = measured(device, cube_points(best, rng, 40), rng, 2.5 * NOISE.position, 2.5 * NOISE.angle)
+        found = fit(best.geometry, poses, noise=NOISE)
+        assert 1.8 < found.misfit < 3.2
+        scores.append(((found.unknowns.table - device.table) / found.sigma)[:, 3:6])  # which the poses tell
+    assert np.sqrt(np.mean(np.square(scores))) < 1.6  # of 72 draws 1.2; 2.1 if uncertainties were those of the noise
+
+
 @pytest.mark.parametrize(("position", "angle"), [(2e-6, 1e-3), (0.2e-3, 1e-6)])
 def test_noise_of_either_kind_is_weighed_as_it_is(best: Design, position: float, angle: float) -> None:
     rng = np.random.default_rng(12)

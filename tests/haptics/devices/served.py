@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,12 +22,13 @@ class Served:
     port: int
     board: Board
     device: SimulatedDevice
+    listening: socket.socket
 
 
 @contextmanager
 def served(machine: MachineModel, *, torque: float | None = None) -> Iterator[Served]:
     """Serves until the block ends."""
-    device, done = simulated_machine(machine), threading.Event()
+    device, done = simulated_machine(machine, linked=True), threading.Event()
     limit = machine.drive.controlled_torque_N_m if torque is None else torque
     board = Board(device, device.period, limit, 1 << 21)
     with listen() as listening:
@@ -38,7 +40,7 @@ def served(machine: MachineModel, *, torque: float | None = None) -> Iterator[Se
         runner = threading.Thread(target=forever)
         runner.start()
         try:
-            yield Served(listening.getsockname()[1], board, device)
+            yield Served(listening.getsockname()[1], board, device, listening)
         finally:
             done.set()
             runner.join()

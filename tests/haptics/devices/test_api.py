@@ -154,6 +154,26 @@ def test_open_takes_a_design_and_its_masses(best: Design, tmp_path: Path) -> Non
         assert device.time == pytest.approx(0.04)
 
 
+def test_a_program_may_take_its_time_before_its_first_force(machine: MachineModel) -> None:
+    """The board's watchdog trips meanwhile; later it is a fault."""
+
+    def nobody_commands() -> None:
+        for _ in range(40):
+            up.listening.sendto(up.board.tick() or b"", up.board.peer)
+        assert up.board.tripped
+
+    with served(machine) as up, handle(machine, opened_device(machine, "socket", port=up.port, timeout=20.0)) as device:
+        nobody_commands()
+        for _ in range(30):
+            device.set_force([0.0, 0.0, 0.1])
+        assert (device.state, device.faults) == (State.RAMPING, ())
+        nobody_commands()
+        device.set_force([0.0, 0.0, 0.1])
+        device.set_force([0.0, 0.0, 0.1])
+        assert device.state is State.FAULT
+        assert FaultCode.WATCHDOG in device.faults
+
+
 def test_each_kind_is_opened(machine: MachineModel) -> None:
     with served(machine) as up:
         remote = opened_device(machine, "socket", port=up.port, timeout=20.0)

@@ -6,15 +6,27 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics
+from haptics.control.controller import TOUCHED
 from haptics.control.supervisor.faults import FaultCode
 from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Reading, run, three_torques
 from haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
+from haptics.devices.host import Host
 from haptics.devices.recorded import RecordedDevice
 from haptics.devices.recording import COLUMNS, Recorder, Recording, RecordingError, load_recording, save_recording
-from haptics.devices.simulated import SimulatedDevice
+from haptics.devices.simulated import SimulatedDevice, simulated_machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, advance
+from haptics.model.sensor import EXACT
+from haptics.rendering import law_table
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import axis_wall
+from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
+from haptics.simulation.loop import simulate, timing
+from haptics.simulation.loops import at_rate
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, PLANT
+from tests.haptics.scene_machine import scene_machine
 
 ANGLES = np.array([[0.1, 0.2, 0.3], [0.11, 0.21, np.nan], [0.12, 0.22, 0.31]])
 PULL = np.array([0.01, -0.02, 0.03])
@@ -160,6 +172,53 @@ def test_what_cannot_be_simulated_is_refused() -> None:
     for wrong in ({"period": 0.0}, {"steps": 0}, {"count": -1.0}, {"period": np.nan}):
         with pytest.raises(ValueError, match=r"^period"):
             simulated(**wrong)
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> MachineModel:
+    return scene_machine(best)
+
+
+@pytest.mark.parametrize(("rate_Hz", "linked"), [(1000.0, False), (1000.0, True), (8000.0, False)])
+def test_the_device_of_run_is_that_of_simulate(machine: MachineModel, rate_Hz: float, linked: bool) -> None:
+    """What gives way, ripple, stops and delay: a spring that pulls the handle into a wall, by the other loop's code."""
+    loop = at_rate(rate_Hz).linked if linked else at_rate(rate_Hz)
+    controller, ticks = board_controller(machine, loop), round(0.7 * rate_Hz)
+    laws = law_table(
+        SpringDamper(200.0, 1.0, machine.centre + 0.01), axis_wall("+x", machine.centre[0] + 2e-3, stiffness=500.0)
+    )
+    device = simulated_machine(machine, loop.period, linked=linked)
+    device.count, device._errors = 0.0, EXACT
+    host, touched = Host(controller, laws), []
+    host.enable()
+    near = host.drive(device, ticks=ticks, until=lambda _: touched.append(host.memory.work[TOUCHED]) is not None)
+    still = np.zeros((ticks, 3))
+    clock = timing(loop.period, loop.delay + reading_age(machine, loop), device.steps)
+    told = simulate(
+        real_plant(machine, loop),
+        controller,
+        laws,
+        clock,
+        machine.centre,
+        hand=FREE,
+        anchor=still,
+        push=still,
+        count=0.0,
+    )
+    np.testing.assert_allclose(near.torques, told.torque, atol=1e-9)
+    assert np.ptp(told.position, axis=0).max() > 2e-3
+    assert 0 < sum(touched) < ticks
+
+
+def test_it_reads_with_the_noise_and_the_counts_of_its_encoders(machine: MachineModel) -> None:
+    """Its handle held by a hand that is stiff; one reading keeps as much of the last as the chip's filter does."""
+    device = simulated_machine(machine, 1.25e-4)
+    device.hand, errors = Hand(1.0, 2000.0, 1e6), sensor_errors(machine, at_rate(8000.0))
+    read = run(device, lambda _sample: np.zeros(3), ticks=9000).angles[1000:]
+    noise = np.diff(read, axis=0)  # what moves slowly is gone
+    expected = errors.noise * np.sqrt(2.0 * (1.0 - errors.kept))
+    np.testing.assert_allclose(noise.std(axis=0), expected, rtol=0.05)
+    assert 0.2 < errors.kept < 0.9
 
 
 # ---- what all have in common ----

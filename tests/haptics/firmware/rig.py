@@ -52,6 +52,8 @@ LAWS = law_table(
     np.array([[kind, 0.5, *(1e-3 * (k + 1) for k in range(COLUMNS - 2))] for kind in REGISTRY]),  # every law there is
 )
 
+TWINS = law_table(LAWS, axis_wall("+x", 0.004, stiffness=1e5, damping=3.0))  # two walls at once, held down together
+
 
 class Recorded(NamedTuple):
     """A recording and what came of it.

@@ -26,6 +26,7 @@ from tests.haptics.calibration.devices import made
 from tests.haptics.firmware.rig import (
     COUNTS,
     EMPTY,
+    TWINS,
     Recorded,
     by_python,
     compile_bare,
@@ -83,7 +84,7 @@ def test_this_machine_and_a_cortex_m7_are_python_bit_for_bit(
 def test_its_longest_tick_is_a_fifth_of_the_period(machine: MachineModel, known: Correction, tmp_path: Path) -> None:
     """Of an empty energy tank, which is searched for what it allows: 20 % of 8 kHz at 600 MHz, 2 cycles each."""
     controller = board_controller(machine, stale=0.1, **EMPTY)
-    recorded = recording(machine, 6000, 12, controller.limits.period)
+    recorded = recording(machine, 6000, 12, controller.limits.period)._replace(laws=TWINS)
     bits, torque, memory = by_python(controller, recorded, known)
     assert np.bitwise_or.reduce(bits) & FaultCode.ENERGY_LIMITED.bit
     answers, left = replay(compile_bare(write(controller, DOUBLE, tmp_path, known), "m7"), recorded)

@@ -13,7 +13,17 @@ from haptics.control.supervisor.faults import FaultCode, findings
 from haptics.firmware.precision import DOUBLE
 from haptics.model.machine import MachineModel
 from haptics.simulation.hardware import board_controller
-from tests.haptics.firmware.rig import COUNTS, by_python, compile_bare, compile_host, recording, replay, write
+from tests.haptics.firmware.rig import (
+    COUNTS,
+    LAWS,
+    TWINS,
+    by_python,
+    compile_bare,
+    compile_host,
+    recording,
+    replay,
+    write,
+)
 from tests.haptics.scene_machine import scene_machine
 
 TICKS = 2000
@@ -36,9 +46,10 @@ def faults(bits: np.ndarray) -> set[FaultCode]:
 def test_a_cortex_m7_is_the_python_tick_bit_for_bit(
     machine: MachineModel, controller: Controller, tmp_path: Path
 ) -> None:
-    recorded = recording(machine, TICKS, 7, controller.limits.period)
+    recorded = recording(machine, TICKS, 9, controller.limits.period)._replace(laws=TWINS)
     bits, torque, memory = by_python(controller, recorded)
     assert len(faults(bits)) >= 6
+    assert np.abs(torque - by_python(controller, recorded._replace(laws=LAWS))[1]).max() > 0.01
     assert (np.abs(torque).max(axis=-1) > 0.05).sum() > 300
     folder = write(controller, DOUBLE, tmp_path)
     for program in (compile_host(folder), compile_bare(folder, "m7")):

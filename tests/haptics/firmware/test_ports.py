@@ -327,6 +327,24 @@ def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str],
     assert dropped == 9  # an empty one does not count
 
 
+def test_the_stop_is_pressed_and_released_as_often_as_one_likes(board: tuple[subprocess.Popen[str], int]) -> None:
+    """By signals, before there is a host as well."""
+    process, port = board
+    for _ in range(2):
+        for press in (signal.SIGUSR1, signal.SIGUSR2):
+            process.send_signal(press)
+            with pytest.raises(subprocess.TimeoutExpired):
+                process.wait(0.1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as host:
+        host.settimeout(5.0)
+        host.sendto(encode(Packet(PacketKind.HELLO, 7, 1, 0, 0, (0.1,))), ("127.0.0.1", port))
+        assert decode(host.recv(2048)).kind is PacketKind.WELCOME
+        for flag, press in ((2, signal.SIGUSR1), (0, signal.SIGUSR2), (2, signal.SIGUSR1)):
+            process.send_signal(press)
+            seen = [decode(host.recv(2048)).flags & 2 for _ in range(4)]
+            assert seen[-1] == flag
+
+
 def test_the_figures_of_the_drive_damp_the_joint_as_the_model_does(machine: MachineModel, folder: Path) -> None:
     """What a port makes of them, share k_t^2 / R through the ratio, is what the walls are computed with."""
     lines = [line.split()[1:3] for line in (folder / "delta_device.h").read_text().splitlines() if " DELTA_" in line]

@@ -19,6 +19,7 @@ from tests.haptics.firmware.rig import (
     COUNTS,
     ENABLED,
     NOTHING,
+    TWINS,
     WAS_RESET,
     by_python,
     compile_bare,
@@ -70,7 +71,7 @@ def test_torques_are_those_of_doubles_to_a_bound(
 def test_a_cortex_m4_is_this_machine_bit_for_bit_and_keeps_4_khz(
     machine: MachineModel, controller: Controller, folder: Path, program: Path, tmp_path: Path
 ) -> None:
-    recorded = recording(machine, 1500, 7, controller.limits.period)
+    recorded = recording(machine, 1500, 7, controller.limits.period)._replace(laws=TWINS)
     here, left = replay(program, recorded, "f4")
     there, also = replay(compile_bare(folder, "m4"), recorded, "f4")
     for field in ("bits", "torque"):

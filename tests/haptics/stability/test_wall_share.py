@@ -10,16 +10,18 @@ import pytest
 from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import CEILING, FORCE, fresh, tick
-from haptics.control.wall_cap import SHARE, UNCAPPED, borne
+from haptics.control.wall_cap import JOINTLY, SHARE, UNCAPPED, WallCap, borne, borne_force, lever
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
 from haptics.rendering import law_table
-from haptics.rendering.laws.virtual_wall import AXES, axis_wall
+from haptics.rendering.laws.virtual_wall import AXES, VirtualWall, axis_wall
 from haptics.simulation.hardware import board_controller, wall_cap
 from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability import wall_share
+from haptics.stability.bodies import Ports
+from haptics.stability.discrete import sampled_loop
 from haptics.stability.wall_share import closed_form, proven_cap
-from haptics.stability.walls import computed_wall
+from haptics.stability.walls import centre_and_corners, computed_wall
 from tests.haptics.scene_machine import gallery_machine, scene_machine
 
 
@@ -90,12 +92,14 @@ def test_damping_is_held_where_little_mass_is_behind_it(machine: MachineModel) -
     cap, pose = wall_cap(machine), machine.centre + machine.half_side
     columns = np.ascontiguousarray(jacobian(machine.geometry, pose).T)
     table = law_table(axis_wall("-z", 0.2, stiffness=1e6, damping=1e4, blend=1.0))
-    found = borne(cap, columns, table, 0)
+    q = float(np.square(lever(columns, table, 0)).sum())
+    assert q == pytest.approx(np.square(columns @ np.array(AXES["z"])).sum(), rel=1e-12)
+    found = borne(cap, table, 0, q)
     assert found[:2] == pytest.approx(closed_form(cap, columns.T, np.array(AXES["z"]), 1e4), rel=1e-12)
     assert BOARD.damping < found[1] < 100.0
     assert found[2] == BOARD.blend
     soft = law_table(axis_wall("-z", 0.2, stiffness=10.0, damping=3.0, blend=1e-6))
-    assert borne(cap, columns, soft, 0) == (10.0, 3.0, 1e-6)
+    assert borne(cap, soft, 0, q) == (10.0, 3.0, 1e-6)
 
 
 def test_a_tick_renders_the_capped_wall(machine: MachineModel) -> None:
@@ -113,3 +117,52 @@ def test_a_tick_renders_the_capped_wall(machine: MachineModel) -> None:
     stiffness, _ = closed_form(controller.walls, jacobian(machine.geometry, pose), np.array(AXES["x"]))
     assert forces[0] == pytest.approx([-2e-4 * stiffness, 0.0, 0.0], rel=1e-9, abs=1e-12)
     assert forces[1] == pytest.approx([-2e-4 * 1e6, 0.0, 0.0], rel=1e-6, abs=1e-12)
+
+
+X, Y, Z = np.eye(3)
+# Walls in one plane; corners of boxes along the axes and turned; two planes nearly alike.
+TURNED = np.linalg.qr(np.random.default_rng(5).normal(size=(6, 3, 3)))[0]
+TOGETHER = ((X, X), (Z, Z, Z), (X, Y, Z), (X, (X + 0.2 * Y) / np.linalg.norm(X + 0.2 * Y)), *map(tuple, TURNED))
+
+
+def rendered_together(cap: WallCap, columns: np.ndarray, normals: tuple[np.ndarray, ...]) -> float:
+    """Factor by which walls that are touched at once at rest are held down, by the force that comes of them."""
+    depth, laws = 1e-6, [VirtualWall(1e6, 1e-6 * n, tuple(n)) for n in normals]  # at the origin 1 um deep
+    alone = sum(closed_form(cap, columns.T, n)[0] * depth * n for n in normals)
+    *force, touched = borne_force(cap, columns, law_table(*laws), *np.zeros(6))
+    assert touched == 1.0
+    factor = float(force @ alone / (alone @ alone))
+    assert np.array(force) == pytest.approx(factor * alone, rel=1e-9, abs=1e-15)
+    return factor
+
+
+def radius(at: wall_share.WallAt, cap: WallCap, normals: tuple[np.ndarray, ...], factor: float) -> float:
+    """Of the loop that all walls close at once, with the least damping a stiffness of them, nobody at the handle."""
+    figures = np.array([closed_form(cap, at.here.jacobian, n) for n in normals])
+    body, _ = at.here.body(FREE)
+    push, see = at.here.ports(np.stack(normals, axis=1), len(body.mass), at.at_motor)
+    loop = sampled_loop(body, at.timing, at.estimator, Ports(push * factor * figures[:, 0], see), 1.0)
+    return float(loop.radius(1.0, (figures[:, 1] / figures[:, 0]).min()))
+
+
+@pytest.mark.parametrize("name", ["", "desk-150"])
+def test_walls_that_are_touched_at_once_stand_together(machine: MachineModel, name: str) -> None:
+    """With the least friction and the largest delay; as each is borne alone some of them would not."""
+    device = gallery_machine(name) if name else machine
+    cap, alone = proven_cap(device), []
+    for pose in centre_and_corners(device)[::2]:
+        at = wall_share.WallAt(device, BOARD, pose, X, place=0, delay=BOARD.delays[2] * BOARD.period)
+        columns = np.ascontiguousarray(at.here.jacobian.T)
+        for normals in TOGETHER:
+            factor = rendered_together(cap, columns, normals)
+            assert radius(at, cap, normals, factor) < 1.0
+            alone.append(radius(at, cap, normals, 1.0))
+            # the joints' stiffness by its eigenvalues, which the tick bounds to 7 %
+            through = columns @ np.stack(normals, axis=1)
+            cost = [max(0.0, k * cap.cost - b) for k, b in (closed_form(cap, columns.T, n) for n in normals)]
+            needed = np.linalg.eigvalsh(through * cost @ through.T)[-1] / (cap.share * cap.friction)
+            assert 0.93 * min(1.0, JOINTLY / needed) <= factor <= min(1.0, JOINTLY / needed) * (1.0 + 1e-9)
+    assert name or max(alone) > 1.0
+    first = np.ascontiguousarray(jacobian(device.geometry, device.centre).T)
+    assert rendered_together(cap, first, (X, Y, Z)) == pytest.approx(1.0, rel=1e-12)  # at the centre each has its own
+    assert rendered_together(cap, first, (X,)) == pytest.approx(1.0, rel=1e-12)

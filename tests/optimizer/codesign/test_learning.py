@@ -14,8 +14,9 @@ from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import load_design
 from delta_cad.dimensions import Reason
+from delta_cad.dimensions.neighbours import SWING_FIELD
 from delta_cad.mechanism import Cube, DeltaGeometry
-from delta_cad.mechanism.limits import ElbowAngle
+from delta_cad.mechanism.limits import ElbowAngle, Outline
 from delta_cad.mechanism.workspace import CubeSearch
 from delta_cad.passing.folding import ELBOW_FIELD
 from delta_cad.structure.hardware.refusals import refusals
@@ -37,7 +38,8 @@ from optimizer.codesign.learning import (
     with_outline,
     with_room,
 )
-from optimizer.codesign.lessons import FARTHEST, KNOB_MM, NARROWER, WIDER, Lessons, reference
+from optimizer.codesign.lengths import posed
+from optimizer.codesign.lessons import FARTHEST, KNOB_MM, NARROWER, SHOULDER_DEG, WIDER, Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 
@@ -271,6 +273,27 @@ def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
     assert KNOWN.holding((0.45, 0.0, 30.0)).held == (0.45, 0.0, 30.0)
     assert lessons.holding((0.0, 0.0, 30.0)).held == lessons.held
     assert lessons.couple_index_min == KNOWN.couple_index_min
+
+
+def test_an_arm_that_swings_too_low_gets_longer_where_the_outline_holds_that_and_else_swings_less() -> None:
+    """Beside the base radius that is asked for at the same time."""
+    angle, field = (SWING_FIELD, -41.27), "mechanism.upper_arm_length_mm"
+    boss = Reason("upper_arm", "beside its cheeks", "why", field, 60.0, 71.0, instead=angle)
+    radius = Reason("foot_block", "place", "why", "mechanism.base_radius_mm", 20.0, 29.0)
+    reach = Outline(270.0, 220.0, CHOICE.width_mm, KNOWN.overhead_mm).reach_max_mm
+    long = replace(boss, bound=reach - 28.5)  # it alone would do
+    _, longer = from_reasons(brief(), CHOICE, KNOWN, [boss, radius])
+    assert longer.least("upper_arm_length") == 71.0
+    assert longer.shoulder_low_deg == KNOWN.shoulder_low_deg == -90.0
+    _, less = from_reasons(brief(), CHOICE, KNOWN, [long, radius])
+    assert less.least("upper_arm_length") == 0.0
+    assert less.shoulder_low_deg == pytest.approx(-41.2)
+    assert less.least("base_radius") > 20.0
+    _, again = from_reasons(brief(), CHOICE, less, [replace(long, instead=(SWING_FIELD, -45.0)), radius])
+    assert again.shoulder_low_deg == less.shoulder_low_deg
+    low, high = posed(brief(), CHOICE, less, less.weighed.inertia(90.0, 140.0, 1.0)).limits.shoulder_deg or (0.0, 0.0)
+    assert low == pytest.approx(-41.2, abs=0.01)
+    assert high == pytest.approx(SHOULDER_DEG[1], abs=0.01)
 
 
 def test_a_check_that_teaches_nothing_ends_the_choice() -> None:

@@ -99,6 +99,17 @@ def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     assert 80.0 <= back.side_mm <= 80.0 * 1.003
 
 
+def test_a_small_cube_has_lengths_though_the_first_outline_that_is_tried_leaves_its_parts_no_room() -> None:
+    """R is 60 mm or more, so that 1.5 and 3 times the cube hold nothing; no platform is wider than its elbows."""
+    task, known = brief({"cube_side_mm": 20.0}, FELT), LESSONS.raised("base_radius", 60.0, "wide motors")
+    found = best_lengths(task, CHOICE, known)
+    assert found is not None
+    assert found.side_mm == 20.0
+    _, _, base, platform, *_ = found.lengths_mm
+    assert base >= 60.0
+    assert platform < found.lengths_mm[0] + base
+
+
 @pytest.mark.slow
 def test_the_least_mass_for_a_cube_is_the_one_that_just_allows_it() -> None:
     room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}

@@ -83,6 +83,28 @@ def test_a_limit_that_is_in_nobodys_way_is_not_told(monkeypatch: pytest.MonkeyPa
     assert told(monkeypatch, brief(), lambda task: task.requirements.force_N < 3.0 / MOST / 2.0) == []
 
 
+def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_than_must(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A cube too large for any force and a force too large for any cube; what it may weigh is in nobody's way."""
+
+    def able(task: DesignBrief) -> bool:
+        asked = task.requirements
+        return (asked.cube_side_mm or 0.0) <= 120.0 / MOST and asked.force_N <= 22.0 / MOST
+
+    task = brief({"effective_mass_max_kg": 0.5}, cube_side_mm=110.0, force_N=20.0)
+    (one,) = told(monkeypatch, task, able)
+    assert one.fields == ("requirements.force_N", "requirements.cube_side_mm")
+    force, side = one.enough
+    assert 110.0 / side == pytest.approx(20.0 / force)  # by one factor
+    assert able(one.brief)
+    assert not able(one.further(1.0 / FINE / 1.001))
+    assert one.brief.feel.effective_mass_max_kg == 0.5
+    assert "requirements.force_N" in str(one)
+    assert "requirements.cube_side_mm" in str(one)
+    assert told(monkeypatch, task, lambda _: False) == []
+
+
 def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     small = LEAST_SIDE_MM / 2.0
     assert told(monkeypatch, brief(), lambda _: True, small) == []

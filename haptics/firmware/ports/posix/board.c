@@ -55,8 +55,11 @@ int main(int many, char **words)
     }
     struct timespec due, last;
     int paced = many > 2 && strcmp(words[2], "paced") == 0;
-    signal(SIGUSR1, press);
-    signal(SIGUSR2, press);
+    struct sigaction pressed; /* by `signal` a second press would end the process */
+    memset(&pressed, 0, sizeof pressed);
+    pressed.sa_handler = press;
+    sigaction(SIGUSR1, &pressed, NULL);
+    sigaction(SIGUSR2, &pressed, NULL);
     device_begin(0);
     if (hal_begin() != 0) return 2;
     hal_enable(1);

@@ -2,6 +2,7 @@
 #include "link.h"
 #include "../delta_hal.h"
 #include <arpa/inet.h>
+#include <errno.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <stdint.h>
@@ -27,7 +28,8 @@ int link_listen(int port)
 int link_ready(int milliseconds)
 {
     struct pollfd one = { listening, POLLIN, 0 };
-    return poll(&one, 1, milliseconds) > 0;
+    int ready = poll(&one, 1, milliseconds);
+    return ready > 0 || (ready < 0 && errno == EINTR); /* a signal is somebody, too */
 }
 
 size_t hal_receive(unsigned char *data, size_t most, unsigned char sender[32])

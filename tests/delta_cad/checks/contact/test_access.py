@@ -13,12 +13,15 @@ from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact import access
-from delta_cad.checks.contact.access import check_access
+from delta_cad.checks.contact.access import check_access, up_and_down
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.bracket import motor_pattern_rad
 from delta_cad.dimensions.keys import KEYS_MM
+from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
+from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import Reach, Removal
 from tests.delta_cad.catalogue.offered import machine
 from tests.delta_cad.checks.machines import at, box, changed, part
@@ -83,6 +86,25 @@ def test_a_cut_handle_passes_the_neighbours_of_a_base_that_is_too_short_for_a_wh
     assert not result.passed
     assert result.value is not None
     assert 0.0 <= result.value < 60.0
+
+
+def test_no_turn_of_a_pinion_is_passed_over_between_two_positions() -> None:
+    """Forearms of 407 mm above arms of 48: near the top of the cube the arms turn twice as fast as in its middle.
+
+    Heights a like distance apart had the pinion turn by 3 degrees there, past the two that a slot leaves a key.
+    """
+    geometry = DeltaGeometry(
+        base_radius=0.05318, platform_radius=0.01799, upper_arm_length=0.0485, forearm_length=0.4067
+    )
+    placement = LinkPlacement(geometry, 38.4, (0.0, 0.0), 9.0)
+    limits = CheckLimits(410.6, 20.0, 270.0, 220.0)
+    poses = up_and_down(placement, limits)
+    assert poses[0] == pytest.approx([0.0, 0.0, 430.6])
+    assert (np.diff(np.abs(poses[:, 2] - 430.6)) >= 0.0).all()
+    up = poses[np.argsort(poses[:, 2])]
+    assert up[[0, -1], 2] == pytest.approx([410.6, 450.6])
+    angles = inverse_kinematics(geometry, up / MM_PER_M)[:, 0]
+    assert 9.0 * np.abs(np.diff(angles)).max() <= access.TURN_RAD * 1.001
 
 
 @pytest.mark.slow

@@ -1,12 +1,30 @@
 /* A program on the library: a spring to a point, all it is told printed; or one call and its status. */
+#define _XOPEN_SOURCE 600
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/time.h>
 
 #include "delta_device.h"
 #include "delta_machine.h"
 
 static void print(const char *name, const double v[3]) { printf(" %s %.17g %.17g %.17g", name, v[0], v[1], v[2]); }
+
+static volatile sig_atomic_t rung;
+
+static void ring(int number) { rung = number; }
+
+/* A signal every half a millisecond, as profilers and timers send them. */
+static void set_alarm(void)
+{
+    struct itimerval each = {{0, 500}, {0, 500}};
+    struct sigaction act;
+    memset(&act, 0, sizeof act);
+    act.sa_handler = ring;
+    sigaction(SIGALRM, &act, NULL);
+    setitimer(ITIMER_REAL, &each, NULL);
+}
 
 int main(int argc, char **argv)
 {
@@ -15,6 +33,8 @@ int main(int argc, char **argv)
     double target[3] = {0.004, -0.003, DELTA_CENTRE_Z + 0.002}, p[3], v[3], a[3], t[3], force[3];
     if (getenv("TIMEOUT") != NULL)
         config.timeout = atof(getenv("TIMEOUT"));
+    if (getenv("ALARM") != NULL)
+        set_alarm();
     if (argc > 3)
         config.ramp = atof(argv[3]);
     delta_device *device = delta_open(&config, argc > 4 ? argv[4] : "127.0.0.1", (uint16_t)atoi(argv[1]), &status);

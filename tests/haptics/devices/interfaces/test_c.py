@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from delta_cad.design import Design
 from delta_cad.mechanism import forward_kinematics, jacobian
 from haptics.devices.fake import DisturbedDevice, invalid
+from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
 from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, machine_header, sources, write_sources
@@ -91,6 +93,22 @@ def test_it_compiles_without_a_word(folder: Path, compiler: str) -> None:
     for flag in ("-ffast-math", "-ffinite-math-only"):  # which drop the checks of angles and forces
         refused = subprocess.run([compiler, flag, "-fsyntax-only", source], capture_output=True, text=True)
         assert "fast-math" in refused.stderr
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_the_program_of_the_readme_compiles_and_drives_a_board(
+    machine: MachineModel, folder: Path, tmp_path: Path, compiler: str
+) -> None:
+    """Until the board ends the session, by which the loop ends."""
+    text = (folder / "README.md").read_text().split("```c\n")[1].split("```")[0]
+    with served(machine) as up:
+        (tmp_path / "program.c").write_text(text.replace("5005", str(up.port)))
+        files = [str(tmp_path / "program.c"), str(folder / "c" / "delta_device.c"), "-lm", "-o", str(tmp_path / "it")]
+        compiled(compiler, "-std=c99", "-Wconversion", *CHECKED, f"-I{folder / 'c'}", *files)
+        up.device.read = farewell(up, 100)  # type: ignore[method-assign]
+        assert ran(tmp_path / "it") == ["the board is lost"]
+        assert up.board.served > 90
+        assert not up.device.torques.any()
 
 
 def test_position_velocity_and_torques_are_those_of_the_mechanism(machine: MachineModel, client: Path) -> None:
@@ -191,6 +209,21 @@ def test_a_board_that_goes_away_is_lost(machine: MachineModel, client: Path) -> 
     assert 40 < len(head) < 60
 
 
+def farewell(up: Served, most: int):
+    """A reading of the device, at which its board says BYE after some."""
+    read, count = up.device.read, 0
+
+    def one():
+        nonlocal count
+        count += 1
+        if count == most:
+            peer = up.board.peer
+            up.listening.sendto(up.board.farewell() or b"", peer)
+        return read()
+
+    return one
+
+
 def counted(read, most: int, up: Served):
     """A reading that ends the session after some."""
     count = 0
@@ -205,37 +238,130 @@ def counted(read, most: int, up: Served):
     return one
 
 
-def test_the_chai3d_device_compiles_and_drives_a_board(machine: MachineModel, folder: Path) -> None:
+def test_signals_to_the_program_lose_no_board(machine: MachineModel, client: Path) -> None:
+    with served(machine) as up:
+        read = up.device.read
+
+        def slow():
+            until = time.monotonic() + 1e-3  # longer than between two signals: each wait for a reading is interrupted
+            while time.monotonic() < until:
+                pass
+            return read()
+
+        up.device.read = slow  # type: ignore[method-assign]
+        head, _ = ticks(ran(client, up.port, 200, 0.0, ALARM="1"))
+    assert (len(head), set(head[:, 2]), set(head[:, 3])) == (200, {0.0}, {0.0})
+
+
+def test_a_program_may_take_its_time_before_its_first_force(machine: MachineModel, client: Path) -> None:
+    """The watchdog trips while nobody commands; the first command ends that, and a reading from before says nothing."""
+    with served(machine) as up:
+        tick, count = up.board.tick, 0
+
+        def waited():
+            nonlocal count
+            count += 1
+            if count == 1:
+                for _ in range(40):
+                    state = tick()
+                assert up.board.tripped
+                return state
+            if count == 2:  # one that left before the command came
+                late = decode(tick() or b"")._replace(flags=1, answers=1)
+                up.listening.sendto(encode(late), up.board.peer)
+            return tick()
+
+        up.board.tick = waited  # type: ignore[method-assign]
+        head, found = ticks(ran(client, up.port, 100, 0.0))
+    assert head[0, 2] == 1.0  # told of it, but not latched
+    assert set(head[1:, 2]) == {0.0}
+    assert np.abs(found["t"][1:]).max(axis=1).min() > 0.01
+
+
+def test_the_chai3d_device_opens_a_lost_board_again(machine: MachineModel, chai: Path) -> None:
+    with served(machine) as up:
+        up.device.read = farewell(up, 50)  # type: ignore[method-assign]
+        (line,) = ran(chai, up.port)
+        assert up.board.sessions == 2
+    assert line.split()[1:3] == ["1", "1"]
+
+
+@pytest.fixture(scope="module")
+def chai(folder: Path) -> Path:
     out, c = folder.parent / "chai", folder / "c" / "delta_device.c"
     include = [f"-I{path}" for path in (folder / "c", folder / "chai3d", HERE / "stubs")]
     library = folder.parent / "delta_device.o"
     compiled("gcc", "-std=c99", "-g", *CHECKED, "-c", str(c), "-o", str(library))
     sources_of = [str(HERE / "chai.cpp"), str(folder / "chai3d" / "CDeltaHapticDevice.cpp")]
     compiled("c++", "-std=c++14", "-g", *CHECKED, *include, *sources_of, str(library), "-o", str(out))
+    return out
+
+
+def test_the_chai3d_device_compiles_and_drives_a_board(machine: MachineModel, chai: Path) -> None:
     with served(machine) as up:
-        (line,) = ran(out, up.port)
+        (line,) = ran(chai, up.port)
         at = up.device.state[:3] - machine.centre
     before, opened, kept, switches, *p, force = (float(v) for v in line.split())
     assert (before, opened, kept, switches, force) == (0, 1, 1, 0, machine.design.requirements.force_N)
     np.testing.assert_allclose(p, at, atol=1e-4)
 
 
-def test_the_ros_node_compiles_and_drives_a_board(machine: MachineModel, folder: Path) -> None:
+@pytest.fixture(scope="module")
+def node(folder: Path) -> Path:
     out, library = folder.parent / "node", folder.parent / "ros_device.o"
     compiled("gcc", "-std=c99", "-c", str(folder / "c" / "delta_device.c"), "-o", str(library))
     include = [f"-I{path}" for path in (folder / "c", HERE / "stubs")]
-    node = str(folder / "ros2" / "delta_haptic_node.cpp")
-    compiled("c++", "-std=c++17", "-g", *include, node, str(library), "-pthread", "-o", str(out))
+    source = str(folder / "ros2" / "delta_haptic_node.cpp")
+    compiled("c++", "-std=c++17", "-g", *include, source, str(library), "-pthread", "-o", str(out))
+    return out
+
+
+def test_the_ros_node_compiles_and_drives_a_board(machine: MachineModel, node: Path) -> None:
     with served(machine) as up:
         done = subprocess.run(
-            [out], env=os.environ | {"DELTA_port": str(up.port)}, timeout=60, capture_output=True, text=True
+            [node], env=os.environ | {"DELTA_port": str(up.port)}, timeout=60, capture_output=True, text=True
         )
-        assert (done.returncode, done.stderr) == (0, "")
+        assert (done.returncode, done.stderr, done.stdout) == (0, "", "service 1\n")
         assert up.board.served > 20
         assert not up.board.connected
-    done = subprocess.run([out], env=os.environ | {"DELTA_port": "70000"}, timeout=60, capture_output=True, text=True)
+    done = subprocess.run([node], env=os.environ | {"DELTA_port": "70000"}, timeout=60, capture_output=True, text=True)
     assert done.returncode == 1
     assert "port" in done.stderr
+
+
+def test_the_ros_nodes_service_lets_force_in_again(machine: MachineModel, node: Path) -> None:
+    """An emergency stop early on latches; the service, called 0.15 s later, ends that."""
+    with served(machine) as up:
+        held, read = [], up.device.read
+
+        def pressed():
+            held.append(bool(up.device.torques.any()))
+            up.board.stop = 20 <= len(held) < 30
+            return read()
+
+        up.device.read = pressed  # type: ignore[method-assign]
+        environment = os.environ | {"DELTA_port": str(up.port)}
+        done = subprocess.run([node], env=environment, timeout=60, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "service 1\n")
+    assert any(held[:20])
+    off = held.index(False, 20)
+    again = held.index(True, off)
+    assert off < 25
+    assert again > 60  # not by itself
+    assert any(held[again:])
+
+
+def test_the_ros_node_ends_when_its_board_is_lost(machine: MachineModel, node: Path) -> None:
+    with served(machine) as up:
+        environment = os.environ | {"DELTA_port": str(up.port), "DELTA_stays": "1"}
+        process = subprocess.Popen(
+            [node], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
+        until = time.monotonic() + 60.0
+        while up.board.served < 20 and time.monotonic() < until:
+            process.poll()
+    assert "lost" in process.communicate(timeout=60)[1]  # the server has said BYE
+    assert process.returncode == 1
 
 
 def test_a_hosts_wall_stands_without_the_damping_that_it_tells_no_drive_of(machine: MachineModel) -> None:

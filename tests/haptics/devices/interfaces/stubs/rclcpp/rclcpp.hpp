@@ -2,6 +2,7 @@
 #ifndef RCLCPP_STUB_HPP
 #define RCLCPP_STUB_HPP
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -43,6 +44,13 @@ public:
     std::function<void(std::shared_ptr<Message>)> callback;
 };
 
+template <typename Kind>
+class Service
+{
+public:
+    using SharedPtr = std::shared_ptr<Service<Kind>>;
+};
+
 class Node
 {
 public:
@@ -70,6 +78,18 @@ public:
         return made;
     }
 
+    template <typename Kind, typename Callback>
+    typename Service<Kind>::SharedPtr create_service(const std::string&, Callback&& callback)
+    {
+        call = [callback]() {
+            const auto response = std::make_shared<typename Kind::Response>();
+            callback(std::make_shared<typename Kind::Request>(), response);
+            std::printf("service %d\n", response->success);
+        };
+        return std::make_shared<Service<Kind>>();
+    }
+
+    std::function<void()> call; // of its service
     Logger get_logger() const { return {name_}; }
     Time now() const { return {}; }
 
@@ -96,9 +116,20 @@ inline int64_t Node::declare_parameter(const std::string& name, const int64_t& v
     return text == nullptr ? value : std::stoll(text);
 }
 
+inline std::atomic<bool> down{false};
 inline void init(int, char**) {}
-inline void shutdown() {}
-inline void spin(const std::shared_ptr<Node>&) { std::this_thread::sleep_for(std::chrono::milliseconds(300)); }
+inline void shutdown() { down = true; }
+
+// Somebody calls the service after a while; ends some time later, or as it is shut down, or with DELTA_stays only then.
+inline void spin(const std::shared_ptr<Node>& node)
+{
+    const bool stays = std::getenv("DELTA_stays") != nullptr;
+    for (int n = 0; !down && (stays || n < 30); ++n) {
+        if (n == 15)
+            node->call();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+}
 
 } // namespace rclcpp
 
