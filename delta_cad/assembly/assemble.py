@@ -37,14 +37,14 @@ from delta_cad.solids.bought.encoder_board import make_encoder_board
 from delta_cad.solids.bought.foot import make_foot
 from delta_cad.solids.bought.magnet import make_magnet
 from delta_cad.solids.bought.motor import make_motor
-from delta_cad.solids.bought.spring import make_rod_spring
+from delta_cad.solids.bought.spring import loop_overlap_mm3, make_rod_spring
 from delta_cad.solids.part import Joint
 
 ABOUT_X, ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.0])
 EYE_FRAMES = ((ABOUT_X, HALF_TURN), (ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
 BESIDE_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
 BESIDE_TUBE_MM = 1.5  # least gap of a spring's loop beside the tube that carries its eye: 2.7 mm as it hangs
-LOOP_MM3 = 0.2  # what a loop, drawn stiff, shares with the edges of its eye where the rods lean: 0.11 at 24 deg
+LOOP_SHARE = 1.1  # times what a loop, drawn stiff, shares with its eye at the largest lean: the sum's pieces, roundings
 BESIDE_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
 
 
@@ -200,10 +200,11 @@ def _rods(bench: Bench, i: int) -> None:
 def _springs(bench: Bench, i: int) -> None:
     """Both springs across a pair of rods, each on a link of its own, which follows the rods."""
     spring = bench.once("rod_spring", lambda: make_rod_spring(bench.d))
+    shared = LOOP_SHARE * loop_overlap_mm3(bench.d.forearm, bench.d.travel.lean_max.value)
     for k in SIDES:
         name = bench.put(f"rod_spring_{i}_{k}", spring, f"spring_{i}_{k}", np.eye(4))
         for j in SIDES:
-            bench.touch(name, f"rod_eye_{i}_{j}_{k}", "loop in its eye", overlap_mm3=LOOP_MM3)
+            bench.touch(name, f"rod_eye_{i}_{j}_{k}", "loop in its eye", overlap_mm3=shared)
             bench.gap(name, f"rod_tube_{i}_{j}", BESIDE_TUBE_MM, "hangs on the tube")
 
 

@@ -71,8 +71,8 @@ def made(
     from delta_cad.mechanism import MechanismError
 
     try:
-        if (found := refused(design)).reasons:
-            return refuse_hardware(given, design.name, [], found)
+        if (found := refused(design, given.design.name)).reasons:
+            return refuse_hardware(given, design.name, [], found, told=len(found.reasons))
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     try:
@@ -107,11 +107,19 @@ def _not_installed(module: str | None) -> int:
     return refuse(f"{module} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
 
 
-def refused(design: Design) -> Advice:
-    """Gives every reason why the hardware of a design cannot do, in closed form: no kernel is loaded for it."""
+def refused(design: Design, file: str = "") -> Advice:
+    """Gives every reason why the hardware of a design cannot do, in closed form: no kernel is loaded for it.
+
+    Args:
+        design: The design.
+        file: Name of its file, under which the reasons are told at once, before what would do is looked for; "": not.
+    """
     from delta_cad.structure.hardware.advice import advice
 
-    return advice(design)
+    def tell(reasons: Sequence[object]) -> None:
+        refuse_all([f"{file}: {reason}" for reason in reasons], BAD_INPUT)
+
+    return advice(design, tell if file else None)
 
 
 def hardware_lines(found: Advice) -> list[str]:
@@ -142,7 +150,7 @@ def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
     return refuse_hardware(given, name, (str(error), *error.more), found)
 
 
-def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], found: Advice) -> int:
+def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], found: Advice, told: int = 0) -> int:
     """Tells why a design is refused, one line a reason, and with `--json` as records, too.
 
     Args:
@@ -150,11 +158,13 @@ def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], 
         name: The design's name; "" where its file could not be read as one.
         lines: Lines of the design file's own refusal.
         found: Why its hardware cannot do.
+        told: How many of its lines were told before.
     """
     if given.json and name:
-        told = [{"message": line} for line in lines]
-        print(json.dumps({"name": name, "passed": False, **hardware_record(found, told), "folder": None}, indent=1))
-    return refuse_all([*lines, *(f"{given.design.name}: {line}" for line in hardware_lines(found))], BAD_INPUT)
+        said = [{"message": line} for line in lines]
+        print(json.dumps({"name": name, "passed": False, **hardware_record(found, said), "folder": None}, indent=1))
+    left = hardware_lines(found)[told:]
+    return refuse_all([*lines, *(f"{given.design.name}: {line}" for line in left)], BAD_INPUT)
 
 
 def hardware_record(found: Advice, told: Sequence[dict[str, str]] = ()) -> dict[str, Any]:

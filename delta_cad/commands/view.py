@@ -48,8 +48,8 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        if (found := refused(design)).reasons:
-            return refuse_hardware(given, design.name, [], found)
+        if (found := refused(design, given.design.name)).reasons:
+            return refuse_hardware(given, design.name, [], found, told=len(found.reasons))
     except DesignError as error:
         return refuse_design(given, error)
     except MechanismError as error:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
+from math import atan2, ceil, cos, floor, hypot, pi, radians, sin, tan
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ForearmDimensions
-from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, up
+from delta_cad.dimensions.rules import DRILL_DIAMETERS, down, require, up
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
 
@@ -27,6 +27,8 @@ PLATE_MM = 5.0  # the least; it grows with loads and lengths
 STEM_WALL_MM = 3.0  # of the hub around the stem
 RIB_MM = 4.0  # width of what stays around a window of it
 WEB_CORNER_MM = 5.0, 3.0  # of a web, which ends so much inside its boss's ends, in corners of such a radius
+BOSS_LEAST_MM = 2 * WEB_CORNER_MM[0]  # length of a wrist boss, at whose ends its web's corners lie
+LENGTH_MM = 1e-9  # roundings of a length that is asked
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def platform_dimensions(
 
     Raises:
         DimensionError: Too thin around the cross-bars; the cups of neighbouring chains would come within the clearance
-            of one another, or a boss would run into the hub.
+            of one another, or a boss would run into the hub; so thick that rods which lean leave its bosses no length.
     """
     least = forearm.bar_diameter_mm + 2 * BAR_WALL_MM
     require(
@@ -128,13 +130,23 @@ def platform_dimensions(
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + forearm.room_mm
     beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
+    length = forearm.width_mm - 2 * beside
+    lacking = BOSS_LEAST_MM - length
+    most, wider = thickness_mm - lacking / tan(tilt), forearm.width_mm + lacking
+    words = f"parallelogram_width_mm = {forearm.width_mm:g} must be at least {up(wider)} mm"
+    field, held, bound = "mechanism.parallelogram_width_mm", forearm.width_mm, wider
+    if most >= least:
+        words = f"hardware.platform_thickness_mm = {thickness_mm:g} must be at most {down(most)} mm, or {words}"
+        field, held, bound = "hardware.platform_thickness_mm", thickness_mm, most
+    told = f"{words}: rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm of {BOSS_LEAST_MM:g}"
+    require(lacking <= LENGTH_MM, "platform", "wrist boss, length", told, field, held, bound)
     bore = forearm.bar_diameter_mm + 2 * BAR_GLUE_MM
     return PlatformDimensions(
         radius_mm=radius_mm,
         boss_diameter_mm=thickness_mm,
         boss_length_mm=min(
             forearm.bar_length_mm - 2 * max(BAR_BEYOND_MM, forearm.cone_mm),
-            forearm.width_mm - 2 * beside,
+            length,
             float(floor(DRILL_DIAMETERS * bore)),
         ),
         bar_bore_mm=bore,

@@ -295,8 +295,8 @@ class CubeSearch:
         """
         closure = self(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
         require_closed(g, np.array([closure.position]))
-        lowest, highest = (self(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0))
-        if not lowest.value <= 0.0 <= highest.value:
+        lowest = self(lambda p: direct_margin(g, p), +1.0)
+        if lowest.value > 0.0 or (highest := self(lambda p: direct_margin(g, p), -1.0)).value < 0.0:
             return lowest, None
         a, b = np.array(lowest.position), np.array(highest.position)
         for _ in range(CROSSING_STEPS):

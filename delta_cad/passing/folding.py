@@ -13,7 +13,7 @@ from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.rules import up
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
-from delta_cad.passing.moving import FAR_MM, FEW, Apart, arm_shapes, nearest, rod_points, spring_points
+from delta_cad.passing.moving import FAR_MM, FEW, ROUGH, Apart, arm_shapes, nearest, rod_points, spring_points
 from delta_cad.passing.shapes import off_all_mm
 from delta_cad.passing.standing import cheeks, motor
 
@@ -33,21 +33,23 @@ def beside_own(d: Dimensions) -> Apart:
     shoulder = np.eye(4)
     shoulder[0, 3] = d.bracket.shoulder_u_mm
 
+    pairs = [*product(CHAINS, SIDES, moving)]
+
     def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
-        del rough, only
         placed = link_placement(d)(positions_mm)
-        found = np.full(len(positions_mm), FAR_MM)
-        for i, side, (link, (points, radii)) in product(CHAINS, SIDES, moving.items()):
+        some, off = slice(None, None, ROUGH if rough else 1), []
+        for i, side, link in pairs if only is None else [pairs[only]]:
+            points, radii = (held[some] for held in moving[link])
             level, frame = chain_frame(i), placed[f"{link}_{i}_{side}"]
             turned = level[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
             at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
             inverse = np.linalg.inv(level @ shoulder if d.capstan is None else placed[f"upper_arm_{i}"])
             seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
             beside = np.broadcast_to(radii, seen.shape[:2])
-            near, off = np.abs(seen[..., 1]) - beside < FAR_MM + widest, np.full(seen.shape[:2], FAR_MM)
-            off[near] = off_all_mm(shapes, seen[near]) - beside[near]
-            found = np.minimum(found, off.min(axis=1))
-        return found[:, None]
+            near, found = np.abs(seen[..., 1]) - beside < FAR_MM + widest, np.full(seen.shape[:2], FAR_MM)
+            found[near] = off_all_mm(shapes, seen[near]) - beside[near]
+            off.append(found.min(axis=1))
+        return np.stack(off, axis=1)
 
     return apart
 

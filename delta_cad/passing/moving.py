@@ -58,10 +58,8 @@ def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
         Round(d.arm.collar_diameter_mm / 2, (web[1], d.layers.motor_cheek_mm[0])),
         Beam(d.arm.length_mm, (d.arm.beam_root_radius_mm, d.arm.boss_radius_mm), d.layers.arm_mm),
     ]
-    pocket, half = c.end_y_mm[1] - CARRIAGE_MM[1] / 2, c.cable_diameter_mm / 2
-    wound = c.rim_radius_mm, c.rim_radius_mm + c.cable_diameter_mm
-    ends = (ANCHOR_OFF_MM, ANCHOR_MM, web[0]), (LUG_OFF_MM, lug_length_mm(), pocket)
-    for end, ((low, high), long, lowest) in enumerate(ends):
+    half, wound = c.cable_diameter_mm / 2, (c.rim_radius_mm, c.rim_radius_mm + c.cable_diameter_mm)
+    for end, ((low, high), long, lowest) in enumerate(_ends(c)):
         point, tangent, normal = rim_end(c, end)
         axes = np.stack([normal, [0.0, 1.0, 0.0], tangent], axis=1)
         found.append(Block(axes, (point[0], 0.0, point[2]), (low, lowest, 0.0), (high, y[1], long)))
@@ -75,21 +73,28 @@ def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
 def sector_points(d: Dimensions, c: CapstanDimensions) -> np.ndarray:
     """Gives (n, 3) points of a sector's edges, in the arm's frame: of its rim, nose, anchor and lug."""
     low, high = c.rim_angles_rad
+    wide = d.layers.sector_mm
 
     def circle(radius: float, turns: np.ndarray) -> np.ndarray:
         return radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
 
     edges = [
-        circle(c.rim_radius_mm, np.linspace(low, high, int((high - low) * c.rim_radius_mm / STEP_MM) + 2)),
-        np.array(c.nose_centre_mm) + circle(c.nose_radius_mm, np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS)),
+        (circle(c.rim_radius_mm, np.linspace(low, high, int((high - low) * c.rim_radius_mm / STEP_MM) + 2)), wide),
+        (np.array(c.nose_centre_mm) + circle(c.nose_radius_mm, np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS)), wide),
     ]
-    for end, (off, long) in enumerate(((ANCHOR_OFF_MM, ANCHOR_MM), (LUG_OFF_MM, lug_length_mm()))):
+    for end, ((out, over), long, lowest) in enumerate(_ends(c)):
         point, tangent, normal = (v[[0, 2]] for v in rim_end(c, end))
         along = np.linspace(0.0, long, int(long / STEP_MM) + 2)[:, None] * tangent
-        across = np.linspace(*off, END_POINTS)[:, None] * normal
-        edges += [point + off[0] * normal + along, point + off[1] * normal + along, point + long * tangent + across]
-    x, z = np.concatenate(edges).T
-    return np.concatenate([np.stack([x, np.full(len(x), y), z], axis=1) for y in d.layers.sector_mm])
+        across = np.linspace(out, over, END_POINTS)[:, None] * normal
+        sides = point + out * normal + along, point + over * normal + along, point + long * tangent + across
+        edges.append((np.concatenate(sides), (lowest, wide[1])))
+    return np.concatenate([np.insert(flat, 1, y, axis=1) for flat, levels in edges for y in levels])
+
+
+def _ends(c: CapstanDimensions) -> tuple[tuple[tuple[float, float], float, float], ...]:
+    """Anchor and lug: from where to where off the cable's line, how far along it, and from where along y."""
+    pocket = c.end_y_mm[1] - CARRIAGE_MM[1] / 2
+    return (ANCHOR_OFF_MM, ANCHOR_MM, c.web_y_mm[0]), (LUG_OFF_MM, lug_length_mm(), pocket)
 
 
 def rod_points(f: ForearmDimensions) -> Points:
@@ -120,12 +125,13 @@ def platform_points(d: Dimensions) -> Points:
     beyond = f.bar_length_mm / 2 - f.cone_mm - f.bar_diameter_mm / 2  # a ball as wide as the bar lies in it up to there
     bar = np.concatenate([sign * np.arange(half, beyond, TUBE_STEP_MM) for sign in (-1.0, 1.0)])
     turns = np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS, endpoint=False)
-    edge = (boss - BOSS_BEVEL_MM) * np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1)
+    around = np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1)
+    rings = (boss - BOSS_BEVEL_MM, half), (boss, half - BOSS_BEVEL_MM)  # both edges of a boss's end
+    edges = [radius * around + [0.0, sign * y, 0.0] for radius, y in rings for sign in (-1.0, 1.0)]
     middles = np.concatenate([y, bar, [-wide, wide]])[:, None] * np.array([0.0, 1.0, 0.0])
-    end, wrist = np.array([0.0, half, 0.0]), np.array([p.radius_mm, 0.0, 0.0])
-    local = np.concatenate([middles, edge + end, edge - end]) + wrist
+    local = np.concatenate([middles, *edges]) + np.array([p.radius_mm, 0.0, 0.0])
     radii = [min(boss, half)] * len(y) + [f.bar_diameter_mm / 2] * len(bar) + [f.ball_diameter_mm / 2] * 2
-    radii += [0.0] * (2 * len(edge))
+    radii += [0.0] * (len(local) - len(radii))
     return np.concatenate([local @ chain_frame(i)[:3, :3].T for i in CHAINS]), np.tile(radii, 3)
 
 
@@ -163,9 +169,22 @@ def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
                 off = np.full(near.shape, FAR_MM)
                 off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
                 found[:, k] = off.min(axis=1)
+                if kind == "platform":
+                    found[:, k] = np.minimum(found[:, k], _beside_bosses(d, np.linalg.inv(seen), edges[some]))
         return found
 
     return apart
+
+
+def _beside_bosses(d: Dimensions, arm: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """How near edges of a sector come to the platform's bosses, (n), the arm in the platform's frame (n, 4, 4)."""
+    p, found = d.platform, np.full(len(arm), FAR_MM)
+    end = p.boss_length_mm / 2 - BOSS_BEVEL_MM
+    boss = Round(p.boss_diameter_mm / 2, (-end, end), (p.radius_mm, 0.0))
+    at = edges @ np.swapaxes(arm[:, :3, :3], 1, 2) + arm[:, None, :3, 3]
+    for i in CHAINS:
+        found = np.minimum(found, off_all_mm([boss], at @ chain_frame(i)[:3, :3]).min(axis=1))
+    return found
 
 
 def beside_springs(d: Dimensions) -> Apart:

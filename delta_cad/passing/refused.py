@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import degrees, inf, sqrt
 
-import numpy as np
-
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions, spread
 from delta_cad.dimensions.bracket import MESHES_MM
-from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
-from delta_cad.dimensions.capstan import CRIMP_MM, CapstanDimensions
+from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.rules import up
 from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import folded
 from delta_cad.passing.moving import COUNT, FEW, beside_sectors, beside_springs, nearest, spare_of_cups
-from delta_cad.passing.shapes import Beam, Round, off_all_mm
+from delta_cad.passing.sleeves import sleeves_off_mm
 from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, sector_off_mm, sliding_off_mm
 
 CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
@@ -28,8 +25,6 @@ FASTEST = 2.0  # mm that neighbours part by at most, and some, for each by which
 SLOWEST = 0.7  # that is taken to be so, where what overlaps tells no distance
 ON_MM = 0.05
 WIDER, WIDEST = 1.02, 2.5  # steps of a sector's radius, and the most it is asked to grow
-SLEEVE_POINTS = 5
-WAY_MM = np.arange(0.0, 60.0, 2.0)  # of a sleeve, from its seat outwards
 
 Spare = Callable[[Dimensions, CapstanDimensions, int], float]
 """What a machine has more than it must, by so many positions along an edge of its cube; negative: what it lacks."""
@@ -213,28 +208,6 @@ def _sleeves_pass(design: Design, share: float) -> bool:
     except DimensionError:
         return False
     return larger.capstan is not None and sleeves_off_mm(larger, larger.capstan) >= SLEEVE_OFF_MM
-
-
-def sleeves_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
-    """Computes how near a cable's sleeves come to the upper arm, or the first to the sector's hub, mm.
-
-    The first comes along the shoulder's axis, past the arm; the second from outside over its carriage, then along it.
-    """
-    first, second = sleeve_frames(c)
-    radius, (low, high) = CRIMP_MM[0] / 2, d.layers.arm_mm
-    long = np.linspace(0.0, CRIMP_MM[1], SLEEVE_POINTS)[:, None] * np.array([0.0, 0.0, 1.0])
-    hub = d.arm.flange_radius_mm
-    arm = [
-        Beam(d.arm.length_mm, (d.arm.beam_root_radius_mm, d.arm.boss_radius_mm), (low, high)),
-        Round(hub, (low, high)),
-    ]
-    passed = first[:3, 3] + long @ first[:3, :3].T
-    passed[:, 1] = (low + high) / 2  # where it passes the arm's plate; of the hub nothing stands out beside that
-    found = float(off_all_mm(arm, passed).min())
-    over = second[:3, 3] + long @ second[:3, :3].T
-    over[:, 1] -= SLEEVE_OVER_MM
-    outwards = WAY_MM[:, None, None] * second[:3, 0] + over
-    return min(found, float(off_all_mm(arm, outwards).min())) - radius
 
 
 def _cups(d: Dimensions, spare_mm: float, aim_mm: float) -> list[Reason]:

@@ -11,7 +11,7 @@ import numpy as np
 from delta_cad.dimensions.bracket import Circle
 
 DIRECTIONS = 180  # in which a hull's outline is looked at: to 5 um of a circle of 30 mm
-FAR_MM = 8.0  # beyond, a bound that is cheaper than a distance will do
+FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
 
 
 class Shape(Protocol):
@@ -76,7 +76,7 @@ class Round:
 
 @dataclass(frozen=True)
 class Ring:
-    """Segment of a ring about y between two radii and two angles from x towards z."""
+    """Segment of a ring about y between two radii and two angles from x to z; as of `Prism` beyond `FAR_MM`."""
 
     radii_mm: tuple[float, float]
     angles_rad: tuple[float, float]
@@ -84,13 +84,16 @@ class Ring:
 
     def off_mm(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
-        x, z, (inner, outer) = points[:, 0], points[:, 2], self.radii_mm
-        radius = np.hypot(x, z)
+        inner, outer = self.radii_mm
+        radius = np.hypot(points[:, 0], points[:, 2])
+        across = np.maximum(inner - radius, radius - outer)  # off the whole ring
+        near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
+        x, z, radius = points[near, 0], points[near, 2], radius[near]
         middle, half = sum(self.angles_rad) / 2.0, (self.angles_rad[1] - self.angles_rad[0]) / 2.0
         aside = np.abs(np.remainder(np.arctan2(z, x) - middle + np.pi, 2.0 * np.pi) - np.pi) - half
         along, off = radius * np.cos(aside), radius * np.sin(aside)  # of the straight end that is nearer
         beyond = np.hypot(along - np.clip(along, inner, outer), off)
-        across = np.where(aside <= 0.0, np.maximum(inner - radius, radius - outer), beyond)
+        across[near] = np.where(aside <= 0.0, across[near], beyond)
         return _beside(across, points[:, 1], self.y_mm)
 
 

@@ -39,6 +39,18 @@ def motor(d: Dimensions) -> Round:
     return Round(d.motor.diameter_mm / 2, (face, face + d.motor.length_mm), (u - d.bracket.shoulder_u_mm, z))
 
 
+def foot(d: Dimensions) -> Block:
+    """The foot block with the base plate under it, in its shoulder's frame."""
+    low, high = (u - d.bracket.shoulder_u_mm for u in d.bracket.foot_u_mm)
+    inside = d.layers.encoder_cheek_mm[1], d.layers.motor_cheek_mm[0]
+    return Block(
+        np.eye(3),
+        (0.0, 0.0, 0.0),
+        (low, inside[0], d.bracket.base_top_mm - d.base.thickness_mm),
+        (high, inside[1], d.bracket.base_top_mm + d.bracket.foot_height_mm),
+    )
+
+
 def on_round(one: Round) -> np.ndarray:
     """Gives points on a cylinder's side, (n, 3)."""
     turns = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
@@ -100,14 +112,7 @@ def sliding_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
 
 def _in_the_way(d: Dimensions) -> list[tuple[Sequence[Shape], int]]:
     """What stands still around a motor's screws: shapes, each with the chain in whose frame they are."""
-    low, high = (u - d.bracket.shoulder_u_mm for u in d.bracket.foot_u_mm)
-    inside = d.layers.encoder_cheek_mm[1], d.layers.motor_cheek_mm[0]
-    block = Block(
-        np.eye(3),
-        (0.0, 0.0, 0.0),
-        (low, inside[0], d.bracket.base_top_mm - d.base.thickness_mm),
-        (high, inside[1], d.bracket.base_top_mm + d.bracket.foot_height_mm),
-    )
+    block = foot(d)
     others: list[Shape] = [*cheeks(d), motor(d), block]
     return [([*cheeks(d)[1:], block], 0), (others, 1), (others, 2)]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, degrees
+from math import ceil, cos, degrees, sin
 
 from delta_cad import catalogue
 from delta_cad.assembly.leads import sensor_lead_steps
@@ -19,9 +19,8 @@ from delta_cad.dimensions.capstan import (
 )
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
+from delta_cad.passing.sleeves import second_way_rad
 
-OVER = (Leg((-1.0, 0.0, 0.0)), Leg((0.0, 1.0, 0.0), SLEEVE_OVER_MM))
-"""The second sleeve's way: from outside over its carriage, beside the arm, then into it."""
 AS_ONE = (
     "Before the screws are tight, the shoulder's shaft goes through both bearings and the arm by hand, and out again."
 )
@@ -67,7 +66,7 @@ def drive_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
         steps.append(_anchor(d, d.capstan, i))
     steps.append(_encoder_cheek(d, names, i, block))
     if d.capstan is not None:
-        steps += [_shaft(d, i, block), _cable(d.capstan, names, i), _tension(d, d.capstan, names, i)]
+        steps += [_shaft(d, i, block), _cable(d, d.capstan, names, i), _tension(d, d.capstan, names, i)]
     if d.sensed_at_shoulder:
         steps += [_board(d, names, i, block), *sensor_lead_steps(d, i)]
     return Unit(f"drive {i}", "drive", "Drive", tuple(steps))
@@ -158,7 +157,13 @@ def _anchor(d: Dimensions, c: CapstanDimensions, i: int) -> Step:
     )
 
 
-def _cable(c: CapstanDimensions, names: tuple[str, ...], i: int) -> Step:
+def _over(d: Dimensions, c: CapstanDimensions) -> tuple[Leg, Leg]:
+    """The second sleeve's way: from outside over its carriage, beside the arm and the foot block, then into it."""
+    way = second_way_rad(d, c)
+    return Leg((-cos(way), 0.0, -sin(way))), Leg((0.0, 1.0, 0.0), SLEEVE_OVER_MM)
+
+
+def _cable(d: Dimensions, c: CapstanDimensions, names: tuple[str, ...], i: int) -> Step:
     name = f"capstan_cable_{i}"
     pieces = ("inner_end", "inner", "strand_inner", "turns", "strand_outer", "outer", "outer_end")
     return Step(
@@ -170,7 +175,7 @@ def _cable(c: CapstanDimensions, names: tuple[str, ...], i: int) -> Step:
             "Go back to the rim, lay the cable along its other half, and the second sleeve into the carriage.",
         ),
         (
-            Bring((f"crimp_sleeve_{i}_1",), OVER, f"tension_carriage_{i}"),
+            Bring((f"crimp_sleeve_{i}_1",), _over(d, c), f"tension_carriage_{i}"),
             Bring(tuple(f"{name}_{piece}" for piece in pieces), is_laid=True),
         ),
         tools=("tweezers with smooth jaws",),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi
+from math import cos, hypot, pi, sin
 
 import cadquery as cq
+import numpy as np
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.forearm import ForearmDimensions
+from delta_cad.dimensions.forearm import EYE_WALL_MM, LUG_MM, ForearmDimensions
 from delta_cad.solids.making import bought_part, round_y
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import bore_y, feature, fuse
@@ -19,6 +20,7 @@ CORD_KNOTS_MM = 30.0
 CORD_DENSITY_G_MM3 = 0.97e-3  # polyethylene
 WIRE_DENSITY_G_MM3 = 7.85e-3
 LOOPS = 2.0  # coils' worth of wire in both loops together
+PIECES = 160, 12, 24  # of half a loop: around it, out from the middle of its wire, around that
 
 
 def cord_mm(f: ForearmDimensions) -> tuple[float, float]:
@@ -32,6 +34,29 @@ def spring_mass_g(f: ForearmDimensions) -> float:
     row = f.spring
     wire = pi**2 / 4 * row.wire_mm**2 * row.mean_diameter_mm * (row.active_coils + LOOPS) * WIRE_DENSITY_G_MM3
     return (wire if row.mass_g is None else row.mass_g) + pi / 4 * CORD_MM**2 * cord_mm(f)[1] * CORD_DENSITY_G_MM3
+
+
+def loop_overlap_mm3(f: ForearmDimensions, lean_rad: float) -> float:
+    """Computes what a loop, drawn stiff, shares with its eye's lug where the rods lean: sums of small pieces, mm^3.
+
+    The spring turns on the way to level and is drawn as long as at no lean; the edges of the eye are rounded in truth.
+
+    Args:
+        f: Whose spring it is.
+        lean_rad: Lean of the rods.
+    """
+    across, along = f.width_mm * sin(lean_rad), f.width_mm * cos(lean_rad) - 2 * f.eye_y_mm
+    apart = hypot(across, along)
+    mean, wire, hole = f.spring.mean_diameter_mm / 2, f.spring.wire_mm / 2, f.eye_diameter_mm / 2
+    turn, out, around = np.meshgrid(*((np.arange(n) + 0.5) / n for n in PIECES), indexing="ij")
+    turn, out, around = pi * (turn - 0.5), wire * out, 2 * pi * around
+    radius = mean + out * np.cos(around)
+    u = (f.between_eyes_mm - apart) / 2 - (mean - wire) + radius * np.cos(turn)  # along the spring, beyond its eye
+    v = radius * np.sin(turn)
+    x, y = (across * u + along * v) / apart, (along * u - across * v) / apart + f.eye_hole_y_mm - f.eye_y_mm
+    off = np.hypot(y, out * np.sin(around))
+    shared = (np.abs(x) < LUG_MM / 2) & (np.abs(y) < hole + EYE_WALL_MM) & (off > hole)
+    return float((radius * out)[shared].sum()) * 2 * pi**2 * wire / turn.size
 
 
 def make_rod_spring(d: Dimensions) -> Part:

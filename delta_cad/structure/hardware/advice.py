@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from time import process_time
 
@@ -45,7 +45,7 @@ class Advice:
     together: Mapping[str, float | str] | None = None
 
 
-def advice(design: Design) -> Advice:
+def advice(design: Design, tell: Callable[[tuple[Reason, ...]], None] | None = None) -> Advice:
     """Gives every reason why a design's hardware cannot do, in closed form, and values that mend all of them.
 
     Where values do that, what they mend is held to more than is necessary, as long as there is time, so that solids
@@ -53,11 +53,14 @@ def advice(design: Design) -> Advice:
 
     Args:
         design: A design; numbers that cannot go together are the first reasons.
+        tell: Is called with the first reasons, if any, before what they ask for is followed.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
     start, first = process_time(), (*_faults(design), *refusals(design))
+    if first and tell is not None:
+        tell(first)
     told, reasons, values = {_key(one): one for one in first}, first, Values()
     enough = Values()
     ways: dict[str, bool] = {}  # field -> whether it was asked to be larger

@@ -14,6 +14,7 @@ from delta_cad.dimensions import DimensionError, Dimensions, dimensions, preload
 from delta_cad.dimensions.arm import shaft_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions
 from delta_cad.dimensions.layers import layers
+from delta_cad.dimensions.platform import platform_dimensions
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism import UnreachableError
 from tests.delta_cad.dimensions.edited import edited
@@ -75,6 +76,15 @@ REFUSED = {
     "slot": ({"capstan_ratio": 3.0, "base_radius_mm": 43.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
     "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
+    "thick boss": (
+        DIRECT | {"parallelogram_width_mm": 34.5, "platform_radius_mm": 27.0, "base_radius_mm": 40.0},
+        "platform_thickness_mm",
+        30.0,
+        "platform",
+        "wrist boss, length",
+        "at most",
+        -1,
+    ),
 }
 
 
@@ -95,6 +105,20 @@ def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: s
     with pytest.raises(DimensionError) as again:
         edited(**(changes | {field: bound - sense * (printed + 0.01)}))
     assert (again.value.part, again.value.feature) == (part, feature)
+
+
+def test_a_boss_that_no_thinner_platform_makes_long_enough_asks_for_a_wider_parallelogram(
+    best_dimensions: Dimensions,
+) -> None:
+    d = best_dimensions
+    narrow = replace(d.forearm, width_mm=22.0)
+    with pytest.raises(DimensionError) as refused:
+        platform_dimensions(d.platform.radius_mm, 10.0, narrow, d.knob)
+    (reason,) = refused.value.reasons
+    assert reason.field == "mechanism.parallelogram_width_mm"
+    assert isinstance(reason.bound, float)
+    made = platform_dimensions(d.platform.radius_mm, 10.0, replace(narrow, width_mm=reason.bound), d.knob)
+    assert made.boss_length_mm == pytest.approx(10.0)
 
 
 def test_a_thin_arm_clamps_too_little_of_a_thick_shaft(best_dimensions: Dimensions) -> None:

@@ -118,6 +118,21 @@ def test_a_field_that_two_reasons_move_apart_is_kept_and_another_moved(monkeypat
     assert found.together == {"hardware.sector_radius_mm": 50.0, "hardware.capstan_ratio": 6.25}
 
 
+def test_the_first_reasons_are_told_before_they_are_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls, told = list[Design](), list[tuple[int, tuple[Reason, ...]]]()
+
+    def counted(design: Design, *asked: Any) -> tuple[Reason, ...]:
+        calls.append(design)
+        return refusals(design, *asked)
+
+    monkeypatch.setattr(room, "refusals", counted)
+    found = advice(
+        design_from_dict(changed(hardware__platform_thickness_mm=6.0)), lambda r: told.append((len(calls), r))
+    )
+    assert told == [(1, found.reasons)]
+    assert len(calls) > 1
+
+
 def test_what_goes_in_circles_ends_without_values(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
 

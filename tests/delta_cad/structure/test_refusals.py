@@ -72,6 +72,8 @@ def test_a_cube_where_rods_let_the_platform_turn_is_refused_with_the_height_that
     assert reason.field == "cube.bottom_height_mm"
     assert isinstance(reason.bound, float)
     assert least(47.848) < 0.01 < 0.05 < least(reason.bound + 5.0)
+    near, far = (least(reason.bound + above) for above in (1.0, 3.0))  # it grows evenly there: from 0 at the bound
+    assert 2.0 * near / (far - near) == pytest.approx(1.0, abs=0.1)
     assert "platform, turning" not in told(**wide, cube__bottom_height_mm=reason.bound + 0.01)
     assert "platform, turning" in told(**wide, cube__bottom_height_mm=reason.bound - 0.5)
 
