@@ -69,7 +69,7 @@ def reliefs(search: Search) -> list[Relief]:
     """Finds the limits of which each alone would be enough to give, with how much, the least change first.
 
     These are what contradicts: without any one of them there is a machine, with all of them there is none. Where no
-    limit alone is enough within `MOST`, as many as must give by one factor together.
+    limit alone is enough within `MOST`, some that give by one factor together, none of which can be left out.
 
     Args:
         search: One that found no machine; its time and its reports are used.
@@ -84,7 +84,7 @@ def reliefs(search: Search) -> list[Relief]:
 
 
 def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choice]) -> Relief | None:
-    """The fewest limits that are enough where they give together; None where all are not."""
+    """Limits that are enough where they give together, none of which can be left out; None where all are not."""
 
     def fields(of: list[tuple[str, ...]]) -> tuple[str, ...]:
         return tuple(name for group in of for name in group)
