@@ -95,8 +95,8 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choi
 
     if enough(groups) is None:
         return None
-    for group in list(groups):  # each that is not needed is left out: what stays is needed, every one
-        if len(groups) > 1 and not search.stop() and enough(rest := [one for one in groups if one != group]):
+    for group in list(groups):  # what is not needed is left out; of two both are, since none alone is enough
+        if len(groups) > 2 and not search.stop() and enough(rest := [one for one in groups if one != group]):
             groups = rest
     return _relief(search, fields(groups), hardware)
 
