@@ -28,6 +28,7 @@ from delta_cad.common.console import (
 )
 
 if TYPE_CHECKING:
+    from delta_cad.checks.clearance.clearance import MeshClearance
     from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
     from optimizer.codesign.journal import Journal
@@ -190,9 +191,18 @@ def _search(
             return True
         return False
 
+    cleared: dict[str, MeshClearance | None] = {}  # of the machine whose moving parts were looked at last
+
     def moving(design: Design) -> list[Any]:
         of = design_hash(design)
-        return journal.once("moving", of, lambda: check_moving(solid(design), line.show), results_told, results_read)
+
+        def compute() -> list[Any]:
+            moved = check_moving(solid(design), line.show)
+            cleared.clear()
+            cleared[of] = moved.clearance
+            return moved.results
+
+        return journal.once("moving", of, compute, results_told, results_read)
 
     def made(design: Design) -> Outcome:
         stated = with_provenance(design, brief, _again(given), given.seed)
@@ -238,7 +248,10 @@ def _search(
             write_beside(folder, placed(stated, brief, given.out / brief.name), text, page, certificate)
 
         def compute() -> Outcome:
-            return build(stated, given.out, line.show, beside=beside)
+            machine = solid(design)
+            machine = replace(machine, dimensions=replace(machine.dimensions, design=stated))
+            known = cleared.get(design_hash(design))
+            return build(stated, given.out, line.show, beside=beside, made=machine, clearance=known)
 
         def kept(outcome: Outcome) -> dict[str, Any]:
             return {"results": results_told(outcome.results), "facts": facts}
