@@ -248,9 +248,10 @@ def _search(
             write_beside(folder, placed(stated, brief, given.out / brief.name), text, page, certificate)
 
         def compute() -> Outcome:
-            machine = solid(design)
-            machine = replace(machine, dimensions=replace(machine.dimensions, design=stated))
-            known = cleared.get(design_hash(design))
+            known, machine = cleared.get(design_hash(design)), None
+            if known is not None:
+                machine = solid(design)
+                machine = replace(machine, dimensions=replace(machine.dimensions, design=stated))
             return build(stated, given.out, line.show, beside=beside, made=machine, clearance=known)
 
         def kept(outcome: Outcome) -> dict[str, Any]:
