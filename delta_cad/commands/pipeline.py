@@ -17,6 +17,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance import moving
 from delta_cad.checks.clearance.clearance import MeshClearance
+from delta_cad.checks.clearance.moving import Moved
 from delta_cad.checks.contact.access import missing_spread_mm
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
@@ -222,7 +223,7 @@ def _spread(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
     return CheckResult("chains apart", missing <= 0.0, missing, 0.0, "mm", detail=detail)
 
 
-def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> moving.Moved:
+def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> Moved:
     """Runs the checks of a machine that look at what moves, see `moving.check_moving`."""
     limits = check_limits(machine.dimensions, machine.masses)
     return moving.check_moving(machine.assembly, limits, machine.meshes, progress)
