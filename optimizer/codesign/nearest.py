@@ -11,8 +11,9 @@ from optimizer.codesign.search import Search
 from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
 
+OUTLINE = "requirements.envelope_width_mm", "requirements.envelope_depth_mm"
 EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spared where several must give
-    ("requirements.envelope_width_mm", "requirements.envelope_depth_mm"): True,
+    OUTLINE: True,
     ("requirements.force_N",): False,
     ("requirements.peak_force_N",): False,
     ("requirements.cube_side_mm",): False,
@@ -27,6 +28,7 @@ EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spar
 }
 """Fields that give together -> whether a larger value is easier to keep."""
 MOST = 10.0  # times a limit is eased at most
+WIDER = 1.5, 2.25, 3.4  # times an outline, tried before that: the largest cube of a huge one asks too much of a motor
 FINE = 1.05  # factor to which it is found how much is enough
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
 
@@ -115,12 +117,17 @@ def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> 
             relief = Relief(fields, asked, enough, task, found)
         return found is not None
 
-    high = MOST
+    high, steps = MOST, WIDER if fields == OUTLINE else ()
     for choice in hardware:
         least = high if relief is None else high / FINE  # of another hardware: only what needs less
-        if search.stop() or least <= 1.0 or not tried(choice, least):
+        low = 1.0
+        for factor in (*(step for step in steps if step < least), least):
+            if not search.stop() and factor > 1.0 and tried(choice, factor):
+                break
+            low = factor
+        else:
             continue
-        low, high = 1.0, least
+        high = factor
         while high / low > FINE and not search.stop():
             middle = sqrt(low * high)
             low, high = (low, middle) if tried(choice, middle) else (middle, high)

@@ -83,6 +83,20 @@ def test_a_limit_that_is_in_nobodys_way_is_not_told(monkeypatch: pytest.MonkeyPa
     assert told(monkeypatch, brief(), lambda task: task.requirements.force_N < 3.0 / MOST / 2.0) == []
 
 
+@pytest.mark.parametrize("motor_does_mm", [190.0, 390.0])
+def test_a_motor_that_a_huge_outline_asks_too_much_of_does_for_a_smaller_one(
+    monkeypatch: pytest.MonkeyPatch, motor_does_mm: float
+) -> None:
+    """The largest cube of an outline of 1.2 m is no motor's here."""
+
+    def able(task: DesignBrief) -> bool:
+        return motor_does_mm <= (task.requirements.envelope_width_mm or 0.0) <= 1.5 * motor_does_mm
+
+    found = {one.fields: one for one in told(monkeypatch, brief(), able)}
+    width, _ = found["requirements.envelope_width_mm", "requirements.envelope_depth_mm"].enough
+    assert motor_does_mm <= width < motor_does_mm * FINE
+
+
 def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_than_must(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
