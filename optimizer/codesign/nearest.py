@@ -91,16 +91,18 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choi
     def fields(of: list[tuple[str, ...]]) -> tuple[str, ...]:
         return tuple(name for group in of for name in group)
 
-    def enough(of: list[tuple[str, ...]]) -> Choice | None:
+    def able(of: list[tuple[str, ...]]) -> list[Choice]:
+        """The hardware from the first on that does."""
         task = _eased(search.brief, fields(of), _asked(search, fields(of)), MOST)
-        return next((choice for choice in hardware if _possible(search, task, choice) is not None), None)
+        first = next((k for k, choice in enumerate(hardware) if _possible(search, task, choice) is not None), None)
+        return [] if first is None else hardware[first:]
 
-    if enough(groups) is None:
+    if not (left := able(groups)):
         return None
     for group in list(groups):  # what is not needed is left out; of two both are, since none alone is enough
-        if len(groups) > 2 and not search.stop() and enough(rest := [one for one in groups if one != group]):
-            groups = rest
-    return _relief(search, fields(groups), hardware)
+        if len(groups) > 2 and not search.stop() and (does := able(rest := [one for one in groups if one != group])):
+            groups, left = rest, does
+    return _relief(search, fields(groups), left)
 
 
 def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> Relief | None:
