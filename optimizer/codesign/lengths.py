@@ -19,6 +19,7 @@ from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_from_dict
 from optimizer.problem.step import SIDE, step_problem
+from optimizer.problem.validation import RequirementsError
 from optimizer.search import sqp
 from optimizer.search.result import Result
 
@@ -327,7 +328,10 @@ def _largest_held(
     result: Result | None = None
     for _ in range(rounds):
         inertia = lessons.weighed.inertia(at[0], at[1], choice.ratio)
-        problem = step_problem(posed(brief, choice, lessons, inertia, knob), 2)
+        try:
+            problem = step_problem(posed(brief, choice, lessons, inertia, knob), 2)
+        except RequirementsError:  # so near the end of a field that none is left of it with what is learnt, or beyond
+            return None
         best = None
         if start is not None:
             near = sqp.search(problem, problem.scaled(start)[None])

@@ -12,6 +12,7 @@ from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
 
 OUTLINE = "requirements.envelope_width_mm", "requirements.envelope_depth_mm"
+LEAN = ("limits.lean_max_deg",)
 EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spared where several must give
     OUTLINE: True,
     ("requirements.force_N",): False,
@@ -23,12 +24,12 @@ EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spar
     ("feel.friction_max_N",): True,
     ("feel.position_step_max_mm",): True,
     ("feel.stiffness_min_N_mm",): False,
-    ("limits.lean_max_deg",): True,
+    LEAN: True,
     ("limits.outline_radius_max_mm",): True,
 }
 """Fields that give together -> whether a larger value is easier to keep."""
 MOST = 10.0  # times a limit is eased at most
-WIDER = 1.5, 2.25, 3.4  # times an outline, tried before that: the largest cube of a huge one asks too much of a motor
+WIDER = 1.5, 2.25, 3.4  # times, tried before that: the largest cube of a huge outline asks too much of a motor
 FINE = 1.05  # factor to which it is found how much is enough
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
 
@@ -119,7 +120,7 @@ def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> 
             relief = Relief(fields, asked, enough, task, found)
         return found is not None
 
-    high, steps = MOST, WIDER if fields == OUTLINE else ()
+    high, steps = MOST, WIDER if fields in (OUTLINE, LEAN) else ()
     for choice in hardware:
         least = high if relief is None else high / FINE  # of another hardware: only what needs less
         low = 1.0

@@ -113,10 +113,11 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     nearest: dict[str, Any] = {}
     contradiction: list[str] = []
     interrupted = False
+    search: Search | None = None
     with Line() as line:
         line.show("loading the CAD kernel")
-        search = _search(given, brief, journal, line, ends, told)
         try:
+            search = _search(given, brief, journal, line, ends, told)
             search.best()
             if not told and monotonic() < ends:
                 contradiction = _eased(given, search, journal, line, ends, nearest)
@@ -127,7 +128,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     if not interrupted and not late:
         journal.remove()
     if not told:
-        if interrupted:
+        if interrupted or search is None:
             return refuse(f"interrupted; no machine was finished{again}", INTERRUPTED)
         reasons = [f"{hardware}: {reason}" for hardware, reason in search.tried.stuck.items()]
         if given.json:
@@ -155,9 +156,18 @@ def _over(given: argparse.Namespace, ends: float, stands: bool) -> bool:
 
 
 def _search(
-    given: argparse.Namespace, brief: DesignBrief, journal: Journal, line: Line, ends: float, told: dict[str, Any]
+    given: argparse.Namespace,
+    brief: DesignBrief,
+    journal: Journal,
+    line: Line,
+    ends: float,
+    told: dict[str, Any],
+    bounding: bool = True,
 ) -> Search:
-    """Makes the search of a task, whose machines are built into their folder; `told` gets the facts of what passes."""
+    """Makes the search of a task, whose machines are built into their folder; `told` gets the facts of what passes.
+
+    A bound on the cubes of its family is sought where one is of use, and wanted.
+    """
     from delta_cad.commands.pipeline import Outcome, build, check_moving
     from delta_cad.design import design_hash
     from optimizer.codesign.bound import Family, bounded
@@ -220,7 +230,7 @@ def _search(
             tried = replace(search.tried, built=[*search.tried.built, (stated, ())], posed=posed, stuck=stuck)
             begun = monotonic()
             bound, notes = None, (*brief.notes, *haste)
-            if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
+            if brief.objective == "cube_side" and bounding:
                 family = Family(brief, standing, search.lessons | {key: with_least_radius(standing, known)})
                 try:
                     with Request() as asked:
@@ -298,6 +308,7 @@ def _eased(
     given: argparse.Namespace, search: Search, journal: Journal, line: Line, ends: float, told: dict[str, Any]
 ) -> list[str]:
     """Finds the limits of which each would be enough to give, and builds the machine of the least change."""
+    from delta_cad.design import NAME_LONGEST
     from optimizer.codesign.nearest import reliefs
 
     found = reliefs(search)
@@ -306,8 +317,9 @@ def _eased(
     tries = [(one, factor) for factor in EASIER for one in found[:NEAREST]]
     lessons: dict[tuple[str, str], Lessons] = {}  # what a machine that failed taught holds of the next
     for one, factor in tries if monotonic() < ends else []:
-        brief = one.further(factor).model_copy(update={"name": f"{search.brief.name}{NEAREST_NAME}"})
-        near = _search(given, brief, journal, line, ends, told)
+        named = f"{search.brief.name[: NAME_LONGEST - len(NEAREST_NAME)]}{NEAREST_NAME}"
+        brief = one.further(factor).model_copy(update={"name": named})
+        near = _search(given, brief, journal, line, ends, told, bounding=False)
         near.finely, near.lessons = False, lessons
         near.built(one.choice, -math.inf)
         if told:

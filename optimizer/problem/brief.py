@@ -222,7 +222,8 @@ def load_brief(path: str | Path, own_parts: Path | None = None) -> DesignBrief:
         RequirementsError: Unreadable, not TOML, or anything `brief_from_dict` refuses.
     """
     path = Path(path)
-    return brief_from_dict(read_toml(path, path.name), path.name, path.parent, own_parts)
+    name = path.name or str(path)  # of "." nothing is left
+    return brief_from_dict(read_toml(path, name), name, path.parent, own_parts)
 
 
 def brief_from_dict(

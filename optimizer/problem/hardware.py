@@ -74,7 +74,10 @@ def check_choices(
     if any(fault.field == "hardware.catalogue" for fault in faults):
         return faults
     own = {"catalogue": entries["catalogue"]} if "catalogue" in entries else {}
-    rows = catalogue.family("motor", hardware_from_dict(own, file, folder, own_parts).own_parts)
+    try:
+        rows = catalogue.family("motor", hardware_from_dict(own, file, folder, own_parts).own_parts)
+    except DesignError as error:  # the folder that a command names
+        return [*faults, RequirementsError(error.file, error.field, error.value, error.allowed)]
     motors = {key: row for key, row in rows.items() if isinstance(row, catalogue.Motor)}
     drives = [drive for drive in DRIVES if drive in _listed(entries, "drive")] or list(DRIVES)
     fit = [key for key, row in motors.items() if set(row.drives) & set(drives)]

@@ -126,3 +126,10 @@ def test_the_least_mass_for_a_cube_is_the_one_that_just_allows_it() -> None:
 def test_what_no_outline_makes_possible_has_no_lengths() -> None:
     weak = Choice("maxon-re30-310007", "capstan", 3.0, 50.0)
     assert best_lengths(brief({"cube_side_mm": 150.0, "force_N": 30.0}, {}), weak, LESSONS) is None
+
+
+@pytest.mark.parametrize("felt", [{"kappa_max": 1.0}, {"effective_mass_max_kg": 1e-9}])
+def test_a_limit_at_the_end_of_its_field_has_no_lengths(felt: dict[str, float]) -> None:
+    """What is learnt takes a share of it, and the rest is no value of the first edition."""
+    outline = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    assert best_lengths(brief(outline, felt), CHOICE, LESSONS) is None

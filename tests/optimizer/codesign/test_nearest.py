@@ -97,6 +97,16 @@ def test_a_motor_that_a_huge_outline_asks_too_much_of_does_for_a_smaller_one(
     assert motor_does_mm <= width < motor_does_mm * FINE
 
 
+def test_a_lean_that_would_be_enough_is_found_though_ten_times_as_much_is_no_angle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    task = brief()
+    task = task.model_copy(update={"limits": task.limits.model_copy(update={"lean_max_deg": 28.0})})
+    (one,) = told(monkeypatch, task, lambda eased: 45.0 <= (eased.limits.lean_max_deg or 0.0) < 90.0)
+    assert one.fields == ("limits.lean_max_deg",)
+    assert 45.0 <= one.enough[0] < 45.0 * FINE
+
+
 def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_than_must(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

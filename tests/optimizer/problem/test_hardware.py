@@ -9,6 +9,7 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.design import design_from_dict, load_design
+from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.requirements import (
     Requirements,
     RequirementsError,
@@ -126,3 +127,9 @@ def test_design_from_dict_reads_own_parts_from_a_folder(tmp_path: Path) -> None:
     data = load_design(ROOT / "examples" / "synthesized.json").model_dump(mode="json", by_alias=True, exclude_none=True)
     data["hardware"]["cable"] = "mine"
     assert design_from_dict(data, own_parts=tmp_path).hardware.cable == "mine"
+
+
+def test_a_folder_of_own_parts_that_a_command_names_and_is_none_is_refused(tmp_path: Path) -> None:
+    data = {"name": "d", "requirements": {"envelope_width_mm": 270, "envelope_depth_mm": 220, "force_N": 3}}
+    with pytest.raises(RequirementsError, match=r"must be a folder with some of motor\.csv"):
+        brief_from_dict(data, own_parts=tmp_path / "none")
