@@ -8,6 +8,7 @@ on a machine, compiles for some seconds.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -53,8 +54,13 @@ def couple_index_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray
     Returns:
         (D, K) without unit.
     """
+    return _filled(_fill_couple_index, designs, points)
+
+
+def _filled(fill: Callable[..., None], designs: np.ndarray, points: np.ndarray, *numbers: float) -> np.ndarray:
+    """(D, K) what a compiled function fills, that takes designs, coordinates of points, some numbers and the room."""
     out = np.empty((len(designs), points.shape[1]))
-    _fill_couple_index(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), out)
+    fill(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), *numbers, out)
     return out
 
 
@@ -69,10 +75,8 @@ def lightness_compiled(designs: np.ndarray, points: np.ndarray, inertia: HandleI
     Returns:
         (D, K) without unit.
     """
-    out = np.empty((len(designs), points.shape[1]))
     masses = inertia.carried_mass, inertia.elbow_mass, inertia.cross_mass, inertia.joint_inertia
-    _fill_lightness(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), *masses, out)
-    return out
+    return _filled(_fill_lightness, designs, points, *masses)
 
 
 def ease_compiled(designs: np.ndarray, points: np.ndarray, rubs: HandleFriction) -> np.ndarray:
@@ -86,9 +90,7 @@ def ease_compiled(designs: np.ndarray, points: np.ndarray, rubs: HandleFriction)
     Returns:
         (D, K) 1 / N.
     """
-    out, places = np.empty((len(designs), points.shape[1])), np.ascontiguousarray(points.transpose(0, 2, 1))
-    _fill_ease(np.ascontiguousarray(designs), places, rubs.drive, rubs.upright, rubs.level, out)
-    return out
+    return _filled(_fill_ease, designs, points, rubs.drive, rubs.upright, rubs.level)
 
 
 def farthest_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -101,9 +103,7 @@ def farthest_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray:
     Returns:
         (D, K) m.
     """
-    out = np.empty((len(designs), points.shape[1]))
-    _fill_farthest(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), out)
-    return out
+    return _filled(_fill_farthest, designs, points)
 
 
 @inlined
