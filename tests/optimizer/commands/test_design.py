@@ -8,18 +8,20 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 from time import sleep
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
+from delta_cad.checks.clearance.clearance import MeshClearance
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
-from delta_cad.commands.pipeline import Outcome
+from delta_cad.commands.pipeline import BuiltMachine, Moved, Outcome
 from delta_cad.common.ours import write_record
 from delta_cad.design import Design, design_hash, load_design
+from delta_cad.dimensions import dimensions
 from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
-from optimizer.codesign import nearest
+from optimizer.codesign import candidate, nearest
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
@@ -123,6 +125,33 @@ def test_what_was_found_stands_in_its_folder(
     assert page.all("circle", **{"class": "passed"})[0].text.startswith("maxon-re30-310007 capstan at 4.8:1")
     assert "the wrists were too close" in page.one("learnt").text
     assert any(row[0] == "requirements.envelope_depth_mm" for row in page.rows("costs"))
+
+
+def test_a_build_takes_over_the_machine_whose_moving_parts_were_looked_at(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    design, clearance, given = load_design(BEST), MeshClearance([], []), dict[str, Any]()
+    machine = BuiltMachine(dimensions(design), *(cast(Any, None),) * 3)
+
+    def build(
+        stated: Design, out: Path, *_: object, made: BuiltMachine, clearance: MeshClearance, **_k: object
+    ) -> Outcome:
+        given.update(stated=stated, made=made, clearance=clearance)
+        return Outcome(stated, [CheckResult("clearance", False, 1.2, 2.0, "mm")], {}, out, ())
+
+    def best(search: Search) -> None:
+        search.moving(design)
+        search.build(design)
+
+    monkeypatch.setattr(candidate, "solid", lambda _: machine)
+    monkeypatch.setattr(pipeline, "check_moving", lambda *_: Moved([], clearance))
+    monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(Search, "best", best)
+    call(file, "--out", tmp_path / "out")
+    assert given["clearance"] is clearance
+    assert given["made"].dimensions.design is given["stated"]  # which says where it comes from
+    assert given["stated"].provenance["program"] == "optimizer design"
 
 
 def test_what_fails_its_checks_keeps_its_design_file(
