@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import cadquery as cq
 import numpy as np
@@ -135,6 +136,30 @@ def test_an_exhausted_budget_is_a_failure_that_names_the_box() -> None:
     assert found["clearance"].passed
     assert not found["clearance proof"].passed
     assert "undecided in" in found["clearance proof"].detail
+
+
+def test_a_proof_takes_as_many_distances_as_large_sectors_need_and_no_more() -> None:
+    """Of a quick one, each distance counts as many: the whole as those of sectors that pass, or as just too many."""
+
+    class Counted(DistanceEngine):
+        each = 1
+
+        def _placed(self, *given: Any) -> Any:
+            self.calls += self.each - 1
+            return super()._placed(*given)
+
+    x, y, z = LIMITS.centre_mm
+    small = replace(LIMITS, half_side_mm=10.0, bottom_height_mm=z - 10.0)
+    inner, outer = (box((x - r, y - r, z - r), (x + r, y + r, z + r)) for r in (15.0, 20.0))
+    pin, cage = part("pin", ball(3)), part("cage", outer.cut(inner))
+    two = assembly(("cage", cage, "base", np.eye(4)), ("pin", pin, "platform", np.eye(4)))
+    pairs = held_apart(two, small, MeshLibrary(two.parts, 0.1, 0.5))
+    ranges = joint_ranges(GEOMETRY, small.centre_mm, small.half_side_mm)
+    (space,) = spaces_of(pairs, two.placement, ranges, small, 0.0)
+    engine, taken = Counted(), prove(space, DistanceEngine()).calls
+    for calls, decided in ((157_000, True), (205_000, False)):
+        engine.each = calls // taken
+        assert (prove(space, engine).undecided == []) == decided
 
 
 def test_of_the_undecided_the_pair_with_the_least_to_spare_is_told_first() -> None:
