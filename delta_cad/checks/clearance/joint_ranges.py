@@ -15,6 +15,7 @@ from delta_cad.mechanism.inverse import closure_margin
 BOXES_PER_EDGE = 16
 HALVINGS = 3  # of boxes that are too coarse
 COARSE_RAD = 0.08  # a box over which an angle may change by more is halved: near a fold the angles change fast
+BEYOND_RAD = np.radians(1.5)  # of what occurs, that a range may be too wide: stops stand 3 degrees beyond
 ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
 OCTANTS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
 RASTER = 128  # cells along each angle of a raster
@@ -133,7 +134,8 @@ def _joint_ranges(g: DeltaGeometry, centre_mm: tuple[float, float, float], half_
     if open_.any():
         x, y, z = nodes[int(np.argmax(open_))]
         raise FoldError(f"a chain folds in the cube, or cannot be closed, as at ({x:.3f}, {y:.3f}, {z:.3f}) mm")
-    motion = box_motion(g, *_fine_boxes(g, np.array(centre_mm), half_side_mm))
+    boxes = _fine_boxes(g, np.array(centre_mm), half_side_mm)
+    motion = box_motion(g, *boxes)
     if not np.isfinite(motion.theta_change).all():
         finest = BOXES_PER_EDGE * 2**HALVINGS
         raise FoldError(f"a chain may fold in the cube: not excluded with {finest} boxes an edge")
@@ -146,7 +148,7 @@ def _joint_ranges(g: DeltaGeometry, centre_mm: tuple[float, float, float], half_
         return Raster.of_boxes(np.stack([x, y], axis=1), np.stack([dx, dy], axis=1))
 
     return JointRanges(
-        theta=np.stack([(theta - spread).min(axis=0), (theta + spread).max(axis=0)], axis=1),
+        theta=_widest(g, boxes, theta, spread),
         lean=np.stack([motion.lean_low.min(axis=0), motion.lean_high.max(axis=0)], axis=1),
         neighbours=tuple(
             raster(theta[:, i], spread[:, i], theta[:, (i + 1) % 3], spread[:, (i + 1) % 3]) for i in range(3)
@@ -154,6 +156,35 @@ def _joint_ranges(g: DeltaGeometry, centre_mm: tuple[float, float, float], half_
         at_wrist=tuple(raster(wrist_angle[:, i], motion.rotation[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
         at_elbow=tuple(raster(elbow[:, i], elbow_half[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
     )
+
+
+def _widest(
+    g: DeltaGeometry, boxes: tuple[np.ndarray, np.ndarray], theta: np.ndarray, spread: np.ndarray
+) -> np.ndarray:
+    """(3, 2) ranges of (n, 3) angles over boxes and what they change there, those boxes halved that reach too far."""
+    centres, halves = boxes
+    least, most = theta.min(axis=0), theta.max(axis=0)  # which occur
+    ranges = np.stack([least, most], axis=1)
+    for turn in range(HALVINGS + 1):
+        low, high = theta - spread, theta + spread
+        far = ((low < least - BEYOND_RAD) | (high > most + BEYOND_RAD)).any(axis=1)
+        left = ~far if turn < HALVINGS else np.ones(len(far), dtype=bool)
+        if left.any():
+            ranges[:, 0] = np.minimum(ranges[:, 0], low[left].min(axis=0))
+            ranges[:, 1] = np.maximum(ranges[:, 1], high[left].max(axis=0))
+        if left.all():
+            break
+        centres, halves = _halved(centres[far], halves[far])
+        motion = box_motion(g, centres, halves)
+        theta, spread = motion.theta, motion.theta_change
+        least, most = np.minimum(least, theta.min(axis=0)), np.maximum(most, theta.max(axis=0))
+    return ranges
+
+
+def _halved(centres: np.ndarray, halves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The eight boxes that each of some is made of."""
+    eighths = np.repeat(halves / 2.0, 8, axis=0)
+    return np.repeat(centres, 8, axis=0) + eighths * np.tile(OCTANTS, (len(centres), 1)), eighths
 
 
 def _fine_boxes(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> tuple[np.ndarray, np.ndarray]:
@@ -165,7 +196,6 @@ def _fine_boxes(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) ->
         spread = np.maximum(motion.theta_change, motion.rotation).max(axis=1)
         coarse = ~(spread <= COARSE_RAD)
         kept.append((centres[~coarse], halves[~coarse]))
-        halves = np.repeat(halves[coarse] / 2.0, 8, axis=0)
-        centres = np.repeat(centres[coarse], 8, axis=0) + halves * np.tile(OCTANTS, (coarse.sum(), 1))
+        centres, halves = _halved(centres[coarse], halves[coarse])
     kept.append((centres, halves))
     return np.concatenate([c for c, _ in kept]), np.concatenate([h for _, h in kept])

@@ -14,7 +14,7 @@ from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
 from delta_cad.mechanism import inverse_kinematics, rod_lean
-from delta_cad.mechanism.geometry import RADIAL
+from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from delta_cad.mechanism.placement import CHAINS
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, at, ball, box, machine, placement, rod
 
@@ -114,6 +114,18 @@ def test_domains_hold_all_angles_and_little_more() -> None:
             (DOMAINS.at_elbow[i], plane[:, i] - theta[:, i], lean[:, i]),
         ):
             assert raster.touched(np.stack([x, y], axis=1), zero).all()
+
+
+def test_ranges_of_arms_much_shorter_than_their_rods_are_not_wider_than_their_stops() -> None:
+    """Over a coarse box near such a fold the bound was 3.2 degrees beyond all that occurs, where a stop pin stands."""
+    g = DeltaGeometry(base_radius=0.0529, platform_radius=0.02381, upper_arm_length=0.063194, forearm_length=0.3988)
+    centre, half = np.array([0.0, 0.0, 426.476]), 29.976
+    found = joint_ranges(g, centre, half).theta
+    axis = np.linspace(-half, half, 41)
+    occur = inverse_kinematics(g, (centre + np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)) / 1000.0)
+    low, high = occur.min(axis=0), occur.max(axis=0)
+    assert ((low - np.radians(1.5) < found[:, 0]) & (found[:, 0] <= low)).all()
+    assert ((high <= found[:, 1]) & (found[:, 1] < high + np.radians(1.5))).all()
 
 
 def test_raster_says_no_only_outside() -> None:
