@@ -16,16 +16,16 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.beside import Beside
 
 LOADS = ("fcl", "scipy.spatial")
-Order = tuple[Assembly, CheckLimits, Meshes, bool]
+Order = tuple[Assembly, CheckLimits, Meshes, bool, MeshClearance | None]
 Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
 def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
-    """Computes the results of `check_envelope`, then those of `mesh_clearance`."""
-    assembly, limits, meshes, mapped = order
+    """Computes the results of `check_envelope`, then those of `mesh_clearance` where they are not known."""
+    assembly, limits, meshes, mapped, known = order
     progress("outline")
     yield check_envelope(assembly, limits, meshes)
-    yield mesh_clearance(assembly, limits, meshes, progress, mapped=mapped)
+    yield known or mesh_clearance(assembly, limits, meshes, progress, mapped=mapped)
 
 
 class Sweep:
@@ -35,13 +35,14 @@ class Sweep:
         beside: Process that computes it while this one goes on, started from this module; without it everything is
             computed where it is asked for.
         mapped: As `mesh_clearance` takes it.
+        known: What that gave for the same machine; None: it is computed.
 
     Attributes:
         over: What is closest over the cube, as `MeshClearance` tells it, once the clearance was given.
     """
 
-    def __init__(self, beside: Beside | None = None, mapped: bool = False) -> None:
-        self._beside, self._mapped = beside, mapped
+    def __init__(self, beside: Beside | None = None, mapped: bool = False, known: MeshClearance | None = None) -> None:
+        self._beside, self._mapped, self._known = beside, mapped, known
         self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
@@ -54,9 +55,9 @@ class Sweep:
         self._progress = progress
         if self._beside:
             made = {part.number: meshes[part.number] for part in assembly.parts}
-            self._beside.give((assembly.without_solids(), limits, made, self._mapped))
+            self._beside.give((assembly.without_solids(), limits, made, self._mapped, self._known))
         else:
-            self._here = results((assembly, limits, meshes, self._mapped), progress)
+            self._here = results((assembly, limits, meshes, self._mapped, self._known), progress)
 
     def give_up(self) -> None:
         """Leaves what was begun: a part is no sound solid, so that nothing is to be had of its mesh."""

@@ -16,6 +16,8 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance import moving
+from delta_cad.checks.clearance.clearance import MeshClearance
+from delta_cad.checks.clearance.moving import Moved
 from delta_cad.checks.contact.access import missing_spread_mm
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
@@ -221,7 +223,7 @@ def _spread(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
     return CheckResult("chains apart", missing <= 0.0, missing, 0.0, "mm", detail=detail)
 
 
-def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
+def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> Moved:
     """Runs the checks of a machine that look at what moves, see `moving.check_moving`."""
     limits = check_limits(machine.dimensions, machine.masses)
     return moving.check_moving(machine.assembly, limits, machine.meshes, progress)
@@ -254,6 +256,8 @@ def build(
     beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
     drawings: bool = True,
     report: bool = True,
+    made: BuiltMachine | None = None,
+    clearance: MeshClearance | None = None,
 ) -> Outcome:
     """Builds a design into `out/<name>`, or into `out/<name>.rejected` when a check fails.
 
@@ -265,6 +269,8 @@ def build(
         beside: Called with the folder and what came of the machine, to write more files before the manifest.
         drawings: Whether drawings are made and checked, and the manual, too.
         report: Whether the page and the pictures are made.
+        made: The design made solid, where that is known; None: it is made.
+        clearance: What the meshes of what was made tell of it, mapped, from `check_moving`; None: it is computed.
 
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
@@ -274,7 +280,7 @@ def build(
         writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
         draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
         narrator = others.enter_context(Beside(manual.__name__, behind=True)) if drawings else None
-        machine, sweep = make_machine(design, progress), Sweep(sweeper, mapped=report)
+        machine, sweep = made or make_machine(design, progress), Sweep(sweeper, report, clearance)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
         with output_folder(out, design.name) as folder:

@@ -91,17 +91,8 @@ def _chain(q, t, z, la, lb):
 
 
 @inlined
-def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
-    """Condition number from the forearms' products, README (23)-(26).
-
-    w1, w2, w3 are the elbow arms (m); g12, g13, g23 the scalar products of the forearms (m^2); n1, n2, n3 the squares
-    |s_2 x s_3|^2 and so on (m^4); det is det S (m^3); lb2 is L_B^2 (m^2).
-    """
-    v1, v2, v3 = w2 * w3, w1 * w3, w1 * w2
-    a11, a22, a33 = lb2 * v1 * v1, lb2 * v2 * v2, lb2 * v3 * v3
-    a12, a13, a23 = g12 * v1 * v2, g13 * v1 * v3, g23 * v2 * v3
-    i2 = n3 * (v1 * v2) ** 2 + n2 * (v1 * v3) ** 2 + n1 * (v2 * v3) ** 2
-    i3 = (det * v1 * v2 * v3) ** 2
+def largest_eigenvalue(a11, a22, a33, a12, a13, a23):
+    """Computes the largest eigenvalue of a symmetric matrix and the difference of the others, README (25), (26)."""
     # deviator B, its determinant, and B^2 less its mean
     mean = (a11 + a22 + a33) / 3.0
     b11, b22, b33 = a11 - mean, a22 - mean, a33 - mean
@@ -127,8 +118,22 @@ def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     y = _ROOT_3 * s / (4.0 * x * x - 1.0)
     p = math.sqrt(p2)
     top_alone = cos3 >= 0.0
-    largest = mean + p * (2.0 * x if top_alone else x + y)
-    difference = p * (2.0 * y if top_alone else 3.0 * x - y)
+    return mean + p * (2.0 * x if top_alone else x + y), p * (2.0 * y if top_alone else 3.0 * x - y)
+
+
+@inlined
+def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
+    """Condition number from the forearms' products, README (23)-(26).
+
+    w1, w2, w3 are the elbow arms (m); g12, g13, g23 the scalar products of the forearms (m^2); n1, n2, n3 the squares
+    |s_2 x s_3|^2 and so on (m^4); det is det S (m^3); lb2 is L_B^2 (m^2).
+    """
+    v1, v2, v3 = w2 * w3, w1 * w3, w1 * w2
+    i2 = n3 * (v1 * v2) ** 2 + n2 * (v1 * v3) ** 2 + n1 * (v2 * v3) ** 2
+    i3 = (det * v1 * v2 * v3) ** 2
+    largest, difference = largest_eigenvalue(
+        lb2 * v1 * v1, lb2 * v2 * v2, lb2 * v3 * v3, g12 * v1 * v2, g13 * v1 * v3, g23 * v2 * v3
+    )
     product = i3 / largest
     total = (i2 - product) / largest
     square = total * total - 4.0 * product

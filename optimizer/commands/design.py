@@ -28,7 +28,7 @@ from delta_cad.common.console import (
 )
 
 if TYPE_CHECKING:
-    from delta_cad.commands.pipeline import Outcome
+    from delta_cad.commands.pipeline import Moved, Outcome
     from delta_cad.design import Design
     from optimizer.codesign.journal import Journal
     from optimizer.codesign.lessons import Lessons
@@ -190,9 +190,17 @@ def _search(
             return True
         return False
 
+    looked: dict[str, Moved] = {}  # at what moves of the last machine, which a build then takes over
+
     def moving(design: Design) -> list[Any]:
         of = design_hash(design)
-        return journal.once("moving", of, lambda: check_moving(solid(design), line.show), results_told, results_read)
+
+        def compute() -> list[Any]:
+            looked.clear()
+            looked[of] = check_moving(solid(design), line.show)
+            return looked[of].results
+
+        return journal.once("moving", of, compute, results_told, results_read)
 
     def made(design: Design) -> Outcome:
         stated = with_provenance(design, brief, _again(given), given.seed)
@@ -238,7 +246,11 @@ def _search(
             write_beside(folder, placed(stated, brief, given.out / brief.name), text, page, certificate)
 
         def compute() -> Outcome:
-            return build(stated, given.out, line.show, beside=beside)
+            if (moved := looked.get(design_hash(design))) is None:  # a run that goes on
+                return build(stated, given.out, line.show, beside=beside)
+            machine = solid(design)
+            machine = replace(machine, dimensions=replace(machine.dimensions, design=stated))
+            return build(stated, given.out, line.show, beside=beside, made=machine, clearance=moved.clearance)
 
         def kept(outcome: Outcome) -> dict[str, Any]:
             return {"results": results_told(outcome.results), "facts": facts}

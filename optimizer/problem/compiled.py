@@ -13,10 +13,14 @@ import numpy as np
 
 from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.kernel import _kappa, chain_closure
+from delta_cad.mechanism.kernel import _kappa, chain_closure, largest_eigenvalue
+from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.couple_index import least_of
+from delta_cad.mechanism.limits.friction import HandleFriction
 
 TINY = float(np.finfo(float).tiny)
+FOLD = 1e-75
+"""Least w / L_B that is divided by, as `evaluator.TINY`."""
 
 
 def figures_compiled(
@@ -51,6 +55,54 @@ def couple_index_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray
     """
     out = np.empty((len(designs), points.shape[1]))
     _fill_couple_index(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), out)
+    return out
+
+
+def lightness_compiled(designs: np.ndarray, points: np.ndarray, inertia: HandleInertia) -> np.ndarray:
+    """Computes the carried mass by the effective mass, as `evaluator.Figures.lightness`.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
+        inertia: What moves.
+
+    Returns:
+        (D, K) without unit.
+    """
+    out = np.empty((len(designs), points.shape[1]))
+    masses = inertia.carried_mass, inertia.elbow_mass, inertia.cross_mass, inertia.joint_inertia
+    _fill_lightness(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), *masses, out)
+    return out
+
+
+def ease_compiled(designs: np.ndarray, points: np.ndarray, rubs: HandleFriction) -> np.ndarray:
+    """Computes 1 / friction, as `evaluator.Figures.ease`.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
+        rubs: What rubs.
+
+    Returns:
+        (D, K) 1 / N.
+    """
+    out, places = np.empty((len(designs), points.shape[1])), np.ascontiguousarray(points.transpose(0, 2, 1))
+    _fill_ease(np.ascontiguousarray(designs), places, rubs.drive, rubs.upright, rubs.level, out)
+    return out
+
+
+def farthest_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Computes the determinant times the longest way of the handle, as `evaluator.Figures.farthest`.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
+
+    Returns:
+        (D, K) m.
+    """
+    out = np.empty((len(designs), points.shape[1]))
+    _fill_farthest(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), out)
     return out
 
 
@@ -156,3 +208,120 @@ def _fill_couple_index(designs, places, out):
             _, _, r2, v2 = _chain(xc + ys - a, yc - xs, z, la, lb)
             _, _, r3, v3 = _chain(xc - ys - a, yc + xs, z, la, lb)
             out[d, k] = least_of(r1, r2, r3, v1, v2, v3)
+
+
+@inlined
+def _forearm(i, q, t, z, la, lb):
+    """Computes of a chain w^2 / L_B^2, w / L_B, the unit forearm, and the unit vector along which its elbow moves."""
+    w2, w, cos, sin = _closed(q, t, z, la, lb)
+    r, along, v = (q - la * cos) / lb, t / lb, (z - la * sin) / lb
+    turn = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
+    part = 1.0 if i == 0 else -0.5
+    x, y = part * r - turn * along, turn * r + part * along
+    return w2 / (lb * lb), w / lb, x, y, v, -part * sin, -turn * sin, cos
+
+
+@inlined
+def _forearms(x, y, z, a, la, lb):
+    """The same of the three chains."""
+    xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
+    return (
+        _forearm(0, x - a, y, z, la, lb),
+        _forearm(1, xc + ys - a, yc - xs, z, la, lb),
+        _forearm(2, xc - ys - a, yc + xs, z, la, lb),
+    )
+
+
+@inlined
+def _entry(at_elbow, cross, n, e, m, f):
+    """Computes what a chain adds to an entry of the inertia, from two components of its row and of its elbow's way."""
+    return at_elbow * n * m + cross * (n * f + m * e)
+
+
+@compiled
+def _fill_lightness(designs, places, carried, elbow_mass, cross, joint_inertia, out):
+    """Fills the carried mass by the effective mass."""
+    for d in range(len(designs)):
+        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
+        a, at_elbow = designs[d, 2] - designs[d, 3], elbow_mass + joint_inertia / (la * la)
+        row = d if len(places) > 1 else 0
+        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
+        for k in range(len(px)):
+            chains = _forearms(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+            closure = min(chains[0][0], chains[1][0], chains[2][0])
+            m00 = m11 = m22 = m01 = m02 = m12 = 0.0
+            for _, arm, x, y, z, ex, ey, ez in chains:
+                arm = arm if arm > FOLD else FOLD
+                x, y, z = x / arm, y / arm, z / arm
+                m00 += _entry(at_elbow, cross, x, ex, x, ex)
+                m11 += _entry(at_elbow, cross, y, ey, y, ey)
+                m22 += _entry(at_elbow, cross, z, ez, z, ez)
+                m01 += _entry(at_elbow, cross, x, ex, y, ey)
+                m02 += _entry(at_elbow, cross, x, ex, z, ez)
+                m12 += _entry(at_elbow, cross, y, ey, z, ez)
+            size = max(abs(m00), abs(m11), abs(m22))  # powers of what is huge at a fold are no numbers
+            size = size if size > TINY else 1.0
+            largest, _ = largest_eigenvalue(m00 / size, m11 / size, m22 / size, m01 / size, m02 / size, m12 / size)
+            out[d, k] = closure if closure < 0.0 else carried / (carried + size * largest)
+
+
+@inlined
+def _square(drive, upright, level, x, y, z):
+    """Computes the square of what rubs in one sense of the joints, of the sum of their rates."""
+    wide = drive * math.sqrt(x * x + y * y) + level
+    high = drive * abs(z) + upright
+    return wide * wide + high * high
+
+
+@compiled
+def _fill_ease(designs, places, drive, upright, level, out):
+    """Fills 1 / friction."""
+    for d in range(len(designs)):
+        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
+        a = designs[d, 2] - designs[d, 3]
+        row = d if len(places) > 1 else 0
+        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
+        for k in range(len(px)):
+            one, two, three = _forearms(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+            closure = min(one[0], two[0], three[0])
+            w1, w2, w3 = la * max(one[1], FOLD), la * max(two[1], FOLD), la * max(three[1], FOLD)
+            x1, y1, z1 = one[2] / w1, one[3] / w1, one[4] / w1
+            x2, y2, z2 = two[2] / w2, two[3] / w2, two[4] / w2
+            x3, y3, z3 = three[2] / w3, three[3] / w3, three[4] / w3
+            most = max(
+                _square(drive, upright, level, x1 + x2 + x3, y1 + y2 + y3, z1 + z2 + z3),
+                _square(drive, upright, level, x1 + x2 - x3, y1 + y2 - y3, z1 + z2 - z3),
+                _square(drive, upright, level, x1 - x2 + x3, y1 - y2 + y3, z1 - z2 + z3),
+                _square(drive, upright, level, x1 - x2 - x3, y1 - y2 - y3, z1 - z2 - z3),
+            )
+            out[d, k] = closure if closure < 0.0 else 1.0 / math.sqrt(most)
+
+
+@inlined
+def _face(lever, one, other):
+    """Computes the cross product of two chains' forearms, times a lever."""
+    _, _, x, y, z, _, _, _ = one
+    _, _, u, v, w, _, _, _ = other
+    return lever * (y * w - z * v), lever * (z * u - x * w), lever * (x * v - y * u)
+
+
+@compiled
+def _fill_farthest(designs, places, out):
+    """Fills the determinant times the longest way of the handle."""
+    for d in range(len(designs)):
+        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
+        a = designs[d, 2] - designs[d, 3]
+        row = d if len(places) > 1 else 0
+        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
+        for k in range(len(px)):
+            one, two, three = _forearms(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+            x1, y1, z1 = _face(la * one[1], two, three)
+            x2, y2, z2 = _face(la * two[1], three, one)
+            x3, y3, z3 = _face(la * three[1], one, two)
+            most = max(
+                (x1 + x2 + x3) ** 2 + (y1 + y2 + y3) ** 2 + (z1 + z2 + z3) ** 2,
+                (x1 + x2 - x3) ** 2 + (y1 + y2 - y3) ** 2 + (z1 + z2 - z3) ** 2,
+                (x1 - x2 + x3) ** 2 + (y1 - y2 + y3) ** 2 + (z1 - z2 + z3) ** 2,
+                (x1 - x2 - x3) ** 2 + (y1 - y2 - y3) ** 2 + (z1 - z2 - z3) ** 2,
+            )
+            out[d, k] = math.sqrt(most)

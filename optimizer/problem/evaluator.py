@@ -16,6 +16,8 @@ import numpy as np
 from delta_cad.mechanism.geometry import RADIAL, SIN_60, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.couple_index import least_singular_value
+from delta_cad.mechanism.limits.friction import HandleFriction, worst_of_rows
+from delta_cad.mechanism.limits.position_step import farthest
 
 # Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L.
 VARIABLES = (
@@ -80,17 +82,33 @@ class Figures(NamedTuple):
 
         return couple_index_compiled(self.designs, _placed(self.points))
 
-    def joint_rates(self) -> np.ndarray:
-        """Computes the rows of the inverse Jacobian, (D, K, 3 chains, 3) 1 / m; huge at a fold and beyond."""
-        chains, L_A, L_B = _chains(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
-        return chains.forearms / (L_A * np.maximum(chains.arms / L_B, TINY))[..., None]
+    def ease(self, rubs: HandleFriction) -> np.ndarray:
+        """Computes 1 / friction in the direction of most.
 
-    def moves(self) -> np.ndarray:
-        """Computes the determinant times the columns of the Jacobian, (D, K, 3 chains, 3) m."""
+        Args:
+            rubs: What rubs.
+
+        Returns:
+            (D, K) 1 / N, next to nothing at a fold; the closure where that is negative.
+        """
+        if _compiled() is not None:
+            from optimizer.problem.compiled import ease_compiled
+
+            return ease_compiled(self.designs, _placed(self.points), rubs)
+        chains, L_A, L_B = _chains(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
+        rates = chains.forearms / (L_A * np.maximum(chains.arms / L_B, TINY))[..., None]  # of the joints, 1 / m
+        return np.where(self.closure < 0.0, self.closure, 1.0 / worst_of_rows(rates, rubs))
+
+    def farthest(self) -> np.ndarray:
+        """Computes the determinant times the longest way of the handle for joints that turn by 1 rad, (D, K) m."""
+        if _compiled() is not None:
+            from optimizer.problem.compiled import farthest_compiled
+
+            return farthest_compiled(self.designs, _placed(self.points))
         chains, L_A, L_B = _chains(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
         s = chains.forearms
         faces = np.stack([_cross(s, 1, 2), _cross(s, 2, 0), _cross(s, 0, 1)], axis=-2)
-        return (L_A * chains.arms / L_B)[..., None] * faces
+        return farthest((L_A * chains.arms / L_B)[..., None] * faces)
 
     def lightness(self, inertia: HandleInertia) -> np.ndarray:
         """Computes the carried mass by the effective mass, 1 where nothing else moves.
@@ -101,6 +119,10 @@ class Figures(NamedTuple):
         Returns:
             (D, K) 0 at a fold; the closure where that is negative.
         """
+        if _compiled() is not None:
+            from optimizer.problem.compiled import lightness_compiled
+
+            return lightness_compiled(self.designs, _placed(self.points), inertia)
         L_A, L_B = (self.designs[:, k, None] for k in (0, 1))
         chains = _chains(self.designs, self.points)
         n = chains.forearms / np.maximum(chains.arms / L_B[..., None], TINY)[..., None]

@@ -89,9 +89,10 @@ class Problem:
         return Limits.of(*found, AssemblyMode() if singular else None)
 
     @cached_property
-    def _bounds(self) -> tuple[np.ndarray, np.ndarray, list[int]]:
-        """Lower and upper bounds as arrays, mm, and which variables are free."""
-        return np.array(self.lower), np.array(self.upper), list(self.free_index)
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """All lower bounds, the lower and the upper of the free variables, mm, and which these are."""
+        lower, upper, index = np.array(self.lower), np.array(self.upper), np.array(self.free_index, dtype=int)
+        return lower, lower[index], upper[index], index
 
     @cached_property
     def _in_points(self) -> tuple[tuple[PoseLimit, ...], frozenset[str]]:
@@ -113,10 +114,11 @@ class Problem:
         Returns:
             (D, 6) lengths in the order of `VARIABLES`, m.
         """
-        lower, upper, index = self._bounds
-        full = np.tile(lower, (len(x), 1))
+        fixed, lower, upper, index = self._bounds
+        full = np.empty((len(x), len(fixed)))
+        full[:] = fixed
         # the bound itself, not a rounding beside it
-        full[:, index] = np.where(x == 1.0, upper[index], lower[index] + x * (upper - lower)[index])
+        full[:, index] = np.where(x == 1.0, upper, lower + x * (upper - lower))
         return full / MM_PER_M
 
     def lengths_mm(self, x: ArrayLike) -> tuple[float, ...]:

@@ -62,7 +62,7 @@ class Program:
             self.level_index = len(problem.free) if self.has_level else problem.free.index("half_side")
         eye = np.eye(len(problem.free))
         self._steps = DIFFERENCE * np.concatenate([np.zeros((1, len(eye))), eye, -eye])
-        self._points, self._rows = np.empty((0, 3)), dict[str, list[int]]()  # of the active ones; name -> places
+        self._points, self._rows = np.empty((0, 3)), dict[str, np.ndarray]()  # of the active ones; name -> places
         self._kept: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
     def add(self, active: list[Active]) -> int:
@@ -75,9 +75,9 @@ class Program:
             near = (other for other in self.active if other.name == item.name)
             gone = [k for k in near if max(abs(a - b) for a, b in zip(k.point, item.point, strict=True)) < NEAR]
             self.active = [other for other in self.active if other not in gone] + [item]
-        self._points, self._rows = np.array([item.point for item in self.active]), {}
-        for k, item in enumerate(self.active):
-            self._rows.setdefault(item.name, []).append(k)
+        names = np.array([item.name for item in self.active])
+        self._points = np.array([item.point for item in self.active])
+        self._rows = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names.tolist())}
         self._kept = None
         return len(new)
 

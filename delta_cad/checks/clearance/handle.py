@@ -30,6 +30,7 @@ import numpy as np
 from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Falls, Pairs
 from delta_cad.checks.clearance.motion import BoxMotion, box_motion
+from delta_cad.checks.clearance.segments import segments_of
 from delta_cad.checks.links import chain_of, clearance_frames
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
@@ -194,6 +195,18 @@ class Handle(ConfigurationSpace):
             return np.broadcast_to(handle * self._share[k, 0], (len(box), len(points)))
 
         return fall
+
+    def in_pieces(self, which: np.ndarray) -> Handle:
+        """The space of some pairs, the ends of two rods at their wrists cut across, see `segments_of`."""
+        length = self._placement.geometry.forearm_length * MM_PER_M
+        wrist = np.array([length, 0.0, 0.0])
+
+        def at_wrist(b: CollisionBody) -> bool:
+            return b.link.startswith("rod") and float(np.linalg.norm(b.centre - wrist)) < b.radius
+
+        pairs = self.pairs.chosen(which)
+        pairs = pairs.cut(lambda b: segments_of(b, length), lambda a, b: at_wrist(a) and at_wrist(b))
+        return Handle(self.name, pairs, self._placement, self._centre, self._half, self._theta)
 
     def always_apart(self) -> np.ndarray:
         """What lies between two bodies whatever the position.

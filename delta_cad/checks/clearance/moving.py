@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes, MeshLibrary
-from delta_cad.checks.clearance.clearance import handle_proofs, mesh_clearance, with_exact
+from delta_cad.checks.clearance.clearance import MeshClearance, handle_proofs, mesh_clearance, with_exact
 from delta_cad.checks.clearance.continuum import ClearanceProof
 from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.limits import CheckLimits
@@ -19,6 +20,19 @@ CALLS_FEW = 12_000  # distance calls of a space: twice what those of a machine t
 Order = tuple[Assembly, CheckLimits, Meshes]
 
 
+@dataclass(frozen=True)
+class Moved:
+    """What came of the checks of what moves.
+
+    Attributes:
+        results: Those of `check_access`, and where they hold those of `check_envelope` and `check_clearance`.
+        clearance: What `mesh_clearance` gave, mapped, for the checks of the whole machine; None where keys lack room.
+    """
+
+    results: list[CheckResult]
+    clearance: MeshClearance | None = None
+
+
 def results(order: Order) -> Iterator[list[ClearanceProof]]:
     """Computes the result of `handle_proofs`, half of the whole: the other process."""
     yield handle_proofs(*order, CALLS_FEW)
@@ -26,7 +40,7 @@ def results(order: Order) -> Iterator[list[ClearanceProof]]:
 
 def check_moving(
     assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
-) -> list[CheckResult]:
+) -> Moved:
     """Runs the checks of keys' access, outline and clearance; what fails is not told where it is worst, but soon.
 
     Args:
@@ -36,15 +50,15 @@ def check_moving(
         progress: Told what is being done.
 
     Returns:
-        The results of `check_access`, and where they hold those of `check_envelope` and `check_clearance`.
+        What came of them.
     """
     made = {part.number: meshes[part.number] for part in assembly.parts}
     with Beside(__name__) as prover:
         prover.give((assembly.without_solids(), limits, made))
         reached = check_access(assembly, limits, meshes)
         if not all_passed(reached):
-            return reached
+            return Moved(reached)
         progress("outline")
         outline = check_envelope(assembly, limits, made)[0]
-        clearance = mesh_clearance(assembly, limits, made, progress, CALLS_FEW, handle=prover.take)
-        return [*reached, *outline, *with_exact(assembly, clearance)]
+        clearance = mesh_clearance(assembly, limits, made, progress, CALLS_FEW, True, prover.take)
+        return Moved([*reached, *outline, *with_exact(assembly, clearance)], clearance)

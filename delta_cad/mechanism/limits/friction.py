@@ -277,7 +277,7 @@ class Friction(PoseLimit):
 
     def sought(self, f: Any) -> dict[str, np.ndarray]:
         """Computes 1 / friction; the closure where that is negative."""
-        return {"ease": np.where(f.closure < 0.0, f.closure, 1.0 / worst_of_rows(f.joint_rates(), self.rubs))}
+        return {"ease": f.ease(self.rubs)}
 
     def worst_of(self, least: Mapping[str, float]) -> float:
         """Computes the largest friction; infinite at a fold."""

@@ -184,12 +184,12 @@ class PositionStep(PoseLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes det - (q / d) times the longest sum of moves: also refuses every direct singularity."""
-        return f.determinant - self.count / self.step_max * farthest(f.moves())
+        return f.determinant - self.count / self.step_max * f.farthest()
 
     def sought(self, f: Any) -> dict[str, np.ndarray]:
         """Computes determinant, closure, and the step of a count of 1 rad with its sign turned."""
         floor = np.maximum(f.determinant, np.finfo(float).tiny)
-        return {"determinant": f.determinant, "closure": f.closure, "step": -farthest(f.moves()) / floor}
+        return {"determinant": f.determinant, "closure": f.closure, "step": -f.farthest() / floor}
 
     def worst_of(self, least: Mapping[str, float]) -> float:
         """Computes the largest step; infinite where a chain is open or the platform not held."""

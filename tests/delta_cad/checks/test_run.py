@@ -10,7 +10,7 @@ import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckResult, Sweep, all_passed, run_checks, swept
-from delta_cad.checks.clearance.clearance import PROVING
+from delta_cad.checks.clearance.clearance import PROVING, MeshClearance
 from delta_cad.common.beside import Beside
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
@@ -102,3 +102,12 @@ def test_importing_the_checks_loads_no_cad() -> None:
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "[]"
+
+
+def test_a_clearance_that_is_known_is_not_computed_again() -> None:
+    meshes = MeshLibrary(MACHINE.parts, 0.3, 0.8)
+    known = MeshClearance([], [])
+    sweep = Sweep(known=known)
+    sweep.begin(MACHINE, LIMITS, meshes, lambda _: None)
+    assert sweep.clearance() is known
+    assert [r.name for r in sweep.outline()][-1] == "envelope depth"

@@ -61,7 +61,7 @@ def call(*words: str | Path) -> int:
 def paper_build(built: Built, monkeypatch: pytest.MonkeyPatch) -> None:
     """The one real build stands for what is built."""
 
-    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], None]) -> Outcome:
+    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], None], **_k: object) -> Outcome:
         folder = out / design.name
         folder.mkdir(parents=True)
         checks = [
@@ -130,7 +130,7 @@ def test_what_fails_its_checks_keeps_its_design_file(
 ) -> None:
     finds(monkeypatch)
 
-    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], None]) -> Outcome:
+    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], None], **_k: object) -> Outcome:
         folder = out / f"{design.name}.rejected"
         folder.mkdir(parents=True)
         outcome = Outcome(design, [CheckResult("clearance", False, 1.2, 2.0, "mm")], {}, folder, ())

@@ -21,6 +21,7 @@ from delta_cad.mechanism import (
 from delta_cad.mechanism.limits import CoupleIndex, HandleInertia
 from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.mechanism.limits.effective_mass import effective_mass
+from delta_cad.mechanism.limits.friction import HandleFriction
 from optimizer.problem import evaluator
 from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface
 from tests.optimizer.messages import refuses
@@ -29,6 +30,8 @@ from tests.optimizer.tasks import sample_points
 NAMES = Figures._fields[:6]
 """Of the figures; what they are the figures of stands behind them."""
 DESIGNS = np.array([[82, 112.079, 40, 30, 57.112, 35], [82, 130, 40, 30, 48, 60], [70, 120, 45, 50, 60, 30]]) / 1000.0
+
+FOLDED = np.array([[0.08, 0.1, 0.04, 0.04, 0.02, 0.01]])  # H = L_B - L_A
 
 
 def absolute(design: np.ndarray, c: np.ndarray) -> tuple[DeltaGeometry, np.ndarray]:
@@ -138,7 +141,7 @@ def test_lightness_is_one_where_nothing_else_moves_and_none_at_a_fold() -> None:
     f = figures(DESIGNS, points)
     alone = f.lightness(HandleInertia(carried_mass=0.1, elbow_mass=0.0, cross_mass=0.0, joint_inertia=0.0))
     assert (alone[f.closure >= 0.0] == 1.0).all()
-    folded = figures(np.array([[0.08, 0.1, 0.04, 0.04, 0.02, 0.01]]), np.array([[0.0, 0.0, -1.0]]))  # H = L_B - L_A
+    folded = figures(FOLDED, np.array([[0.0, 0.0, -1.0]]))
     assert abs(folded.closure[0, 0]) < 1e-15
     heavy = folded.lightness(HandleInertia(carried_mass=0.1, elbow_mass=0.02, cross_mass=0.0, joint_inertia=2e-4))
     assert abs(heavy[0, 0]) < 1e-12
@@ -185,6 +188,25 @@ def test_compiled_figures_are_those_of_numpy(conditioning: bool) -> None:
         # where the smallest is about 0
         close = np.isclose(x, y, rtol=1e-12, atol=1e-13 if name != "quality" else 1e-7)
         assert close.all(), (name, np.abs(x - y)[~close])
+
+
+def test_compiled_feel_is_that_of_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Mass, friction and step felt, of designs within reach and beyond, up to a fold."""
+    rng = np.random.default_rng(9)
+    low, high = np.array([40, 40, 30, 20, 5, 0]), np.array([120, 200, 60, 60, 150, 80])
+    designs = np.concatenate([(low + (high - low) * rng.random((60, 6))) / 1000.0, DESIGNS, FOLDED])
+    points = np.concatenate(
+        [sample_points(designs, 5), np.broadcast_to([[0.0, 0.0, -1.0]], (len(designs), 1, 3))], axis=1
+    )
+    f = figures_numpy(designs, points)
+    masses = HandleInertia(carried_mass=0.09, elbow_mass=0.011, cross_mass=0.004, joint_inertia=2.9e-4)
+    rubs = HandleFriction(0.01, 0.12, 0.18)
+    found = f.lightness(masses), f.ease(rubs), f.farthest()
+    monkeypatch.setattr(evaluator, "_compiled", lambda: None)
+    assert (f.closure < 0.0).any()
+    for x, y in zip(found, (f.lightness(masses), f.ease(rubs), f.farthest()), strict=True):
+        assert np.isfinite(y).all()
+        np.testing.assert_allclose(x, y, rtol=1e-11, atol=1e-15)
 
 
 def test_folds_are_the_angles_between_arms_and_rods_of_every_chain() -> None:

@@ -251,14 +251,14 @@ def test_what_another_process_proves_is_part_of_the_whole() -> None:
     meshes = MeshLibrary(a.parts, 0.02, 0.2)
     (proof,) = handle_proofs(a, limits, meshes, 3000)
     assert proof.undecided
-    found = {r.name: r.passed for r in check_moving(a, limits, meshes, lambda _: None)}
+    found = {r.name: r.passed for r in check_moving(a, limits, meshes, lambda _: None).results}
     assert (found["clearance"], found["clearance proof"]) == (False, False)
     there = mesh_clearance(a, limits, meshes, calls_max=3000, handle=lambda: [proof])
     assert [r.passed for r in there.results] == [r.passed for r in mesh_clearance(a, limits, meshes).results]
     far = replace(limits, clearance_min_mm=near - 1.2)
     moved, whole = (
         {r.name: r for r in found}
-        for found in (check_moving(a, far, meshes, lambda _: None), check_clearance(a, far, meshes))
+        for found in (check_moving(a, far, meshes, lambda _: None).results, check_clearance(a, far, meshes))
     )
     assert whole["clearance proof"].passed
     assert moved["clearance proof"] == whole["clearance proof"]  # as many boxes and distance calls among the rest

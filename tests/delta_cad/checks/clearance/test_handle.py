@@ -244,3 +244,41 @@ def test_bodies_about_two_wrists_never_come_closer_than_the_balls_that_hold_them
             a, b = bodies[k]
             placed = [frames[space.links.index(x.link)] @ x.placement for x in (a, b)]
             assert engine.distance(a, b, *placed) >= always[k] - 1e-9
+
+
+def at_two_wrists(spare_mm: float) -> Handle:
+    """Two rods' ends, a ball and a spigot each, on neighbouring chains: the balls have so much more than they keep."""
+    m, small = machine(), replace(LIMITS, half_side_mm=20.0, bottom_height_mm=LIMITS.centre_mm[2] - 20.0)
+    end = part("end", ball(6.0, (L_B, 0, 0)).fuse(rod(2.5, (L_B - 45.0, 0, 0), (L_B, 0, 0))))
+    placed = tuple(Occurrence(f"end_{link}", end, link, np.eye(4)) for link in ("rod_0_1", "rod_1_0"))
+    frames = m.placement(LIMITS.centre_mm)
+    apart = float(np.linalg.norm((frames["rod_0_1"] - frames["rod_1_0"]) @ [L_B, 0.0, 0.0, 1.0])) - 12.0
+    small = replace(small, clearance_min_mm=apart - spare_mm)
+    pairs = held_apart(replace(m, occurrences=placed, joints=(), fits=()), small, MeshLibrary((end,), 0.02, 0.2))
+    domains = joint_ranges(GEOMETRY, small.centre_mm, small.half_side_mm)
+    (space,) = spaces_of(pairs, m.placement, domains, small, 0.0)
+    assert isinstance(space, Handle)
+    return space
+
+
+def test_what_is_far_from_a_wrist_does_not_count_for_what_is_near_it() -> None:
+    """Balls about their wrists stay as they are; whole bodies, whose spigots swing, take 4 600 distances."""
+    found = prove(at_two_wrists(0.7), DistanceEngine(), 400)
+    assert (found.undecided, found.calls > 0) == ([], True)
+    assert prove(at_two_wrists(-0.01), DistanceEngine(), 400).undecided
+
+
+def test_the_pieces_at_two_wrists_are_as_near_as_the_bodies() -> None:
+    whole, engine = at_two_wrists(0.7), DistanceEngine()
+    pieces = whole.in_pieces(np.array([True]))
+    assert len(pieces.pairs.limit) > 4
+    for frames in whole.frames(inside(*[np.repeat(x, 5, axis=0) for x in whole.root()])):
+
+        def least(space: Handle, frames: np.ndarray = frames) -> float:
+            p, at_link = space.pairs, dict(zip(whole.links, frames, strict=True))
+            held = [(p.bodies[i], p.bodies[j]) for i, j in zip(p.first, p.second, strict=True)]
+            return min(
+                engine.distance(a, b, at_link[a.link] @ a.placement, at_link[b.link] @ b.placement) for a, b in held
+            )
+
+        assert least(pieces) == pytest.approx(least(whole), abs=1e-9)
