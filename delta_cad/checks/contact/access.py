@@ -35,7 +35,7 @@ from delta_cad.mechanism.placement import LinkPlacement, chain_frame
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
-DIRECTIONS = 36, 144, 720  # of the handle: every 10 degrees; 2.5 where those leave it open, then 0.5
+DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis, at least
 FINE_HEIGHTS = 2001  # of those at which the arms' angles are looked at
 TURN_RAD = np.radians(0.6)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
@@ -304,14 +304,14 @@ def _swing_at(
             return 0.0
     bends = mouth + (inside_mm - socket.depth_mm) * z, mouth + inside_mm * z
     swing = 0.0
-    for count in DIRECTIONS:
+    for count in (DIRECTIONS, FINE_DIRECTIONS):
         angles = np.arange(count) * 2.0 * np.pi / count
         out = handle_mm * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
         free = np.ones(count, dtype=bool)
         for bend in bends:
             free[free] = around.free(radius, bend, bend + out[free]) if free.any() else True
         swing = _longest_run(free) * 2.0 * np.pi / count
-        if not SWING_RAD - 4.0 * np.pi / count < swing < SWING_RAD:  # a free run is up to two steps longer
+        if not SWING_RAD - 4.0 * np.pi / DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
             break
     return swing
 
