@@ -290,6 +290,7 @@ def build(
                 narrator.give((machine.dimensions, bare, meshes, machine.masses, folder.path))
             fingerprints: list[str] = []
             costs: list[Cost] = []
+            drawn: list[Drawn] = []  # of the machine as a whole
 
             def meanwhile() -> None:
                 moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
@@ -298,11 +299,13 @@ def build(
                 progress("costs")
                 costs.append(cost_of(machine))
                 fingerprints.append(write_files(machine, costs[0], folder.path, progress, schema))
+                if drawings:
+                    drawn.append(write_whole(machine, folder.path, progress))
 
             results = check_machine(machine, progress, sweep, meanwhile)
             if draughtsman is not None:
                 progress("drawings")
-                results = [*results, check_drawings(draughtsman.take())]
+                results = [*results, check_drawings(draughtsman.take() + drawn[0])]
             folder.rejected = not all_passed(results)
             landed = f"{design.name}.rejected" if folder.rejected else design.name
             unverified = _unverified(machine)
@@ -327,6 +330,13 @@ def build(
                 left_out=(*(() if drawings else ("drawings", "manual")), *(() if report else ("report", "pictures"))),
             )
     return outcome
+
+
+def write_whole(machine: BuiltMachine, folder: Path, progress: Progress) -> Drawn:
+    """Draws a machine as a whole into the folder of its build; its parts are drawn by another process meanwhile."""
+    from delta_cad.export.drawings.drawn import FOLDER, write_whole_drawing  # loads the CAD kernel
+
+    return write_whole_drawing(machine.dimensions, machine.assembly, machine.masses, folder / FOLDER, progress)
 
 
 def check_drawings(drawn: Drawn) -> CheckResult:

@@ -1,4 +1,4 @@
-"""The drawings of a machine: every made part and the assembly, checked and written; in a build by a second process."""
+"""The drawings of a machine, checked and written: in a build those of its parts by a second process."""
 
 from __future__ import annotations
 
@@ -53,9 +53,13 @@ class Drawn:
     count: int = 0
     faults: dict[str, list[str]] = field(default_factory=dict)
 
+    def __add__(self, other: Drawn) -> Drawn:
+        """Gives what came of both."""
+        return Drawn(self.count + other.count, self.faults | other.faults)
+
 
 def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iterator[Drawn]:
-    """Writes all drawings of a machine into a folder, for `Beside`.
+    """Writes the drawings of a machine's parts into a folder, for `Beside`.
 
     Args:
         order: The machine's dimensions, the machine, its mass report, and the folder of the build.
@@ -64,7 +68,7 @@ def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iter
         What came of them.
     """
     d, assembly, masses, folder = order
-    yield write_drawings(d, assembly, masses, folder / FOLDER)
+    yield write_part_drawings(d, assembly, masses, folder / FOLDER)
 
 
 def write_drawings(
@@ -89,9 +93,21 @@ def write_drawings(
     Raises:
         OSError: They cannot be written.
     """
-    assembly = pickle.loads(pickle.dumps(assembly))  # as a build hands it over: last bits count
+    parts = write_part_drawings(d, assembly, masses, folder, progress)
+    return parts + write_whole_drawing(d, assembly, masses, folder, progress)
+
+
+def write_part_drawings(
+    d: Dimensions,
+    assembly: Assembly,
+    masses: Mapping[str, Any],
+    folder: Path,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Drawn:
+    """Draws every made part; arguments and result as of `write_drawings`."""
+    assembly = _handed_over(assembly)
     folder.mkdir(exist_ok=True)
-    held, unit = controlled(d), {number: body["mass_kg"] for number, body in masses["parts"].items()}
+    held, unit = controlled(d), _masses(masses)
     titles, drawn = titles_of(d, assembly, unit), Drawn()
     for part in assembly.parts:
         if part.make:
@@ -103,12 +119,36 @@ def write_drawings(
                 continue
             write_drawing(drawing, folder)
             count_faults(drawn, drawing, part, features)
-    rows = bill_of_materials(assembly, unit)
+    return drawn
+
+
+def write_whole_drawing(
+    d: Dimensions,
+    assembly: Assembly,
+    masses: Mapping[str, Any],
+    folder: Path,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Drawn:
+    """Draws the assembly; arguments and result as of `write_drawings`."""
+    assembly, drawn = _handed_over(assembly), Drawn()
+    folder.mkdir(exist_ok=True)
+    rows = bill_of_materials(assembly, _masses(masses))
     whole = assembly_drawing(assembly, rows, _whole_titles(d, assembly, masses), progress)
     (folder / f"{whole.name}.pdf").write_bytes(pdf_bytes(whole))
     faults = balloon_faults(whole, placed_items(assembly, rows), rows)
     _count(drawn, whole.name, faults + [fault for sheet in whole.sheets for fault in sheet_faults(sheet)])
     return drawn
+
+
+def _handed_over(assembly: Assembly) -> Assembly:
+    """The machine as another process gets it: last bits count."""
+    handed: Assembly = pickle.loads(pickle.dumps(assembly))
+    return handed
+
+
+def _masses(masses: Mapping[str, Any]) -> dict[str, float]:
+    """Mass of one of each part by its number, kg."""
+    return {number: body["mass_kg"] for number, body in masses["parts"].items()}
 
 
 def _count(drawn: Drawn, name: str, faults: list[str]) -> None:
