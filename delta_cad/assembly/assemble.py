@@ -132,7 +132,7 @@ def _board(bench: Bench, shoulder: np.ndarray, i: int) -> None:
     thread, drilled = brackets.board_thread_mm(d)
     into = thread if drilled else thread - 2.0
     board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + into))
-    for k, (x, height) in enumerate(brackets.board_screw_positions(d)):
+    for k, (x, height) in enumerate(d.board_screws_mm):
         bench.put(f"board_spacer_{i}_{k}", spacer, "base", shoulder @ pointing((0, 1, 0), x, front, height))
         bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))
 

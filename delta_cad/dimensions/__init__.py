@@ -18,7 +18,14 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
-from delta_cad.dimensions.bracket import MESHES_MM, STOP_PIN_MM, BracketDimensions, bracket_dimensions, key_slot_rad
+from delta_cad.dimensions.bracket import (
+    MESHES_MM,
+    STOP_PIN_MM,
+    BracketDimensions,
+    Circle,
+    bracket_dimensions,
+    key_slot_rad,
+)
 from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     cable_run,
@@ -114,6 +121,17 @@ class Dimensions:
     def sensed_at_shoulder(self) -> bool:
         """Whether the shoulder carries an encoder's board and magnet; else the motors have encoders of their own."""
         return self.design.hardware.encoder_at != "motor"
+
+    @property
+    def board_screws_mm(self) -> list[tuple[float, float]]:
+        """(x, z) of the encoder board's screws in the shoulder's frame, the board upright, its plug down; or none."""
+        half_x, half_z = self.encoder.hole_spacing_width_mm / 2, self.encoder.hole_spacing_length_mm / 2
+        return [(sx * half_x, sz * half_z) for sx in (-1, 1) for sz in (-1, 1) if self.sensed_at_shoulder]
+
+    @property
+    def encoder_head_circles_mm(self) -> list[Circle]:
+        """Circles (x, z, radius) in the shoulder's frame, whose hull the encoder cheek's head is."""
+        return [(0.0, 0.0, self.bracket.head_radius_mm), *((x, z, BOARD_EDGE_MM) for x, z in self.board_screws_mm)]
 
     @property
     def has_feet(self) -> bool:

@@ -32,6 +32,7 @@ KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set scre
 EYE_WALL_MM = 2.0  # around a stop pin that is pressed in
 PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
 FOOT_CORNER_MM = 3.0
+CHEEK_EDGE_MM = 0.5  # by which edges of cheeks and of the foot block on top are broken
 BLOCK_SCREW = "M3"  # of a cheek in its foot block
 LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
 

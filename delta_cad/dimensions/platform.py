@@ -26,6 +26,7 @@ WINDOW_MM, WINDOW_LEAST_MM, WINDOW_RIM_MM = 34.0, 12.0, 5.0  # holes that lighte
 PLATE_MM = 5.0  # the least; it grows with loads and lengths
 STEM_WALL_MM = 3.0  # of the hub around the stem
 RIB_MM = 4.0  # width of what stays around a window of it
+WINDOW_LONG_MM, WINDOW_REACH_MM, WINDOW_CORNER_MM = 4.0, 3.0, 1.5  # of these windows: least length, half width; corners
 WEB_CORNER_MM = 5.0, 3.0  # of a web, which ends so much inside its boss's ends, in corners of such a radius
 BOSS_LEAST_MM = 2 * WEB_CORNER_MM[0]  # length of a wrist boss, at whose ends its web's corners lie
 LENGTH_MM = 1e-9  # roundings of a length that is asked
@@ -44,6 +45,28 @@ class PlatformDimensions:
     stem_diameter_mm: float
     stem_length_mm: float
     stem_thread: str
+
+    @property
+    def web_mm(self) -> tuple[Circle, ...]:
+        """Circles (x, y, radius) whose hull the plate is from the hub to chain 0's boss."""
+        aside, corner = self.boss_length_mm / 2 - WEB_CORNER_MM[0], WEB_CORNER_MM[1]
+        u = self.radius_mm
+        return (0.0, 0.0, self.hub_radius_mm), (u, aside, corner), (u, -aside, corner)
+
+    @property
+    def window_reach_mm(self) -> tuple[float, float, float] | None:
+        """From where to where the window in it goes along x, and how far aside; None where there is no room."""
+        near, far = self.hub_radius_mm + RIB_MM, self.radius_mm - self.boss_diameter_mm / 2 - 1.0
+        reach = (self.boss_length_mm / 2 - WEB_CORNER_MM[0]) * far / self.radius_mm - RIB_MM
+        return (near, far, reach) if far - near >= WINDOW_LONG_MM and reach >= WINDOW_REACH_MM else None
+
+    @property
+    def window_mm(self) -> tuple[Circle, ...]:
+        """Circles whose hull this window is; none where there is no room."""
+        if self.window_reach_mm is None:
+            return ()
+        (near, far, reach), r = self.window_reach_mm, WINDOW_CORNER_MM
+        return (near + r, 0.0, r), (far - r, reach - r, r), (far - r, r - reach, r)
 
 
 @dataclass(frozen=True)
@@ -71,6 +94,13 @@ class BaseDimensions:
     foot_circle_mm: float
     mount_circle_mm: float
     mount_hole_mm: float
+
+    @property
+    def holes_mm(self) -> list[Circle]:
+        """Circles (x, y, radius) of the large holes: that in the middle, and those between the chains."""
+        out, angles = (self.centre_hole_mm + self.foot_circle_mm) / 4, [pi / 3 + i * 2 * pi / 3 for i in CHAINS]
+        windows = [(out * cos(a), out * sin(a), self.window_mm / 2) for a in angles if self.window_mm]
+        return [(0.0, 0.0, self.centre_hole_mm / 2), *windows]
 
     @property
     def reach_mm(self) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from math import asin, cos, degrees, inf, pi, radians, sin, sqrt
+from math import asin, cos, degrees, pi, radians, sin, sqrt
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from delta_cad.dimensions.rules import up
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 from delta_cad.passing.moving import FAR_MM, FEW, ROUGH, Apart, arm_shapes, nearest, rod_points, spring_points
-from delta_cad.passing.shapes import off_all_mm
-from delta_cad.passing.standing import cheeks, motor
+from delta_cad.passing.shapes import Shape, off_all_mm
+from delta_cad.passing.standing import board, cheeks, motor
 
 ELBOW_FIELD = "requirements.elbow_angle_min_deg"
 WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
@@ -25,11 +25,12 @@ ON_MM = 0.1  # more than they lack
 def beside_own(d: Dimensions) -> Apart:
     """Gives how near rods and the springs across them come to their own chain's drive, over positions.
 
-    That of a capstan is the arm with its sector, that of a direct drive what stands: the motor and its cheek.
+    That is what stands: cheeks, motor, the encoder's board; and a capstan's arm with its sector.
     """
     moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
-    shapes = [cheeks(d)[0], motor(d)] if d.capstan is None else arm_shapes(d, d.capstan)
-    widest = inf if d.capstan is None else max(map(abs, d.layers.sector_mm + d.layers.arm_mm))
+    stands: list[Shape] = [*cheeks(d), motor(d), *board(d)]
+    turns = arm_shapes(d, d.capstan) if d.capstan else []
+    inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
     shoulder = np.eye(4)
     shoulder[0, 3] = d.bracket.shoulder_u_mm
 
@@ -43,11 +44,15 @@ def beside_own(d: Dimensions) -> Apart:
             level, frame = chain_frame(i), placed[f"{link}_{i}_{side}"]
             turned = level[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
             at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
-            inverse = np.linalg.inv(level @ shoulder if d.capstan is None else placed[f"upper_arm_{i}"])
-            seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
-            beside = np.broadcast_to(radii, seen.shape[:2])
-            near, found = np.abs(seen[..., 1]) - beside < FAR_MM + widest, np.full(seen.shape[:2], FAR_MM)
-            found[near] = off_all_mm(shapes, seen[near]) - beside[near]
+            beside = np.broadcast_to(radii, at.shape[:2])
+            found = np.full(at.shape[:2], FAR_MM)
+            for shapes, base in ((stands, level @ shoulder), (turns, placed[f"upper_arm_{i}"])):
+                inverse = np.linalg.inv(base)
+                seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
+                y = seen[..., 1]
+                near = np.maximum(inside - y, y - outside) - beside < FAR_MM
+                if shapes and near.any():
+                    found[near] = np.minimum(found[near], off_all_mm(shapes, seen[near]) - beside[near])
             off.append(found.min(axis=1))
         return np.stack(off, axis=1)
 

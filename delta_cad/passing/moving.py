@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise, product
 from math import sin
 
@@ -16,23 +16,24 @@ from delta_cad.dimensions.capstan import (
     ANCHOR_SIDE_MM,
     CARRIAGE_MM,
     CARRIAGE_RADII_MM,
+    CRIMP_MM,
     LUG_WALL_MM,
     CapstanDimensions,
     lug_length_mm,
 )
 from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
-from delta_cad.dimensions.platform import BOSS_BEVEL_MM
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame, spring_sway
 from delta_cad.mechanism.workspace import Cube, cube_grid
-from delta_cad.passing.shapes import Beam, Block, Ring, Round, Shape, off_all_mm
+from delta_cad.passing.platform import platform_points, platform_shapes
+from delta_cad.passing.shapes import Bar, Beam, Block, Placed, Points, Ring, Round, Shape, off_all_mm
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
 FEW = 3  # where corners are what counts, or a bound is looked for
-STARTS = 2  # nearest of them from which one goes on
+STARTS = {COUNT: 3, FEW: 2}  # nearest of them from which one goes on
 HALVINGS, ROUGH_HALVINGS = 4, 2  # how often the step is halved then, and the first of these, which look roughly
-FAR_MM = 4.0  # beyond which nothing is looked at
-STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis
+FAR_MM = 6.0  # beyond which nothing is looked at
+STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis or a cable
 ROUGH = 3  # one point of so many is looked at first
 ANCHOR_OFF_MM = -ANCHOR_SIDE_MM, ANCHOR_SIDE_MM  # of the anchor's wall and of the lug, off the cable's line
 LUG_OFF_MM = CARRIAGE_RADII_MM[0] - LUG_WALL_MM[0], CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
@@ -43,8 +44,6 @@ AROUND = np.array([*product((-1.0, 0.0, 1.0), repeat=3)])
 Apart = Callable[[np.ndarray, bool, int | None], np.ndarray]
 """Positions (n, 3) of the handle, mm, whether a rough look is enough, and the number of a pair that alone is looked at
 -> (n, pairs) distances, mm."""
-Points = tuple[np.ndarray, np.ndarray]
-"""(n, 3) middles of balls that lie within a solid, and their radii (n)."""
 
 
 def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
@@ -67,11 +66,15 @@ def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
         for a, b in pairwise(np.linspace(start, c.direction_rad - d.home_rad, CABLE_PIECES + 1).tolist()):
             at = c.end_y_mm[end] - sense * c.run.climb * c.pitch_radius_mm * abs((a + b) / 2 - start)
             found.append(Ring(wound, (min(a, b), max(a, b)), (at - half, at + half)))
-    return found
+    point, tangent, _ = rim_end(c, 0)
+    sleeve = Bar(CRIMP_MM[0] / 2, CRIMP_MM[1], point + ANCHOR_MM * tangent, tangent)
+    (x, z), turned = c.nose_centre_mm, (c.rim_angles_rad[0] - c.turns_rad[0], c.rim_angles_rad[0])
+    round_nose = Ring((0.0, c.nose_radius_mm + 2.0 * half), turned, (c.end_y_mm[0], c.end_y_mm[0]))  # its middle plane
+    return [*found, sleeve, Placed(np.eye(3), round_nose, (x, 0.0, z))]
 
 
 def sector_points(d: Dimensions, c: CapstanDimensions) -> np.ndarray:
-    """Gives (n, 3) points of a sector's edges, in the arm's frame: of its rim, nose, anchor and lug."""
+    """Gives (n, 3) points of a sector's edges and cable, in the arm's frame: of its rim, nose, anchor and lug."""
     low, high = c.rim_angles_rad
     wide = d.layers.sector_mm
 
@@ -88,7 +91,19 @@ def sector_points(d: Dimensions, c: CapstanDimensions) -> np.ndarray:
         across = np.linspace(out, over, END_POINTS)[:, None] * normal
         sides = point + out * normal + along, point + over * normal + along, point + long * tangent + across
         edges.append((np.concatenate(sides), (lowest, wide[1])))
-    return np.concatenate([np.insert(flat, 1, y, axis=1) for flat, levels in edges for y in levels])
+    point, tangent, normal = rim_end(c, 0)
+    turns = np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS, endpoint=False)[:, None]
+    sleeve = CRIMP_MM[0] / 2 * (np.cos(turns) * normal + np.sin(turns) * np.array([0.0, 1.0, 0.0]))
+    flats = [np.insert(flat, 1, y, axis=1) for flat, levels in edges for y in levels]
+    wound = c.rim_radius_mm + c.cable_diameter_mm
+    for end, sense in enumerate((1.0, -1.0)):
+        swept = abs(c.direction_rad - d.home_rad - c.rim_angles_rad[end])
+        turned = np.linspace(0.0, swept, int(swept * wound / TUBE_STEP_MM) + 2)
+        climbed = c.end_y_mm[end] - sense * c.run.climb * c.pitch_radius_mm * turned
+        flats.append(np.insert(circle(wound, c.rim_angles_rad[end] + sense * turned), 1, climbed, axis=1))
+    around = circle(c.nose_radius_mm + c.cable_diameter_mm, np.linspace(low - c.turns_rad[0], low, NOSE_POINTS))
+    flats.append(np.insert(np.array(c.nose_centre_mm) + around, 1, c.end_y_mm[0], axis=1))
+    return np.concatenate([*flats, point + (ANCHOR_MM + CRIMP_MM[1]) * tangent + sleeve])
 
 
 def _ends(c: CapstanDimensions) -> tuple[tuple[tuple[float, float], float, float], ...]:
@@ -116,29 +131,10 @@ def spring_points(d: Dimensions) -> Points:
     return np.stack([0.0 * y, y, 0.0 * y], axis=1), radius
 
 
-def platform_points(d: Dimensions) -> Points:
-    """Gives the platform's wrists as balls in its frame: bosses with their ends, cross-bars, balls of the joints."""
-    p, f = d.platform, d.forearm
-    boss, half, wide = p.boss_diameter_mm / 2, p.boss_length_mm / 2, f.width_mm / 2
-    inside = max(half - boss, 0.0)  # so far out a ball as wide as the boss lies in it
-    y = np.linspace(-inside, inside, int(2 * inside / TUBE_STEP_MM) + 2)
-    beyond = f.bar_length_mm / 2 - f.cone_mm - f.bar_diameter_mm / 2  # a ball as wide as the bar lies in it up to there
-    bar = np.concatenate([sign * np.arange(half, beyond, TUBE_STEP_MM) for sign in (-1.0, 1.0)])
-    turns = np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS, endpoint=False)
-    around = np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1)
-    rings = (boss - BOSS_BEVEL_MM, half), (boss, half - BOSS_BEVEL_MM)  # both edges of a boss's end
-    edges = [radius * around + [0.0, sign * y, 0.0] for radius, y in rings for sign in (-1.0, 1.0)]
-    middles = np.concatenate([y, bar, [-wide, wide]])[:, None] * np.array([0.0, 1.0, 0.0])
-    local = np.concatenate([middles, *edges]) + np.array([p.radius_mm, 0.0, 0.0])
-    radii = [min(boss, half)] * len(y) + [f.bar_diameter_mm / 2] * len(bar) + [f.ball_diameter_mm / 2] * 2
-    radii += [0.0] * (len(local) - len(radii))
-    return np.concatenate([local @ chain_frame(i)[:3, :3].T for i in CHAINS]), np.tile(radii, 3)
-
-
 def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
     """Gives how near other chains' "sector", "rod" or "spring", or the "platform", come to an arm with its sector."""
     f, shapes, reach = d.forearm, arm_shapes(d, c), c.keep_out_radius_mm + FAR_MM
-    edges = sector_points(d, c)
+    edges, solid = sector_points(d, c), platform_shapes(d)
     points, radii = {
         "sector": lambda: (edges, np.zeros(len(edges))),
         "rod": lambda: rod_points(f),
@@ -170,21 +166,21 @@ def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
                 off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
                 found[:, k] = off.min(axis=1)
                 if kind == "platform":
-                    found[:, k] = np.minimum(found[:, k], _beside_bosses(d, np.linalg.inv(seen), edges[some]))
+                    found[:, k] = np.minimum(found[:, k], _off_platform(d, solid, np.linalg.inv(seen), edges[some]))
         return found
 
     return apart
 
 
-def _beside_bosses(d: Dimensions, arm: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """How near edges of a sector come to the platform's bosses, (n), the arm in the platform's frame (n, 4, 4)."""
-    p, found = d.platform, np.full(len(arm), FAR_MM)
-    end = p.boss_length_mm / 2 - BOSS_BEVEL_MM
-    boss = Round(p.boss_diameter_mm / 2, (-end, end), (p.radius_mm, 0.0))
-    at = edges @ np.swapaxes(arm[:, :3, :3], 1, 2) + arm[:, None, :3, 3]
-    for i in CHAINS:
-        found = np.minimum(found, off_all_mm([boss], at @ chain_frame(i)[:3, :3]).min(axis=1))
-    return found
+def _off_platform(d: Dimensions, solid: Sequence[Shape], arm: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """How near edges of a sector come to the platform, (n), the arm in its frame (n, 4, 4)."""
+    at, p = edges @ np.swapaxes(arm[:, :3, :3], 1, 2) + arm[:, None, :3, 3], d.platform
+    out, down = np.hypot(p.radius_mm + p.boss_diameter_mm / 2, p.boss_length_mm / 2), -p.boss_diameter_mm / 2
+    near = (at[..., 2] > down - FAR_MM) & (np.hypot(at[..., 0], at[..., 1]) < out + FAR_MM)
+    off = np.full(near.shape, FAR_MM)
+    if near.any():
+        off[near] = off_all_mm(solid, at[near])
+    return off.min(axis=1)
 
 
 def beside_springs(d: Dimensions) -> Apart:
@@ -282,7 +278,7 @@ def nearest(apart: Apart, bottom_mm: float, half_mm: float, count: int = COUNT) 
     least = float(found.min())
     if least >= FAR_MM:
         return least
-    for k in np.argsort(found.min(axis=1), kind="stable")[:STARTS]:
+    for k in np.argsort(found.min(axis=1), kind="stable")[: STARTS[count]]:
         at, pair, step = positions[k], int(np.argmin(found[k])), 2.0 * half_mm / (count - 1)
         for turn in range(HALVINGS):
             step /= 2.0

@@ -12,6 +12,7 @@ from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.rules import up
 from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import folded
+from delta_cad.passing.hanging import hanging
 from delta_cad.passing.moving import COUNT, FEW, beside_sectors, beside_springs, nearest, spare_of_cups
 from delta_cad.passing.sleeves import sleeves_off_mm
 from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, sector_off_mm, sliding_off_mm
@@ -25,6 +26,7 @@ FASTEST = 2.0  # mm that neighbours part by at most, and some, for each by which
 SLOWEST = 0.7  # that is taken to be so, where what overlaps tells no distance
 ON_MM = 0.05
 WIDER, WIDEST = 1.02, 2.5  # steps of a sector's radius, and the most it is asked to grow
+KEY_WIDER, KEY_WIDEST = 1.05, 1.6  # the same for keys
 
 Spare = Callable[[Dimensions, CapstanDimensions, int], float]
 """What a machine has more than it must, by so many positions along an edge of its cube; negative: what it lacks."""
@@ -41,7 +43,8 @@ def passing(d: Dimensions, spare_mm: float = 0.0, aim_mm: float = 0.0) -> list[R
         spare_mm: What is to be left beyond what must be.
         aim_mm: What a value that is told leaves, where anything is refused.
     """
-    own = [*folded(d, _least_mm(d) + spare_mm), *_cups(d, spare_mm, aim_mm)]
+    least = _least_mm(d) + spare_mm
+    own = [*hanging(d, least, max(aim_mm - spare_mm, 0.0)), *folded(d, least), *_cups(d, spare_mm, aim_mm)]
     if (c := d.capstan) is None:
         return own
     return [*_sleeves(d, c), *_chains(d, c, spare_mm, aim_mm), *_platform(d, c, spare_mm, aim_mm), *own]
@@ -91,8 +94,7 @@ def _chains(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: float)
         more = _farther_mm(d, spare, lacking, 0.0 if is_angle else aim_mm, is_angle)
         lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
         if more is None:
-            message = f"hardware.sector_radius_mm = {d.design.hardware.sector_radius_mm:g}: {lacks}; a smaller one, or "
-            yield Reason(part, feature, f"{message}another hardware.motor")
+            yield _covered(d, part, feature, lacks, spare) if is_angle else _too_large(d, part, feature, lacks)
             continue
         message = (
             f"base_radius_mm = {held:g} must be at least {up(held + more)} mm with platform_radius_mm at least "
@@ -100,6 +102,21 @@ def _chains(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: float)
         )
         beside = (("mechanism.platform_radius_mm", m.platform_radius_mm + more),)
         yield Reason(part, feature, message, field, held, held + more, beside)
+
+
+def _too_large(d: Dimensions, part: str, feature: str, lacks: str) -> Reason:
+    message = f"hardware.sector_radius_mm = {d.design.hardware.sector_radius_mm:g}: {lacks}; a smaller one, or "
+    return Reason(part, feature, f"{message}another hardware.motor")
+
+
+def _covered(d: Dimensions, part: str, feature: str, lacks: str, spare: Spare) -> Reason:
+    """A motor that stands so near that its own arm's sector covers its screws at any angle: a larger pinion."""
+    field, held = "hardware.sector_radius_mm", d.design.hardware.sector_radius_mm
+    share = _growth(d.design, ("sector_radius_mm",), lambda d, c: spare(d, c, FEW) >= 0.0, KEY_WIDER, KEY_WIDEST)
+    if share is None:
+        return Reason(part, feature, f"{field} = {held:g}: {lacks}; another hardware.motor")
+    message = f"{field} = {held:g} must be at least {up(held * share)} mm, or capstan_ratio less: {lacks}"
+    return Reason(part, feature, message, field, held, held * share)
 
 
 def _platform(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: float) -> Iterator[Reason]:
@@ -183,14 +200,12 @@ def _sleeves(d: Dimensions, c: CapstanDimensions) -> Iterator[Reason]:
         return
     h, part, feature = d.design.hardware, "crimp_sleeve", "beside the arm"
     lacks = f"a sleeve of the cable lacks {-spare:.2f} mm to pass the arm on its way to its seat"
-    share = WIDER
-    while share < WIDEST and not _sleeves_pass(d.design, share):
-        share *= WIDER
-    radius, ratio = h.sector_radius_mm * share, h.capstan_ratio * share
+    share = _growth(d.design, ("sector_radius_mm", "capstan_ratio"), lambda d, c: sleeves_off_mm(d, c) >= SLEEVE_OFF_MM)
     field = "hardware.sector_radius_mm"
-    if share >= WIDEST:
+    if share is None:
         yield Reason(part, feature, f"{field} = {h.sector_radius_mm:g}, a larger one: {lacks}", field)
         return
+    radius, ratio = h.sector_radius_mm * share, h.capstan_ratio * share
     message = (
         f"{field} = {h.sector_radius_mm:g} must be at least {up(radius)} mm with capstan_ratio at least {up(ratio)}: "
         f"{lacks}"
@@ -199,15 +214,26 @@ def _sleeves(d: Dimensions, c: CapstanDimensions) -> Iterator[Reason]:
     yield Reason(part, feature, message, field, h.sector_radius_mm, radius, beside)
 
 
-def _sleeves_pass(design: Design, share: float) -> bool:
-    """Whether sleeves pass the arm where sector and ratio are larger and the pinion stays."""
-    h = design.hardware
-    radii = {"sector_radius_mm": h.sector_radius_mm * share, "capstan_ratio": h.capstan_ratio * share}
-    try:
-        larger = dimensions(design.model_copy(update={"hardware": h.model_copy(update=radii)}))
-    except DimensionError:
-        return False
-    return larger.capstan is not None and sleeves_off_mm(larger, larger.capstan) >= SLEEVE_OFF_MM
+def _growth(
+    design: Design,
+    names: tuple[str, ...],
+    does: Callable[[Dimensions, CapstanDimensions], bool],
+    step: float = WIDER,
+    most: float = WIDEST,
+) -> float | None:
+    """By how many times sector, or sector and ratio, must be larger for something to pass; None: by too many."""
+    share, h = step, design.hardware
+    while share < most:
+        try:
+            grown = h.model_copy(update={name: getattr(h, name) * share for name in names})
+            larger = dimensions(design.model_copy(update={"hardware": grown}))
+        except DimensionError:
+            pass
+        else:
+            if larger.capstan is not None and does(larger, larger.capstan):
+                return share
+        share *= step
+    return None
 
 
 def _cups(d: Dimensions, spare_mm: float, aim_mm: float) -> list[Reason]:

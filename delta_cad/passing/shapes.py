@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +12,8 @@ import numpy as np
 from delta_cad.dimensions.bracket import Circle
 
 DIRECTIONS = 180  # in which a hull's outline is looked at: to 5 um of a circle of 30 mm
+Points = tuple[np.ndarray, np.ndarray]
+"""(n, 3) middles of balls that lie within a solid, and their radii (n)."""
 FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
 
 
@@ -24,13 +27,23 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Prism:
-    """Hull of circles in the plane of x and z, from one y to another; beyond `FAR_MM` a lower bound of the distance."""
+    """Hull of circles in the plane of x and z, from one y to another; beyond `FAR_MM` a lower bound of the distance.
+
+    Both its ends are bevelled, as its edges are broken.
+    """
 
     circles: Sequence[Circle]
     y_mm: tuple[float, float]
+    bevel_mm: float = 0.0
 
     def off_mm(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
+        across, y = self.across_mm(points), points[:, 1]
+        along = np.maximum(self.y_mm[0] - y, y - self.y_mm[1])
+        return np.maximum(_beside(across, y, self.y_mm), _bevelled(across, along, self.bevel_mm))
+
+    def across_mm(self, points: np.ndarray) -> np.ndarray:
+        """Computes how far points (n, 3) are off the outline, in its plane, (n)."""
         turns = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
         normals, circles = np.stack([np.cos(turns), np.sin(turns)]), np.array(self.circles)
         support = (circles[:, :2] @ normals + circles[:, 2:]).max(axis=0)
@@ -38,7 +51,21 @@ class Prism:
         across = (flat @ normals[:, ::quarter] - support[::quarter]).max(axis=1)  # off a box around it
         near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
         across[near] = (flat[near] @ normals - support).max(axis=1)
-        return _beside(across, points[:, 1], self.y_mm)
+        return across
+
+
+@dataclass(frozen=True)
+class Windowed:
+    """Prism with a window through it, the hull of circles in the same plane."""
+
+    whole: Prism
+    window: Prism
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        inside = np.minimum(self.window.across_mm(points), 0.0)
+        through = _beside(-inside, points[:, 1], self.whole.y_mm)
+        return np.where(inside < 0.0, through, self.whole.off_mm(points))
 
 
 @dataclass(frozen=True)
@@ -75,6 +102,23 @@ class Round:
 
 
 @dataclass(frozen=True)
+class Bar:
+    """Cylinder from a point along a unit vector."""
+
+    radius_mm: float
+    length_mm: float
+    from_mm: np.ndarray
+    along: np.ndarray
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        out = points - self.from_mm
+        along = out @ self.along
+        aside = np.linalg.norm(out - along[:, None] * self.along, axis=1)
+        return _beside(aside - self.radius_mm, along, (0.0, self.length_mm))
+
+
+@dataclass(frozen=True)
 class Ring:
     """Segment of a ring about y between two radii and two angles from x to z; as of `Prism` beyond `FAR_MM`."""
 
@@ -99,24 +143,45 @@ class Ring:
 
 @dataclass(frozen=True)
 class Block:
-    """Box along three axes, the columns of a matrix (3, 3), from a point."""
+    """Box along three axes, the columns of a matrix (3, 3), from a point; bevelled around its end along the last."""
 
     axes: np.ndarray
     from_mm: tuple[float, float, float]
     low_mm: tuple[float, float, float]
     high_mm: tuple[float, float, float]
+    bevel_mm: float = 0.0
 
     def off_mm(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         seen = (points - np.array(self.from_mm)) @ self.axes
-        off = np.maximum(np.array(self.low_mm) - seen, seen - np.array(self.high_mm))
-        return np.linalg.norm(np.maximum(off, 0.0), axis=1) + np.minimum(off.max(axis=1), 0.0)
+        over = seen - np.array(self.high_mm)
+        off = np.maximum(np.array(self.low_mm) - seen, over)
+        beside = np.linalg.norm(np.maximum(off, 0.0), axis=1) + np.minimum(off.max(axis=1), 0.0)
+        return np.maximum(beside, _bevelled(off[:, :2].max(axis=1), over[:, 2], self.bevel_mm))
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Shape along other axes, the columns of a matrix (3, 3), from a point."""
+
+    axes: np.ndarray
+    shape: Shape
+    from_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def off_mm(self, points: np.ndarray) -> np.ndarray:
+        """As of `Shape`."""
+        return self.shape.off_mm((points - np.array(self.from_mm)) @ self.axes)
 
 
 def off_all_mm(shapes: Sequence[Shape], points: np.ndarray) -> np.ndarray:
     """Computes how far points (..., 3) are off the nearest of several shapes, (...)."""
     flat = points.reshape(-1, 3)
     return np.min([shape.off_mm(flat) for shape in shapes], axis=0).reshape(points.shape[:-1])
+
+
+def _bevelled(across: np.ndarray, along: np.ndarray, bevel_mm: float) -> np.ndarray:
+    """Distance to the bevel between what is so far off a side and off an end."""
+    return (across + along + bevel_mm) / sqrt(2.0)
 
 
 def _beside(across: np.ndarray, y: np.ndarray, ends: tuple[float, float]) -> np.ndarray:

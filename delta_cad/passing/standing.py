@@ -3,40 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 from math import cos, pi, sin
 
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.bracket import CHEEK_EDGE_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm, motor_screw_mm
+from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.moving import sector_points
-from delta_cad.passing.shapes import Block, Prism, Round, Shape, off_all_mm
+from delta_cad.passing.moving import arm_shapes, sector_points
+from delta_cad.passing.shapes import Block, Placed, Prism, Round, Shape, off_all_mm
 
 AROUND = 48  # points around a motor and a pinion
 ALONG_MM = 3.0  # between their circles, and between points of a key
 SLID_MM = 40.0  # over which a drive's way on to its plate is looked at
 SLIDES = 21
 SWINGS = 31  # angles of an arm between its stops
-TURNS = 72  # directions of a key's handle: every 5 degrees
+TURNS = 72, 360  # directions of a key's handle: every 5 degrees, and every degree where those leave it open
+HEIGHTS = 5, 21  # of the handle on the cube's middle axis: where few are enough, and else
 SWING_RAD = pi / 3  # of a handle, to a hexagon's next corner
 FAR_MM = 1e3
+
+Stands = tuple[Sequence[Shape], int]
+"""Shapes, and the chain in whose frame they are."""
 
 
 def cheeks(d: Dimensions) -> list[Shape]:
     """Lists both cheeks of a chain, as hulls in its shoulder's frame."""
-    b, (outside, inside) = d.bracket, d.layers.encoder_cheek_mm
-    leg = [b.leg_circle_mm, *b.foot_circles_mm]
-    head = Round(b.head_radius_mm, (d.layers.encoder_head_mm[0], inside))
-    return [Prism(b.motor_cheek_circles_mm, d.layers.motor_cheek_mm), Prism(leg, (outside, inside)), head]
+    b, (outside, inside), head = d.bracket, d.layers.encoder_cheek_mm, d.encoder_head_circles_mm
+    leg = [*([b.leg_circle_mm] if d.capstan else head), *b.foot_circles_mm]
+    return [
+        Prism(b.motor_cheek_circles_mm, d.layers.motor_cheek_mm, CHEEK_EDGE_MM),
+        Prism(leg, (outside, inside), CHEEK_EDGE_MM),
+        Prism(head, (d.layers.encoder_head_mm[0], inside), CHEEK_EDGE_MM),
+    ]
 
 
 def motor(d: Dimensions) -> Round:
     """The motor's body in its shoulder's frame."""
     face, (u, z) = d.layers.motor_cheek_mm[1], d.bracket.motor_axis_mm
     return Round(d.motor.diameter_mm / 2, (face, face + d.motor.length_mm), (u - d.bracket.shoulder_u_mm, z))
+
+
+def board(d: Dimensions) -> list[Block]:
+    """The encoder's board in its shoulder's frame, its length upright; none where no encoder is there."""
+    if not d.sensed_at_shoulder:
+        return []
+    long, wide = d.encoder.board_length_mm / 2, d.encoder.board_width_mm / 2
+    back, front = d.layers.encoder_board_mm
+    return [Block(np.eye(3), (0.0, 0.0, 0.0), (-wide, back, -long), (wide, front, long))]
 
 
 def foot(d: Dimensions) -> Block:
@@ -48,6 +68,7 @@ def foot(d: Dimensions) -> Block:
         (0.0, 0.0, 0.0),
         (low, inside[0], d.bracket.base_top_mm - d.base.thickness_mm),
         (high, inside[1], d.bracket.base_top_mm + d.bracket.foot_height_mm),
+        CHEEK_EDGE_MM,
     )
 
 
@@ -110,23 +131,43 @@ def sliding_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
     return found
 
 
-def _in_the_way(d: Dimensions) -> list[tuple[Sequence[Shape], int]]:
-    """What stands still around a motor's screws: shapes, each with the chain in whose frame they are."""
+def _in_the_way(d: Dimensions) -> list[Stands]:
+    """What stands still around a motor's screws."""
     block = foot(d)
     others: list[Shape] = [*cheeks(d), motor(d), block]
-    return [([*cheeks(d)[1:], block], 0), (others, 1), (others, 2)]
+    own = pinion(d.capstan, d) if d.capstan is not None else []
+    return [([*cheeks(d)[1:], block, *own], 0), (others, 1), (others, 2)]
+
+
+def _arms(d: Dimensions, count: int) -> list[list[Stands]]:
+    """Arms with sectors where the handle stands on the cube's middle axis, the middle first."""
+    if d.capstan is None:
+        return [[]]
+    cube, still = d.design.cube, arm_shapes(d, d.capstan)
+    shares = np.linspace(0.0, 1.0, count)
+    heights = cube.bottom_height_mm + 2.0 * cube.half_side_mm * shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
+    at = np.stack([0.0 * heights, 0.0 * heights, heights], axis=1) / MM_PER_M
+    found = []
+    for angle in inverse_kinematics(d.design.geometry, at)[:, 0]:
+        cosine, sine = np.cos(angle), np.sin(angle)
+        axes = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+        arm = [Placed(axes, shape) for shape in still]
+        found.append([(arm, i) for i in CHAINS])
+    return found
 
 
 def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
-    """Computes by how much a key's handle swings in a motor's screw beside what stands still, the least of all, rad.
+    """Computes by how much a key's handle swings in a motor's screw, the least of all, rad.
 
-    What swings by `SWING_RAD` may swing by more than is told.
+    Beside what stands still, and beside arms with their sectors, which go up and down with the handle as suits. What
+    swings by `SWING_RAD` may swing by more than is told.
 
     Args:
         d: The machine.
-        whole: Whether all screws are looked at, not those up to the first in which no key swings far enough.
+        whole: Whether all screws are looked at, and many heights of the handle; not the screws up to the first in which
+            no key swings far enough, at few.
 
-    It is one of the keys that `delta_cad.checks.contact.access` tries; what moves is left out.
+    It is one of the keys that `delta_cad.checks.contact.access` tries; what else moves is left out.
     """
     row = catalogue.screw(d.motor.mount_thread)
     if row.socket_mm not in KEYS_MM:
@@ -134,14 +175,26 @@ def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
     long, short = KEYS_MM[row.socket_mm]
     keys = (short, long), (long, short), cut_key_mm(row.socket_mm), (LONG_MM.get(row.socket_mm, long), short)
     mouth = d.layers.motor_cheek_mm[0] + motor_screw_mm(d.motor, d.layers)[1] - row.head_height_mm
-    radius, stands = CORNERS * row.socket_mm / 2.0, _in_the_way(d)
+    radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d, HEIGHTS[whole])
+
+    def free(at: tuple[float, float], key: tuple[float, float], beside: list[Stands], among: np.ndarray) -> np.ndarray:
+        return _free(d, at, mouth, radius, row.socket_depth_mm, key, beside, among)
 
     def best(at: tuple[float, float]) -> float:
         """Swing of the key that swings farthest; of the first that swings far enough, which is all that is asked."""
-        most = 0.0
-        for key in keys:
-            if (most := max(most, _swing(d, at, mouth, radius, row.socket_depth_mm, key, stands))) >= SWING_RAD:
-                break
+        most, still = 0.0, dict[tuple[float, float], np.ndarray]()
+        for arm, key in product(arms, keys):
+            if key not in still:
+                still[key] = free(at, key, stands, np.ones(TURNS[0], dtype=bool))
+            swing = _swing_rad(among := still[key])
+            if swing >= SWING_RAD:  # what stands still leaves it room
+                left = free(at, key, arm, among)
+                swing = _swing_rad(left)
+                if SWING_RAD <= swing < SWING_RAD + 4.0 * pi / TURNS[0]:  # it may be up to two steps less
+                    near = np.repeat(left | np.roll(left, -1), TURNS[1] // TURNS[0])
+                    swing = _swing_rad(free(at, key, [*stands, *arm], near))
+            if (most := max(most, swing)) >= SWING_RAD:
+                return most
         return most
 
     least = 2.0 * pi
@@ -158,37 +211,60 @@ def _screws(d: Dimensions) -> Iterator[tuple[float, float]]:
         yield x + radius * cos(angle), z + radius * sin(angle)
 
 
-def _swing(
+def _within(stands: list[Stands], point: np.ndarray, reach: float, shoulder_u: float) -> list[Stands]:
+    """What of it is within a reach of a point (1, 3)."""
+    found = []
+    for shapes, chain in stands:
+        there = seen_from(point, -chain % 3, shoulder_u)
+        near = [shape for shape in shapes if shape.off_mm(there)[0] < reach]
+        if near:
+            found.append((near, chain))
+    return found
+
+
+def _met_by_plate(d: Dimensions, points: np.ndarray, radius: float) -> np.ndarray:
+    """Whether balls at points (..., 3) in a shoulder's frame meet the base plate, beside its large holes."""
+    x, y = points[..., 0] + d.bracket.shoulder_u_mm, points[..., 1]
+    met = (points[..., 2] - radius <= d.bracket.base_top_mm) & (np.hypot(x, y) < d.base.radius_mm + radius)
+    for across, aside, hole in d.base.holes_mm:
+        met &= np.hypot(x - across, y - aside) > hole - radius
+    return met
+
+
+def _free(
     d: Dimensions,
     at: tuple[float, float],
     mouth: float,
     radius: float,
     depth: float,
     key: tuple[float, float],
-    stands: list[tuple[Sequence[Shape], int]],
-) -> float:
-    """Swing of one key in one screw, rad."""
-    inside, handle = key
-    turns = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)
-    out = np.arange(0.0, handle, ALONG_MM)
+    stands: list[Stands],
+    among: np.ndarray,
+) -> np.ndarray:
+    """In which of the directions (n), from the first of a circle on, one key in one screw is free, (n)."""
+    (inside, handle), u, free = key, d.bracket.shoulder_u_mm, among.copy()
+    turns = np.linspace(0.0, 2.0 * np.pi, len(free), endpoint=False)
+    out = np.linspace(radius, handle - radius, int(handle / ALONG_MM) + 2)  # balls within it
     flat = np.stack([np.outer(np.cos(turns), out), 0.0 * np.outer(turns, out), np.outer(np.sin(turns), out)], axis=2)
     leg = np.arange(0.0, inside, ALONG_MM)[:, None] * np.array([0.0, -1.0, 0.0]) + np.array([at[0], mouth, at[1]])
-    if any(
-        (off_all_mm(shapes, seen_from(leg, -chain % 3, d.bracket.shoulder_u_mm)) < radius).any()
-        for shapes, chain in stands
-    ):
-        return 0.0
-    free = np.ones(TURNS, dtype=bool)
+    stands = _within(stands, leg[:1], inside + handle, u)
+    if any((off_all_mm(shapes, seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
+        return np.zeros_like(free)
     for bend in (mouth - (inside - depth), mouth - inside):
         points = flat + np.array([at[0], bend, at[1]])
-        free &= points[..., 2].min(axis=1) - radius > d.bracket.base_top_mm
+        free &= ~_met_by_plate(d, points, radius).any(axis=1)
         for shapes, chain in stands:
-            there = seen_from(points, -chain % 3, d.bracket.shoulder_u_mm)
-            free &= off_all_mm(shapes, there).min(axis=1) > radius
-    if free.all():
-        return 2.0 * pi
+            there = seen_from(points[free], -chain % 3, u)
+            free[free] = off_all_mm(shapes, there).min(axis=1) > radius
+    return free
+
+
+def _swing_rad(free: np.ndarray) -> float:
+    """Longest run of directions of a circle (n) that are free, and up to a step at either end, rad."""
+    if free.all() or not free.any():
+        return 2.0 * pi * free[0]
     longest = run = 0
     for one in np.roll(free, -int(free.argmin())):
         run = run + 1 if one else 0
         longest = max(longest, run)
-    return (longest + 1) * 2.0 * pi / TURNS  # no more than that: up to a step at either end
+    return (longest + 1) * 2.0 * pi / len(free)

@@ -57,9 +57,8 @@ def make_base_plate(d: Dimensions) -> Part:
     if d.has_feet:
         boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
     bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mount_places(d))
-    middle_radius = (b.centre_hole_mm / 2 + b.foot_circle_mm / 2) / 2
     if b.window_mm:
-        bored(f"{b.window_mm:g} through, lightening", b.window_mm, between_chains(middle_radius))
+        bored(f"{b.window_mm:g} through, lightening", b.window_mm, [(x, y) for x, y, _ in b.holes_mm[1:]])
     solid = feature(number, "bores", "base_radius_mm", lambda: cut(plate, boring.tools))
     along, across = b.reach_mm
     description = f"base plate {max(along[1] - along[0], across[1] - across[0]):.4g} x {b.thickness_mm:g}"

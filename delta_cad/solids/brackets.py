@@ -14,10 +14,9 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.bracket import BLOCK_SCREW, KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
+from delta_cad.dimensions.bracket import BLOCK_SCREW, CHEEK_EDGE_MM, KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import motor_screw_mm
-from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, tenths_above
 from delta_cad.dimensions.tolerances import LENGTH_MM, TIP_DEG, drilled_mm, minutes, seat_tilt_rad, tip_mm
@@ -70,12 +69,6 @@ def motor_counterbore_mm(d: Dimensions) -> float:
     room = floor(10.0 * (m.mount_circle_mm - m.pilot_diameter_mm - 2 * PILOT_WALL_MM) + ROUNDING_MM) / 10.0
     usual = screw.counterbore_diameter_mm  # where no wall is left it opens into the pilot's bore
     return min(usual, room) if room >= screw.head_diameter_mm + HEAD_PLAY_MM else usual
-
-
-def board_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
-    """(x, z) of the encoder board's screws in the shoulder's frame; the board stands upright, its plug down."""
-    half_x, half_z = d.encoder.hole_spacing_width_mm / 2, d.encoder.hole_spacing_length_mm / 2
-    return [(sx * half_x, sz * half_z) for sx in (-1, 1) for sz in (-1, 1)]
 
 
 def cheek_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -173,7 +166,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     outline = b.motor_cheek_circles_mm
     what = "motor diameter, base_radius_mm"
     body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
-    body = edge_break(number, body, ">Y or <Y", 0.5)
+    body = edge_break(number, body, ">Y or <Y", CHEEK_EDGE_MM)
     screw = catalogue.screw(d.motor.mount_thread)
     seat_depth = motor_screw_mm(d.motor, d.layers)[1]
     motor_screws = motor_screw_positions(d)
@@ -220,18 +213,18 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     number, b = "encoder_cheek", d.bracket
     outside, inside = d.layers.encoder_cheek_mm
     face = d.layers.encoder_head_mm[0]
-    board = board_screw_positions(d) if d.sensed_at_shoulder else []
-    head = [(0.0, 0.0, b.head_radius_mm), *((x, z, BOARD_EDGE_MM) for x, z in board)]
+    board, head = d.board_screws_mm, d.encoder_head_circles_mm
     leg = [b.leg_circle_mm, *b.foot_circles_mm] if d.capstan is not None else [*head, *b.foot_circles_mm]
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
     if d.capstan is not None and board:
         beside = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
-        body = edge_break(number, beside, ">Y or <Y", 0.5)
+        body = edge_break(number, beside, ">Y or <Y", CHEEK_EDGE_MM)
     else:
-        body = edge_break(number, body, ">Y or <Y", 0.5)
+        body = edge_break(number, body, ">Y or <Y", CHEEK_EDGE_MM)
     if d.capstan is not None:
         round_head = bore_y(2 * b.head_radius_mm, (0.0, 0.0), (face, inside))
-        upper = edge_break(number, hull_along_y(head, (face, inside)) if board else round_head, "<Y or >Y", 0.5)
+        upper = hull_along_y(head, (face, inside)) if board else round_head
+        upper = edge_break(number, upper, "<Y or >Y", CHEEK_EDGE_MM)
         body = fuse(body, upper)
     thread, drilled = board_thread_mm(d)
     boring = Boring()
@@ -282,7 +275,7 @@ def make_foot_block(d: Dimensions) -> Part:
     y = (d.layers.encoder_cheek_mm[1], d.layers.motor_cheek_mm[0])
     middle, z = sum(y) / 2, (b.base_top_mm, b.base_top_mm + b.foot_height_mm)
     body = box((low, y[0], z[0]), (high, y[1], z[1]))
-    body = edge_break(number, body, ">Z", 0.5)
+    body = edge_break(number, body, ">Z", CHEEK_EDGE_MM)
     depth, into, boring = block_thread_mm(d), cheek_dowel_depth_mm(d), Boring()
     through = y[1] - y[0] <= DRILL_DIAMETERS * catalogue.screw(BLOCK_SCREW).tap_drill_mm
     cross, back = (

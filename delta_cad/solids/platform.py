@@ -8,10 +8,8 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import (
     BOSS_BEVEL_MM,
-    RIB_MM,
     STEM_FLATS_MM,
     STEM_FLATS_Z_MM,
-    WEB_CORNER_MM,
     PlatformDimensions,
 )
 from delta_cad.dimensions.tolerances import BAR_WIDER_UM
@@ -54,9 +52,7 @@ def make_platform(d: Dimensions) -> Part:
         hub = bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))
         webs, shapes = list[cq.Shape](), list[cq.Shape]()
         for i in CHAINS:
-            aside, round_mm = half - WEB_CORNER_MM[0], WEB_CORNER_MM[1]
-            web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, aside, round_mm), (r, -aside, round_mm)], plate)
-            webs.append(turned_to_chain(web, i))
+            webs.append(turned_to_chain(hull_along_z(p.web_mm, plate), i))
             barrel = bevelled(boss, (-half, half), BOSS_BEVEL_MM, (r, 0.0, 0.0))
             shapes.append(turned_to_chain(barrel, i))
             if plate[0] > 0.0:  # an upright flank under the plate, where the boss would be undercut
@@ -75,16 +71,9 @@ def make_platform(d: Dimensions) -> Part:
         bars.append(within(between(p.bar_bore_mm, *ends), 0.0, BAR_WIDER_UM))
     boring.add(f"{p.bar_bore_mm:g} through each boss, a cross-bar's middle bonded in it", bars)
     boring.add(f"{p.stem_thread} through, handle", [tapped(along_z(0.0, (0.0, 0.0), (top, -top)), p.stem_thread)])
-    near, far = p.hub_radius_mm + RIB_MM, r - boss - 1.0
-    for i in CHAINS:
-        if far - near >= 4.0:
-            reach = (half - WEB_CORNER_MM[0]) * far / r - RIB_MM
-            window = hull_along_z(
-                [(near + 1.5, 0.0, 1.5), (far - 1.5, reach - 1.5, 1.5), (far - 1.5, 1.5 - reach, 1.5)],
-                (plate[0] - THROUGH_MM, plate[1] + THROUGH_MM),
-            )
-            if reach >= 3.0:
-                tools.append(turned_to_chain(window, i))
+    if p.window_mm:
+        window = hull_along_z(p.window_mm, (plate[0] - THROUGH_MM, plate[1] + THROUGH_MM))
+        tools += [turned_to_chain(window, i) for i in CHAINS]
     solid = feature(
         number,
         "bores and windows",

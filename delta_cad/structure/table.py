@@ -7,7 +7,7 @@ plate and its feet, the preloaded faces of screw joints, the slit of a direct dr
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import cos, hypot, pi, sin, sqrt
 
 import numpy as np
@@ -17,7 +17,6 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import ANCHOR_MM, CARRIAGE_FROM_MM, CARRIAGE_MM
 from delta_cad.dimensions.forearm import END_MATERIAL
-from delta_cad.dimensions.platform import WEB_CORNER_MM
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
@@ -304,11 +303,8 @@ def _cable(d: Dimensions) -> CableSpring | None:
 def _spoke(d: Dimensions) -> Beam:
     """A web of the platform between the hub and the boss, with its window."""
     p = d.platform
-    r, half, boss = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2
-    corner = (r, half - WEB_CORNER_MM[0], WEB_CORNER_MM[1])
-    near, far = p.hub_radius_mm + 4.0, r - boss - 1.0
-    reach = corner[1] * far / r - 4.0
-    window = far - near >= 4.0 and reach >= 3.0
+    r, corner = p.radius_mm, p.web_mm[1]
+    near, far, reach = p.window_reach_mm or (r, r, 0.0)
 
     def section(x: float) -> Section:
         # tangent of the hub's circle and the corner's: height of the hull of two circles over x
@@ -317,10 +313,13 @@ def _spoke(d: Dimensions) -> Beam:
         lean = np.arctan2(dy, dx) + np.arccos(dr / length)
         edge = (p.hub_radius_mm - x * cos(lean)) / sin(lean)
         wide = 2 * min(max(edge, 0.0), max(corner[1] + corner[2], p.hub_radius_mm))
-        if window and near < x < far:
+        if near < x < far:
             open_mm = 2 * (1.5 + (reach - 1.5) * (x - near) / (far - near))
             return ribs(max(wide - open_mm, RIB_LIMIT_MM), p.plate_mm, open_mm, far - near)
         return rectangle(wide, p.plate_mm)
 
     root = p.hub_radius_mm - SPOKE_ROOT * p.plate_mm
-    return Beam(tapered(root, r, lambda x: section(max(x, p.hub_radius_mm)), *moduli_N_mm2("aluminium-7075")))
+    ends = [root, *([near, far] if p.window_reach_mm else []), r]  # no slice lies across a window's end
+    material = moduli_N_mm2("aluminium-7075")
+    pieces = (tapered(*piece, lambda x: section(max(x, p.hub_radius_mm)), *material) for piece in pairwise(ends))
+    return Beam(tuple(chain.from_iterable(pieces)))

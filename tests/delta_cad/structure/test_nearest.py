@@ -1,0 +1,132 @@
+"""What passes what in closed form comes as near as the exact solids do, and a search finds where."""
+
+from __future__ import annotations
+
+from math import radians
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+from delta_cad.dimensions import dimensions, link_placement
+from delta_cad.passing.folding import beside_own
+from delta_cad.passing.hanging import off_boss_mm
+from delta_cad.passing.moving import COUNT, beside_sectors, nearest
+from delta_cad.passing.shapes import Bar, Placed, Prism, Round, Windowed
+from delta_cad.passing.standing import key_swing_rad
+from delta_cad.solids.capstan import make_cable_end
+from delta_cad.solids.forearm import make_rod_cup
+from delta_cad.solids.platform import make_platform
+from delta_cad.solids.upper_arm import make_upper_arm
+from delta_cad.structure.table import structure_table
+from tests.delta_cad.solids.measured import placed
+from tests.delta_cad.structure.test_passing import COVERED, FOLDED_CHEEKS, PLATES, TURNED, of, synthesized
+
+KEYED = synthesized(  # a key's handle dips into the hole of the base plate
+    mechanism__base_radius_mm=52.9,
+    mechanism__platform_radius_mm=23.81,
+    mechanism__upper_arm_length_mm=63.194,
+    mechanism__forearm_length_mm=398.8,
+    mechanism__parallelogram_width_mm=40.0,
+    cube__bottom_height_mm=396.5,
+    cube__half_side_mm=29.976,
+    hardware__motor="faulhaber-3257g024cr",
+    hardware__capstan_ratio=7.09,
+    hardware__sector_radius_mm=58.03,
+    hardware__tube="cfrp-6x4",
+    hardware__platform_thickness_mm=24.0,
+    hardware__ball_diameter_mm=10.0,
+)
+SPRINGS_BELOW = synthesized(
+    mechanism__base_radius_mm=45.01,
+    mechanism__platform_radius_mm=30.06,
+    mechanism__upper_arm_length_mm=105.324,
+    mechanism__forearm_length_mm=165.736,
+    mechanism__parallelogram_width_mm=62.5,
+    cube__bottom_height_mm=74.502,
+    cube__half_side_mm=49.959,
+    hardware__motor="faulhaber-3257g024cr",
+    hardware__cable="steel-0.54-7x19",
+    hardware__capstan_ratio=8.669,
+    hardware__sector_radius_mm=67.6,
+    hardware__platform_thickness_mm=30.0,
+    hardware__ball_diameter_mm=8.0,
+)
+
+
+def test_a_cables_end_round_its_nose_comes_as_near_to_the_platform_as_the_exact_solids_do() -> None:
+    """In that corner of the cube where it is nearest: no other part of the sector is."""
+    d, cube = dimensions(PLATES), PLATES.cube
+    assert d.capstan is not None
+    corner = np.array([[-1.0, 1.0, 0.0]]) * cube.half_side_mm + [0.0, 0.0, cube.bottom_height_mm]
+    apart, at = beside_sectors(d, d.capstan, "platform")(corner, False, None), link_placement(d)(corner)
+    cable, platform = make_cable_end(d, 0).solid, make_platform(d).solid
+    i = int(apart[0].argmin())
+    exact = placed(cable, at[f"upper_arm_{i}"][0]).distance(placed(platform, at["platform"][0]))
+    assert apart[0, i] == pytest.approx(exact, abs=0.1)
+
+
+def test_ends_of_rods_come_as_near_to_the_arms_boss_as_the_exact_solids_do() -> None:
+    """Leaning as far as they do, and turned as far as their joints let them or not at all."""
+    d, lean = dimensions(TURNED), radians(22.167)
+    f, (low, high) = d.forearm, d.layers.elbow_boss_mm
+    cup, arm = make_rod_cup(d).solid, make_upper_arm(d).solid
+    free = np.arccos(np.cos(f.tilt_limit_rad) / np.cos(lean))
+    found = []
+    for turn in np.linspace(-free, free, 9):
+        one = cup.rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), float(np.degrees(turn)))
+        one = one.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 0, 1), float(-np.degrees(lean)))
+        found.append(arm.distance(one.translate(cq.Vector(d.arm.length_mm, f.width_mm / 2, 0.0))))
+    assert off_boss_mm(f, d.arm.boss_radius_mm, high - low, lean) == pytest.approx(min(found), abs=0.05)
+
+
+def test_springs_that_fold_come_near_the_encoders_cheek() -> None:
+    """The capstan's own arm alone leaves them more room."""
+    d, cube = dimensions(FOLDED_CHEEKS), FOLDED_CHEEKS.cube
+    assert nearest(beside_own(d), cube.bottom_height_mm, cube.half_side_mm, 3) < 1.5
+
+
+def test_the_nearest_position_is_found_though_it_is_not_of_the_grids_nearest_pair() -> None:
+    d, cube = dimensions(SPRINGS_BELOW), SPRINGS_BELOW.cube
+    assert d.capstan is not None
+    apart = beside_sectors(d, d.capstan, "spring")
+    there = float(apart(np.array([[-42.58, -41.677, 74.514]]), False, None).min())
+    assert nearest(apart, cube.bottom_height_mm, cube.half_side_mm, COUNT) < there + 0.05
+
+
+def test_a_key_swings_over_the_base_plates_hole_and_not_behind_its_own_sector() -> None:
+    """Where solids leave it 102 degrees, and none."""
+    assert key_swing_rad(dimensions(KEYED)) > radians(75.0)
+    assert key_swing_rad(dimensions(COVERED)) < radians(60.0)
+
+
+def test_a_window_lets_through_what_is_off_its_edges() -> None:
+    whole, window = Prism([(0.0, 0.0, 10.0)], (0.0, 3.0)), Prism([(0.0, 0.0, 6.0)], (0.0, 3.0))
+    plate = Windowed(whole, window)
+    points = np.array([[0.0, 1.0, 0.0], [4.0, 7.0, 0.0], [8.0, 1.0, 0.0], [0.0, 1.0, 13.0]])
+    assert plate.off_mm(points) == pytest.approx([6.0, np.hypot(2.0, 4.0), -1.0, 3.0], abs=0.02)
+
+
+def test_bars_and_placed_shapes_are_where_they_are_put() -> None:
+    bar = Bar(2.0, 10.0, np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0]))
+    assert bar.off_mm(np.array([[6.0, 2.0, 8.0], [1.0, 2.0, 17.0]])) == pytest.approx([3.0, 4.0])
+    upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+    disc = Placed(upright, Round(2.0, (0.0, 1.0)), (5.0, 0.0, 0.0))
+    assert disc.off_mm(np.array([[5.0, 6.0, 0.5], [5.0, 0.0, 4.0]])) == pytest.approx([4.0, 3.0])
+
+
+def test_bevels_take_corners_off() -> None:
+    sharp, broken = (Prism([(0.0, 0.0, 10.0)], (0.0, 3.0), bevel) for bevel in (0.0, 0.5))
+    points = np.array([[10.0, 3.0, 0.0], [12.0, 1.0, 0.0]])
+    assert broken.off_mm(points) - sharp.off_mm(points) == pytest.approx([0.5 / np.sqrt(2.0), 0.0], abs=0.01)
+
+
+@pytest.mark.parametrize("path", ["examples/synthesized.json", "docs/gallery/desk-150.json"])
+def test_no_slice_of_a_platforms_web_lies_across_its_windows_end(path: str) -> None:
+    """A slice that did was counted whole where a wide window took three quarters of it."""
+    d = dimensions(of(path))
+    reach, slices = d.platform.window_reach_mm, structure_table(d).spoke.slices
+    assert reach is not None
+    ends = d.platform.radius_mm - np.cumsum([one.length_mm for one in slices][::-1])
+    for end in reach[:2]:
+        assert np.abs(ends - end).min() < 1e-6
