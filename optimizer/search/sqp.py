@@ -21,10 +21,12 @@ CONFIRMING_GRID = 41  # the same before an ending is believed; a result checks i
 START_GRID = 5
 ROUNDS = 15  # exchanges; 3 to 8 are usual
 ITERATIONS = 100
+FEASIBILITY_ITERATIONS = 25  # 2 to 15 are usual; where nothing is feasible each costs a line search at a kink
 PRECISION = 1e-12  # SLSQP ends at this change of the scaled objective, a millionth of a micrometre
 # Part of the level given up before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its
 # merit.
 STEP_BACK = 1e-3
+STUCK = 8  # exit mode of SLSQP: its line search finds nothing better
 SAMPLES = 128
 STARTS = 6
 # Exit modes of SLSQP.
@@ -171,6 +173,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
     reason = "nothing to vary: every variable's bounds are equal"
     wanted, again = level, False
+    inside = (x, level)  # the last design that held on the whole surface
     for _ in range(ROUNDS):
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
@@ -184,11 +187,15 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
                 method="SLSQP",
                 bounds=program.bounds(),
                 constraints={"type": "ineq", "fun": program.constraints, "jac": program.jacobian},
-                options={"maxiter": ITERATIONS, "ftol": PRECISION},
+                options={
+                    "maxiter": FEASIBILITY_ITERATIONS if kind == "feasibility" else ITERATIONS,
+                    "ftol": PRECISION,
+                },
             )
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
             wanted = float(answer.x[-1])
             reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
+            stuck = answer.status == STUCK and answer.nfev == 1
         worst = _worst(program, x, count)
         new = program.add(_violated(program, worst, wanted))
         if not new and kind != "feasibility":  # a narrow peak may stand between the points
@@ -198,6 +205,10 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         history.append(level)
         if kind != "feasibility":
             held = violation(problem, x, worst) <= ROUNDING
+            if held:
+                inside = (x, level)
+            elif stuck and new:  # far outside no line search finds back: from the last that held, with the new points
+                x, level = inside
             count.trail.append((count.evaluations + program.evaluations, level if held else np.nan))
         if not len(x):
             break
