@@ -20,13 +20,15 @@ EXCHANGE_GRID = 17  # points along an edge where worse points are looked for, be
 CONFIRMING_GRID = 41  # the same before an ending is believed; a result checks itself on this grid
 START_GRID = 5
 ROUNDS = 15  # exchanges; 3 to 8 are usual
-ITERATIONS = 100
-FEASIBILITY_ITERATIONS = 25  # 2 to 15 are usual; where nothing is feasible each costs a line search at a kink
+# By kind of program. Towards feasibility 2 to 15 are usual; where there is none each costs a line search at a kink.
+ITERATIONS = {"feasibility": 25, "half_side": 60, "quality": 60}
 PRECISION = 1e-12  # SLSQP ends at this change of the scaled objective, a millionth of a micrometre
 # Part of the level given up before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its
 # merit.
 STEP_BACK = 1e-3
+STAGNANT = 1e-3  # share of a level of feasibility by which an exchange has to lower it, to go on
 STUCK = 8  # exit mode of SLSQP: its line search finds nothing better
+FALLS = 3  # returns to a design that held, before that one is taken
 SAMPLES = 128
 STARTS = 6
 # Exit modes of SLSQP.
@@ -171,10 +173,11 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     level, history = _own_level(program, x, worst), []
     if kind == "feasibility" and level >= 0.0:
         return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
-    reason = "nothing to vary: every variable's bounds are equal"
-    wanted, again = level, False
-    inside = (x, level)  # the last design that held on the whole surface
+    reason, wanted, falls, again = "nothing to vary: every variable's bounds are equal", level, 0, False
+    most = np.inf  # level of feasibility that the rows so far leave
+    inside = (x, level, worst) if violation(problem, x, worst) <= ROUNDING else None  # the last design that held
     for _ in range(ROUNDS):
+        stuck = False
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
             if program.level_index is not None:
@@ -187,10 +190,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
                 method="SLSQP",
                 bounds=program.bounds(),
                 constraints={"type": "ineq", "fun": program.constraints, "jac": program.jacobian},
-                options={
-                    "maxiter": FEASIBILITY_ITERATIONS if kind == "feasibility" else ITERATIONS,
-                    "ftol": PRECISION,
-                },
+                options={"maxiter": ITERATIONS[kind], "ftol": PRECISION},
             )
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
             wanted = float(answer.x[-1])
@@ -203,27 +203,36 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
             new = program.add(_violated(program, worst, wanted))
         level = _own_level(program, x, worst)
         history.append(level)
+        held = violation(problem, x, worst) <= ROUNDING
         if kind != "feasibility":
-            held = violation(problem, x, worst) <= ROUNDING
-            if held:
-                inside = (x, level)
-            elif stuck and new:  # far outside no line search finds back: from the last that held, with the new points
-                x, level = inside
             count.trail.append((count.evaluations + program.evaluations, level if held else np.nan))
         if not len(x):
             break
+        if kind == "feasibility" and wanted < -SLACK:  # more rows leave no more
+            if answer.success or wanted > most - STAGNANT * abs(wanted):
+                break
+            most = wanted
+        if held:
+            inside = (x, level, worst)
+        elif stuck and new and kind != "feasibility" and inside:  # far outside no line search finds back
+            falls += 1
+            x, level, worst = inside  # with the new points
+            if falls > FALLS:
+                break
         if not new:
             # SLSQP may have stopped short of rows that it knows: once more, from inside
-            if again or kind == "feasibility" or violation(problem, x, worst) <= ROUNDING:
+            if again or held or kind == "feasibility":
                 break
             again = True
     else:
         reason = f"after {ROUNDS} exchanges there still are worse points"
     count.evaluations += program.evaluations
-    converged = violation(problem, x, worst) <= ROUNDING
-    if not converged:
-        reason = f"ended {violation(problem, x, worst):.3g} short of the constraints: {reason}"
-    return Ending(_plain(start), _plain(x), level, converged, reason, tuple(history))
+    if kind != "feasibility" and inside and violation(problem, x, worst) > ROUNDING:
+        x, level, worst = inside
+    short = violation(problem, x, worst)
+    if short > ROUNDING:
+        reason = f"ended {short:.3g} short of the constraints: {reason}"
+    return Ending(_plain(start), _plain(x), level, short <= ROUNDING, reason, tuple(history))
 
 
 def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float:

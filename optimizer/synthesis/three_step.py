@@ -288,9 +288,6 @@ class Run:
         result = Result(problem, self.method, design, status, evaluations, history, tuple(outcome.endings))
         if start is not None and not result.better_than(start):
             result = replace(result, design_mm=start.design_mm, status="not improved")
-        for x in known:  # the design of the step before may hold where SQP ends a rounding short of it
-            as_it_is = replace(result, design_mm=problem.lengths_mm(x), status="not improved")
-            result = as_it_is if as_it_is.feasible and not result.feasible else result
         return result
 
     def _tell(self, problem: Problem, phase: str, done: int, total: int, level: float) -> None:
