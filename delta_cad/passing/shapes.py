@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import sqrt
 from typing import Protocol
 
@@ -12,6 +13,7 @@ import numpy as np
 from delta_cad.dimensions.bracket import Circle
 
 DIRECTIONS = 180  # in which a hull's outline is looked at: to 5 um of a circle of 30 mm
+NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
 FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
@@ -44,14 +46,19 @@ class Prism:
 
     def across_mm(self, points: np.ndarray) -> np.ndarray:
         """Computes how far points (n, 3) are off the outline, in its plane, (n)."""
-        turns = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
-        normals, circles = np.stack([np.cos(turns), np.sin(turns)]), np.array(self.circles)
-        support = (circles[:, :2] @ normals + circles[:, 2:]).max(axis=0)
-        flat, quarter = points[:, [0, 2]], DIRECTIONS // 4
-        across = (flat @ normals[:, ::quarter] - support[::quarter]).max(axis=1)  # off a box around it
+        flat, support = points[:, [0, 2]], self._support
+        (east, north, west, south), (x, z) = support[:: DIRECTIONS // 4], flat.T
+        across = np.maximum(np.maximum(x - east, -x - west), np.maximum(z - north, -z - south))  # off a box around it
         near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
-        across[near] = (flat[near] @ normals - support).max(axis=1)
+        if near.any():
+            across[near] = (flat[near] @ NORMALS - support).max(axis=1)
         return across
+
+    @cached_property
+    def _support(self) -> np.ndarray:
+        """How far the outline reaches along `NORMALS`."""
+        circles = np.array(self.circles)
+        return (circles[:, :2] @ NORMALS + circles[:, 2:]).max(axis=0)
 
 
 @dataclass(frozen=True)

@@ -250,12 +250,12 @@ def _free(
     stands = _within(stands, leg[:1], inside + handle, u)
     if any((off_all_mm(shapes, seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
         return np.zeros_like(free)
-    for bend in (mouth - (inside - depth), mouth - inside):
-        points = flat + np.array([at[0], bend, at[1]])
-        free &= ~_met_by_plate(d, points, radius).any(axis=1)
-        for shapes, chain in stands:
-            there = seen_from(points[free], -chain % 3, u)
-            free[free] = off_all_mm(shapes, there).min(axis=1) > radius
+    bends = np.array([[[at[0], mouth - inside + deep, at[1]]] for deep in (depth, 0.0)])
+    points = flat[:, None] + bends  # (directions, bends, along the handle, 3)
+    free &= ~_met_by_plate(d, points, radius).any(axis=(1, 2))
+    for shapes, chain in stands:
+        there = seen_from(points[free], -chain % 3, u)
+        free[free] = off_all_mm(shapes, there).min(axis=(1, 2)) > radius
     return free
 
 

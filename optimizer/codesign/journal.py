@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.drive.masses import Masses
+from optimizer.codesign.choice import Choice
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Weighed
 from optimizer.synthesis.checkpoint import Records
@@ -69,6 +70,16 @@ def found_told(found: Found | None) -> dict[str, Any] | None:
 def found_read(data: dict[str, Any] | None) -> Found | None:
     """Reads lengths that `found_told` gave."""
     return None if data is None else Found(**{**data, "lengths_mm": tuple(data["lengths_mm"])})
+
+
+def choice_told(choice: Choice | None) -> dict[str, Any] | None:
+    """Gives hardware as JSON types."""
+    return None if choice is None else asdict(choice)
+
+
+def choice_read(data: dict[str, Any] | None) -> Choice | None:
+    """Reads hardware that `choice_told` gave."""
+    return None if data is None else Choice(**data)
 
 
 def results_told(results: list[CheckResult]) -> list[dict[str, Any]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
+from optimizer.codesign.journal import choice_read, choice_told
 from optimizer.codesign.search import Search
 from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
@@ -174,7 +175,10 @@ def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...]
 def _possible(search: Search, brief: DesignBrief, choice: Choice) -> Choice | None:
     """The hardware, as closed forms change it, with which a task has a machine; None where it has none."""
     trial = replace(search, brief=brief, tried=Tried(), lessons={}, standing=None)
-    found = trial.settled(choice, weighing=False)
-    if found is None or (brief.requirements.cube_side_mm is None and found.side_mm < LEAST_SIDE_MM):
-        return None
-    return found.choice
+
+    def compute() -> Choice | None:
+        found = trial.settled(choice, weighing=False)
+        small = found is None or (brief.requirements.cube_side_mm is None and found.side_mm < LEAST_SIDE_MM)
+        return None if found is None or small else found.choice
+
+    return search.once("possible", (brief, choice), compute, choice_told, choice_read)
