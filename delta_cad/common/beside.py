@@ -38,6 +38,7 @@ class Beside:
 
     def __init__(self, module: str, *, behind: bool = False) -> None:
         self._module = module
+        self._giving: Thread | None = None
         self._said = TemporaryFile()  # noqa: SIM115  (closed where the block ends)
         command = [sys.executable, "-c", f"from {__name__} import work; work({module!r}, {behind})"]
         pipe, room = subprocess.PIPE, os.environ | dict.fromkeys(BLAS_THREADS, "1")
@@ -52,14 +53,20 @@ class Beside:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         """Ends the process, whatever it is at."""
         self._process.kill()
+        if self._giving is not None:
+            self._giving.join()
         self._process.communicate()
         self._said.close()
 
     def give(self, order: object) -> None:
-        """Hands over the order, which has to be picklable; only one is taken."""
+        """Hands over the order, which has to be picklable, without waiting until it is read; only one is taken."""
+        self._giving = Thread(target=self._send, args=(pickle.dumps(order),), daemon=True)
+        self._giving.start()
+
+    def _send(self, order: bytes) -> None:
         assert self._process.stdin is not None
         try:
-            pickle.dump(order, self._process.stdin)
+            self._process.stdin.write(order)
             self._process.stdin.flush()
         except BrokenPipeError:
             pass  # it ended early: told when its result is asked for
