@@ -177,7 +177,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     most = np.inf  # level of feasibility that the rows so far leave
     inside = (x, level, worst) if violation(problem, x, worst) <= ROUNDING else None  # the last design that held
     for _ in range(ROUNDS):
-        stuck = False
+        stuck = ended = False
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
             if program.level_index is not None:
@@ -195,7 +195,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
             wanted = float(answer.x[-1])
             reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
-            stuck = answer.status == STUCK and answer.nfev == 1
+            stuck, ended = answer.status == STUCK and answer.nfev == 1, bool(answer.success)
         worst = _worst(program, x, count)
         new = program.add(_violated(program, worst, wanted))
         if not new and kind != "feasibility":  # a narrow peak may stand between the points
@@ -209,7 +209,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         if not len(x):
             break
         if kind == "feasibility" and wanted < -SLACK:  # more rows leave no more
-            if answer.success or wanted > most - STAGNANT * abs(wanted):
+            if ended or wanted > most - STAGNANT * abs(wanted):
                 break
             most = wanted
         if held:
