@@ -92,7 +92,7 @@ def read_family(path: Path, record: type[R], *, own: bool = False, taken: Collec
     names = [field.name for field in fields(record)]
     rows: dict[str, R] = {}
     try:
-        text = text_of(read_bounded(path, MOST_BYTES), path.name).removeprefix("\ufeff")  # as spreadsheets begin a file
+        text = text_of(read_bounded(path, MOST_BYTES), path.name)
         table = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         header = list(table.fieldnames or ())
         _require_columns(path.name, header, names, optional_columns(record) if own else frozenset())

@@ -98,7 +98,7 @@ def _content(descriptor: int, most_bytes: int, name: str) -> bytes:
 
 
 def text_of(content: bytes, name: str) -> str:
-    """Decodes a file's bytes.
+    """Decodes a file's bytes; the mark that some editors begin a file with is no part of it.
 
     Args:
         content: The bytes.
@@ -108,7 +108,7 @@ def text_of(content: bytes, name: str) -> str:
         ReadError: They are not UTF-8.
     """
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ReadError(name, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
 

@@ -33,6 +33,7 @@ def test_plain_data_is_read_as_the_standard_reader_reads_it(tmp_path: Path) -> N
     deep = b"[" * DEEPEST + b"]" * DEEPEST
     assert parse_json(deep, "f") == json.loads(deep)
     assert parse_json(b"3", "f") == 3
+    assert parse_json(b"\xef\xbb\xbf3", "f") == 3  # as some editors begin a file
 
 
 @pytest.mark.parametrize(
@@ -128,6 +129,7 @@ def test_an_anonymous_pipe_is_read_whoever_ended_first() -> None:
 def test_toml_is_read_as_the_standard_reader_reads_it() -> None:
     text = "a.'b c'.\"d\" = [1.5, {x = 'one. two. three'}]\n" + f"{'k.' * (DEEPEST - 1)}k = 1 # {'1.' * 100}\n"
     assert parse_toml(text.encode(), "f") == tomllib.loads(text)
+    assert parse_toml(text.encode("utf-8-sig"), "f") == tomllib.loads(text)
 
 
 @pytest.mark.parametrize(
