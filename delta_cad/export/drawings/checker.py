@@ -25,7 +25,9 @@ from delta_cad.export.drawings.paper.sheet import (
     lines_of,
     overlap,
 )
+from delta_cad.export.drawings.part.faces import is_along, is_straight
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.part.shape import unit
 from delta_cad.export.drawings.title import inner
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
 from delta_cad.solids.part import Part
@@ -127,9 +129,9 @@ def extent_faults(part: Part, features: Features) -> Iterable[str]:
     for k, span in enumerate(part.extent_mm or ()):
         for end in span or ():
             there = [face for face in features.faces if min(abs(face.box[:, k] - end)) < ROUND_MM]
-            placed = any(abs(p.along[k]) > 1.0 - 1e-6 and abs(p.value - end) < SAME_MM for p in features.places)
+            placed = any(is_along(p.along, unit(k)) and abs(p.value - end) < SAME_MM for p in features.places)
             rounded = any(face.kind != "plane" for face in there)
-            slants = [1e-6 < abs(float(face.axis[k])) < 1.0 - 1e-6 for face in there if abs(face.axis[k]) > 1e-6]
+            slants = [not is_straight(face.axis) for face in there if abs(face.axis[k]) > 1e-6]
             corner, flat = bool(slants) and all(slants), any(s.kind == "flat" for s in features.sizes)
             if not (placed or rounded or corner or flat):
                 yield f"nothing tells its end at {end:.3f} mm along {'xyz'[k]}"

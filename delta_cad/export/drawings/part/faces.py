@@ -69,6 +69,11 @@ def is_across(a: np.ndarray, b: np.ndarray) -> bool:
     return abs(float(a @ b)) < ALONG
 
 
+def is_straight(a: np.ndarray) -> bool:
+    """Decides whether a unit vector is parallel to an axis of the part's frame."""
+    return float(np.linalg.norm(np.sort(np.abs(a))[:2])) < ALONG
+
+
 def faces_of(solid: Any) -> list[Face]:
     """Reads all faces of a `cadquery.Solid`."""
     read, by_edge = [], {}

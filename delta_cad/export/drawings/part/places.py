@@ -7,7 +7,7 @@ from math import atan2, degrees
 
 import numpy as np
 
-from delta_cad.export.drawings.part.faces import Face, is_across, is_along
+from delta_cad.export.drawings.part.faces import Face, is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import Bore
 from delta_cad.export.drawings.part.record import SAME_MM, Features, Place, Size
 from delta_cad.export.drawings.part.shape import (
@@ -48,7 +48,7 @@ def place_bores(found: Features, third: bool) -> None:
                     _place(found, f"{key} along", found.main, bore.point)
                     turns.append(bore)
                 continue
-            if third and not is_along(bore.axis, found.main) and np.abs(bore.axis).max() < 1.0 - 1e-6:
+            if third and not is_along(bore.axis, found.main) and not is_straight(bore.axis):
                 continue
             for across in _across(bore.axis, found.main):
                 _place(found, f"{key} {_name(across)}", across, bore.point, bore.axis)
@@ -74,7 +74,7 @@ def _across(axis: np.ndarray, main: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def _name(along: np.ndarray) -> str:
     k = int(np.argmax(np.abs(along)))
-    return "xyz"[k] if abs(along[k]) > 1.0 - 1e-6 else f"at {degrees(np.arccos(abs(along[k]))):.1f} to {'xyz'[k]}"
+    return "xyz"[k] if is_straight(along) else f"at {degrees(np.arccos(abs(along[k]))):.1f} to {'xyz'[k]}"
 
 
 def place_steps(found: Features, own: Sequence[Face]) -> None:
@@ -124,12 +124,12 @@ def _at_chamfer(face: Face, axis: np.ndarray, end: float) -> bool:
 def place_faces(found: Features, own: Sequence[Face]) -> None:
     """Coordinates of planes, arcs and balls of a part that is not turned."""
     main = found.main
-    slanted = [f for f in own if f.kind == "plane" and is_across(f.axis, main) and np.abs(f.axis).max() < 1 - 1e-6]
+    slanted = [f for f in own if f.kind == "plane" and is_across(f.axis, main) and not is_straight(f.axis)]
     pairs = _pairs(slanted, main, found)
     for n, face in enumerate(own):
         if face.kind == "plane":
             at = face.middle + _onto(face)
-            if np.abs(face.axis).max() > 1.0 - 1e-6:
+            if is_straight(face.axis):
                 if is_along(face.axis, main) or not both_tangent(face, main):
                     _place(found, f"plane {n}", face.axis, at, None, face.corners)
             elif is_across(face.axis, main):
@@ -184,7 +184,7 @@ def auxiliary_directions(found: Features) -> list[np.ndarray]:
     """Slanted directions, in the plane of the main view, along which something is placed; one of each pair."""
     slanted: list[np.ndarray] = []
     for place in found.places:
-        if np.abs(place.along).max() > 1.0 - 1e-6:
+        if is_straight(place.along):
             continue
         if not any(is_along(place.along, a) or is_across(place.along, a) for a in slanted):
             slanted.append(place.along)

@@ -7,7 +7,7 @@ from math import atan2, degrees, pi
 
 import numpy as np
 
-from delta_cad.export.drawings.part.faces import Face, is_across, is_along
+from delta_cad.export.drawings.part.faces import Face, is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Features
 
@@ -58,7 +58,7 @@ def main_direction(faces: Sequence[Face], groups: Sequence[HoleGroup]) -> np.nda
         for face in faces:
             if face.kind == "cylinder" and is_along(face.axis, axis):
                 told += 2.0
-            elif face.kind == "plane" and is_across(face.axis, axis) and np.abs(face.axis).max() < 1.0 - 1e-6:
+            elif face.kind == "plane" and is_across(face.axis, axis) and not is_straight(face.axis):
                 told += 3.0
         reach = np.delete(np.ptp(np.concatenate([face.box for face in faces]), axis=0), k)
         return told, float(np.prod(reach))
@@ -188,7 +188,7 @@ def is_coaxial(a: Face, b: Face) -> bool:
 
 def tangent_axes(face: Face, found: Features) -> set[tuple[float, ...]]:
     """Axes, but those of fillets, of the arcs that a slanted plane touches, there or where it would go on."""
-    if np.abs(face.axis).max() > 1.0 - 1e-6:
+    if is_straight(face.axis):
         return set()
     arcs = [other for other in found.faces if is_tangent(face, other) and not other.hollow and not is_fillet(other)]
     return {tuple(np.round(arc.point - (arc.point @ arc.axis) * arc.axis, 2)) for arc in arcs}

@@ -17,7 +17,7 @@ import numpy as np
 from delta_cad.export.drawings.paper.lettering import width_of
 from delta_cad.export.drawings.paper.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text, lines_of
 from delta_cad.export.drawings.part.controlled import Controlled
-from delta_cad.export.drawings.part.faces import is_across, is_along
+from delta_cad.export.drawings.part.faces import is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
 from delta_cad.export.drawings.views.leaders import Leader, in_turn, untangled
@@ -214,7 +214,7 @@ class Setting(Pointing):
         for place in places:
             k = int(np.argmax(np.abs(place.along)))
             found = self.controlled.tolerance(k, place.value)
-            if found is not None and abs(place.along[k]) > 1.0 - 1e-6:
+            if found is not None and is_straight(place.along):
                 return found
         return None
 

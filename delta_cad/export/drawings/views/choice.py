@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.export.drawings.paper.sheet import Arc, Item, Point, Stroke
-from delta_cad.export.drawings.part.faces import Face, is_across, is_along
+from delta_cad.export.drawings.part.faces import Face, is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import Bore, HoleGroup
 from delta_cad.export.drawings.part.places import auxiliary_directions
 from delta_cad.export.drawings.part.record import Features, Place, Size
@@ -79,7 +79,7 @@ def views_of(part: Part, features: Features) -> list[View]:
         ViewError: A coordinate is along no axis of any view, or a bore is slanted in all of them.
     """
     for bore in (bore for group in features.groups for bore in group.bores):
-        if np.abs(bore.axis).max() < 1.0 - 1e-6 and not is_across(bore.axis, features.main):
+        if not is_straight(bore.axis) and not is_across(bore.axis, features.main):
             raise ViewError(f"a bore of {bore.widest:g} mm is slanted as seen from every side")
     views = [View("front", _front(features))]
     _add_sides(views, features)
@@ -128,7 +128,7 @@ def _add_sides(views: list[View], features: Features) -> None:
     """Adds sides until every coordinate along an axis of the part is told, each bore where it is seen as a circle."""
     front = views[0].frame
     while True:
-        missing = [p for p in features.places if not _told(p, views) and np.abs(p.along).max() > 1.0 - 1e-6]
+        missing = [p for p in features.places if not _told(p, views) and is_straight(p.along)]
         if not missing:
             return
         free = [slot for slot in WORTH if not any(view.slot == slot for view in views)]
@@ -150,7 +150,7 @@ def _add_sides(views: list[View], features: Features) -> None:
 
 def _told(place: Place, views: Sequence[View]) -> bool:
     """Whether a coordinate can be told in one of some views."""
-    needed = place.end_on if place.end_on is not None and np.abs(place.end_on).max() > 1.0 - 1e-6 else None
+    needed = place.end_on if place.end_on is not None and is_straight(place.end_on) else None
     return any(view.shows(place) and (needed is None or is_along(needed, view.towards)) for view in views)
 
 

@@ -75,6 +75,17 @@ def test_a_slanted_pocket_is_drawn_once_more_turned() -> None:
     assert {"-10", "10", "-5", "5"} <= set(texts(drawing))
 
 
+@pytest.mark.parametrize("off_mm", [0.02, 0.09, 0.3])
+def test_a_side_that_is_almost_straight_is_told_by_its_ends(off_mm: float) -> None:
+    """Of a side of 100 mm: an encoder's cheek that leans by 0.05 degrees was taken for straight, and seen nowhere."""
+    corners = [(0.0, 0.0), (100.0, 0.0), (100.0, 40.0 + off_mm), (0.0, 40.0)]
+    (solid,) = cq.Workplane().polyline(corners).close().extrude(8.0).val().Solids()  # type: ignore[union-attr]
+    part = Part("plate", "", solid, METAL, True)
+    drawing, features = part_drawing(part, Controlled(), TITLES)
+    assert drawing_faults(drawing, part, features) == []
+    assert {"40", f"{40.0 + off_mm:g}"} <= set(texts(drawing))
+
+
 def test_many_holes_get_a_table() -> None:
     at = [(x, y) for x in (-20.0, -7.0, 6.0, 21.0) for y in (-12.0, 0.0, 13.0)]
     body = cq.Workplane().box(60, 40, 8).faces(">Z").workplane().pushPoints(at).hole(3.0)
