@@ -60,8 +60,9 @@ class Beside:
 
     def give(self, order: object) -> None:
         """Hands over the order, which has to be picklable, without waiting until it is read; only one is taken."""
-        self._giving = Thread(target=self._send, args=(pickle.dumps(order),), daemon=True)
-        self._giving.start()
+        giving = Thread(target=self._send, args=(pickle.dumps(order),), daemon=True)
+        giving.start()
+        self._giving = giving
 
     def _send(self, order: bytes) -> None:
         assert self._process.stdin is not None

@@ -94,12 +94,11 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
         needed = min(asin(min(sin(needed) + (still + ON_MM) / long, 1.0)), WIDEST_RAD)
         still = lacks(height(needed))
     bound = height(needed)
-    drive = f"what holds {d.motor.id}" if d.capstan is None else "their own arm and sector"
-    smaller = "hardware.motor" if d.capstan is None else "hardware.sector_radius_mm"
+    drive = f"what holds {d.motor.id}" if d.capstan is None else "their own drive, its arm or its sector"
     message = (
         f"rods that fold to {degrees(fold):.1f} deg, or springs across them, come within {least_mm - lacking:.2f} mm "
         f"of {drive}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least "
-        f"{up(bound)} mm, or {smaller} smaller, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
+        f"{up(bound)} mm, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
     )
     field, instead = "cube.bottom_height_mm", (ELBOW_FIELD, degrees(needed))
     yield Reason("rod_tube", "beside the drive", message, field, bottom, bound, instead=instead)

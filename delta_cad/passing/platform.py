@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.platform import BOSS_BEVEL_MM
+from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.shapes import Block, Placed, Points, Prism, Round, Shape, Windowed
 
@@ -22,8 +22,13 @@ def platform_shapes(d: Dimensions) -> list[Shape]:
     web: Shape = Prism(p.web_mm, (under, top))
     if p.window_mm:
         web = Windowed(Prism(p.web_mm, (under, top)), Prism(p.window_mm, (under, top)))
-    hub, stem = Round(p.hub_radius_mm, (-top, top)), Round(p.stem_diameter_mm / 2, (top, top + p.stem_length_mm))
-    found: list[Shape] = [Placed(UPRIGHT, hub), Placed(UPRIGHT, stem)]
+    flats = top + STEM_FLATS_Z_MM[1]  # up to there a spanner's flats are taken all the way round
+    uprights = (
+        Round(p.hub_radius_mm, (-top, top)),
+        Round(STEM_FLATS_MM / 2, (top, flats)),
+        Round(p.stem_diameter_mm / 2, (flats, top + p.stem_length_mm)),
+    )
+    found: list[Shape] = [Placed(UPRIGHT, one) for one in uprights]
     for i in CHAINS:
         turned = chain_frame(i)[:3, :3]
         boss = Round(top, (-half, half), (p.radius_mm, 0.0))

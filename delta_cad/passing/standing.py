@@ -224,10 +224,15 @@ def _within(stands: list[Stands], point: np.ndarray, reach: float, shoulder_u: f
 
 def _met_by_plate(d: Dimensions, points: np.ndarray, radius: float) -> np.ndarray:
     """Whether balls at points (..., 3) in a shoulder's frame meet the base plate, beside its large holes."""
-    x, y = points[..., 0] + d.bracket.shoulder_u_mm, points[..., 1]
-    met = (points[..., 2] - radius <= d.bracket.base_top_mm) & (np.hypot(x, y) < d.base.radius_mm + radius)
+    at = points + np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
+    top, (x, y, z) = d.bracket.base_top_mm, np.moveaxis(at, -1, 0)
+    bottom = top - d.base.thickness_mm
+    rim = d.base.rim_mm or ((0.0, 0.0, d.base.radius_mm),)
+    met = off_all_mm([Prism(rim, (bottom, top))], at[..., [0, 2, 1]]) < radius
+    beyond = np.maximum(np.maximum(bottom - z, z - top), 0.0)
     for across, aside, hole in d.base.holes_mm:
-        met &= np.hypot(x - across, y - aside) > hole - radius
+        inside = hole - np.hypot(x - across, y - aside)
+        met &= (inside < 0.0) | (np.hypot(inside, beyond) < radius)
     return met
 
 

@@ -26,7 +26,9 @@ PRECISION = 1e-12  # SLSQP ends at this change of the scaled objective, a millio
 # Part of the level given up before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its
 # merit.
 STEP_BACK = 1e-3
-STAGNANT = 1e-3  # share of a level of feasibility by which an exchange has to lower it, to go on
+# Share of a level of feasibility by which an exchange has to change it, and in how many in a row it may not: once it
+# was found after one that did not.
+CHANGED, STAGNANT = 1e-3, 2
 STUCK = 8  # exit mode of SLSQP: its line search finds nothing better
 FALLS = 3  # returns to a design that held, before that one is taken
 SAMPLES = 128
@@ -174,10 +176,10 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     if kind == "feasibility" and level >= 0.0:
         return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
     reason, wanted, falls, again = "nothing to vary: every variable's bounds are equal", level, 0, False
-    most = np.inf  # level of feasibility that the rows so far leave
+    before, stagnant = np.inf, 0  # level of feasibility of the exchange before, and how many in a row changed it little
     inside = (x, level, worst) if violation(problem, x, worst) <= ROUNDING else None  # the last design that held
     for _ in range(ROUNDS):
-        stuck = ended = False
+        stuck = False
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
             if program.level_index is not None:
@@ -195,7 +197,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
             wanted = float(answer.x[-1])
             reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
-            stuck, ended = answer.status == STUCK and answer.nfev == 1, bool(answer.success)
+            stuck = answer.status == STUCK and answer.nfev == 1
         worst = _worst(program, x, count)
         new = program.add(_violated(program, worst, wanted))
         if not new and kind != "feasibility":  # a narrow peak may stand between the points
@@ -208,11 +210,12 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
             count.trail.append((count.evaluations + program.evaluations, level if held else np.nan))
         if not len(x):
             break
-        if kind == "feasibility" and wanted < -SLACK:  # more rows leave no more
-            if ended or wanted > most - STAGNANT * abs(wanted):
+        if kind == "feasibility" and wanted < -SLACK:
+            stagnant = stagnant + 1 if abs(wanted - before) <= CHANGED * abs(wanted) else 0
+            if stagnant == STAGNANT:
                 break
-            most = wanted
-        if held:
+            before = wanted
+        if held and (inside is None or level >= inside[1]):
             inside = (x, level, worst)
         elif stuck and new and kind != "feasibility" and inside:  # far outside no line search finds back
             falls += 1
@@ -229,6 +232,8 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     count.evaluations += program.evaluations
     if kind != "feasibility" and inside and violation(problem, x, worst) > ROUNDING:
         x, level, worst = inside
+        reason = f"the last design that held: {reason}"
+        worst = _worst(program, x, count, CONFIRMING_GRID)
     short = violation(problem, x, worst)
     if short > ROUNDING:
         reason = f"ended {short:.3g} short of the constraints: {reason}"
