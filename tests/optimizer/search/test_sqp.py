@@ -285,3 +285,27 @@ def test_a_peak_between_the_points_of_the_exchange_is_found_before_an_ending_is_
     design = problem.designs(np.array(ending.x)[None])[0]
     # a finer look yet; the compass search ends on this narrow ridge 1e-7 below its top
     assert sqp.violation(problem, np.array(ending.x), design_worst(problem, design, 81)) <= 1e-6
+
+
+HELD = {"clearance_min_mm": 2.0, "joint_diameter_mm": 11.0, "parallelogram_width_mm": 54.0}
+
+
+def test_an_ending_at_a_design_that_held_is_believed_on_the_fine_grid_only() -> None:
+    """Where 17 points along an edge saw it hold, 41 saw 2.6e-5 short; being larger it took the place of a sound one."""
+    limits = {"kappa_max": 2.344065109591024, "lean_max_deg": 22.982020160142472, **HELD}
+    limits["outline_radius_max_mm"] = 126.68896961679215
+    given = task((80, 180), (30, 45), (20, 150), upper_arm_length=(60, 100), limits=limits, torque=0.21441465624230546)
+    problem = step_problem(given, 2)
+    best = sqp.search(problem, sqp.start_points(problem, 65)).best
+    assert best is not None
+    worst = design_worst(problem, problem.designs(np.array(best.x)[None])[0], sqp.CONFIRMING_GRID)
+    assert sqp.violation(problem, np.array(best.x), worst) <= sqp.ROUNDING
+
+
+def test_a_level_of_feasibility_may_stand_still_before_it_is_met() -> None:
+    """Its exchanges come to -0.437, -0.470, -0.474, -0.475 and then to where all is met."""
+    limits = {"kappa_max": 2.163833795149974, "lean_max_deg": 25.441974673767817, **HELD}
+    limits |= {"outline_radius_max_mm": 106.70208486235823, "gravity_torque_N_m": 0.11}
+    given = task((80, 180), (30, 45), (20, 150), upper_arm_length=(60, 100), limits=limits, torque=0.24069104813522993)
+    problem = step_problem(given, 2)
+    assert sqp.descend(problem, sqp.start_points(problem, 25, 1)[0], sqp.Search()).converged
