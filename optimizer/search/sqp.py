@@ -177,7 +177,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
     reason, wanted, falls, again = "nothing to vary: every variable's bounds are equal", level, 0, False
     before, stagnant = np.inf, 0  # level of feasibility of the exchange before, and how many in a row changed it little
-    inside = (x, level, worst) if violation(problem, x, worst) <= ROUNDING else None  # the last design that held
+    inside = (x, level, worst) if violation(problem, x, worst) <= ROUNDING else None  # the best design that held
     for _ in range(ROUNDS):
         stuck = False
         if len(x):
@@ -230,9 +230,10 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     else:
         reason = f"after {ROUNDS} exchanges there still are worse points"
     count.evaluations += program.evaluations
-    if kind != "feasibility" and inside and violation(problem, x, worst) > ROUNDING:
-        x, level, worst = inside
-        reason = f"the last design that held: {reason}"
+    if kind != "feasibility":
+        if inside and violation(problem, x, worst) > ROUNDING:
+            x, level, worst = inside
+            reason = f"the best design that held: {reason}"
         worst = _worst(program, x, count, CONFIRMING_GRID)
     short = violation(problem, x, worst)
     if short > ROUNDING:
