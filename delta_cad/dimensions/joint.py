@@ -156,6 +156,11 @@ def spring_range_N(force_N: float) -> tuple[float, float]:
     return least, PRELOAD_N[1] / PRELOAD_N[0] * least
 
 
+def force_most_N() -> float:
+    """Gives the largest force at the handle for which the catalogue has a spring that is strong enough, N."""
+    return max(row.force_max_N for row in catalogue.tension_spring.rows.values()) / PRELOAD_PER_N
+
+
 def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -> catalogue.TensionSpring:
     """Chooses the tension spring that gives a pair its preload at a distance of its eyes.
 
@@ -183,16 +188,16 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
     if not fitting:
         ends = [end + 2 * eye_mm for both in spans.values() for end in both]
         width = between_eyes_mm + 2 * eye_mm
-        strongest = max(row.force_max_N for row in rows.values())
+        most = force_most_N()
         require(
             bool(ends),
             "rod_spring",
             "force",
-            f"force_N or peak_force_N = {force_N:g} must be at most {down(strongest / PRELOAD_PER_N, 3)} N: springs "
-            f"must give {low:g} N, the catalogue's strongest {strongest:g}",
+            f"force_N or peak_force_N = {force_N:g} must be at most {down(most, 3)} N: springs "
+            f"must give {low:g} N, the catalogue's strongest {most * PRELOAD_PER_N:g}",
             "requirements.force_N",
             force_N,
-            strongest / PRELOAD_PER_N,
+            most,
         )
         ends = ends or [width]
         nearest = min(ends, key=lambda end: abs(end - width))

@@ -16,6 +16,7 @@ DIRECTIONS = 180  # in which a hull's outline is looked at: to 5 um of a circle 
 NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
+TOGETHER = 8  # points of a row that are looked at by one ball first
 FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
 
 
@@ -184,6 +185,25 @@ def off_all_mm(shapes: Sequence[Shape], points: np.ndarray) -> np.ndarray:
     """Computes how far points (..., 3) are off the nearest of several shapes, (...)."""
     flat = points.reshape(-1, 3)
     return np.min([shape.off_mm(flat) for shape in shapes], axis=0).reshape(points.shape[:-1])
+
+
+def met(shapes: Sequence[Shape], rows: np.ndarray, radius_mm: float) -> np.ndarray:
+    """Whether a ball at any point of rows of points (..., k, 3) meets one of several shapes, (...).
+
+    Points that follow one another are looked at one by one only where a ball around `TOGETHER` of them meets it.
+    """
+    points, count = rows.reshape(-1, *rows.shape[-2:]), rows.shape[-2]
+    runs = np.minimum(np.arange(0, count, TOGETHER)[:, None] + np.arange(TOGETHER), count - 1)  # (runs, TOGETHER)
+    middles = (points[:, runs[:, 0]] + points[:, runs[:, -1]]) / 2.0
+    around = np.linalg.norm(points[:, runs] - middles[:, :, None], axis=3).max(axis=2) + radius_mm
+    found = np.zeros(len(points), dtype=bool)
+    for shape in shapes:
+        free = np.flatnonzero(~found)
+        row, run = np.nonzero(shape.off_mm(middles[free].reshape(-1, 3)).reshape(-1, len(runs)) <= around[free])
+        row = free[row]
+        off = shape.off_mm(points[row[:, None], runs[run]].reshape(-1, 3)).reshape(-1, TOGETHER)
+        found[row[(off <= radius_mm).any(axis=1)]] = True
+    return found.reshape(rows.shape[:-2])
 
 
 def _bevelled(across: np.ndarray, along: np.ndarray, bevel_mm: float) -> np.ndarray:

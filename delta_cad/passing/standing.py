@@ -17,7 +17,7 @@ from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm, mot
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.moving import arm_shapes, sector_points
-from delta_cad.passing.shapes import Block, Placed, Prism, Round, Shape, off_all_mm
+from delta_cad.passing.shapes import Block, Placed, Prism, Round, Shape, met, off_all_mm
 
 AROUND = 48  # points around a motor and a pinion
 ALONG_MM = 3.0  # between their circles, and between points of a key
@@ -259,8 +259,7 @@ def _free(
     points = flat[:, None] + bends  # (directions, bends, along the handle, 3)
     free &= ~_met_by_plate(d, points, radius).any(axis=(1, 2))
     for shapes, chain in stands:
-        there = seen_from(points[free], -chain % 3, u)
-        free[free] = off_all_mm(shapes, there).min(axis=(1, 2)) > radius
+        free[free] = ~met(shapes, seen_from(points[free], -chain % 3, u), radius).any(axis=1)
     return free
 
 

@@ -28,6 +28,7 @@ from optimizer.problem.step import SIDE
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import BuiltMachine
+    from delta_cad.dimensions import Reason
 
 PROOF = "proof of "
 PROOF_BOXES = 60_000  # ten times what a design takes that keeps its limits by a thousandth
@@ -192,6 +193,26 @@ def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
 
     machine = solid(design)
     return weighed_of(design, machine.masses), [*check_weighed(machine), *_proofs(design, machine.masses)]
+
+
+_REFUSED: dict[str, tuple[Reason, ...]] = {}
+"""Why the design asked about last is refused, by its hash: what does not bind it may be raised several times."""
+
+
+def refused(design: Design) -> tuple[Reason, ...]:
+    """Gives why closed forms refuse a design of a search, once for one after the other that are equal.
+
+    Raises:
+        UnreachableError: A point of the cube is out of reach.
+    """
+    from delta_cad.structure.hardware.refusals import LEARNT, refusals
+
+    key = design_hash(design)
+    if key not in _REFUSED:
+        found = refusals(design, LEARNT)
+        _REFUSED.clear()
+        _REFUSED[key] = found
+    return _REFUSED[key]
 
 
 _MADE: dict[str, BuiltMachine] = {}

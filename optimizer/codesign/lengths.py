@@ -9,6 +9,7 @@ from typing import Any
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
+from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.candidate import PEAK_SPARE
@@ -49,7 +50,8 @@ LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 REACH_SHARE = 1.5  # of the side: R + L_A of the first
 SMALL_MM = 200.0  # R + L_A up to which parts alone, and no torque, may leave no cube at all
 LEVERS = 7  # couple indices that are tried behind a panel
-LEAST_SIDE_MM = 5.0  # of a cube behind one
+LEVERED_MM = 5.0  # of a cube behind one, that is looked at
+LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
 FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
 
 
@@ -213,12 +215,15 @@ def best_lengths(
     Returns:
         The lengths; None where there are none, or none that beat the score.
     """
+    asked = brief.requirements
     if lessons.held_torque_N_m >= lasting_torque_N_m(brief, choice, lessons):
         return None  # the weight takes all of it
-    side = brief.requirements.cube_side_mm
+    if max(asked.force_N, asked.peak_force_N or 0.0) > force_most_N():
+        return None  # no spring holds rods on their balls
+    side = asked.cube_side_mm
     if brief.objective == "cube_side" or side is None:
         result = _largest(brief, choice, lessons, start_mm, seed, rounds, None)
-        if result is None or result.tiny:
+        if result is None or 2.0 * result.design_mm[SIDE] < min(side or LEAST_SIDE_MM, LEAST_SIDE_MM):
             return None
         lengths = _rounded(result)
         return Found(lengths, 2.0 * lengths[SIDE])
@@ -298,7 +303,7 @@ def _largest(
     for _ in range(LEVERS):
         index = (low + high) / 2.0
         held = index / lessons.couple_per_mm - KNOB_MM
-        if held <= max(asked, LEAST_SIDE_MM):
+        if held <= max(asked, LEVERED_MM):
             low = index
             continue
         known = replace(lessons, couple_index_min=index, side_most_mm=held)

@@ -32,7 +32,6 @@ EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spar
 MOST = 10.0  # times a limit is eased at most
 WIDER = 1.5, 2.25, 3.4  # times, tried before that: the largest cube of a huge outline asks too much of a motor
 FINE = 1.05  # factor to which it is found how much is enough
-LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
 
 
 @dataclass(frozen=True)
@@ -178,7 +177,6 @@ def _possible(search: Search, brief: DesignBrief, choice: Choice) -> Choice | No
 
     def compute() -> Choice | None:
         found = trial.settled(choice, weighing=False)
-        small = found is None or (brief.requirements.cube_side_mm is None and found.side_mm < LEAST_SIDE_MM)
-        return None if found is None or small else found.choice
+        return None if found is None else found.choice
 
     return search.once("possible", (brief, choice), compute, choice_told, choice_read)

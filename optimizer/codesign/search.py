@@ -14,7 +14,7 @@ from delta_cad.dimensions import DimensionError, Reason
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
-from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh, worst_torque
+from optimizer.codesign.candidate import Candidate, design_for, refused, rubbed, weigh, worst_torque
 from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, motor_of, neighbours, ratios_of
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
@@ -182,7 +182,7 @@ class Search:
                 if best is not None:
                     break
             if best is None:
-                self.tried.stuck[f"{motor} {drive}"] = "its torque and masses leave no cube"
+                self.tried.stuck[f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
             else:
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
@@ -357,8 +357,6 @@ class Search:
         Returns:
             The candidate; None where there is none, which `tried.stuck` explains, or none that beats the score.
         """
-        from delta_cad.structure.hardware.refusals import LEARNT, refusals
-
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
         lessons = built.holding(held)
@@ -368,14 +366,14 @@ class Search:
             self.tried.candidates += 1
             found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats)
             if found is None:
-                self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
+                self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque, masses and rods' springs"
                 return None
             if beats is not None and found.score <= beats:
                 return None
             start = lengths = found.lengths_mm
             try:
                 design = design_for(self.brief, choice, lengths, lessons)
-                reasons = refusals(design, LEARNT)
+                reasons = refused(design)
                 if geared and (pulled := [one for one in reasons if one.part == PULLED]):
                     bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
                     sector = design.hardware.sector_radius_mm

@@ -108,13 +108,17 @@ def run(given: argparse.Namespace) -> int:
 
 def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -> int:
     """Searches, builds and tells."""
+    from delta_cad.common.beside import Beside
+    from delta_cad.mechanism.proof import beforehand
+
     ends = monotonic() + 60.0 * given.minutes
     told: dict[str, Any] = {}
     nearest: dict[str, Any] = {}
     contradiction: list[str] = []
     interrupted = False
     search: Search | None = None
-    with Line() as line:
+    with Line() as line, Beside(beforehand.__name__, behind=True) as compiling:
+        compiling.give(None)
         line.show("loading the CAD kernel")
         try:
             search = _search(given, brief, journal, line, ends, told)

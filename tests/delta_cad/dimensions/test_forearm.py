@@ -20,7 +20,7 @@ from delta_cad.dimensions.forearm import (
     tilt_N_mm2,
     wrist_radius_min_mm,
 )
-from delta_cad.dimensions.joint import POCKET_MM, chosen_spring, patch_angle_rad, sliding_torques_N_mm
+from delta_cad.dimensions.joint import POCKET_MM, chosen_spring, force_most_N, patch_angle_rad, sliding_torques_N_mm
 from delta_cad.structure.rod_end import bond_tilt_N_mm2
 from tests.delta_cad.dimensions.edited import edited
 
@@ -182,6 +182,21 @@ def test_springs_are_within_their_own_length(best_dimensions: Dimensions) -> Non
     longest = sqrt((f.width_mm * cos(radians(28.0)) - 1.6) ** 2 + (f.width_mm * sin(radians(28.0))) ** 2)
     assert f.spring.free_length_mm < f.between_eyes_mm < longest <= f.spring.length_max_mm
     assert chosen_spring(f.between_eyes_mm, f.eye_y_mm) is f.spring
+
+
+def test_beyond_the_strongest_spring_none_is_chosen_at_any_width_and_below_it_one_is() -> None:
+    most, widths = force_most_N(), np.linspace(5.0, 200.0, 391).tolist()
+    for width in widths:
+        with pytest.raises(DimensionError, match=r"must be at most 43\.3 N: springs must give .* strongest 45\.5$"):
+            chosen_spring(width, 3.0, 1.001 * most)
+
+    def fits(width: float) -> bool:
+        try:
+            return chosen_spring(width, 3.0, 0.9 * most).force_max_N >= 0.9 * most
+        except DimensionError:
+            return False
+
+    assert any(map(fits, widths))
 
 
 def test_a_cross_bar_that_its_boss_does_not_leave_free_is_refused_with_its_bound(best_dimensions: Dimensions) -> None:

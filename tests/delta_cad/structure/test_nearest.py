@@ -12,7 +12,7 @@ from delta_cad.dimensions import dimensions, link_placement
 from delta_cad.passing.folding import beside_own
 from delta_cad.passing.hanging import off_boss_mm
 from delta_cad.passing.moving import COUNT, beside_sectors, nearest
-from delta_cad.passing.shapes import Bar, Placed, Prism, Round, Windowed
+from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
 from delta_cad.passing.standing import key_swing_rad
 from delta_cad.solids.capstan import make_cable_end
 from delta_cad.solids.forearm import make_rod_cup
@@ -113,6 +113,24 @@ def test_bars_and_placed_shapes_are_where_they_are_put() -> None:
     upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     disc = Placed(upright, Round(2.0, (0.0, 1.0)), (5.0, 0.0, 0.0))
     assert disc.off_mm(np.array([[5.0, 6.0, 0.5], [5.0, 0.0, 4.0]])) == pytest.approx([4.0, 3.0])
+
+
+@pytest.mark.parametrize("count", [1, TOGETHER - 1, TOGETHER, 5 * TOGETHER + 3])
+def test_rows_of_balls_meet_what_one_of_their_balls_meets(count: int) -> None:
+    """Rows of 60 mm among shapes about the origin, each point by itself."""
+    shapes: list[Shape] = [
+        Prism([(0.0, 0.0, 10.0), (20.0, 5.0, 3.0)], (-2.0, 3.0), 0.5),
+        Ring((15.0, 18.0), (0.3, 2.0), (4.0, 9.0)),
+        Block(np.eye(3), (0.0, 12.0, -20.0), (-3.0, -3.0, -3.0), (4.0, 4.0, 4.0)),
+        Bar(2.0, 30.0, np.array([-10.0, 0.0, 5.0]), np.array([0.6, 0.8, 0.0])),
+    ]
+    rng = np.random.default_rng(4)
+    start, way = rng.uniform(-25.0, 25.0, (400, 2, 3)), rng.normal(size=(400, 2, 3))
+    way *= 60.0 / np.linalg.norm(way, axis=2, keepdims=True)
+    rows = start[:, :, None] + np.linspace(0.0, 1.0, count)[:, None] * way[:, :, None]
+    one_by_one = (off_all_mm(shapes, rows) <= 1.7).any(axis=2)
+    assert 0.02 < one_by_one.mean() < 0.9
+    assert (met(shapes, rows, 1.7) == one_by_one).all()
 
 
 def test_bevels_take_corners_off() -> None:

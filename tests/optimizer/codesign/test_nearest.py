@@ -11,7 +11,7 @@ from delta_cad.design import Design
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import reference
-from optimizer.codesign.nearest import FINE, LEAST_SIDE_MM, MOST, Relief, reliefs, strongest
+from optimizer.codesign.nearest import FINE, MOST, Relief, reliefs, strongest
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 
@@ -24,16 +24,14 @@ def brief(felt: dict[str, float] | None = None, **requirements: float) -> Design
     return brief_from_dict(data)
 
 
-def told(
-    monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[DesignBrief], bool], side_mm: float = 50.0
-) -> list[Relief]:
+def told(monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[DesignBrief], bool]) -> list[Relief]:
     """What is found where a task has a machine exactly if `able` says so."""
 
     def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
         if choice.motor != MOTORS[0] or not able(search.brief):
             return None
-        lengths = (90.0, 140.0, 30.0, 20.0, 70.0, side_mm / 2.0)
-        return Candidate(cast(Design, None), choice, lengths, reference(), side_mm)
+        lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 25.0)
+        return Candidate(cast(Design, None), choice, lengths, reference(), 50.0)
 
     monkeypatch.setattr(Search, "settled", settled)
     return reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
@@ -127,12 +125,6 @@ def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_
     assert "requirements.force_N" in str(one)
     assert "requirements.cube_side_mm" in str(one)
     assert told(monkeypatch, task, lambda _: False) == []
-
-
-def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    small = LEAST_SIDE_MM / 2.0
-    assert told(monkeypatch, brief(), lambda _: True, small) == []
-    assert told(monkeypatch, brief(cube_side_mm=small), lambda _: True, small) != []
 
 
 def test_hardware_is_tried_that_is_the_strongest_or_the_lightest_of_what_is_allowed() -> None:
