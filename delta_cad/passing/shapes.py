@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
+from math import cos, sin, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -140,12 +140,13 @@ class Ring:
         radius = np.hypot(points[:, 0], points[:, 2])
         across = np.maximum(inner - radius, radius - outer)  # off the whole ring
         near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
-        x, z, radius = points[near, 0], points[near, 2], radius[near]
         middle, half = sum(self.angles_rad) / 2.0, (self.angles_rad[1] - self.angles_rad[0]) / 2.0
-        aside = np.abs(np.remainder(np.arctan2(z, x) - middle + np.pi, 2.0 * np.pi) - np.pi) - half
-        along, off = radius * np.cos(aside), radius * np.sin(aside)  # of the straight end that is nearer
-        beyond = np.hypot(along - np.clip(along, inner, outer), off)
-        across[near] = np.where(aside <= 0.0, across[near], beyond)
+        (cosine, sine), (cos_half, sin_half) = ((cos(angle), sin(angle)) for angle in (middle, half))
+        x, z = points[near, 0], points[near, 2]
+        ahead, aside = cosine * x + sine * z, np.abs(cosine * z - sine * x)  # of the middle
+        along, off = ahead * cos_half + aside * sin_half, aside * cos_half - ahead * sin_half  # of the nearer end
+        beyond = np.hypot(along - np.minimum(np.maximum(along, inner), outer), off)
+        across[near] = np.where(ahead >= radius[near] * cos_half, across[near], beyond)
         return _beside(across, points[:, 1], self.y_mm)
 
 

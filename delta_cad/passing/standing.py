@@ -31,6 +31,8 @@ FAR_MM = 1e3
 
 Stands = tuple[Sequence[Shape], int]
 """Shapes, and the chain in whose frame they are."""
+Off = tuple[float, Shape, int]
+"""How far a shape is off a point, the shape, and the chain in whose frame it is."""
 
 
 def cheeks(d: Dimensions) -> list[Shape]:
@@ -177,22 +179,26 @@ def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
     mouth = d.layers.motor_cheek_mm[0] + motor_screw_mm(d.motor, d.layers)[1] - row.head_height_mm
     radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d, HEIGHTS[whole])
 
-    def free(at: tuple[float, float], key: tuple[float, float], beside: list[Stands], among: np.ndarray) -> np.ndarray:
+    def free(at: tuple[float, float], key: tuple[float, float], beside: list[Off], among: np.ndarray) -> np.ndarray:
         return _free(d, at, mouth, radius, row.socket_depth_mm, key, beside, among)
 
     def best(at: tuple[float, float]) -> float:
         """Swing of the key that swings farthest; of the first that swings far enough, which is all that is asked."""
         most, still = 0.0, dict[tuple[float, float], np.ndarray]()
-        for arm, key in product(arms, keys):
+        point = np.array([[at[0], mouth, at[1]]])
+        around = _off(stands, point, d.bracket.shoulder_u_mm)
+        for one, key in product(arms, keys):
+            if key == keys[0]:
+                arm = _off(one, point, d.bracket.shoulder_u_mm)
             if key not in still:
-                still[key] = free(at, key, stands, np.ones(TURNS[0], dtype=bool))
+                still[key] = free(at, key, around, np.ones(TURNS[0], dtype=bool))
             swing = _swing_rad(among := still[key])
             if swing >= SWING_RAD:  # what stands still leaves it room
                 left = free(at, key, arm, among)
                 swing = _swing_rad(left)
                 if SWING_RAD <= swing < SWING_RAD + 4.0 * pi / TURNS[0]:  # it may be up to two steps less
                     near = np.repeat(left | np.roll(left, -1), TURNS[1] // TURNS[0])
-                    swing = _swing_rad(free(at, key, [*stands, *arm], near))
+                    swing = _swing_rad(free(at, key, [*around, *arm], near))
             if (most := max(most, swing)) >= SWING_RAD:
                 return most
         return most
@@ -211,15 +217,19 @@ def _screws(d: Dimensions) -> Iterator[tuple[float, float]]:
         yield x + radius * cos(angle), z + radius * sin(angle)
 
 
-def _within(stands: list[Stands], point: np.ndarray, reach: float, shoulder_u: float) -> list[Stands]:
-    """What of it is within a reach of a point (1, 3)."""
+def _off(stands: list[Stands], point: np.ndarray, shoulder_u: float) -> list[Off]:
+    """How far what stands is off a point (1, 3)."""
     found = []
     for shapes, chain in stands:
         there = seen_from(point, -chain % 3, shoulder_u)
-        near = [shape for shape in shapes if shape.off_mm(there)[0] < reach]
-        if near:
-            found.append((near, chain))
+        found += [(float(shape.off_mm(there)[0]), shape, chain) for shape in shapes]
     return found
+
+
+def _within(stands: list[Off], reach: float) -> list[Stands]:
+    """What of it is nearer than a reach."""
+    near = [([shape for off, shape, of in stands if of == chain and off < reach], chain) for chain in CHAINS]
+    return [one for one in near if one[0]]
 
 
 def _met_by_plate(d: Dimensions, points: np.ndarray, radius: float) -> np.ndarray:
@@ -243,7 +253,7 @@ def _free(
     radius: float,
     depth: float,
     key: tuple[float, float],
-    stands: list[Stands],
+    beside: list[Off],
     among: np.ndarray,
 ) -> np.ndarray:
     """In which of the directions (n), from the first of a circle on, one key in one screw is free, (n)."""
@@ -252,7 +262,7 @@ def _free(
     out = np.linspace(radius, handle - radius, int(handle / ALONG_MM) + 2)  # balls within it
     flat = np.stack([np.outer(np.cos(turns), out), 0.0 * np.outer(turns, out), np.outer(np.sin(turns), out)], axis=2)
     leg = np.arange(0.0, inside, ALONG_MM)[:, None] * np.array([0.0, -1.0, 0.0]) + np.array([at[0], mouth, at[1]])
-    stands = _within(stands, leg[:1], inside + handle, u)
+    stands = _within(beside, inside + handle)
     if any((off_all_mm(shapes, seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
         return np.zeros_like(free)
     bends = np.array([[[at[0], mouth - inside + deep, at[1]]] for deep in (depth, 0.0)])

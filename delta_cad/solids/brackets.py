@@ -14,7 +14,14 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.bracket import BLOCK_SCREW, CHEEK_EDGE_MM, KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
+from delta_cad.dimensions.bracket import (
+    BLOCK_SCREW,
+    CHEEK_EDGE_MM,
+    KEY_SLOT_MM,
+    Circle,
+    key_slot_floor_mm,
+    key_slot_rad,
+)
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.dimensions.platform import BASE_SCREW
@@ -47,6 +54,7 @@ STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 PILOT_WALL_MM, HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its screws' counterbores; of diameter, in them
 ROUNDING_MM = 1e-9
+OFF_TANGENT_MM = 0.001
 DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
 
 
@@ -208,6 +216,23 @@ def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float]
     return hull_along_y(corners, (inside - THROUGH_MM, inside + key_slot_floor_mm(c, inside)))
 
 
+def _encoder_body(d: Dimensions, leg: list[Circle]) -> cq.Shape:
+    """An encoder's cheek before its bores, its leg the hull of circles."""
+    number, (outside, inside), board = "encoder_cheek", d.layers.encoder_cheek_mm, d.board_screws_mm
+    face, head = d.layers.encoder_head_mm[0], d.encoder_head_circles_mm
+    body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
+    if d.capstan is not None and board:
+        beside = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
+        body = edge_break(number, beside, ">Y or <Y", CHEEK_EDGE_MM)
+    else:
+        body = edge_break(number, body, ">Y or <Y", CHEEK_EDGE_MM)
+    if d.capstan is None:
+        return body
+    round_head = bore_y(2 * d.bracket.head_radius_mm, (0.0, 0.0), (face, inside))
+    upper = hull_along_y(head, (face, inside)) if board else round_head
+    return fuse(body, edge_break(number, upper, "<Y or >Y", CHEEK_EDGE_MM))
+
+
 def make_encoder_cheek(d: Dimensions) -> Part:
     """Cheek with the encoder's board and (capstan) the second bearing in a head that stands out from its leg."""
     number, b = "encoder_cheek", d.bracket
@@ -215,17 +240,10 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     face = d.layers.encoder_head_mm[0]
     board, head = d.board_screws_mm, d.encoder_head_circles_mm
     leg = [b.leg_circle_mm, *b.foot_circles_mm] if d.capstan is not None else [*head, *b.foot_circles_mm]
-    body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
-    if d.capstan is not None and board:
-        beside = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
-        body = edge_break(number, beside, ">Y or <Y", CHEEK_EDGE_MM)
-    else:
-        body = edge_break(number, body, ">Y or <Y", CHEEK_EDGE_MM)
-    if d.capstan is not None:
-        round_head = bore_y(2 * b.head_radius_mm, (0.0, 0.0), (face, inside))
-        upper = hull_along_y(head, (face, inside)) if board else round_head
-        upper = edge_break(number, upper, "<Y or >Y", CHEEK_EDGE_MM)
-        body = fuse(body, upper)
+    body = _encoder_body(d, leg)
+    if not body.isValid():  # the leg's circle touches the head's from within: off it the kernel sees two
+        x, z, radius = leg[0]
+        body = _encoder_body(d, [(x, z, radius - OFF_TANGENT_MM), *leg[1:]])
     thread, drilled = board_thread_mm(d)
     boring = Boring()
     callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"

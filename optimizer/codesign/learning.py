@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
+from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.neighbours import SWING_FIELD
 from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.design import Design
     from delta_cad.dimensions import Reason
+    from delta_cad.solids.primitive import BuildError
 
 LENGTHS = {
     "mechanism.base_radius_mm": "base_radius",
@@ -59,6 +61,7 @@ ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
 LEFT_MM = 2.0  # of a base radius that closed forms are asked about
+KERNEL, KERNEL_TRIES, KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
 SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
@@ -243,6 +246,26 @@ def _outcome(result: CheckResult) -> str:
     """A check that failed in one line: its name, what was measured and what was allowed."""
     value, limit = (None if v is None else f"{v:.4g} {result.unit}".strip() for v in (result.value, result.limit))
     return f"{result.name}: {value or 'not proved'}" + (f", limit {limit}" if limit else "")
+
+
+def from_kernel(lessons: Lessons, lengths_mm: tuple[float, ...], error: BuildError | DimensionError) -> Lessons:
+    """Learns that a solid cannot be made: what the kernel does not give here it gives a little farther out.
+
+    Args:
+        lessons: What was known.
+        lengths_mm: (6) in the order of `VARIABLES`.
+        error: What was raised.
+
+    Returns:
+        What is known now.
+
+    Raises:
+        StuckError: A stock length ends there, or the kernel failed as often farther out.
+    """
+    why = f"{KERNEL}: {error}"
+    if isinstance(error, DimensionError) or sum(one.startswith(KERNEL) for one in lessons.why) >= KERNEL_TRIES:
+        raise StuckError(str(error))
+    return lessons.raised("base_radius", lengths_mm[VARIABLES.index("base_radius")] + KERNEL_STEP_MM, why)
 
 
 def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:

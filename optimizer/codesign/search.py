@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from optimizer.codesign.learning import (
     StuckError,
     by_weight,
     from_checks,
+    from_kernel,
     from_pull,
     from_reasons,
     from_stiffness,
@@ -46,11 +47,8 @@ TRIES = 16  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
-COARSE, AGAIN, FINE = (
-    range(SMALL),
-    range(1, SMALL),
-    range(SMALL, SMALL + 3),
-)  # how often the steps to other hardware are halved
+# How often the steps to other hardware are halved.
+COARSE, AGAIN, FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)
 REFINED = 2  # times at most that hardware is refined with what solids told
 WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
@@ -58,7 +56,7 @@ RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined 
 SWEEPS = 10  # machines of one choice that are made
 ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
 
-
+T = TypeVar("T")
 Lengths = tuple[float, ...]
 """(6) in the order of `VARIABLES`, mm."""
 
@@ -294,6 +292,18 @@ class Search:
 
         What moves is looked at before the rest: most that fails fails there, in a quarter of the time.
         """
+        return self._or_stuck(choice, lambda: self._built(choice, least))
+
+    def _or_stuck(self, choice: Choice, find: Callable[[], T | None]) -> T | None:
+        """What is found; None where nothing is, which `tried.stuck` explains."""
+        try:
+            return find()
+        except (DesignError, MechanismError, StuckError) as error:
+            self.tried.stuck[f"{choice.motor} {choice.drive}"] = str(error)
+            return None
+
+    def _built(self, choice: Choice, least: float) -> tuple[Candidate, Outcome] | None:
+        """As `built`; raises where its checks teach nothing."""
         key = choice.motor, choice.drive
         candidate: Candidate | None = None
         for turn in range(SWEEPS):
@@ -308,8 +318,8 @@ class Search:
             try:
                 results = self.moving(candidate.design)
             except BuildError as error:  # a solid that cannot be meshed
-                self.tried.stuck[" ".join(key)] = str(error)
-                return None
+                self.lessons[key] = from_kernel(self.lessons[key], candidate.lengths_mm, error)
+                continue
             if all(result.passed for result in results):
                 self.report(f"{named}: building")
                 self.standing = candidate
@@ -323,11 +333,7 @@ class Search:
                 self.tell(f"{named} passes every check")
                 return self._priced(candidate, outcome), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
-            try:
-                self.lessons[key] = from_checks(candidate, self.lessons[key], results)
-            except StuckError as error:
-                self.tried.stuck[" ".join(key)] = str(error)
-                return None
+            self.lessons[key] = from_checks(candidate, self.lessons[key], results)
         return None
 
     def _priced(self, candidate: Candidate, outcome: Outcome) -> Candidate:
@@ -357,6 +363,12 @@ class Search:
         Returns:
             The candidate; None where there is none, which `tried.stuck` explains, or none that beats the score.
         """
+        return self._or_stuck(choice, lambda: self._settled(choice, start, held, weighing, beats))
+
+    def _settled(
+        self, choice: Choice, start: Lengths | None, held: Held, weighing: bool, beats: float | None
+    ) -> Candidate | None:
+        """As `settled`; raises where there is no candidate, and says why."""
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
         lessons = built.holding(held)
@@ -366,30 +378,25 @@ class Search:
             self.tried.candidates += 1
             found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats)
             if found is None:
-                self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque, masses and rods' springs"
-                return None
+                raise StuckError("no lengths meet the limits with its torque, masses and rods' springs")
             if beats is not None and found.score <= beats:
                 return None
             start = lengths = found.lengths_mm
-            try:
-                design = design_for(self.brief, choice, lengths, lessons)
-                reasons = refused(design)
-                if geared and (pulled := [one for one in reasons if one.part == PULLED]):
-                    bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
-                    sector = design.hardware.sector_radius_mm
-                    lessons = from_pull(lessons, sector, self._moment(bare, lengths), _share(pulled[0]))
-                    reasons = tuple(one for one in reasons if one not in pulled)
-                    if not reasons:
-                        continue
-                if reasons:
-                    choice, lessons = from_reasons(self.brief, choice, lessons, reasons, found.side_mm)
+            design = design_for(self.brief, choice, lengths, lessons)
+            reasons = refused(design)
+            if geared and (pulled := [one for one in reasons if one.part == PULLED]):
+                bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
+                sector = design.hardware.sector_radius_mm
+                lessons = from_pull(lessons, sector, self._moment(bare, lengths), _share(pulled[0]))
+                reasons = tuple(one for one in reasons if one not in pulled)
+                if not reasons:
                     continue
-                if (soft := too_soft(design)) is not None:
-                    lessons = from_stiffness(lessons, *soft, design)
-                    continue
-            except (DesignError, MechanismError, StuckError) as error:
-                self.tried.stuck[" ".join(key)] = str(error)
-                return None
+            if reasons:
+                choice, lessons = from_reasons(self.brief, choice, lessons, reasons, found.side_mm)
+                continue
+            if (soft := too_soft(design)) is not None:
+                lessons = from_stiffness(lessons, *soft, design)
+                continue
             candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, *lessons.held)
             if not weighing:
                 return candidate
@@ -398,8 +405,8 @@ class Search:
             try:
                 weighed, results, rubbing = self._weighed(design)
             except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
-                self.tried.stuck[" ".join(key)] = str(error)
-                return None
+                lessons = from_kernel(lessons, lengths, error)
+                continue
             candidate = replace(candidate, weighed=weighed)
             lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbing)
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
@@ -419,16 +426,11 @@ class Search:
             results = [result for result in results if not (geared and result.name.startswith(f"structure {PULLED}"))]
             if not near:  # what failed by its weight may do so no longer: that is known now
                 results = [result for result in results if not by_weight(result.name)]
-            try:
-                lessons = from_checks(candidate, lessons, results)
-            except StuckError as error:
-                self.tried.stuck[" ".join(key)] = str(error)
-                return None
+            lessons = from_checks(candidate, lessons, results)
             if lessons.crowded != built.crowded:  # of use to other widths, whatever comes of this one
                 built = replace(built, crowded=lessons.crowded)
                 self.lessons[key] = built
-        self.tried.stuck[" ".join(key)] = "closed forms and weights did not come to agree"
-        return None
+        raise StuckError("closed forms and weights did not come to agree")
 
     def _weighed(self, design: Design) -> tuple[Weighed, list[CheckResult], tuple[float, float]]:
         """Weighs a design, and what its ball joints rub with; raises as `weigh`."""

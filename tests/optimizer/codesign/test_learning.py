@@ -13,23 +13,26 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import load_design
-from delta_cad.dimensions import Reason
+from delta_cad.dimensions import DimensionError, Reason
 from delta_cad.dimensions.neighbours import SWING_FIELD
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle, Outline
 from delta_cad.mechanism.workspace import CubeSearch
 from delta_cad.passing.folding import ELBOW_FIELD
+from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.hardware.refusals import refusals
 from optimizer.codesign import candidate as candidates
 from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (
     COUPLE_MOST,
+    KERNEL_TRIES,
     LEVER_EXPONENT,
     LEVER_STEPS,
     UNFOLDED,
     StuckError,
     from_checks,
+    from_kernel,
     from_pull,
     from_reasons,
     from_stiffness,
@@ -294,6 +297,20 @@ def test_an_arm_that_swings_too_low_gets_longer_where_the_outline_holds_that_and
     low, high = posed(brief(), CHOICE, less, less.weighed.inertia(90.0, 140.0, 1.0)).limits.shoulder_deg or (0.0, 0.0)
     assert low == pytest.approx(-41.2, abs=0.01)
     assert high == pytest.approx(SHOULDER_DEG[1], abs=0.01)
+
+
+def test_where_the_kernel_makes_no_solid_chains_stand_a_little_farther_out_three_times_at_most() -> None:
+    lengths, lessons = (90.0, 140.0, 30.0, 20.0, 70.0, 40.0), Lessons(reference())
+    error = BuildError("encoder_cheek", "body", "the solid is not valid")
+    for _ in range(KERNEL_TRIES):
+        lessons = from_kernel(lessons, lengths, error)
+        assert lengths[2] < lessons.least("base_radius") < lengths[2] + 0.5
+        lengths = (*lengths[:2], lessons.least("base_radius"), *lengths[3:])
+    with pytest.raises(StuckError, match="encoder_cheek: body cannot be built"):
+        from_kernel(lessons, lengths, error)
+    stock = DimensionError([Reason("rod_tube", "stock", "no tube is so long")])
+    with pytest.raises(StuckError, match="no tube is so long"):
+        from_kernel(Lessons(reference()), lengths, stock)
 
 
 def test_a_check_that_teaches_nothing_ends_the_choice() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -14,6 +15,7 @@ from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
+from optimizer.codesign.learning import KERNEL_TRIES
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Lessons, Weighed, reference
 from optimizer.codesign.search import Search
@@ -145,6 +147,22 @@ def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(mo
     assert paper.built == [MOTORS[1]]
     assert list(search.tried.stuck) == [f"{MOTORS[0]} capstan"]  # the other is not given up: it passed
     assert "sector" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+
+
+def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    weighed: list[Design] = []
+
+    def fails(design: Design) -> Any:
+        weighed.append(design)
+        raise BuildError("encoder_cheek", "body", "the solid is not valid")
+
+    monkeypatch.setattr(search, "_weighed", fails)
+    assert search.settled(Choice(MOTORS[0], "capstan", 5.0, 50.0)) is None
+    assert "the solid is not valid" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+    radii = [design.mechanism.base_radius_mm for design in weighed]
+    assert len(radii) == KERNEL_TRIES + 1
+    assert all(0.05 < b - a < 0.5 for a, b in pairwise(radii))
 
 
 def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
