@@ -180,7 +180,7 @@ class Search:
                 if best is not None:
                     break
             if best is None:
-                self.tried.stuck[f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
+                self.tried.stuck[f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube of any use"
             else:
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
