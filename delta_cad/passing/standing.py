@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
 from math import cos, pi, sin
 
 import numpy as np
@@ -187,20 +186,20 @@ def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
         most, still = 0.0, dict[tuple[float, float], np.ndarray]()
         point = np.array([[at[0], mouth, at[1]]])
         around = _off(stands, point, d.bracket.shoulder_u_mm)
-        for one, key in product(arms, keys):
-            if key == keys[0]:
-                arm = _off(one, point, d.bracket.shoulder_u_mm)
-            if key not in still:
-                still[key] = free(at, key, around, np.ones(TURNS[0], dtype=bool))
-            swing = _swing_rad(among := still[key])
-            if swing >= SWING_RAD:  # what stands still leaves it room
-                left = free(at, key, arm, among)
-                swing = _swing_rad(left)
-                if SWING_RAD <= swing < SWING_RAD + 4.0 * pi / TURNS[0]:  # it may be up to two steps less
-                    near = np.repeat(left | np.roll(left, -1), TURNS[1] // TURNS[0])
-                    swing = _swing_rad(free(at, key, [*around, *arm], near))
-            if (most := max(most, swing)) >= SWING_RAD:
-                return most
+        for one in arms:
+            arm = _off(one, point, d.bracket.shoulder_u_mm)
+            for key in keys:
+                if key not in still:
+                    still[key] = free(at, key, around, np.ones(TURNS[0], dtype=bool))
+                swing = _swing_rad(among := still[key])
+                if swing >= SWING_RAD:  # what stands still leaves it room
+                    left = free(at, key, arm, among)
+                    swing = _swing_rad(left)
+                    if SWING_RAD <= swing < SWING_RAD + 4.0 * pi / TURNS[0]:  # it may be up to two steps less
+                        near = np.repeat(left | np.roll(left, -1), TURNS[1] // TURNS[0])
+                        swing = _swing_rad(free(at, key, [*around, *arm], near))
+                if (most := max(most, swing)) >= SWING_RAD:
+                    return most
         return most
 
     least = 2.0 * pi

@@ -18,7 +18,6 @@ from delta_cad.dimensions.bracket import (
     BLOCK_SCREW,
     CHEEK_EDGE_MM,
     KEY_SLOT_MM,
-    Circle,
     key_slot_floor_mm,
     key_slot_rad,
 )

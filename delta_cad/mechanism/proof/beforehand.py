@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.limits import Reach
+from delta_cad.mechanism.limits import Limits
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import Cube
 
@@ -14,5 +14,5 @@ ANY = DeltaGeometry(base_radius=0.03, platform_radius=0.02, upper_arm_length=0.1
 
 def results(_order: object) -> Iterator[None]:
     """Proves something of any machine, as `Beside` asks for it: what that compiles is kept on disk."""
-    prove(ANY, Cube(0.1, 0.01), (Reach(),), max_boxes=1)
+    prove(ANY, Cube(0.1, 0.01), Limits.of(), max_boxes=1)
     yield None

@@ -59,7 +59,10 @@ def test_each_set_becomes_a_row_and_a_design_file_that_can_be_built(monkeypatch:
     assert sides[1].tolist() == [74.0, 73.0]
     assert png(found, rows).startswith(b"\x89PNG")
     text = page(found, rows, None, "out/atlas/b")
-    assert "set 1 has none: maxon-re30-310007 capstan: its torque, masses and rods' springs leave no cube of any use" in text
+    assert (
+        "set 1 has none: maxon-re30-310007 capstan: its torque, masses and rods' springs leave no cube of any use"
+        in text
+    )
     assert "python -m delta_cad build --design out/atlas/b/designs/set-N.json" in text
 
 
