@@ -144,8 +144,9 @@ class Family:
             f"at least {along:.1f} and {across:.1f} mm of outline beyond eq. (1)",
             f"where nothing else is asked a couple index of {COUPLE_INDEX:g} or more, kappa of {KAPPA:g} or less, "
             f"rods that lean by no more than {LEAN_DEG:g} deg, shoulder angles from {low:g} to {high:g} deg",
-            f"base radius of at least {self._radius_mm():.2f} mm, which is asked of this machine's hardware, and no "
-            "smaller a platform radius: at other ratios and lengths it was not asked",
+            (f"base radius of at least {least:.2f} mm and " if (least := self._radius_mm()) > 0.0 else "")
+            + "no smaller a platform radius, as is asked of this machine's hardware: at other ratios and lengths it "
+            "was not asked",
             f"sectors that pass one another: of R >= {SECTOR_ROOM_MM:g} mm and half their radius",
             f"shafts of motors that bear at most {100 / LIGHT - 100:.0f} % more of a cable than was found",
         )
