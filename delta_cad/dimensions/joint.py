@@ -158,7 +158,8 @@ def spring_range_N(force_N: float) -> tuple[float, float]:
 
 def force_most_N() -> float:
     """Gives the largest force at the handle for which the catalogue has a spring that is strong enough, N."""
-    return max(row.force_max_N for row in catalogue.tension_spring.rows.values()) / PRELOAD_PER_N
+    rows: Mapping[str, catalogue.TensionSpring] = catalogue.tension_spring.rows
+    return max(row.force_N(row.length_max_mm - SPRING_LEAN_MM) for row in rows.values()) / PRELOAD_PER_N
 
 
 def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -> catalogue.TensionSpring:
@@ -194,7 +195,7 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
             "rod_spring",
             "force",
             f"force_N or peak_force_N = {force_N:g} must be at most {down(most, 3)} N: springs "
-            f"must give {low:g} N, the catalogue's strongest {most * PRELOAD_PER_N:g}",
+            f"must give {low:g} N, the catalogue's strongest {most * PRELOAD_PER_N:.3g}",
             "requirements.force_N",
             force_N,
             most,

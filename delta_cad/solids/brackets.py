@@ -32,11 +32,13 @@ from delta_cad.solids.materials import material
 from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
+    BuildError,
     Circle,
     bore_y,
     box,
     cut,
     edge_break,
+    encloses_its_volume,
     feature,
     fuse,
     hull_along_y,
@@ -53,7 +55,8 @@ STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 PILOT_WALL_MM, HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its screws' counterbores; of diameter, in them
 ROUNDING_MM = 1e-9
-OFF_TANGENT_MM = 0.001
+# By which a leg's circle is smaller, which touches its head's from within: there the kernel may lose faces.
+OFF_TANGENT_MM = 0.0, 0.05, 0.1, 0.2
 DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
 
 
@@ -215,6 +218,14 @@ def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float]
     return hull_along_y(corners, (inside - THROUGH_MM, inside + key_slot_floor_mm(c, inside)))
 
 
+def _encoder_leg(d: Dimensions, off_mm: float) -> list[Circle]:
+    """Circles of an encoder's leg, its upper one smaller than it should be."""
+    if d.capstan is None:
+        return [*d.encoder_head_circles_mm, *d.bracket.foot_circles_mm]
+    x, z, radius = d.bracket.leg_circle_mm
+    return [(x, z, radius - off_mm), *d.bracket.foot_circles_mm]
+
+
 def _encoder_body(d: Dimensions, leg: list[Circle]) -> cq.Shape:
     """An encoder's cheek before its bores, its leg the hull of circles."""
     number, (outside, inside), board = "encoder_cheek", d.layers.encoder_cheek_mm, d.board_screws_mm
@@ -238,11 +249,11 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     outside, inside = d.layers.encoder_cheek_mm
     face = d.layers.encoder_head_mm[0]
     board, head = d.board_screws_mm, d.encoder_head_circles_mm
-    leg = [b.leg_circle_mm, *b.foot_circles_mm] if d.capstan is not None else [*head, *b.foot_circles_mm]
-    body = _encoder_body(d, leg)
-    if not body.isValid():  # the leg's circle touches the head's from within: off it the kernel sees two
-        x, z, radius = leg[0]
-        body = _encoder_body(d, [(x, z, radius - OFF_TANGENT_MM), *leg[1:]])
+    bodies = (_encoder_body(d, _encoder_leg(d, off)) for off in OFF_TANGENT_MM)
+    body = next((one for one in bodies if encloses_its_volume(one)), None)
+    if body is None:
+        raise BuildError(number, "leg and head", "base_radius_mm")
+    leg = _encoder_leg(d, 0.0)
     thread, drilled = board_thread_mm(d)
     boring = Boring()
     callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"

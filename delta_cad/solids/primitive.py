@@ -33,6 +33,7 @@ ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by microm
 STEEP = 0.014  # climb above which arcs are shorter
 KINK = 0.0115  # climb times arc, there: with more no torus is swept round a kink
 THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
+MESHED_MM, MESHED_RAD, ENCLOSED = 0.02, 0.1, 2e-3  # of a mesh that tells a volume, and the share to which it does
 EDGE_SHARES = 1.0, 0.8, 0.6  # of a chamfer that is asked, the first that the kernel makes
 
 
@@ -59,6 +60,16 @@ def one_solid(shape: cq.Shape, part: str) -> cq.Solid:
     if not solid.isValid() or solid.Volume() <= 0:
         raise BuildError(part, "body", "the solid is not valid")
     return solid
+
+
+def encloses_its_volume(shape: cq.Shape) -> bool:
+    """Decides whether a shape is valid and its faces enclose the volume that it has: the kernel can lose a face."""
+    if not shape.isValid():
+        return False
+    vertices, triangles = shape.copy().tessellate(MESHED_MM, MESHED_RAD)
+    corners = np.array([vertex.toTuple() for vertex in vertices])[np.array(triangles)]
+    meshed = float(np.linalg.det(corners).sum() / 6.0)
+    return abs(meshed - shape.Volume()) <= ENCLOSED * shape.Volume()
 
 
 def feature(part: str, name: str, parameter: str, build: Callable[[], cq.Shape]) -> cq.Shape:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.neighbours import SWING_FIELD
@@ -22,7 +23,6 @@ from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
 if TYPE_CHECKING:
-    from delta_cad.checks.report import CheckResult
     from delta_cad.design import Design
     from delta_cad.dimensions import Reason
     from delta_cad.solids.primitive import BuildError
@@ -61,6 +61,7 @@ ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
 LEFT_MM = 2.0  # of a base radius that closed forms are asked about
+ROUNDED_MM = 0.002  # to which lengths are rounded, and a little
 KERNEL, KERNEL_TRIES, KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
@@ -188,6 +189,13 @@ def too_soft(design: Design) -> tuple[float, float] | None:
     return None if least >= asked else (least, asked)
 
 
+def borne_of(one: Reason | CheckResult) -> float:
+    """Share of what a part bears that it then bears: of a refusal the share by which its field has to grow."""
+    if isinstance(one, CheckResult):
+        return (one.value or 0.0) / (one.limit or 1.0)
+    return float(one.bound or 1.0) / float(one.value or 1.0)
+
+
 def from_pull(lessons: Lessons, sector_mm: float, torque_N_m: float, share: float) -> Lessons:
     """Learns what a motor's shaft bears of a cable.
 
@@ -249,7 +257,7 @@ def _outcome(result: CheckResult) -> str:
 
 
 def from_kernel(lessons: Lessons, lengths_mm: tuple[float, ...], error: BuildError | DimensionError) -> Lessons:
-    """Learns that a solid cannot be made: what the kernel does not give here it gives a little farther out.
+    """Learns that a solid cannot be made: what the kernel does not give here it may give a little farther out.
 
     Args:
         lessons: What was known.
@@ -260,12 +268,16 @@ def from_kernel(lessons: Lessons, lengths_mm: tuple[float, ...], error: BuildErr
         What is known now.
 
     Raises:
-        StuckError: A stock length ends there, or the kernel failed as often farther out.
+        StuckError: A stock length ends there, chains cannot stand farther out, or it failed as often where they did.
     """
-    why = f"{KERNEL}: {error}"
-    if isinstance(error, DimensionError) or sum(one.startswith(KERNEL) for one in lessons.why) >= KERNEL_TRIES:
-        raise StuckError(str(error))
-    return lessons.raised("base_radius", lengths_mm[VARIABLES.index("base_radius")] + KERNEL_STEP_MM, why)
+    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in lessons.why)
+    if (
+        isinstance(error, DimensionError)
+        or failed >= KERNEL_TRIES
+        or lessons.least("base_radius") > radius + ROUNDED_MM
+    ):
+        raise StuckError(str(error)) from error
+    return lessons.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {error}")
 
 
 def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:

@@ -51,7 +51,6 @@ REACH_SHARE = 1.5  # of the side: R + L_A of the first
 SMALL_MM = 200.0  # R + L_A up to which parts alone, and no torque, may leave no cube at all
 LEVERS = 7  # couple indices that are tried behind a panel
 LEVERED_MM = 5.0  # of a cube behind one, that is looked at
-LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
 FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
 
 
@@ -223,7 +222,7 @@ def best_lengths(
     side = asked.cube_side_mm
     if brief.objective == "cube_side" or side is None:
         result = _largest(brief, choice, lessons, start_mm, seed, rounds, None)
-        if result is None or 2.0 * result.design_mm[SIDE] < min(side or LEAST_SIDE_MM, LEAST_SIDE_MM):
+        if result is None or result.tiny:
             return None
         lengths = _rounded(result)
         return Found(lengths, 2.0 * lengths[SIDE])

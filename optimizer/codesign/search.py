@@ -10,7 +10,7 @@ import numpy as np
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design, DesignError, design_hash
-from delta_cad.dimensions import DimensionError, Reason
+from delta_cad.dimensions import DimensionError
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
@@ -23,6 +23,7 @@ from optimizer.codesign.learning import (
     LEVER_STEPS,
     PULLED,
     StuckError,
+    borne_of,
     by_weight,
     from_checks,
     from_kernel,
@@ -47,11 +48,11 @@ TRIES = 16  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
-# How often the steps to other hardware are halved.
-COARSE, AGAIN, FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)
+COARSE, AGAIN, FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # how often steps are halved
 REFINED = 2  # times at most that hardware is refined with what solids told
 WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
+LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 SWEEPS = 10  # machines of one choice that are made
 ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
@@ -59,13 +60,6 @@ ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other leng
 T = TypeVar("T")
 Lengths = tuple[float, ...]
 """(6) in the order of `VARIABLES`, mm."""
-
-
-def _share(one: Reason | CheckResult) -> float:
-    """Share of what a part bears that it then bears: of a refusal the share by which its field has to grow."""
-    if isinstance(one, CheckResult):
-        return (one.value or 0.0) / (one.limit or 1.0)
-    return float(one.bound or 1.0) / float(one.value or 1.0)
 
 
 @dataclass
@@ -180,7 +174,7 @@ class Search:
                 if best is not None:
                     break
             if best is None:
-                self.tried.stuck[f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube of any use"
+                self.tried.stuck[f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
             else:
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
@@ -298,7 +292,7 @@ class Search:
         """What is found; None where nothing is, which `tried.stuck` explains."""
         try:
             return find()
-        except (DesignError, MechanismError, StuckError) as error:
+        except StuckError as error:
             self.tried.stuck[f"{choice.motor} {choice.drive}"] = str(error)
             return None
 
@@ -318,8 +312,7 @@ class Search:
             try:
                 results = self.moving(candidate.design)
             except BuildError as error:  # a solid that cannot be meshed
-                self.lessons[key] = from_kernel(self.lessons[key], candidate.lengths_mm, error)
-                continue
+                raise StuckError(str(error)) from error
             if all(result.passed for result in results):
                 self.report(f"{named}: building")
                 self.standing = candidate
@@ -382,22 +375,29 @@ class Search:
             if beats is not None and found.score <= beats:
                 return None
             start = lengths = found.lengths_mm
-            design = design_for(self.brief, choice, lengths, lessons)
-            reasons = refused(design)
-            if geared and (pulled := [one for one in reasons if one.part == PULLED]):
-                bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
-                sector = design.hardware.sector_radius_mm
-                lessons = from_pull(lessons, sector, self._moment(bare, lengths), _share(pulled[0]))
-                reasons = tuple(one for one in reasons if one not in pulled)
-                if not reasons:
+            try:
+                design = design_for(self.brief, choice, lengths, lessons)
+                reasons = refused(design)
+                if geared and (pulled := [one for one in reasons if one.part == PULLED]):
+                    bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
+                    sector = design.hardware.sector_radius_mm
+                    lessons = from_pull(lessons, sector, self._moment(bare, lengths), borne_of(pulled[0]))
+                    reasons = tuple(one for one in reasons if one not in pulled)
+                    if not reasons:
+                        continue
+                if reasons:
+                    choice, lessons = from_reasons(self.brief, choice, lessons, reasons, found.side_mm)
                     continue
-            if reasons:
-                choice, lessons = from_reasons(self.brief, choice, lessons, reasons, found.side_mm)
-                continue
-            if (soft := too_soft(design)) is not None:
-                lessons = from_stiffness(lessons, *soft, design)
-                continue
+                if (soft := too_soft(design)) is not None:
+                    lessons = from_stiffness(lessons, *soft, design)
+                    continue
+            except (DesignError, MechanismError) as error:
+                raise StuckError(str(error)) from error
             candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, *lessons.held)
+            if self.brief.requirements.cube_side_mm is None and candidate.side_mm < LEAST_SIDE_MM:
+                raise StuckError(
+                    f"it leaves a cube of {candidate.side_mm:.1f} mm; under {LEAST_SIDE_MM:g} is no answer"
+                )
             if not weighing:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
@@ -412,7 +412,7 @@ class Search:
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
             if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
                 sector = design.hardware.sector_radius_mm
-                lessons = from_pull(lessons, sector, self._moment(lessons, lengths), _share(pull))
+                lessons = from_pull(lessons, sector, self._moment(lessons, lengths), borne_of(pull))
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, lessons, results)
                 spares = [a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True)]

@@ -117,14 +117,15 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     contradiction: list[str] = []
     interrupted = False
     search: Search | None = None
-    with Line() as line, Beside(beforehand.__name__, behind=True) as compiling:
-        compiling.give(None)
+    with Line() as line:
         line.show("loading the CAD kernel")
         try:
-            search = _search(given, brief, journal, line, ends, told)
-            search.best()
-            if not told and monotonic() < ends:
-                contradiction = _eased(given, search, journal, line, ends, nearest)
+            with Beside(beforehand.__name__, behind=True) as compiling:
+                compiling.give(None)
+                search = _search(given, brief, journal, line, ends, told)
+                search.best()
+                if not told and monotonic() < ends:
+                    contradiction = _eased(given, search, journal, line, ends, nearest)
         except KeyboardInterrupt:
             interrupted = True
     late = _over(given, ends, bool(told))

@@ -308,6 +308,9 @@ def test_where_the_kernel_makes_no_solid_chains_stand_a_little_farther_out_three
         lengths = (*lengths[:2], lessons.least("base_radius"), *lengths[3:])
     with pytest.raises(StuckError, match="encoder_cheek: body cannot be built"):
         from_kernel(lessons, lengths, error)
+    narrow = (*lengths[:2], lengths[2] - 0.1, *lengths[3:])  # no room for what was asked
+    with pytest.raises(StuckError, match="not valid"):
+        from_kernel(Lessons(reference()).raised("base_radius", lengths[2], "kernel"), narrow, error)
     stock = DimensionError([Reason("rod_tube", "stock", "no tube is so long")])
     with pytest.raises(StuckError, match="no tube is so long"):
         from_kernel(Lessons(reference()), lengths, stock)

@@ -11,7 +11,7 @@ from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import CoupleIndex
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.choice import Choice, motor_of
-from optimizer.codesign.lengths import LEAST_SIDE_MM, Found, best_lengths, lasting_torque_N_m, posed
+from optimizer.codesign.lengths import Found, best_lengths, lasting_torque_N_m, posed
 from optimizer.codesign.lessons import KNOB_MM, Lessons, reference
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.brief import DesignBrief, brief_from_dict, load_brief
@@ -138,19 +138,6 @@ def test_the_least_mass_for_a_cube_is_the_one_that_just_allows_it() -> None:
     back = best_lengths(brief(room, {"kappa_max": 2.27, "effective_mass_max_kg": -found.score}), CHOICE, LESSONS)
     assert back is not None
     assert 78.0 <= back.side_mm <= 78.0 * 1.003
-
-
-def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for() -> None:
-    """Some 8 mm is what this motor moves with 40 N, 13 mm with 30 N."""
-    drive, room = CHOICE.with_(ratio=8.0), {"envelope_width_mm": 270.0, "envelope_depth_mm": 270.0}
-    larger = best_lengths(brief({**room, "force_N": 30.0}, {}), drive, LESSONS)
-    assert larger is not None
-    assert LEAST_SIDE_MM < larger.side_mm < 1.5 * LEAST_SIDE_MM
-    assert best_lengths(brief({**room, "force_N": 40.0}, {}), drive, LESSONS) is None
-    asked = {**room, "force_N": 40.0, "cube_side_mm": LEAST_SIDE_MM / 2.0}
-    small = best_lengths(brief(asked, {}, goal={"maximize": "cube_side"}), drive, LESSONS)
-    assert small is not None
-    assert LEAST_SIDE_MM / 2.0 < small.side_mm < LEAST_SIDE_MM
 
 
 def test_a_force_for_which_no_spring_holds_rods_on_their_balls_has_no_lengths() -> None:

@@ -10,16 +10,19 @@ from typing import Any, cast
 import pytest
 
 from delta_cad.checks.report import CheckResult
-from delta_cad.design import Design
+from delta_cad.design import Design, design_from_dict
+from delta_cad.mechanism import UnreachableError
 from delta_cad.solids.primitive import BuildError
+from delta_cad.structure.hardware import refusals
 from optimizer.codesign import search as module
-from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.candidate import Candidate, refused
 from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
 from optimizer.codesign.learning import KERNEL_TRIES
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Lessons, Weighed, reference
-from optimizer.codesign.search import Search
+from optimizer.codesign.search import LEAST_SIDE_MM, Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
+from tests.committed import changed
 
 MOTORS = ["maxon-re30-310007", "faulhaber-3257g024cr"]
 ESTIMATES = {MOTORS[0]: 86.0, MOTORS[1]: 85.0}
@@ -163,6 +166,48 @@ def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(mon
     radii = [design.mechanism.base_radius_mm for design in weighed]
     assert len(radii) == KERNEL_TRIES + 1
     assert all(0.05 < b - a < 0.5 for a, b in pairwise(radii))
+
+
+def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lengths that leave less than is of use; the rough look keeps them: another ratio may leave more."""
+    side = LEAST_SIDE_MM / 2.0
+    lengths = Found((90.0, 140.0, 32.0, 22.0, 70.0, side / 2.0), side)
+    one = Choice(MOTORS[0], "capstan", 5.0, 50.0)
+    for asked, found in (({}, False), ({"cube_side_mm": side}, True)):
+        search = Search(brief(**asked), cast(Any, None), cast(Any, None), reference())
+        monkeypatch.setattr(search, "_lengths", lambda *_: lengths)
+        monkeypatch.setattr(module, "refused", lambda _: ())
+        monkeypatch.setattr(module, "too_soft", lambda _: None)
+        assert (search.settled(one, weighing=False) is not None) == found
+        assert ("5.0 mm" in search.tried.stuck.get(f"{MOTORS[0]} capstan", "")) != found
+        assert search._estimate(one) is lengths
+
+
+def test_only_what_stands_in_the_way_of_a_machine_gives_it_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What goes wrong in a build is no reason why there is no machine."""
+    paper = Paper({MOTORS[0]: [[PASSED]]})
+    search = searched(paper, {MOTORS[0]: [84.0]}, monkeypatch)
+
+    def wrong(_: Design) -> Any:
+        raise UnreachableError("a page that is written wrong")
+
+    search.build = wrong
+    with pytest.raises(UnreachableError, match="written wrong"):
+        search.best()
+
+
+def test_a_design_that_comes_again_is_refused_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Design] = []
+
+    def told(design: Design, _: object) -> tuple[()]:
+        asked.append(design)
+        return ()
+
+    monkeypatch.setattr(refusals, "refusals", told)
+    one, other = (design_from_dict(changed(mechanism__base_radius_mm=r)) for r in (31.1, 31.2))
+    for design in (one, one, other, one):
+        assert refused(design) == ()
+    assert asked == [one, other, one]
 
 
 def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
