@@ -115,6 +115,18 @@ def test_bars_and_placed_shapes_are_where_they_are_put() -> None:
     assert disc.off_mm(np.array([[5.0, 6.0, 0.5], [5.0, 0.0, 4.0]])) == pytest.approx([4.0, 3.0])
 
 
+@pytest.mark.parametrize("half", [0.4, 1.5, 2.6])
+def test_a_rings_segment_is_as_far_off_as_its_nearest_point(half: float) -> None:
+    """Brute force: points of a segment of the ring, in its plane, every 0.05 mm and 0.002 rad."""
+    ring = Ring((15.0, 18.0), (0.7 - half, 0.7 + half), (0.0, 3.0))
+    radius, angle = np.meshgrid(np.linspace(15.0, 18.0, 61), np.arange(0.7 - half, 0.7 + half, 0.002))
+    solid = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=2).reshape(-1, 2)
+    flat = np.random.default_rng(5).uniform(-25.0, 25.0, (200, 2))
+    found = ring.off_mm(np.stack([flat[:, 0], np.full(200, 1.5), flat[:, 1]], axis=1))
+    nearest_mm = np.array([np.linalg.norm(solid - one, axis=1).min() for one in flat])
+    assert np.maximum(found, 0.0) == pytest.approx(np.where(nearest_mm < 0.06, 0.0, nearest_mm), abs=0.06)
+
+
 @pytest.mark.parametrize("count", [1, TOGETHER - 1, TOGETHER, 5 * TOGETHER + 3])
 def test_rows_of_balls_meet_what_one_of_their_balls_meets(count: int) -> None:
     """Rows of 60 mm among shapes about the origin, each point by itself."""
