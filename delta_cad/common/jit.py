@@ -34,8 +34,8 @@ class Compiled:
         if name in ("dispatcher", "inner"):
             from delta_cad.common.machine_code import dispatcher_of
 
-            made = self.__dict__[name] = dispatcher_of(self.py_func, name == "inner", **self.options)
-            return made
+            made = dispatcher_of(self.py_func, name == "inner", **self.options)
+            return self.__dict__.setdefault(name, made)  # of two threads at once one makes it for both
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self.dispatcher, name)

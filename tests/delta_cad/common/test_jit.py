@@ -6,10 +6,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 
 import pytest
 
+from delta_cad.common import machine_code
+from delta_cad.common.jit import compiled
 from delta_cad.common.machine_code import PACKAGES, ROOT, UNUSED_MAX_S
 from tests.delta_cad.common.forked import Forked
 
@@ -325,3 +329,19 @@ def test_numba_may_be_switched_off(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))
     code = "from optimizer.trial import product; print(product(1.0))"
     assert told(fresh(copy, code, HOME=tmp_path, NUMBA_DISABLE_JIT=Path("1"))) == [2.0]
+
+
+def test_two_threads_that_call_first_at_once_share_one_dispatcher(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, both = [], Barrier(2)
+
+    def dispatcher_of(*given: object, **options: object) -> object:
+        both.wait(60.0)
+        made.append(object())
+        return made[-1]
+
+    monkeypatch.setattr(machine_code, "dispatcher_of", dispatcher_of)
+    one = compiled(abs)
+    with ThreadPoolExecutor(2) as threads:
+        first, second = threads.map(lambda _: one.dispatcher, range(2))
+    assert len(made) == 2
+    assert first is second is one.dispatcher
