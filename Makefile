@@ -7,8 +7,9 @@ BUILDS := $(VENV)/.installed
 STAMP := $(VENV)/.installed-all
 EVERYTHING := cad,optimize,sim,atlas,view,docs,test
 # A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same. One thread
-# of linear algebra in each: a second would only wait, and in that take the core of the other worker.
-PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# of linear algebra in each: a second would only wait, and in that take the core of the other worker. A worker that dies
+# ends the run, which names its test: a new one would try it again.
+PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder --max-worker-restart=0
 
 # What the linters say while the tests run beside them.
 LINTED := $(VENV)/.linted
