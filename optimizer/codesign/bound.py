@@ -219,7 +219,7 @@ class Family:
         one = Interval(choice.motor, choice.drive, (choice.ratio, choice.ratio), (lengths[0], lengths[0]))
         near, far, relaxed = self._relaxed(one)
         exact = replace(known, mass_share=1.0, friction_share=1.0, step_share=1.0, spare_torque_N_m=0.0)
-        inertia = machine.weighed.inertia(lengths[0], lengths[1], choice.ratio)
+        inertia = machine.lessons.weighed.inertia(lengths[0], lengths[1], choice.ratio)
         found = [side_mm]
         for posed_as in (
             posed(self._brief, choice, exact, inertia, far=choice),
@@ -264,7 +264,7 @@ class Family:
 
     def _lightest(self, one: Interval) -> Weighed:
         """The machine's own weights, with the rotor of another motor at the least ratio of an interval."""
-        weighed, row = self._machine.weighed, motor_of(self._brief, one.motor)
+        weighed, row = self._machine.lessons.weighed, motor_of(self._brief, one.motor)
         rotor = row.rotor_inertia_kg_m2 * one.ratios[0] ** 2
         return replace(weighed, masses=replace(weighed.masses, rotor_inertia=rotor), ratio=one.ratios[0])
 

@@ -44,21 +44,15 @@ class Candidate:
         design: As its file has it.
         choice: Its hardware.
         lengths_mm: (6) in the order of `VARIABLES`.
-        weighed: Of its own solids.
+        lessons: What was known of it: what closed forms asked for, and weights, once it is weighed of its own solids.
         score: What is sought, larger is better.
-        couple_index_min: Hold against turning that closed forms asked for.
-        couple_per_mm: The same for each mm of a knob's lever behind a panel.
-        elbow_angle_deg: Angle between upper arm and rods, likewise.
     """
 
     design: Design
     choice: Choice
     lengths_mm: tuple[float, ...]
-    weighed: Weighed
+    lessons: Lessons
     score: float
-    couple_index_min: float = 0.0
-    couple_per_mm: float = 0.0
-    elbow_angle_deg: float = 0.0
 
     @property
     def side_mm(self) -> float:

@@ -203,7 +203,7 @@ def figures_of(design: Design, candidate: Candidate, ball_friction_N: tuple[floa
     g, place = design.geometry, design.cube
     search = CubeSearch(Cube(place.bottom_height_mm / MM_PER_M, place.half_side_mm / MM_PER_M))
     lengths, ratio = candidate.lengths_mm, candidate.choice.ratio
-    inertia = candidate.weighed.inertia(lengths[0], lengths[1], ratio)
+    inertia = candidate.lessons.weighed.inertia(lengths[0], lengths[1], ratio)
     width, depth = design.requirements.envelope_width_mm, design.requirements.envelope_depth_mm
     return Figures(
         cube_side_mm=2.0 * place.half_side_mm,

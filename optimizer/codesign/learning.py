@@ -307,7 +307,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
             lessons = lessons.taught(why, spare_torque_N_m=more)
         elif result.name.startswith("structure") and candidate.design.panel is not None:
-            known = max(lessons.couple_per_mm, candidate.couple_per_mm)
+            known = max(lessons.couple_per_mm, candidate.lessons.couple_per_mm)
             lessons = _levered(replace(lessons, couple_per_mm=known), candidate.side_mm, 1.0, why)
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)

@@ -266,8 +266,8 @@ class Search:
 
     def _beside(self, one: Choice, best: Candidate) -> Candidate | None:
         """What closed forms leave of hardware near the best; None where that is no better."""
-        index, per_mm = best.couple_index_min - COUPLE_STEP, best.couple_per_mm / LEVER_STEPS[0]
-        held = index, per_mm, best.elbow_angle_deg - ELBOW_STEP_DEG
+        index, per_mm, elbow_deg = best.lessons.held
+        held = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
         beats = None if self.brief.objective == "cost" else best.score  # a price is none of lengths
         found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
         self.report(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
@@ -393,7 +393,7 @@ class Search:
                     continue
             except (DesignError, MechanismError) as error:
                 raise StuckError(str(error)) from error
-            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, *lessons.held)
+            candidate = Candidate(design, choice, lengths, lessons, found.score)
             if self.brief.requirements.cube_side_mm is None and candidate.side_mm < LEAST_SIDE_MM:
                 raise StuckError(
                     f"it leaves a cube of {candidate.side_mm:.1f} mm; under {LEAST_SIDE_MM:g} is no answer"
@@ -407,8 +407,8 @@ class Search:
             except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
                 lessons = from_kernel(lessons, lengths, error)
                 continue
-            candidate = replace(candidate, weighed=weighed)
             lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbing)
+            candidate = replace(candidate, lessons=lessons)
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
             if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
                 sector = design.hardware.sector_radius_mm

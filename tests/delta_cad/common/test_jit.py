@@ -334,7 +334,7 @@ def test_numba_may_be_switched_off(copy: Path, tmp_path: Path) -> None:
 def test_two_threads_that_call_first_at_once_share_one_dispatcher(monkeypatch: pytest.MonkeyPatch) -> None:
     made, both = [], Barrier(2)
 
-    def dispatcher_of(*given: object, **options: object) -> object:
+    def dispatcher_of(*_: object, **__: object) -> object:
         both.wait(60.0)
         made.append(object())
         return made[-1]

@@ -40,7 +40,7 @@ def machine(ratio: float) -> Candidate:
     choice = Choice(MOTOR, "capstan", ratio, 50.0)
     found = best_lengths(BRIEF, choice, KNOWN)
     assert found is not None
-    return Candidate(cast(Design, None), choice, found.lengths_mm, KNOWN.weighed, found.score)
+    return Candidate(cast(Design, None), choice, found.lengths_mm, KNOWN, found.score)
 
 
 def bound_of(one: Candidate) -> Bound:

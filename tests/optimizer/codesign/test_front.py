@@ -43,7 +43,7 @@ def point(**changes: float) -> MachinePoint:
 
 
 def test_figures_are_those_of_the_handle_over_the_cube(best: Design) -> None:
-    candidate = Candidate(best, CHOICE, LENGTHS, reference(), 86.33)
+    candidate = Candidate(best, CHOICE, LENGTHS, Lessons(reference()), 86.33)
     found = figures_of(best, candidate, (0.1, 0.15))
     inertia = reference().inertia(91.0, 143.196, 4.8)
     axis = np.linspace(-43.165e-3, 43.165e-3, 31)
@@ -74,7 +74,7 @@ def traced(
 
     def candidate(side: float) -> Candidate:
         cube = best.cube.model_copy(update={"half_side_mm": side / 2.0})
-        return Candidate(best.model_copy(update={"cube": cube}), CHOICE, LENGTHS, reference(), side)
+        return Candidate(best.model_copy(update={"cube": cube}), CHOICE, LENGTHS, Lessons(reference()), side)
 
     def settled(search: Search, *_: object, **__: object) -> Candidate | None:
         seen.append(search.brief)

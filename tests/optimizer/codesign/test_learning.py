@@ -58,7 +58,7 @@ def brief(**hardware: object) -> DesignBrief:
 
 
 def candidate() -> Candidate:
-    return Candidate(load_design(Path(BEST)), CHOICE, LENGTHS, reference(), 84.0)
+    return Candidate(load_design(Path(BEST)), CHOICE, LENGTHS, KNOWN, 84.0)
 
 
 def elbow_deg(g: DeltaGeometry, cube: Cube) -> float:
@@ -193,7 +193,7 @@ def test_behind_a_panel_the_worst_load_asks_for_more_hold_for_each_mm_of_the_kno
     design = design_for(behind, CHOICE, LENGTHS, KNOWN)
     soft = from_stiffness(lessons, 9.0, 10.0, design)  # twice the lever is a fourth of the stiffness
     assert soft.couple_per_mm == pytest.approx(lessons.couple_per_mm * 0.9 ** (-LEVER_EXPONENT / 2.0))
-    made = replace(candidate(), design=design, couple_per_mm=0.006)
+    made = replace(candidate(), design=design, lessons=replace(KNOWN, couple_per_mm=0.006))
     after = from_checks(made, lessons, [failed("structure rod", 1.1, 1.0)])
     assert after.couple_per_mm == pytest.approx(0.006 * LEVER_STEPS[0])
 
@@ -398,7 +398,7 @@ def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_m
     m, cube = design.mechanism, design.cube
     lengths = (m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm)
     lengths = (*lengths, cube.bottom_height_mm, cube.half_side_mm)
-    one = Candidate(design, Choice("maxon-re30-310007", "capstan", 4.86, 50.0), lengths, reference(), 83.1)
+    one = Candidate(design, Choice("maxon-re30-310007", "capstan", 4.86, 50.0), lengths, KNOWN, 83.1)
     least = with_least_radius(one, replace(KNOWN, least_mm={})).least_radius_mm(50.0)
 
     def asked(radius_mm: float) -> bool:

@@ -10,7 +10,7 @@ import pytest
 from delta_cad.design import Design
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.lessons import reference
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.nearest import FINE, MOST, Relief, reliefs, strongest
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
@@ -31,7 +31,7 @@ def told(monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[Des
         if choice.motor != MOTORS[0] or not able(search.brief):
             return None
         lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 25.0)
-        return Candidate(cast(Design, None), choice, lengths, reference(), 50.0)
+        return Candidate(cast(Design, None), choice, lengths, Lessons(reference()), 50.0)
 
     monkeypatch.setattr(Search, "settled", settled)
     return reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
@@ -65,7 +65,7 @@ def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest
     def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
         if search.brief.requirements.force_N > enough[choice.motor]:
             return None
-        return Candidate(cast(Design, None), choice, (90.0, 140.0, 30.0, 20.0, 70.0, 25.0), reference(), 50.0)
+        return Candidate(cast(Design, None), choice, (90.0, 140.0, 30.0, 20.0, 70.0, 25.0), Lessons(reference()), 50.0)
 
     monkeypatch.setattr(Search, "settled", settled)
     (one,) = reliefs(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
@@ -146,7 +146,7 @@ def test_of_all_hardware_that_counts_which_needs_least(monkeypatch: pytest.Monke
         if (search.brief.requirements.envelope_width_mm or 0.0) < least[choice.motor]:
             return None
         lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 25.0)
-        return Candidate(cast(Design, None), choice, lengths, reference(), 50.0)
+        return Candidate(cast(Design, None), choice, lengths, Lessons(reference()), 50.0)
 
     monkeypatch.setattr(Search, "settled", settled)
     (outline,) = reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))

@@ -95,7 +95,7 @@ class Cheap(Search):
         self.tried.candidates += 1
         lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
         score = -price_EUR(self.brief, choice, lengths) - 10.0 * abs(choice.ratio - 4.8)
-        return Candidate(None, choice, lengths, self.first, score)  # type: ignore[arg-type]
+        return Candidate(None, choice, lengths, Lessons(self.first), score)  # type: ignore[arg-type]
 
     def _estimate(self, choice: Choice, start_mm: Any = None) -> Any:
         del start_mm

@@ -19,7 +19,7 @@ from optimizer.codesign.candidate import Candidate, refused
 from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
 from optimizer.codesign.learning import KERNEL_TRIES
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Lessons, Weighed, reference
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import LEAST_SIDE_MM, Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import changed
@@ -62,7 +62,7 @@ def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.M
         search.lessons.setdefault((choice.motor, choice.drive), Lessons(reference()))
         design = SimpleNamespace(hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0))
         lengths = (90.0, 140.0, 30.0, 20.0, 70.0, score / 2.0)
-        return Candidate(cast(Design, design), choice, lengths, cast(Weighed, reference()), score)
+        return Candidate(cast(Design, design), choice, lengths, Lessons(reference()), score)
 
     ranked = [(ESTIMATES[motor], Choice(motor, "capstan", 5.0, 50.0)) for motor in scores]
     monkeypatch.setattr(search, "_rough", lambda: ranked)
@@ -219,7 +219,7 @@ def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pyt
     def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
         off = abs(choice.ratio - 4.86) / 0.2 + abs(choice.wider_mm - 0.17) / 0.1
         weighed.extend([choice] if weighing else [])
-        return Candidate(cast(Design, None), choice, (90.0,) * 6, cast(Weighed, None), 84.0 - off)
+        return Candidate(cast(Design, None), choice, (90.0,) * 6, Lessons(reference()), 84.0 - off)
 
     monkeypatch.setattr(search, "settled", settled)
     found = search._polished(settled(Choice(MOTORS[0], "capstan", 5.0, 50.0)))
@@ -246,7 +246,7 @@ def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkey
         if weighing and beats is not None:
             return None  # 80 mm
         score = 84.0 - abs(choice.ratio - 4.9) - choice.wider_mm
-        return Candidate(cast(Design, None), choice, (90.0,) * 6, cast(Weighed, None), score)
+        return Candidate(cast(Design, None), choice, (90.0,) * 6, Lessons(reference()), score)
 
     monkeypatch.setattr(search, "settled", settled)
     one = settled(Choice(MOTORS[0], "capstan", 5.0, 50.0), weighing=False)
@@ -297,7 +297,7 @@ class Estimates:
             return None if choice.motor in fails else Found((90.0, 140.0, 30.0, 20.0, 70.0, 30.0), -120.0)
 
         def settled(choice: Choice, *_: object, **__: object) -> Candidate:
-            return Candidate(cast(Design, None), choice, (), cast(Weighed, None), -130.0 - len(choice.motor) / 100.0)
+            return Candidate(cast(Design, None), choice, (), Lessons(reference()), -130.0 - len(choice.motor) / 100.0)
 
         monkeypatch.setattr(self.search, "_estimate", estimate)
         monkeypatch.setattr(self.search, "settled", settled)

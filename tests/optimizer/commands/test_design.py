@@ -89,7 +89,7 @@ def finds(monkeypatch: pytest.MonkeyPatch, then: Callable[[], None] = lambda: No
 
     def best(search: Search) -> Any:
         search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference(), why=("the wrists were too close",))
-        search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, reference(), 86.33)
+        search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, Lessons(reference()), 86.33)
         search.tried.stuck["faulhaber-3257g024cr capstan"] = "too weak"
         outcome = search.build(search.standing.design)
         then()
@@ -280,12 +280,12 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
             search.lessons[key] = known
         else:
             assert search.lessons[key] is known
-            search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, reference(), 86.33)
+            search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, Lessons(reference()), 86.33)
             search.build(search.standing.design.model_copy(update={"name": search.brief.name}))
 
     monkeypatch.setattr(Search, "best", lambda _: None)
     monkeypatch.setattr(
-        Search, "refined", lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, reference(), 0.0)
+        Search, "refined", lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, Lessons(reference()), 0.0)
     )
     monkeypatch.setattr(Search, "built", built)
     monkeypatch.setattr(nearest, "reliefs", reliefs)
