@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -131,9 +131,9 @@ def spaces_of(
     moved = _Moved(swept_links(placement))
     for pair in pairs:
         kind, a, b = _classified(pair, placement, moved)
-        if tilt_rad and kind in ("handle", "rods"):
-            a, b = (moved.turning(x, tilt_rad) if x.link.startswith("rod") else x for x in (a, b))
-        groups[kind].append((a, b, pair.limit_mm))
+        turn = tilt_rad and kind in ("handle", "rods")
+        ones, others = (moved.turning(x, tilt_rad) if turn and x.link.startswith("rod") else [x] for x in (a, b))
+        groups[kind] += [(one, other, pair.limit_mm) for one, other in product(ones, others)]
     theta = (float(ranges.theta[:, 0].min()), float(ranges.theta[:, 1].max()))
     lean = (float(ranges.lean[:, 0].min()), float(ranges.lean[:, 1].max()))
 
@@ -221,7 +221,8 @@ class _Moved:
     def __init__(self, swept: Sequence[str]) -> None:
         self.swept = swept
         self._made: dict[tuple[int, str, bytes], CollisionBody] = {}  # by identity; the pairs keep them alive
-        self._turning: dict[tuple[str, bytes], CollisionBody] = {}
+        self._turning: dict[tuple[str, bytes], list[CollisionBody]] = {}
+        self._turned: dict[int, list[CollisionBody]] = {}  # likewise
 
     def __call__(self, b: CollisionBody, link: str, frame: np.ndarray | None = None) -> CollisionBody:
         """The body on another link that holds its old one at `frame`, or is the same."""
@@ -231,14 +232,18 @@ class _Moved:
             self._made[key] = moved
         return self._made[key]
 
-    def turning(self, b: CollisionBody, tilt_rad: float) -> CollisionBody:
-        """What holds a body of a rod while the rod turns about itself."""
-        asked, key = (id(b), f"{b.link} turning", b""), (b.key, b.placement.tobytes())
+    def turning(self, b: CollisionBody, tilt_rad: float) -> list[CollisionBody]:
+        """What holds a body of a rod while the rod turns about itself: of a long one that is not round each slice.
+
+        A cup's hull that held its spigot as well would reach far beyond both.
+        """
+        key = b.key, b.placement.tobytes()
         if key not in self._turning:
-            self._turning[key] = spun(b) if is_round(b) else turned_hull(b, tilt_rad)
-        if asked not in self._made:
-            self._made[asked] = replace(self._turning[key], name=b.name, link=b.link)
-        return self._made[asked]
+            slices = [b] if is_round(b) else _slices(b)
+            self._turning[key] = [spun(x) if is_round(x) else turned_hull(x, tilt_rad) for x in slices]
+        if id(b) not in self._turned:
+            self._turned[id(b)] = [replace(x, name=b.name, link=b.link) for x in self._turning[key]]
+        return self._turned[id(b)]
 
 
 def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pairs:

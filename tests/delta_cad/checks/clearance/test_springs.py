@@ -18,7 +18,7 @@ from delta_cad.checks.outline.envelope import DIRECTIONS, swept_outline
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.placement import LINKS, spring_sway
 from delta_cad.solids.part import Occurrence
-from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, WIDTH, at, ball, machine, part, placement
+from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, WIDTH, at, ball, box, machine, part, placement, rod
 
 EYE, ASIDE, HALF = 0.8, 5.5, 20.0
 CALLS = 3000
@@ -158,6 +158,21 @@ def test_beside_what_hangs_on_the_same_rods_a_spring_is_as_it_is_drawn(one: str,
     a = replace(MACHINE, occurrences=placed, fits=())
     assert not proven(a, least + 0.001)
     assert proven(a, least - 0.5)
+
+
+def test_a_spring_beside_the_thin_end_of_a_long_part_is_not_taken_for_in_it() -> None:
+    """A head that is not round on a long spigot: the hull of both, at every turn of the rod, would hold the ball."""
+    pin = box((-2, -12, -12), (4, 12, 12)).fuse(rod(2.0, (4, 0, 0), (56, 0, 0)))
+    links = PLACEMENT(np.concatenate([LIMITS.corners_mm, surface(np.random.default_rng(5), 4000)]))
+    seen = np.linalg.inv(links["rod_0_0"]) @ links["spring_0_0"] @ [0.0, -HALF, 0.0, 1.0]
+    least = float(np.hypot(seen[:, 1], seen[:, 2]).min()) - 2.0 - 1.0
+    placed = (
+        Occurrence("pin", part("pin", pin), "rod_0_0", np.eye(4)),
+        Occurrence("ball", part("ball", ball(1.0)), "spring_0_0", at(0.0, -HALF, 0.0)),
+    )
+    a = replace(MACHINE, occurrences=placed, fits=())
+    assert proven(a, least - 0.3)
+    assert not proven(a, least + 0.001)
 
 
 @pytest.mark.parametrize("k", [0, 1])
