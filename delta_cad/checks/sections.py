@@ -177,11 +177,18 @@ def _stations(solids: Iterable[cq.Shape], reach_mm: tuple[float, float]) -> np.n
 
 
 def _cut(part: Part, solid: cq.Shape, span: Span, stations: np.ndarray) -> _Cut:
-    """Cuts a solid in a span's frame."""
+    """Cuts a solid in a span's frame.
+
+    Where no face is its own, it is one with its neighbours: of that counts what lies in the span's sector.
+    """
     moments = np.zeros((len(stations), 5))
     for k, face in _faces(solid, stations):
         if span.own is None or _is_own(face.Center(), span.own):
             moments[k] += _moments(face)
+    shared = np.flatnonzero(moments[:, 0] == 0.0)
+    if span.own is not None and len(shared):
+        for k, face in _faces(solid, stations[shared], span.own):
+            moments[shared[k]] += _moments(face)
     bare = moments[:, 0].copy()
     if span.filled:
         inward = np.linalg.inv(span.frame)
@@ -203,15 +210,18 @@ def _is_own(middle: cq.Vector, own: tuple[float, float]) -> bool:
     return abs(np.arctan2(middle.y, middle.x - place)) <= half
 
 
-def _faces(solid: cq.Shape, stations: np.ndarray) -> Iterator[tuple[int, Any]]:
-    """Yields the faces that a solid leaves in planes across x, each with the number of its plane."""
+def _faces(solid: cq.Shape, stations: np.ndarray, own: tuple[float, float] | None = None) -> Iterator[tuple[int, Any]]:
+    """Yields the faces that a solid leaves in planes across x, each with the number of its plane; within a sector."""
     import cadquery as cq
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
     from OCP.TopTools import TopTools_ListOfShape
 
     box = solid.BoundingBox()
     size = 4.0 * max(abs(v) for v in (box.ymin, box.ymax, box.zmin, box.zmax))
-    planes = [cq.Face.makePlane(size, size, cq.Vector(float(x), 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0)) for x in stations]
+    planes = []
+    for x in stations.tolist():
+        wide = size if own is None else 2.0 * (x - own[0]) * np.tan(own[1])
+        planes.append(cq.Face.makePlane(size, wide, cq.Vector(x, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0)))
     common, arguments, tools = BRepAlgoAPI_Common(), TopTools_ListOfShape(), TopTools_ListOfShape()
     arguments.Append(cq.Compound.makeCompound(planes).wrapped)
     tools.Append(solid.wrapped)

@@ -210,8 +210,14 @@ def test_no_section_of_a_machine_offered_is_below_nothing(name: str) -> None:
         {"boss_length_mm": 18.0, "hub_radius_mm": 11.0},
         {"boss_length_mm": 77.0, "radius_mm": 41.7},
         {"boss_length_mm": 77.0, "radius_mm": 33.0},
+        {"boss_length_mm": 95.0, "radius_mm": 42.34, "boss_diameter_mm": 11.5, "plate_mm": 6.5, "hub_radius_mm": 9.0},
     ],
-    ids=["narrower at its wrist than the hub", "beside wide neighbours", "within wide neighbours"],
+    ids=[
+        "narrower at its wrist than the hub",
+        "beside wide neighbours",
+        "within wide neighbours",
+        "one with its neighbours on both sides of its window",
+    ],
 )
 def test_a_web_of_any_width_is_as_it_is_counted(
     other: dict[str, float], best_dimensions: Dimensions, best_assembly: Assembly
