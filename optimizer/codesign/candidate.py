@@ -60,6 +60,21 @@ class Candidate:
         return 2.0 * self.lengths_mm[SIDE]
 
 
+@dataclass(frozen=True)
+class Start:
+    """Where the search for a machine may begin: what closed forms pass.
+
+    Attributes:
+        choice: Hardware.
+        lengths_mm: (6) in the order of `VARIABLES`.
+        lessons: What they asked for.
+    """
+
+    choice: Choice
+    lengths_mm: tuple[float, ...]
+    lessons: Lessons
+
+
 def design_for(
     brief: DesignBrief, choice: Choice, lengths_mm: tuple[float, ...], lessons: Lessons, folder: Path = Path()
 ) -> Design:

@@ -11,9 +11,10 @@ from typing import Any, TypeVar
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.drive.masses import Masses
+from optimizer.codesign.candidate import Start
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Weighed
+from optimizer.codesign.lessons import Crowded, Lessons, Weighed
 from optimizer.synthesis.checkpoint import Records
 
 T = TypeVar("T")
@@ -72,14 +73,26 @@ def found_read(data: dict[str, Any] | None) -> Found | None:
     return None if data is None else Found(**{**data, "lengths_mm": tuple(data["lengths_mm"])})
 
 
-def choice_told(choice: Choice | None) -> dict[str, Any] | None:
-    """Gives hardware as JSON types."""
-    return None if choice is None else asdict(choice)
+def start_told(start: Start | None) -> dict[str, Any] | None:
+    """Gives where a search may begin as JSON types: of what is known that which is not as in the beginning."""
+    if start is None:
+        return None
+    first, told = Lessons(start.lessons.weighed), asdict(start.lessons)
+    lessons = {
+        name: told[name] for name in told if name == "weighed" or getattr(start.lessons, name) != getattr(first, name)
+    }
+    return {"choice": asdict(start.choice), "lengths_mm": list(start.lengths_mm), "lessons": lessons}
 
 
-def choice_read(data: dict[str, Any] | None) -> Choice | None:
-    """Reads hardware that `choice_told` gave."""
-    return None if data is None else Choice(**data)
+def start_read(data: dict[str, Any] | None) -> Start | None:
+    """Reads what `start_told` gave."""
+    if data is None:
+        return None
+    lists: dict[str, Any] = data["lessons"]
+    told: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in lists.items()}
+    told["crowded"] = tuple(Crowded(*one) for one in told.get("crowded", ()))
+    told["weighed"] = _weighed_read(told["weighed"])
+    return Start(Choice(**data["choice"]), tuple(data["lengths_mm"]), Lessons(**told))
 
 
 def results_told(results: list[CheckResult]) -> list[dict[str, Any]]:
@@ -109,7 +122,10 @@ def weighed_told(made: Told) -> dict[str, Any]:
 
 def weighed_read(data: dict[str, Any]) -> Told:
     """Reads what `weighed_told` gave."""
-    weighed = data["weighed"]
     upright, level = data["rubbed"]
-    masses = Masses(**weighed["masses"])
-    return Weighed(**weighed | {"masses": masses}), results_read(data["results"]), (upright, level)
+    return _weighed_read(data["weighed"]), results_read(data["results"]), (upright, level)
+
+
+def _weighed_read(data: dict[str, Any]) -> Weighed:
+    fields: dict[str, Any] = data | {"masses": Masses(**data["masses"])}
+    return Weighed(**fields)

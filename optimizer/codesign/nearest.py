@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
 
+from optimizer.codesign.candidate import Start
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
-from optimizer.codesign.journal import choice_read, choice_told
+from optimizer.codesign.journal import start_read, start_told
 from optimizer.codesign.search import Search
 from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
@@ -43,14 +44,14 @@ class Relief:
         asked: Values asked for.
         enough: Values at which closed forms have a machine.
         brief: The task with these.
-        choice: Hardware of that machine.
+        start: That machine, from which one that is built may begin.
     """
 
     fields: tuple[str, ...]
     asked: tuple[float, ...]
     enough: tuple[float, ...]
     brief: DesignBrief
-    choice: Choice
+    start: Start
 
     def __str__(self) -> str:
         return ", ".join(
@@ -112,10 +113,10 @@ def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> 
     asked = _asked(search, fields)
     relief: Relief | None = None
 
-    def tried(choice: Choice, factor: float) -> bool:
+    def tried(choice: Choice, factor: float, near: Start | None = None) -> bool:
         nonlocal relief
         task = _eased(search.brief, fields, asked, factor)
-        if (found := _possible(search, task, choice)) is not None:
+        if (found := _possible(search, task, choice, near)) is not None:
             enough = tuple(float(_value(task, name) or 0.0) for name in fields)
             relief = Relief(fields, asked, enough, task, found)
         return found is not None
@@ -133,7 +134,7 @@ def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> 
         high = factor
         while high / low > FINE and not search.stop():
             middle = sqrt(low * high)
-            low, high = (low, middle) if tried(choice, middle) else (middle, high)
+            low, high = (low, middle) if tried(choice, middle, relief and relief.start) else (middle, high)
     return relief
 
 
@@ -171,12 +172,20 @@ def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...]
     return brief
 
 
-def _possible(search: Search, brief: DesignBrief, choice: Choice) -> Choice | None:
-    """The hardware, as closed forms change it, with which a task has a machine; None where it has none."""
-    trial = replace(search, brief=brief, tried=Tried(), lessons={}, standing=None)
+def _possible(search: Search, brief: DesignBrief, choice: Choice, near: Start | None = None) -> Start | None:
+    """A machine of a task in closed forms, of the hardware as they change it; None where there is none.
 
-    def compute() -> Choice | None:
-        found = trial.settled(choice, weighing=False)
-        return None if found is None else found.choice
+    Args:
+        search: The search.
+        brief: The task.
+        choice: Hardware.
+        near: One of an easier task, which lacked what this one lacks.
+    """
+    known = {} if near is None else {(choice.motor, choice.drive): near.lessons}
+    trial = replace(search, brief=brief, tried=Tried(), lessons=known, standing=None)
 
-    return search.once("possible", (brief, choice), compute, choice_told, choice_read)
+    def compute() -> Start | None:
+        found = trial.settled(choice, near and near.lengths_mm, weighing=False)
+        return None if found is None else Start(found.choice, found.lengths_mm, found.lessons)
+
+    return search.once("possible", (brief, choice, near), compute, start_told, start_read)

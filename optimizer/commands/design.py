@@ -326,7 +326,9 @@ def _eased(
         brief = one.further(factor).model_copy(update={"name": named})
         near = _search(given, brief, journal, line, ends, told, bounding=False)
         near.finely, near.lessons = False, lessons
-        near.built(one.choice, -math.inf)
+        choice = one.start.choice
+        lessons.setdefault((choice.motor, choice.drive), one.start.lessons)
+        near.built(choice, -math.inf, one.start.lengths_mm)
         if told:
             break
     return [str(one) for one in found]

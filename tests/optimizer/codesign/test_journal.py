@@ -10,6 +10,7 @@ from typing import Any, cast
 import pytest
 
 from delta_cad.checks.report import CheckResult
+from optimizer.codesign.candidate import Start
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.journal import (
     Journal,
@@ -17,6 +18,8 @@ from optimizer.codesign.journal import (
     found_told,
     results_read,
     results_told,
+    start_read,
+    start_told,
     weighed_read,
     weighed_told,
 )
@@ -26,8 +29,9 @@ from optimizer.codesign.search import Search
 from optimizer.problem.brief import brief_from_dict
 from optimizer.synthesis.checkpoint import CheckpointError
 
+LENGTHS = (91.0 / 3.0, 2.0, 3.0, 4.0, 5.0, pi)
 KEY = {"requirements": "a"}
-FOUND = Found((91.0 / 3.0, 2.0, 3.0, 4.0, 5.0, pi), 2.0 * pi)
+FOUND = Found(LENGTHS, 2.0 * pi)
 RESULTS = [
     CheckResult("clearance", False, 2.0 / 3.0, 2.0, "mm", (1.0, 2.0, pi), ("rod_0_0", "motor_1"), "too close"),
     CheckResult("parts present", True, None, None, ""),
@@ -50,6 +54,20 @@ def test_what_was_computed_comes_back_to_the_last_digit(tmp_path: Path) -> None:
     second = Journal(tmp_path / "j.jsonl", KEY, True)
     assert [once(second, of) for of in ("b", "a", "c")] == [None, FOUND, None]
     assert calls == ["a", "b", "c"]
+
+
+def test_where_a_search_may_begin_comes_back(tmp_path: Path) -> None:
+    taught = Lessons(reference()).raised("base_radius", 100.0 / 3.0, "keys").apart(46.0, 40.0, 1.0 / 3.0, "chains")
+    choice = Choice("maxon-re30-310007", "capstan", 4.8, 46.0, {"tube": "cfrp-6x4"}, 0.1)
+    asked = [None, Start(choice, LENGTHS, Lessons(reference())), Start(choice, LENGTHS, taught)]
+    journal = Journal(tmp_path / "j.jsonl", KEY, False)
+    for k, one in enumerate(asked):
+        assert journal.once("possible", k, lambda one=one: one, start_told, start_read) == one
+    journal.close()
+    again = Journal(tmp_path / "j.jsonl", KEY, True)
+    found = [again.once("possible", k, lambda: pytest.fail("kept"), start_told, start_read) for k in range(len(asked))]
+    assert found == asked
+    assert repr(found) == repr(asked)  # by which further steps are told apart
 
 
 def test_checks_and_weights_come_back(tmp_path: Path) -> None:

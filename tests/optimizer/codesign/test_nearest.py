@@ -55,7 +55,7 @@ def test_each_limit_that_would_be_enough_is_told_with_how_much_the_least_change_
     assert able(outline.brief)
     assert able(force.brief)
     assert outline.brief.feel.kappa_max == 2.27  # all else is as asked
-    assert outline.choice.motor == MOTORS[0]
+    assert outline.start.choice.motor == MOTORS[0]
 
 
 def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,7 +69,7 @@ def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest
 
     monkeypatch.setattr(Search, "settled", settled)
     (one,) = reliefs(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
-    assert one.choice.motor == MOTORS[0]
+    assert one.start.choice.motor == MOTORS[0]
     assert 2.5 / FINE < one.enough[0] <= 2.5
 
 
@@ -150,5 +150,32 @@ def test_of_all_hardware_that_counts_which_needs_least(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(Search, "settled", settled)
     (outline,) = reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
-    assert outline.choice.motor == choices[-1].motor
+    assert outline.start.choice.motor == choices[-1].motor
     assert 140.0 <= outline.enough[0] < 140.0 * FINE
+
+
+def test_what_did_with_less_is_where_more_is_tried_from(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Closed forms teach again what they taught of the easier task, and lengths begin from its."""
+    begun: list[tuple[float, tuple[float, ...] | None, float]] = []
+
+    def settled(
+        search: Search, choice: Choice, start: tuple[float, ...] | None = None, **_: object
+    ) -> Candidate | None:
+        force, known = search.brief.requirements.force_N, search.lessons.get((choice.motor, choice.drive))
+        begun.append((force, start, known.elbow_angle_deg if known else 0.0))
+        if choice.motor != MOTORS[0] or force > 1.2:
+            return None
+        lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 1.0 / force)
+        return Candidate(cast(Design, None), choice, lengths, Lessons(reference(), elbow_angle_deg=force), 50.0)
+
+    monkeypatch.setattr(Search, "settled", settled)
+    (one,) = reliefs(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
+    assert one.enough[0] <= 1.2
+    assert one.start.lengths_mm[-1] == 1.0 / one.enough[0]
+    assert one.start.lessons.elbow_angle_deg == one.enough[0]
+    warm = [(force, start, known) for force, start, known in begun if start is not None]
+    assert len(warm) >= 5
+    for force, start, known in warm:
+        assert start is not None
+        assert known == pytest.approx(1.0 / start[-1])  # both of one machine,
+        assert known < force  # of an easier task

@@ -23,7 +23,7 @@ from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
 from optimizer.codesign import candidate, nearest
 from optimizer.codesign.bound import Bound, Family
-from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.candidate import Candidate, Start
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.nearest import Relief
@@ -260,6 +260,7 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     """A first change that is not enough is followed by a larger one, which knows why."""
     asked: list[float] = []
     key, known = (CHOICE.motor, CHOICE.drive), Lessons(reference(), elbow_angle_deg=30.0)
+    begun = Lessons(reference(), elbow_angle_deg=20.0)
 
     def reliefs(search: Search) -> list[Relief]:
         wide = search.brief.requirements.model_copy(update={"force_N": 2.0})
@@ -269,14 +270,15 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
                 (3.0,),
                 (2.0,),
                 search.brief.model_copy(update={"requirements": wide}),
-                CHOICE,
+                Start(CHOICE, LENGTHS, begun),
             )
         ]
 
-    def built(search: Search, choice: Choice, _: float) -> None:
+    def built(search: Search, choice: Choice, _: float, start: tuple[float, ...]) -> None:
         asked.append(search.brief.requirements.force_N)
-        assert choice == CHOICE
+        assert (choice, start) == (CHOICE, LENGTHS)
         if len(asked) == 1:
+            assert search.lessons[key] is begun
             search.lessons[key] = known
         else:
             assert search.lessons[key] is known
