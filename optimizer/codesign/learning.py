@@ -56,6 +56,7 @@ DOUBLINGS = 3  # of the step of a length that was not enough the last time
 REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
 REACHED_STEP_MM = 1.0  # of chains in the way of one another
 PULLED = "motor shaft"  # part that refusals name, and check: "structure motor shaft, peak"
+SOLID = "solid "  # checks of what the kernel made, with a part's number
 APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
 ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
@@ -270,14 +271,17 @@ def from_kernel(lessons: Lessons, lengths_mm: tuple[float, ...], error: BuildErr
     Raises:
         StuckError: A stock length ends there, chains cannot stand farther out, or it failed as often where they did.
     """
-    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in lessons.why)
-    if (
-        isinstance(error, DimensionError)
-        or failed >= KERNEL_TRIES
-        or lessons.least("base_radius") > radius + ROUNDED_MM
-    ):
+    if isinstance(error, DimensionError):
         raise StuckError(str(error)) from error
-    return lessons.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {error}")
+    return _farther_out(lessons, lengths_mm, str(error))
+
+
+def _farther_out(lessons: Lessons, lengths_mm: tuple[float, ...], why: str) -> Lessons:
+    """Asks for chains a little farther out, so often as that may help; raises `StuckError`."""
+    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in lessons.why)
+    if failed >= KERNEL_TRIES or lessons.least("base_radius") > radius + ROUNDED_MM:
+        raise StuckError(why)
+    return lessons.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {why}")
 
 
 def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
@@ -315,6 +319,8 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             lessons = _chains_apart(candidate, lessons, REACHED_STEP_MM, why)
         elif result.name == APART:
             lessons = _chains_apart(candidate, lessons, short, why)
+        elif result.name.startswith(SOLID):
+            lessons = _farther_out(lessons, candidate.lengths_mm, f"{result.name}: {result.detail}")
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
             if _folded(result.worst_pair or ()):

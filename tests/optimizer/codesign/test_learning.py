@@ -316,6 +316,18 @@ def test_where_the_kernel_makes_no_solid_chains_stand_a_little_farther_out_three
         from_kernel(Lessons(reference()), lengths, stock)
 
 
+def test_a_solid_that_a_build_refuses_is_tried_a_little_farther_out() -> None:
+    made, lessons = candidate(), KNOWN
+    wrong = replace(failed("solid encoder_cheek", 9.0, 1.0), detail="its mesh is not watertight")
+    for _ in range(KERNEL_TRIES):
+        lessons = from_checks(made, lessons, [wrong])
+        assert lessons.least("base_radius") > made.lengths_mm[2]
+        made = replace(made, lengths_mm=(*LENGTHS[:2], lessons.least("base_radius"), *LENGTHS[3:]))
+    assert made.lengths_mm[2] < LENGTHS[2] + 0.5
+    with pytest.raises(StuckError, match="solid encoder_cheek: its mesh is not watertight"):
+        from_checks(made, lessons, [wrong])
+
+
 def test_a_check_that_teaches_nothing_ends_the_choice() -> None:
     with pytest.raises(StuckError, match="parts present"):
         from_checks(candidate(), KNOWN, [failed("parts present", 1.0, 0.0)])
