@@ -221,7 +221,7 @@ def _faces(solid: cq.Shape, stations: np.ndarray, own: tuple[float, float] | Non
     planes = []
     for x in stations.tolist():
         wide = size if own is None else 2.0 * (x - own[0]) * np.tan(own[1])
-        planes.append(cq.Face.makePlane(size, wide, cq.Vector(x, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0)))
+        planes.append(cq.Face.makePlane(wide, size, cq.Vector(x, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0)))
     common, arguments, tools = BRepAlgoAPI_Common(), TopTools_ListOfShape(), TopTools_ListOfShape()
     arguments.Append(cq.Compound.makeCompound(planes).wrapped)
     tools.Append(solid.wrapped)

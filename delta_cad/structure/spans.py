@@ -44,7 +44,8 @@ class Span:
         least: Least share of area and second moments that is enough, with what a drawing takes.
         most: Largest share of the area: a part heavier than it was counted is as wrong.
         filled: Whether declared bores count as filled, because what is in them carries, or the table has taken them.
-        own: A place on x and half an angle: what has its middle outside, seen from there, is another bar's.
+        own: A place on x and half an angle: what has its middle outside, seen from there, is another bar's; where all
+            has, it is one with the others', and what lies inside is this one's.
     """
 
     part: str

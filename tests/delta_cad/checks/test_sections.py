@@ -195,6 +195,16 @@ def test_what_a_wide_neighbour_puts_beside_a_web_is_not_the_webs() -> None:
     assert _cut(pair, pair.solid, whole, stations).area.max() == pytest.approx(24.0 + 18.0 * 4.0)
 
 
+def test_of_a_web_that_is_one_with_its_neighbours_what_lies_in_its_sector_is_its_own() -> None:
+    """A plate 60 wide with a window of 4: the middle of either side lies over 60 degrees aside."""
+    plate = part("plate", box((0, -30, -2), (30, 30, 2)).cut(box((7, -2, -3), (31, 2, 3))))
+    bar = Beam((BeamSlice(30.0, rectangle(6.0, 4.0), 1.0, 1.0),))
+    span = Span("plate", "web", np.eye(4), (7.2, 8.8), bar, 0.7, np.inf, own=(0.0, np.pi / 3))
+    stations = _stations([plate.solid], span.reach_mm)
+    wide = 2.0 * (stations * np.sqrt(3.0) - 2.0)
+    assert _cut(plate, plate.solid, span, stations).area == pytest.approx(4.0 * wide)
+
+
 @pytest.mark.parametrize("name", ["motor faulhaber-3257g024cr", "motor maxon-re50-370354", "bearing 608"])
 def test_no_section_of_a_machine_offered_is_below_nothing(name: str) -> None:
     """The key's slot of the Faulhaber's cheek is steep, and longer than the cheek is wide."""
@@ -232,3 +242,11 @@ def test_a_web_of_any_width_is_as_it_is_counted(
     carry, heavy = checked(a, d, ("platform",)).values()
     assert carry.passed, carry.detail
     assert heavy.passed, heavy.detail
+    half = 20.0  # all three sawn through alike, but for what is the neighbours'
+    for turn in (0.0, 120.0, 240.0):
+        saw = box((d.platform.hub_radius_mm + 2.0, -half, -9.0), (d.platform.hub_radius_mm + 2.2, half, 9.0))
+        plate = replace(plate, solid=plate.solid.cut(saw.rotate((0, 0, 0), (0, 0, 1), turn)))
+    a = replace(
+        a, occurrences=tuple(replace(o, part=plate) if o.part.number == "platform" else o for o in a.occurrences)
+    )
+    assert not checked(a, d, ("platform",))[CARRY].passed
