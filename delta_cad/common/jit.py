@@ -35,7 +35,7 @@ class Compiled:
             from delta_cad.common.machine_code import dispatcher_of
 
             made = dispatcher_of(self.py_func, name == "inner", **self.options)
-            return self.__dict__.setdefault(name, made)  # of two threads at once one makes it for both
+            return self.__dict__.setdefault(name, made)  # of two threads at once both make one and share the first
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self.dispatcher, name)

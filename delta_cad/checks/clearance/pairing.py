@@ -110,8 +110,9 @@ def spaces_of(
     """Sorts pairs into the configuration spaces in which they are proven.
 
     Where the sockets leave the rods a tilt, each body of a rod counts at every turn of the rod about itself: as the
-    body of revolution that it sweeps where it is round; otherwise within a convex body that holds all turns, or, beside
-    the holder of its own ball, with the turn as a variable. There the lean takes its share of the tilt.
+    body of revolution that it sweeps where it is round; otherwise within convex bodies that hold all turns of a slice
+    each, or, beside the holder of its own ball, with the turn as a variable. There the lean takes its share of the
+    tilt.
 
     Args:
         pairs: The pairs.
@@ -354,5 +355,8 @@ def _slices(b: CollisionBody, size_mm: float = SLICE_MM) -> list[CollisionBody]:
     levels = np.linspace(x.min(), x.max(), int(np.ptp(x) / size_mm) + 1, endpoint=False)[1:] - b.placement[0, 3]
     if not len(levels):
         return [b]
-    slices = cut(b.mesh, plane, levels)
-    return [body(b.name, f"{b.key} slice {k}", b.link, mesh, b.placement) for k, mesh in enumerate(slices)]
+    slices, where = cut(b.mesh, plane, levels), np.round(b.placement, 7).tolist()
+    return [
+        body(b.name, f"{b.key} slice {k} of {size_mm:g} in {where}", b.link, mesh, b.placement)
+        for k, mesh in enumerate(slices)
+    ]

@@ -335,9 +335,10 @@ def test_two_threads_that_call_first_at_once_share_one_dispatcher(monkeypatch: p
     made, both = [], Barrier(2)
 
     def dispatcher_of(*_: object, **__: object) -> object:
+        one = object()
         both.wait(60.0)
-        made.append(object())
-        return made[-1]
+        made.append(one)
+        return one
 
     monkeypatch.setattr(machine_code, "dispatcher_of", dispatcher_of)
     one = compiled(abs)

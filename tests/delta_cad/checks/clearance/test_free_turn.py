@@ -11,7 +11,7 @@ from delta_cad.checks.clearance.bodies import DistanceEngine, body, is_round, sp
 from delta_cad.checks.clearance.clearance import check_clearance
 from delta_cad.checks.clearance.continuum import prove
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
-from delta_cad.checks.clearance.pairing import held_apart, spaces_of
+from delta_cad.checks.clearance.pairing import _Moved, held_apart, spaces_of
 from delta_cad.checks.links import free_tilt, free_turn, turn_about_x
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Occurrence
@@ -146,6 +146,19 @@ def test_what_holds_a_body_at_every_turn_does() -> None:
                     for x, r in zip(points[:, 0], radius, strict=True):
                         beside = np.abs(holder.vertices[:, 0] - x)
                         assert outline[beside <= beside.min() + 1e-6].max() >= r - 1e-9
+
+
+def test_slices_hold_a_long_body_that_is_not_round_at_every_turn() -> None:
+    solid = box((-4, -3, 2), (6, 9, 5)).fuse(rod(2.0, (5, 0, 3), (58, 0, 3)))
+    b = body("b", "b", "rod_0_0", tessellate(solid, 0.05, 0.35), at(1.0, -2.0, 0.5))
+    pieces = _Moved(()).turning(b, TILT)
+    assert len(pieces) > 2
+    planes = [hull_planes(one.vertices) for one in pieces]
+    for angle in np.random.default_rng(3).uniform(-TILT, TILT, 30):
+        points = b.mesh.triangles.reshape(-1, 3) @ b.placement[:3, :3].T + b.placement[:3, 3]
+        points = points @ turn_about_x(angle)[:3, :3].T
+        off = np.array([(points @ p[:, :3].T + p[:, 3]).max(axis=1) for p in planes]).min(axis=0)
+        assert off.max() <= 1e-9
 
 
 def hull_planes(points: np.ndarray) -> np.ndarray:
