@@ -7,9 +7,12 @@ BUILDS := $(VENV)/.installed
 STAMP := $(VENV)/.installed-all
 EVERYTHING := cad,optimize,sim,atlas,view,docs,test
 # A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same. One thread
-# of linear algebra in each: a second would only wait, and in that take the core of the other worker. A worker that dies
-# ends the run, which names its test: a new one would try it again.
+# of linear algebra in each: a second would only wait, and in that take the core of the other worker. No worker that dies
+# gets a successor, who would try the same test again: the run ends soon, and names it.
 PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder --max-worker-restart=0
+
+# Some of the slow tests run searches of ten minutes and more.
+PATIENT := -o faulthandler_timeout=5400
 
 # What the linters say while the tests run beside them.
 LINTED := $(VENV)/.linted
@@ -35,7 +38,7 @@ tests: $(STAMP)
 
 # What `make test` leaves out: more random machines, longer searches, more commands in processes of their own.
 slow: $(STAMP)
-	$(PYTEST) -m slow
+	$(PYTEST) -m slow $(PATIENT)
 
 linted: $(STAMP)
 	@$(MAKE) --no-print-directory lint >$(LINTED) 2>&1 || { echo 'the linters fail: see below the tests'; exit 1; }
@@ -51,7 +54,7 @@ bench: $(STAMP)
 
 # Share of lines and branches that the tests run, for each package; compiled functions are left out, see pyproject.toml.
 coverage: $(STAMP)
-	$(PYTEST) -m '' --cov --cov-report=
+	$(PYTEST) -m '' --cov --cov-report= $(PATIENT)
 	@for name in delta_cad optimizer haptics; do \
 		echo "$$name: $$($(PYTHON) -m coverage report --include="$$name/*" --format=total) %"; done
 
