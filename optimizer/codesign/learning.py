@@ -320,7 +320,8 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         elif result.name == APART:
             lessons = _chains_apart(candidate, lessons, short, why)
         elif result.name.startswith(SOLID):
-            lessons = _farther_out(lessons, candidate.lengths_mm, f"{result.name}: {result.detail}")
+            if lessons.least("base_radius") == before.least("base_radius"):  # once a build
+                lessons = _farther_out(lessons, candidate.lengths_mm, f"{result.name}: {result.detail}")
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
             if _folded(result.worst_pair or ()):

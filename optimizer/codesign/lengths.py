@@ -333,7 +333,7 @@ def _largest_held(
     for _ in range(rounds):
         inertia = lessons.weighed.inertia(at[0], at[1], choice.ratio)
         try:
-            problem = step_problem(posed(brief, choice, lessons, inertia, knob), 2)
+            problem = step_problem(posed(brief, choice, lessons.hanging(at[0]), inertia, knob), 2)
         except RequirementsError:  # so near the end of a field that none is left of it with what is learnt, or beyond
             return None
         best = None

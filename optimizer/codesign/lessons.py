@@ -11,6 +11,8 @@ from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
 
 ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
+HANGING_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm
+WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
 COUPLE_INDEX = 0.4  # least hold against turning where none is asked: below it the floor of a cube is soft
 COUPLE_MOST = 0.75  # that is asked for at most: more costs nearly all of the cube
@@ -188,6 +190,14 @@ class Lessons:
     def held_torque_N_m(self) -> float:
         """What of a joint's torque is not for the force."""
         return self.weighed.gravity_torque_N_m + self.spare_torque_N_m
+
+    def hanging(self, upper_arm_mm: float) -> Lessons:
+        """The same with what gravity takes of a joint where arms are not so long as those that were weighed."""
+        share = upper_arm_mm / self.weighed.upper_arm_mm
+        if not self.weighed.own or abs(share - 1.0) <= WEIGHED_AGAIN:
+            return self
+        torque = self.weighed.gravity_torque_N_m * share**HANGING_EXPONENT
+        return replace(self, weighed=replace(self.weighed, gravity_torque_N_m=torque))
 
     @property
     def held(self) -> Held:

@@ -179,7 +179,7 @@ def _possible(search: Search, brief: DesignBrief, choice: Choice, near: Start | 
         search: The search.
         brief: The task.
         choice: Hardware.
-        near: One of an easier task, which lacked what this one lacks.
+        near: One of an easier task, from which it begins: that most often lacks what this one lacks.
     """
     known = {} if near is None else {(choice.motor, choice.drive): near.lessons}
     trial = replace(search, brief=brief, tried=Tried(), lessons=known, standing=None)

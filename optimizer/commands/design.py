@@ -320,14 +320,13 @@ def _eased(
     for one in found:
         line.keep(f"enough would be {one}")
     tries = [(one, factor) for factor in EASIER for one in found[:NEAREST]]
-    lessons: dict[tuple[str, str], Lessons] = {}  # what a machine that failed taught holds of the next
+    lessons: dict[tuple[str, ...], dict[tuple[str, str], Lessons]] = {}  # what failed teaches holds of the next
     for one, factor in tries if monotonic() < ends else []:
         named = f"{search.brief.name[: NAME_LONGEST - len(NEAREST_NAME)]}{NEAREST_NAME}"
         brief = one.further(factor).model_copy(update={"name": named})
         near = _search(given, brief, journal, line, ends, told, bounding=False)
-        near.finely, near.lessons = False, lessons
-        choice = one.start.choice
-        lessons.setdefault((choice.motor, choice.drive), one.start.lessons)
+        choice, known = one.start.choice, replace(one.start.lessons, why=())
+        near.finely, near.lessons = False, lessons.setdefault(one.fields, {(choice.motor, choice.drive): known})
         near.built(choice, -math.inf, one.start.lengths_mm)
         if told:
             break

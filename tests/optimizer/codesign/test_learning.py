@@ -319,8 +319,9 @@ def test_where_the_kernel_makes_no_solid_chains_stand_a_little_farther_out_three
 def test_a_solid_that_a_build_refuses_is_tried_a_little_farther_out() -> None:
     made, lessons = candidate(), KNOWN
     wrong = replace(failed("solid encoder_cheek", 9.0, 1.0), detail="its mesh is not watertight")
+    other = replace(wrong, name="solid motor_cheek")
     for _ in range(KERNEL_TRIES):
-        lessons = from_checks(made, lessons, [wrong])
+        lessons = from_checks(made, lessons, [wrong, other])
         assert lessons.least("base_radius") > made.lengths_mm[2]
         made = replace(made, lengths_mm=(*LENGTHS[:2], lessons.least("base_radius"), *LENGTHS[3:]))
     assert made.lengths_mm[2] < LENGTHS[2] + 0.5
@@ -341,6 +342,14 @@ def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_told(monkeyp
     assert too_soft(design) == (14.5, 15.0)
     unasked = design.requirements.model_copy(update={"stiffness_min_N_mm": None})
     assert too_soft(design.model_copy(update={"requirements": unasked})) is None
+
+
+def test_what_gravity_takes_of_a_joint_goes_with_the_arms_beyond_those_that_were_weighed() -> None:
+    own = replace(KNOWN, weighed=replace(KNOWN.weighed, own=True))
+    assert own.hanging(91.0 * 1.019) is own
+    assert KNOWN.hanging(182.0) is KNOWN  # of another machine nothing is known
+    assert own.hanging(182.0).weighed == replace(own.weighed, gravity_torque_N_m=pytest.approx(0.036 * 2.0**1.4))
+    assert own.hanging(45.5).held_torque_N_m == pytest.approx(0.036 / 2.0**1.4 + own.spare_torque_N_m)
 
 
 def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_as_a_force_at_the_sector() -> None:

@@ -47,6 +47,20 @@ def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
     assert CHOICE.with_(wider_mm=0.5).base_radius_mm > CHOICE.base_radius_mm  # sectors have to pass one another
 
 
+def test_lengths_far_from_those_that_were_weighed_are_held_to_the_weight_of_their_own_arms() -> None:
+    asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 6.0})
+    far = replace(LESSONS.weighed, upper_arm_mm=35.0)
+    found = best_lengths(asked, CHOICE, Lessons(far))
+    assert found is not None
+    own = replace(far, gravity_torque_N_m=Lessons(far).hanging(found.lengths_mm[0]).weighed.gravity_torque_N_m)
+    at_once = best_lengths(asked, CHOICE, Lessons(replace(own, own=False)), found.lengths_mm)
+    unheeded = best_lengths(asked, CHOICE, Lessons(replace(far, own=False)), found.lengths_mm)
+    assert at_once is not None
+    assert unheeded is not None
+    assert found.side_mm == pytest.approx(at_once.side_mm, rel=1e-2)
+    assert unheeded.side_mm > 1.05 * found.side_mm
+
+
 def test_the_largest_cube_is_the_proven_one() -> None:
     """The masses follow the lengths; with those of what was found, branch and bound finds no more than 0.2 % more."""
     asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0})

@@ -6,6 +6,7 @@ import json
 import os
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import sleep
 from typing import Any, cast
@@ -257,10 +258,10 @@ def test_what_cannot_be_is_told_with_every_reason(
 def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
-    """A first change that is not enough is followed by a larger one, which knows why."""
-    asked: list[float] = []
+    """A first change that is not enough is followed by a larger one, which knows why; another change does not."""
+    asked: list[tuple[float, float | None]] = []
     key, known = (CHOICE.motor, CHOICE.drive), Lessons(reference(), elbow_angle_deg=30.0)
-    begun = Lessons(reference(), elbow_angle_deg=20.0)
+    begun, other = Lessons(reference(), elbow_angle_deg=20.0), Lessons(reference(), elbow_angle_deg=10.0)
 
     def reliefs(search: Search) -> list[Relief]:
         wide = search.brief.requirements.model_copy(update={"force_N": 2.0})
@@ -270,16 +271,25 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
                 (3.0,),
                 (2.0,),
                 search.brief.model_copy(update={"requirements": wide}),
-                Start(CHOICE, LENGTHS, begun),
-            )
+                Start(CHOICE, LENGTHS, replace(begun, why=("of a trial",))),
+            ),
+            Relief(
+                ("feel.kappa_max",),
+                (2.27,),
+                (2.4,),
+                search.brief.model_copy(update={"feel": search.brief.feel.model_copy(update={"kappa_max": 2.4})}),
+                Start(CHOICE, LENGTHS, other),
+            ),
         ]
 
     def built(search: Search, choice: Choice, _: float, start: tuple[float, ...]) -> None:
-        asked.append(search.brief.requirements.force_N)
+        asked.append((search.brief.requirements.force_N, search.brief.feel.kappa_max))
         assert (choice, start) == (CHOICE, LENGTHS)
         if len(asked) == 1:
-            assert search.lessons[key] is begun
+            assert search.lessons == {key: begun}
             search.lessons[key] = known
+        elif len(asked) == 2:
+            assert search.lessons == {key: other}
         else:
             assert search.lessons[key] is known
             search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, Lessons(reference()), 86.33)
@@ -294,10 +304,10 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     told = json.loads(said.out)
-    assert told["contradiction"] == ["requirements.force_N = 2 instead of 3"]
+    assert told["contradiction"] == ["requirements.force_N = 2 instead of 3", "feel.kappa_max = 2.4 instead of 2.27"]
     assert told["nearest"]["folder"] == str(tmp_path / "out/synthesized-nearest")
     assert "the nearest machine stands in" in said.err
-    assert asked == [2.0, pytest.approx(2.0 / 1.12)]
+    assert asked == [(2.0, 2.27), (3.0, 2.4), (pytest.approx(2.0 / 1.12), 2.27)]
     assert not list((tmp_path / "out").glob("*.jsonl"))
 
 
