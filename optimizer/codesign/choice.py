@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from delta_cad import catalogue
 from delta_cad.design.record import Hardware
+from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.drive.report import CAPSTAN_EFFICIENCY, DIRECT_EFFICIENCY
 from optimizer.problem.brief import DesignBrief
 
@@ -129,6 +130,28 @@ def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
             others = [*same, *(now.with_(wider_mm=max(now.wider_mm + more, 0.0)) for more in (-wider, wider))]
             found += [one for one in others if one.wider_mm >= 0.0 and one != now]
     return found
+
+
+def hopeless(brief: DesignBrief, choice: Choice, failed: Iterable[Choice]) -> bool:
+    """Decides whether hardware without any lengths does all that another does, as far as an estimate sees.
+
+    Args:
+        brief: What the customer asks.
+        choice: Hardware.
+        failed: What has no lengths.
+    """
+    feel, own = brief.feel, motor_of(brief, choice.motor)
+    for other in failed:
+        row = motor_of(brief, other.motor)
+        if (
+            (choice.drive, choice.ratio, choice.width_mm) == (other.drive, other.ratio, other.width_mm)
+            and row.nominal_torque_N_m >= own.nominal_torque_N_m
+            and (feel.effective_mass_max_kg is None or row.rotor_inertia_kg_m2 <= own.rotor_inertia_kg_m2)
+            and (feel.friction_max_N is None or coulomb_N_m(row, 1.0) <= coulomb_N_m(own, 1.0))
+            and (feel.position_step_max_mm is None or other.count_deg(brief) <= choice.count_deg(brief))
+        ):
+            return True
+    return False
 
 
 def motor_of(brief: DesignBrief, motor: str) -> catalogue.Motor:

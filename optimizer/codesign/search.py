@@ -11,11 +11,10 @@ import numpy as np
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design, DesignError, design_hash
 from delta_cad.dimensions import DimensionError
-from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, refused, rubbed, weigh, worst_torque
-from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, motor_of, neighbours, ratios_of
+from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, hopeless, motor_of, neighbours, ratios_of
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
@@ -132,21 +131,6 @@ class Search:
                 found.append((min(settled.score, score), choice.with_(ratio=settled.choice.ratio)))
         return sorted(found, key=lambda one: -one[0])[:MOTORS]
 
-    def _hopeless(self, choice: Choice, failed: Iterable[Choice]) -> bool:
-        """Whether hardware without any lengths does all that this does, as far as an estimate sees."""
-        feel, own = self.brief.feel, motor_of(self.brief, choice.motor)
-        for other in failed:
-            row = motor_of(self.brief, other.motor)
-            if (
-                (choice.drive, choice.ratio, choice.width_mm) == (other.drive, other.ratio, other.width_mm)
-                and row.nominal_torque_N_m >= own.nominal_torque_N_m
-                and (feel.effective_mass_max_kg is None or row.rotor_inertia_kg_m2 <= own.rotor_inertia_kg_m2)
-                and (feel.friction_max_N is None or coulomb_N_m(row, 1.0) <= coulomb_N_m(own, 1.0))
-                and (feel.position_step_max_mm is None or other.count_deg(self.brief) <= choice.count_deg(self.brief))
-            ):
-                return True
-        return False
-
     def _rough(self) -> list[tuple[float, Choice]]:
         """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at."""
         found: list[tuple[float, Choice]] = []
@@ -161,7 +145,7 @@ class Search:
                     if self.stop():
                         break
                     choice = Choice(motor, drive, ratio, width, entries)
-                    if self._hopeless(choice, failed):
+                    if hopeless(self.brief, choice, failed):
                         continue
                     estimate = self._estimate(choice, known)
                     if estimate is None:
