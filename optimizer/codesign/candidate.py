@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from delta_cad.mechanism.limits import HoldingTorque, Outline, Torque
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 from optimizer.certify.gravity import held_masses
 from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
-from optimizer.codesign.lessons import Lessons, Weighed
+from optimizer.codesign.lessons import WEIGHED_AGAIN, Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import SIDE
@@ -183,6 +183,26 @@ def worst_torque(lengths: Mapping[str, float], force: float) -> float:
     figure = limit.figures[0]
     search = CubeSearch(Cube(lengths["bottom_height"] / MM_PER_M, lengths["half_side"] / MM_PER_M))
     return float(search(lambda p: figure.worst(limit, g, p), -1.0).value)
+
+
+def hung(design: Design, lessons: Lessons) -> Lessons:
+    """Learns what gravity takes at least of a joint of a design that closed forms pass, before any solid is made.
+
+    Args:
+        design: The design.
+        lessons: What is known: the masses of another machine.
+
+    Returns:
+        The same where that is no more than what is taken for it.
+    """
+    from delta_cad.dimensions import dimensions
+    from delta_cad.structure.hardware.overloads import gravity_share_N_m
+
+    least, known = gravity_share_N_m(dimensions(design)), lessons.weighed
+    if least <= known.gravity_torque_N_m * (1.0 + WEIGHED_AGAIN):
+        return lessons
+    why = f"weight: {least:.3g} N m of a joint at least"
+    return lessons.taught(why, weighed=replace(known, gravity_torque_N_m=least))
 
 
 def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:

@@ -22,7 +22,7 @@ SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and
 NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
 FARTHEST = 3.0  # times what a base radius lacks that it is made longer by
 LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
-TORQUE_SPARE_N_M = 4e-4  # a thousandth of a joint's torque
+TORQUE_SPARE, TORQUE_SPARE_N_M = 1e-3, 4e-4  # of a joint's torque, and the least
 KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's side: about, for what is learnt mends it
 
 

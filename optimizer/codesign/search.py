@@ -13,7 +13,7 @@ from delta_cad.design import Design, DesignError, design_hash
 from delta_cad.dimensions import DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
-from optimizer.codesign.candidate import Candidate, design_for, refused, rubbed, weigh, worst_torque
+from optimizer.codesign.candidate import Candidate, design_for, hung, refused, rubbed, weigh, worst_torque
 from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, hopeless, motor_of, neighbours, ratios_of
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
@@ -34,7 +34,7 @@ from optimizer.codesign.learning import (
     with_room,
 )
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
-from optimizer.codesign.lessons import WEIGHED_AGAIN, Held, Lessons, Weighed
+from optimizer.codesign.lessons import TORQUE_SPARE, TORQUE_SPARE_N_M, WEIGHED_AGAIN, Held, Lessons, Weighed
 from optimizer.codesign.price import cheapest
 from optimizer.codesign.tried import Posed, Tried
 from optimizer.problem.brief import DesignBrief
@@ -192,7 +192,7 @@ class Search:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
         self.tried.candidates += 1
         self.report(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
-        lessons = self.lessons.get((choice.motor, choice.drive)) or Lessons(self._first(choice))
+        lessons = self.lessons.get((choice.motor, choice.drive)) or self._first(choice)
         return self._lengths(choice, lessons, start_mm, 1)
 
     def _lengths(
@@ -209,11 +209,12 @@ class Search:
             self.tried.posed.append(Posed(choice, found.score))
         return found
 
-    def _first(self, choice: Choice) -> Weighed:
-        """The masses to begin from, with the rotor of another motor."""
+    def _first(self, choice: Choice) -> Lessons:
+        """What is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
         row = motor_of(self.brief, choice.motor)
         masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
-        return replace(self.first, masses=masses, ratio=choice.ratio)
+        spare = max(TORQUE_SPARE_N_M, TORQUE_SPARE * choice.torque_N_m(row))
+        return Lessons(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=spare)
 
     def refined(self, choice: Choice, again: bool = False) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
@@ -347,7 +348,7 @@ class Search:
     ) -> Candidate | None:
         """As `settled`; raises where there is no candidate, and says why."""
         key = choice.motor, choice.drive
-        built = self.lessons.get(key) or Lessons(self._first(choice))
+        built = self.lessons.get(key) or self._first(choice)
         lessons = built.holding(held)
         geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
@@ -384,6 +385,9 @@ class Search:
                 )
             if not weighing:
                 return candidate
+            if not lessons.weighed.own and (heavier := hung(design, lessons)) is not lessons:
+                lessons = heavier
+                continue
             near = self._known(lessons.weighed, lengths, choice)
             self.report(f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1: its masses")
             try:

@@ -94,6 +94,22 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
     return [*found.values(), *_torque(d.design, pushed.torque / MM_PER_M, hanging.torque / MM_PER_M, weighed)]
 
 
+def gravity_share_N_m(d: Dimensions) -> float:
+    """Computes what the weight of what moves at least takes of a joint beside the lasting force, N m.
+
+    Args:
+        d: The machine.
+    """
+    required, cube = d.design.requirements, d.design.cube
+    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm)
+    table, what = structure_table(d), lightest(d)
+    alone, both = (
+        float(borne(table, what, positions, required.force_N, gravity).torque.max())
+        for gravity in (np.zeros(3), np.array(required.gravity_m_s2))
+    )
+    return (both - alone) / MM_PER_M
+
+
 def _torque(design: Design, pushed: np.ndarray, hanging: np.ndarray, weighed: float) -> Iterator[Reason]:
     """Force in the worst direction and weight over the torque that a joint is asked to give for ever.
 

@@ -317,3 +317,17 @@ def test_hardware_is_ranked_by_what_its_parts_leave(monkeypatch: pytest.MonkeyPa
     ranked = run.search.ranked()
     assert [choice.motor for _, choice in ranked] == sorted(MOTORS, key=len)
     assert [score for score, _ in ranked] == [-130.0 - len(motor) / 100.0 for motor in sorted(MOTORS, key=len)]
+
+
+def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its weight follows lengths that change by a percent; of a weak one four ten-thousandths of a newton metre."""
+    taken: list[float] = []
+
+    def lengths(_brief: object, _choice: object, lessons: Lessons, *_: object) -> None:
+        taken.append(lessons.spare_torque_N_m)
+
+    monkeypatch.setattr(module, "best_lengths", lengths)
+    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    for motor, ratio in (("maxon-re50-370354", 6.0), ("maxon-re30-310007", 3.0)):
+        assert search.settled(Choice(motor, "capstan", ratio, 50.0), weighing=False) is None
+    assert taken == [pytest.approx(2.3328e-3), 4e-4]
