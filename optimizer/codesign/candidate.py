@@ -15,7 +15,7 @@ from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
-from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism import DeltaGeometry, cube_extremes
 from delta_cad.mechanism.limits import HoldingTorque, Outline, Torque
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 from optimizer.certify.gravity import held_masses
@@ -58,6 +58,14 @@ class Candidate:
     def side_mm(self) -> float:
         """Side of its cube."""
         return 2.0 * self.lengths_mm[SIDE]
+
+    @property
+    def elbow_deg(self) -> float:
+        """Smallest angle between upper arm and rods over its cube."""
+        cube = self.design.cube
+        place = Cube(cube.bottom_height_mm / MM_PER_M, cube.half_side_mm / MM_PER_M)
+        fold = cube_extremes(self.design.geometry, place, self.design.requirements.force_N).forearm_angle_max
+        return 180.0 - math.degrees(fold.value)
 
 
 @dataclass(frozen=True)

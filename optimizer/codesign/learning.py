@@ -13,12 +13,11 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.neighbours import SWING_FIELD
-from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
 from delta_cad.passing.folding import ELBOW_FIELD
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice, default_of
-from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons
+from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons, apart_by, folds
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
@@ -51,14 +50,13 @@ COUPLE_STEP = 0.03
 LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's lever, least and largest at once
 LITTLE = 1e-3  # of a load that is borne: none at all has no power
 LEVER_EXPONENT = 0.7  # of the share that is borne: a part of a load is not the lever's
-RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
+ELBOW_STEP_DEG = 2.0
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
 REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
 REACHED_STEP_MM = 1.0  # of chains in the way of one another
 PULLED = "motor shaft"  # part that refusals name, and check: "structure motor shaft, peak"
 SOLID = "solid "  # checks of what the kernel made, with a part's number
 APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
-ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
 LEFT_MM = 2.0  # of a base radius that closed forms are asked about
@@ -324,11 +322,11 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
                 lessons = _farther_out(lessons, candidate.lengths_mm, f"{result.name}: {result.detail}")
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
-            if _folded(result.worst_pair or ()):
-                least = _elbow_deg(candidate) + ELBOW_STEP_DEG * again
+            if folds(result.worst_pair or ()):
+                least = candidate.elbow_deg + ELBOW_STEP_DEG * again
                 lessons = lessons.taught(why, elbow_angle_deg=max(least, lessons.elbow_angle_deg))
                 continue
-            length, step = _apart(result.worst_pair or ())
+            length, step = apart_by(result.worst_pair or ())
             if result.unit == "mm" and result.value is not None:
                 step = max(step, short)
             lessons = lessons.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step * again, why)
@@ -419,30 +417,3 @@ def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
         middle = (left + most) / 2.0
         left, most = (middle, most) if passes(middle) else (left, middle)
     return lessons.apart(width, radius, -most, f"closed forms ask for {radius - most:.2f} mm of base radius")
-
-
-def _one_chain(pair: Sequence[str]) -> bool:
-    return len({next((word for word in name.split("_") if word.isdigit()), "") for name in pair}) == 1
-
-
-def _folded(pair: Sequence[str]) -> bool:
-    """Whether rods came too close to their own arm, its motor or what holds it."""
-    return _one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
-
-
-def _elbow_deg(candidate: Candidate) -> float:
-    """Smallest angle between upper arm and rods over the cube of a candidate."""
-    cube = candidate.design.cube
-    place = Cube(cube.bottom_height_mm / MM_PER_M, cube.half_side_mm / MM_PER_M)
-    fold = cube_extremes(candidate.design.geometry, place, candidate.design.requirements.force_N).forearm_angle_max
-    return 180.0 - math.degrees(fold.value)
-
-
-def _apart(pair: Sequence[str]) -> tuple[str, float]:
-    """The length that brings two parts of a machine farther apart, and a step of it, mm."""
-    of_rods = pair and all(name.startswith("rod_") for name in pair)
-    if any("wrist" in name for name in pair) or (of_rods and not _one_chain(pair)):  # nearest where they meet
-        return "platform_radius", RADIUS_STEP_MM
-    if _one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
-        return "upper_arm_length", ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
-    return "base_radius", RADIUS_STEP_MM

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, NamedTuple
@@ -23,6 +23,8 @@ NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43
 FARTHEST = 3.0  # times what a base radius lacks that it is made longer by
 LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
 TORQUE_SPARE, TORQUE_SPARE_N_M = 1e-3, 4e-4  # of a joint's torque, and the least
+RADIUS_STEP_MM, ARM_STEP_MM = 0.5, 2.0
+ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's side: about, for what is learnt mends it
 
 
@@ -230,3 +232,23 @@ class Lessons:
     def taught(self, reason: str, **changes: Any) -> Lessons:
         """The same with other bounds, and why."""
         return replace(self, **changes, why=(*self.why, reason))
+
+
+def one_chain(pair: Sequence[str]) -> bool:
+    """Decides whether parts are of one chain, by their names."""
+    return len({next((word for word in name.split("_") if word.isdigit()), "") for name in pair}) == 1
+
+
+def folds(pair: Sequence[str]) -> bool:
+    """Decides whether rods came too close to their own arm, its motor or what holds it, by the names of both parts."""
+    return one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
+
+
+def apart_by(pair: Sequence[str]) -> tuple[str, float]:
+    """Gives the length that brings two parts of a machine farther apart, and a step of it, mm."""
+    of_rods = pair and all(name.startswith("rod_") for name in pair)
+    if any("wrist" in name for name in pair) or (of_rods and not one_chain(pair)):  # nearest where they meet
+        return "platform_radius", RADIUS_STEP_MM
+    if one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
+        return "upper_arm_length", ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
+    return "base_radius", RADIUS_STEP_MM
