@@ -112,9 +112,11 @@ class ConfigurationSpace(ABC):
         pairs: The pairs whose relative position depends on these variables only.
         links: Names of the links that `frames` places, in order.
         directions: (k, 3) directions of the common frame in which a gap is looked for before a distance is measured.
+        in_mm: Whether the variables are positions, mm, and no angles, rad.
     """
 
     directions = np.eye(3)
+    in_mm = False
 
     def __init__(self, name: str, pairs: Pairs, links: Sequence[str]) -> None:
         self.name, self.pairs, self.links = name, pairs, tuple(links)

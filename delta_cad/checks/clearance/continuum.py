@@ -337,8 +337,7 @@ def _halved(
 
 
 def _described(space: ConfigurationSpace, centre: np.ndarray, half: np.ndarray) -> str:
-    """A box as text: mm for handle positions, degrees for angles."""
-    handle = len(centre) == 3
-    unit, scale = ("mm", 1.0) if handle else ("deg", np.degrees(1.0))
+    """A box as text, in the unit of the space's variables."""
+    unit, scale = ("mm", 1.0) if space.in_mm else ("deg", np.degrees(1.0))
     inner = ", ".join(f"{c * scale:.3f} +- {h * scale:.3f}" for c, h in zip(centre, half, strict=True))
     return f"{space.name}: ({inner}) {unit}" if len(centre) else space.name

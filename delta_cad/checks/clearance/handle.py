@@ -53,6 +53,7 @@ class Handle(ConfigurationSpace):
     """
 
     directions = np.concatenate([TANGENTIAL, VERTICAL[None]])
+    in_mm = True
 
     def __init__(
         self,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from delta_cad.checks.clearance.motion import box_motion, cube_boxes
+from delta_cad.checks.clearance.motion import BoxMotion, box_motion, cube_boxes
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin
@@ -19,6 +20,7 @@ BEYOND_RAD = np.radians(1.5)  # of what occurs, that a range may be too wide: st
 ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
 OCTANTS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
 RASTER = 128  # cells along each angle of a raster
+NEAR_CELLS, FILLED_CELLS = 1, 8  # that a box may reach beyond what occurs, and half of a gap in that, of no meaning
 
 
 class FoldError(Exception):
@@ -56,10 +58,7 @@ class Raster:
         change = np.zeros((RASTER + 1, RASTER + 1))
         for x, y, sign in ((first, first, 1), (last, first, -1), (first, last, -1), (last, last, 1)):
             np.add.at(change, (x[:, 0], y[:, 1]), sign)
-        marked = change.cumsum(axis=0).cumsum(axis=1)[:RASTER, :RASTER] > 0.5
-        total = np.zeros((RASTER + 1, RASTER + 1))
-        total[1:, 1:] = marked.cumsum(axis=0).cumsum(axis=1)
-        return cls(low, high, total)
+        return cls(low, high, _totals(change.cumsum(axis=0).cumsum(axis=1)[:RASTER, :RASTER] > 0.5))
 
     def touched(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
         """Which boxes may hold a pair of angles of the set.
@@ -73,14 +72,9 @@ class Raster:
         """
         first = _cells(centres - halves, self.low, self.high)
         last = _cells(centres + halves, self.low, self.high) + 1
-        count = (
-            self.total[last[:, 0], last[:, 1]]
-            - self.total[first[:, 0], last[:, 1]]
-            - self.total[last[:, 0], first[:, 1]]
-            + self.total[first[:, 0], first[:, 1]]
-        )
+        count = _counted(self.total, first, last)
         outside = (centres + halves < self.low).any(axis=1) | (centres - halves > self.high).any(axis=1)
-        return (count > 0.5) & ~outside
+        return (count > 0) & ~outside
 
 
 def _cells(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -96,16 +90,31 @@ class JointRanges:
     Attributes:
         theta: (3, 2) lowest and highest shoulder angle of each chain, rad.
         lean: (3, 2) lowest and highest lean, rad, exact.
-        neighbours: Per chain i the raster of (theta_i, theta_(i + 1)).
-        at_wrist: Per chain the raster of (angle of the forearm from radial towards +z, lean).
-        at_elbow: Per chain the raster of (angle of the forearm from the upper arm, lean).
+        pairs: Gives what `_tight_pairs` does, for the rasters.
     """
 
     theta: np.ndarray
     lean: np.ndarray
-    neighbours: tuple[Raster, ...]
-    at_wrist: tuple[Raster, ...]
-    at_elbow: tuple[Raster, ...]
+    pairs: Callable[[], tuple[np.ndarray, np.ndarray]]
+
+    @cached_property
+    def _rasters(self) -> tuple[Raster, ...]:
+        return tuple(Raster.of_boxes(*one) for one in zip(*self.pairs(), strict=True))
+
+    @property
+    def neighbours(self) -> tuple[Raster, ...]:
+        """Per chain i the raster of (theta_i, theta_(i + 1))."""
+        return self._rasters[:3]
+
+    @property
+    def at_wrist(self) -> tuple[Raster, ...]:
+        """Per chain the raster of (angle of the forearm from radial towards +z, lean)."""
+        return self._rasters[3:6]
+
+    @property
+    def at_elbow(self) -> tuple[Raster, ...]:
+        """Per chain the raster of (angle of the forearm from the upper arm, lean)."""
+        return self._rasters[6:]
 
 
 def joint_ranges(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> JointRanges:
@@ -139,23 +148,100 @@ def _joint_ranges(g: DeltaGeometry, centre_mm: tuple[float, float, float], half_
     if not np.isfinite(motion.theta_change).all():
         finest = BOXES_PER_EDGE * 2**HALVINGS
         raise FoldError(f"a chain may fold in the cube: not excluded with {finest} boxes an edge")
-    theta, spread = motion.theta, motion.theta_change
-    lean, lean_half = (motion.lean_low + motion.lean_high) / 2.0, (motion.lean_high - motion.lean_low) / 2.0
-    wrist_angle = theta + motion.elbow_angle
-    elbow, elbow_half = (motion.elbow_low + motion.elbow_high) / 2.0, (motion.elbow_high - motion.elbow_low) / 2.0
-
-    def raster(x: np.ndarray, dx: np.ndarray, y: np.ndarray, dy: np.ndarray) -> Raster:
-        return Raster.of_boxes(np.stack([x, y], axis=1), np.stack([dx, dy], axis=1))
-
     return JointRanges(
-        theta=_widest(g, boxes, theta, spread),
+        theta=_widest(g, boxes, motion.theta, motion.theta_change),
         lean=np.stack([motion.lean_low.min(axis=0), motion.lean_high.max(axis=0)], axis=1),
-        neighbours=tuple(
-            raster(theta[:, i], spread[:, i], theta[:, (i + 1) % 3], spread[:, (i + 1) % 3]) for i in range(3)
-        ),
-        at_wrist=tuple(raster(wrist_angle[:, i], motion.rotation[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
-        at_elbow=tuple(raster(elbow[:, i], elbow_half[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
+        pairs=partial(_tight_pairs, g, boxes, motion, nodes),
     )
+
+
+def _pairs_of_angles(motion: BoxMotion) -> tuple[np.ndarray, np.ndarray]:
+    """(9, n, 2) centres and half widths of the rasters' angles over boxes, in the order of `JointRanges`."""
+    lean, lean_half = (motion.lean_low + motion.lean_high) / 2.0, (motion.lean_high - motion.lean_low) / 2.0
+    elbow, elbow_half = (motion.elbow_low + motion.elbow_high) / 2.0, (motion.elbow_high - motion.elbow_low) / 2.0
+    theta, spread = motion.theta, motion.theta_change
+    pairs = (
+        ((theta, np.roll(theta, -1, axis=1)), (spread, np.roll(spread, -1, axis=1))),
+        ((theta + motion.elbow_angle, lean), (motion.rotation, lean_half)),
+        ((elbow, lean), (elbow_half, lean_half)),
+    )
+    centres, halves = (np.concatenate([np.stack(one[k], axis=-1) for one in pairs], axis=1) for k in (0, 1))
+    return np.swapaxes(centres, 0, 1), np.swapaxes(halves, 0, 1)
+
+
+def _tight_pairs(
+    g: DeltaGeometry, boxes: tuple[np.ndarray, np.ndarray], motion: BoxMotion, nodes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(9, n, 2) the same over boxes that fill the cube, those halved that reach far beyond what occurs.
+
+    Args:
+        g: The mechanism.
+        boxes: (n, 3) centres and half sides, mm.
+        motion: Over these.
+        nodes: (m, 3) positions of the cube, those on its sides among them, mm.
+    """
+    occurring, _ = _pairs_of_angles(box_motion(g, nodes, np.zeros_like(nodes)))
+    beyond = [_Beyond(points) for points in occurring]
+    kept = []
+    for turn in range(HALVINGS + 1):
+        centres, halves = _pairs_of_angles(motion)
+        far = np.any([one(*pair) for one, *pair in zip(beyond, centres, halves, strict=True)], axis=0)
+        if turn == HALVINGS:
+            far[:] = False
+        kept.append((centres[:, ~far], halves[:, ~far]))
+        if not far.any():
+            break
+        boxes = _halved(boxes[0][far], boxes[1][far])
+        motion = box_motion(g, *boxes)
+    return np.concatenate([c for c, _ in kept], axis=1), np.concatenate([h for _, h in kept], axis=1)
+
+
+class _Beyond:
+    """Whether boxes of two angles reach beyond what occurs: what they take of a grid around that is counted.
+
+    Args:
+        points: (m, 2) pairs of angles that occur, so densely that gaps of less than two times `FILLED_CELLS` are none.
+    """
+
+    def __init__(self, points: np.ndarray) -> None:
+        rim = FILLED_CELLS + NEAR_CELLS + 1
+        low, high = points.min(axis=0), points.max(axis=0)
+        self._step = np.maximum(high - low, 1e-12) / RASTER
+        self._low, self._count = low - rim * self._step, RASTER + 2 * rim
+        marked = np.zeros((self._count, self._count), dtype=bool)
+        marked[tuple(self._cells(points).T)] = True
+        filled = ~_grown(~_grown(marked, FILLED_CELLS), FILLED_CELLS)
+        self._total = _totals(~_grown(filled, NEAR_CELLS))
+
+    def _cells(self, points: np.ndarray) -> np.ndarray:
+        return np.clip(np.floor((points - self._low) / self._step), 0, self._count - 1).astype(int)
+
+    def __call__(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """(n,) of boxes by centres and half widths (n, 2), rad."""
+        return _counted(self._total, self._cells(centres - halves), self._cells(centres + halves) + 1) > 0
+
+
+def _totals(marked: np.ndarray) -> np.ndarray:
+    """Marked cells below and left of each node of a grid."""
+    return np.pad(marked.astype(int).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+
+
+def _counted(total: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """(n,) marked cells from cells `first` (n, 2) to before cells `last`."""
+    return (
+        total[last[:, 0], last[:, 1]]
+        - total[first[:, 0], last[:, 1]]
+        - total[last[:, 0], first[:, 1]]
+        + total[first[:, 0], first[:, 1]]
+    )
+
+
+def _grown(marked: np.ndarray, cells: int) -> np.ndarray:
+    """The marked cells of a grid and those at most so many beside them; what lies outside is not marked."""
+    size = np.array(marked.shape)
+    at = np.stack(np.meshgrid(*map(np.arange, size), indexing="ij"), axis=-1).reshape(-1, 2)
+    first, last = np.maximum(at - cells, 0), np.minimum(at + cells + 1, size)
+    return (_counted(_totals(marked), first, last) > 0).reshape(size)
 
 
 def _widest(
