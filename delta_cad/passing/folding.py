@@ -1,8 +1,8 @@
-"""Rods and springs beside their own drive: a direct one's motor and its cheek, or an arm with its sector."""
+"""Rods and springs beside their own drive: motor, cheeks and board, and the arm with its sector."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from math import asin, cos, degrees, pi, radians, sin, sqrt
 
@@ -13,7 +13,17 @@ from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.rules import up
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
-from delta_cad.passing.moving import FAR_MM, FEW, ROUGH, Apart, arm_shapes, nearest, rod_points, spring_points
+from delta_cad.passing.moving import (
+    FAR_MM,
+    FEW,
+    ROUGH,
+    Apart,
+    arm_alone,
+    arm_shapes,
+    nearest,
+    rod_points,
+    spring_points,
+)
 from delta_cad.passing.shapes import Shape, off_all_mm
 from delta_cad.passing.standing import board, cheeks, motor
 
@@ -22,18 +32,22 @@ WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a 
 ON_MM = 0.1  # more than they lack
 
 
-def beside_own(d: Dimensions) -> Apart:
+def beside_own(d: Dimensions) -> tuple[Apart, Apart]:
     """Gives how near rods and the springs across them come to their own chain's drive, over positions.
 
-    That is what stands: cheeks, motor, the encoder's board; and a capstan's arm with its sector.
+    First to what stands, cheeks, motor and the encoder's board; then to the arm with its sector. Each is nearest
+    somewhere else.
     """
-    moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
-    stands: list[Shape] = [*cheeks(d), motor(d), *board(d)]
-    turns = arm_shapes(d, d.capstan) if d.capstan else []
-    inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
     shoulder = np.eye(4)
     shoulder[0, 3] = d.bracket.shoulder_u_mm
+    turns = arm_shapes(d, d.capstan) if d.capstan else arm_alone(d)
+    return _beside(d, [*cheeks(d), motor(d), *board(d)], shoulder), _beside(d, turns, None)
 
+
+def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None) -> Apart:
+    """How near rods and springs come to shapes of their chain: in the shoulder's frame, or None: in the arm's."""
+    moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
+    inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
     pairs = [*product(CHAINS, SIDES, moving)]
 
     def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
@@ -45,14 +59,12 @@ def beside_own(d: Dimensions) -> Apart:
             turned = level[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
             at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
             beside = np.broadcast_to(radii, at.shape[:2])
-            found = np.full(at.shape[:2], FAR_MM)
-            for shapes, base in ((stands, level @ shoulder), (turns, placed[f"upper_arm_{i}"])):
-                inverse = np.linalg.inv(base)
-                seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
-                y = seen[..., 1]
-                near = np.maximum(inside - y, y - outside) - beside < FAR_MM
-                if shapes and near.any():
-                    found[near] = np.minimum(found[near], off_all_mm(shapes, seen[near]) - beside[near])
+            inverse = np.linalg.inv(placed[f"upper_arm_{i}"] if shoulder is None else level @ shoulder)
+            seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
+            y, found = seen[..., 1], np.full(at.shape[:2], FAR_MM)
+            near = np.maximum(inside - y, y - outside) - beside < FAR_MM
+            if near.any():
+                found[near] = np.minimum(off_all_mm(shapes, seen[near]) - beside[near], FAR_MM)
             off.append(found.min(axis=1))
         return np.stack(off, axis=1)
 
@@ -69,11 +81,11 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
         least_mm: What is to be between them.
     """
     cube, long, forearm = d.design.cube, d.arm.length_mm, d.forearm.length_mm
-    apart = beside_own(d)
+    drive = beside_own(d)
 
     def lacks(bottom_mm: float) -> float:
         try:
-            return least_mm - nearest(apart, bottom_mm, cube.half_side_mm, FEW)
+            return least_mm - min(nearest(apart, bottom_mm, cube.half_side_mm, FEW) for apart in drive)
         except UnreachableError:  # so high does not fold
             return 0.0
 
@@ -94,10 +106,10 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
         needed = min(asin(min(sin(needed) + (still + ON_MM) / long, 1.0)), WIDEST_RAD)
         still = lacks(height(needed))
     bound = height(needed)
-    drive = f"what holds {d.motor.id}" if d.capstan is None else "their own drive, its arm or its sector"
+    own = f"what holds {d.motor.id}, or their arm" if d.capstan is None else "their own drive, its arm or its sector"
     message = (
         f"rods that fold to {degrees(fold):.1f} deg, or springs across them, come within {least_mm - lacking:.2f} mm "
-        f"of {drive}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least "
+        f"of {own}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least "
         f"{up(bound)} mm, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
     )
     field, instead = "cube.bottom_height_mm", (ELBOW_FIELD, degrees(needed))

@@ -46,6 +46,20 @@ Apart = Callable[[np.ndarray, bool, int | None], np.ndarray]
 -> (n, pairs) distances, mm."""
 
 
+def arm_alone(d: Dimensions) -> list[Shape]:
+    """Lists what an arm without its sector is made of, in its frame, the elbow left out."""
+    a, (under, over) = d.arm, d.layers.arm_mm
+    beam = Beam(a.length_mm, (a.beam_root_radius_mm, a.boss_radius_mm), (under, over))
+    if d.capstan is None:
+        return [Round(a.flange_radius_mm, (under, over)), beam]
+    web = d.capstan.web_y_mm[1]
+    return [
+        Round(a.flange_radius_mm, (under, web)),
+        Round(a.collar_diameter_mm / 2, (web, d.layers.motor_cheek_mm[0])),
+        beam,
+    ]
+
+
 def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
     """Lists what an arm with its sector is made of, in its frame: the cable as it is drawn, the elbow left out."""
     y, web = d.layers.sector_mm, c.web_y_mm
@@ -53,9 +67,7 @@ def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
         Ring((c.rim_radius_mm - RIM_MM, c.rim_radius_mm), c.rim_angles_rad, y),
         Ring((d.arm.flange_radius_mm - 4.0, c.rim_radius_mm), c.rim_angles_rad, web),
         Round(c.nose_radius_mm, y, c.nose_centre_mm),
-        Round(d.arm.flange_radius_mm, (d.layers.arm_mm[0], web[1])),
-        Round(d.arm.collar_diameter_mm / 2, (web[1], d.layers.motor_cheek_mm[0])),
-        Beam(d.arm.length_mm, (d.arm.beam_root_radius_mm, d.arm.boss_radius_mm), d.layers.arm_mm),
+        *arm_alone(d),
     ]
     half, wound = c.cable_diameter_mm / 2, (c.rim_radius_mm, c.rim_radius_mm + c.cable_diameter_mm)
     for end, ((low, high), long, lowest) in enumerate(_ends(c)):

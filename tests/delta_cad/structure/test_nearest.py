@@ -83,7 +83,8 @@ def test_ends_of_rods_come_as_near_to_the_arms_boss_as_the_exact_solids_do() -> 
 def test_springs_that_fold_come_near_the_encoders_cheek() -> None:
     """The capstan's own arm alone leaves them more room."""
     d, cube = dimensions(FOLDED_CHEEKS), FOLDED_CHEEKS.cube
-    assert nearest(beside_own(d), cube.bottom_height_mm, cube.half_side_mm, 3) < 1.5
+    cheek, arm = (nearest(one, cube.bottom_height_mm, cube.half_side_mm, 3) for one in beside_own(d))
+    assert cheek < 1.5 < 2.0 < arm
 
 
 def test_the_nearest_position_is_found_though_it_is_not_of_the_grids_nearest_pair() -> None:

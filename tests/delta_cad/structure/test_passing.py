@@ -70,6 +70,20 @@ SPRINGS = synthesized(mechanism__base_radius_mm=39.98, hardware__capstan_ratio=1
 SLEEVES = synthesized(hardware__capstan_ratio=3.0, hardware__sector_radius_mm=24.55)
 CUPS = of("docs/gallery/direct-83.json", mechanism__platform_radius_mm=17.2, **FREE)
 FOLDED = of("docs/gallery/direct-83.json", cube__bottom_height_mm=73.5, requirements__peak_force_N=None, **FREE)
+FOLDED_ARMS = of(
+    "docs/gallery/direct-83.json",
+    mechanism__base_radius_mm=34.9,
+    mechanism__platform_radius_mm=16.512,
+    mechanism__upper_arm_length_mm=94.242,
+    mechanism__forearm_length_mm=160.412,
+    mechanism__parallelogram_width_mm=33.4,
+    cube__bottom_height_mm=82.2,
+    cube__half_side_mm=48.453,
+    hardware__motor="maxon-ec60flat-625858",
+    requirements__force_N=1.0,
+    requirements__peak_force_N=None,
+    **FREE,
+)
 WRISTS = synthesized(
     mechanism__base_radius_mm=60.73,
     mechanism__platform_radius_mm=36.98,
@@ -176,6 +190,7 @@ REFUSED = {
     "a large sector under a neighbour's springs": (SPRINGS, {("sector", "beside a neighbour's springs")}),
     "sleeves beside the arm of a small sector": (SLEEVES, {("crimp_sleeve", "beside the arm")}),
     "rods that fold onto their own motor": (FOLDED, {("rod_tube", "beside the drive")}),
+    "rods that fold onto an arm alone, and keep off its motor": (FOLDED_ARMS, {("rod_tube", "beside the drive")}),
     "springs that fold onto their own sector": (FOLDED_SPRINGS, {("rod_tube", "beside the drive")}),
     "cups whose rods turn": (CUPS, {("rod_cup", "beside a neighbour's")}),
 }
@@ -241,7 +256,7 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
     step = np.linspace(-0.25, 0.25, 17) * cube.half_side_mm
     around = start + np.stack(np.meshgrid(step, step, 0.0), axis=-1).reshape(-1, 3)
     found = min(apart(p) for p in around)
-    near = nearest(beside_own(d), cube.bottom_height_mm, cube.half_side_mm, 3)
+    near = nearest(beside_own(d)[0], cube.bottom_height_mm, cube.half_side_mm, 3)
     assert near < 2.0
     assert near == pytest.approx(found, abs=0.1)
     (reason,) = folded(d, 2.1)
