@@ -321,7 +321,10 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             if lessons.least("base_radius") == before.least("base_radius"):  # once a build
                 lessons = _farther_out(lessons, candidate.lengths_mm, f"{result.name}: {result.detail}")
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
-            again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
+            pair = " beside ".join(sorted({_kind(name) for name in result.worst_pair or ()}))
+            why = f"{why}, {pair}" if pair else why
+            told = [line for line in lessons.why if line.startswith(f"{result.name}:") and line.endswith(pair)]
+            again = 2.0 ** min(len(told), DOUBLINGS)
             if folds(result.worst_pair or ()):
                 least = candidate.elbow_deg + ELBOW_STEP_DEG * again
                 lessons = lessons.taught(why, elbow_angle_deg=max(least, lessons.elbow_angle_deg))
@@ -333,6 +336,11 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
+
+
+def _kind(name: str) -> str:
+    """A part in words, whichever of the alike it is: "rod cup wrist" of rod_cup_0_1_wrist."""
+    return " ".join(word for word in name.split("_") if not word.isdigit())
 
 
 def _chains_apart(candidate: Candidate, lessons: Lessons, short_mm: float, why: str) -> Lessons:

@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.report import CheckResult
-from delta_cad.design import Design, load_design
+from delta_cad.design import load_design
 from delta_cad.dimensions import DimensionError, Reason
 from delta_cad.dimensions.neighbours import SWING_FIELD
-from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle, Outline
 from delta_cad.mechanism.workspace import CubeSearch
@@ -24,7 +22,7 @@ from delta_cad.passing.folding import ELBOW_FIELD
 from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.hardware.refusals import refusals
 from optimizer.codesign import candidate as candidates
-from optimizer.codesign.candidate import PROOF, Candidate, design_for, weighed_of
+from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (
     COUPLE_MOST,
@@ -252,13 +250,24 @@ def test_each_failed_check_moves_what_it_is_about() -> None:
     assert solid.least("base_radius") == 31.5
 
 
+def test_a_step_is_doubled_where_it_did_not_part_the_same_two_parts() -> None:
+    one = failed("clearance proof", None, 2.0, "mm", "upper_arm_0", "rod_tube_0_0")
+    other = failed("clearance proof", None, 2.0, "mm", "upper_arm_1", "rod_eye_1_1_0")
+    first = from_checks(candidate(), KNOWN, [one])
+    angles = [from_checks(candidate(), first, [two]).elbow_angle_deg for two in (other, one)]
+    assert [angle - candidate().elbow_deg for angle in angles] == pytest.approx([2.0, 4.0])
+
+
 @pytest.mark.parametrize(
     ("result", "told"),
     [
-        (failed("clearance", 1.8765432, 2.0, "mm", "rod_tube_0_0", "rod_tube_2_1"), "clearance: 1.877 mm, limit 2 mm"),
+        (
+            failed("clearance", 1.8765432, 2.0, "mm", "rod_tube_0_0", "rod_tube_2_1"),
+            "clearance: 1.877 mm, limit 2 mm, rod tube",
+        ),
         (
             failed("clearance proof", None, 2.0, "mm", "rod_tube_0_0", "rod_tube_2_1"),
-            "clearance proof: not proved, limit 2 mm",
+            "clearance proof: not proved, limit 2 mm, rod tube",
         ),
         (failed(f"{PROOF}effective_mass", None, None), f"{PROOF}effective_mass: not proved"),
     ],
@@ -433,14 +442,3 @@ def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_m
     assert asked(least)
     wider = design.model_copy(update={"mechanism": m.model_copy(update={"base_radius_mm": m.base_radius_mm + 5.0})})
     assert with_least_radius(replace(one, design=wider), KNOWN) is KNOWN  # they ask for nothing so far out
-
-
-def test_gravity_is_known_at_least_before_anything_is_weighed(best: Design, best_assembly: Assembly) -> None:
-    """Of masses of another machine too little is learnt, of more nothing; no more than solids tell, nor much less."""
-    solid = weighed_of(best, mass_report(best_assembly)).gravity_torque_N_m
-    light, heavy = (Lessons(replace(KNOWN.weighed, gravity_torque_N_m=share * solid)) for share in (0.5, 1.0))
-    learnt = candidates.hung(best, light)
-    assert learnt.weighed == replace(light.weighed, gravity_torque_N_m=learnt.weighed.gravity_torque_N_m)
-    assert 0.75 * solid < learnt.weighed.gravity_torque_N_m < solid
-    assert candidates.hung(best, learnt) is learnt
-    assert candidates.hung(best, heavy) is heavy
