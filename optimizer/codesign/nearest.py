@@ -15,6 +15,7 @@ from optimizer.problem.brief import DesignBrief
 
 OUTLINE = "requirements.envelope_width_mm", "requirements.envelope_depth_mm"
 LEAN = ("limits.lean_max_deg",)
+CLEARANCE = "requirements.clearance_min_mm"
 EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spared where several must give
     OUTLINE: True,
     ("requirements.force_N",): False,
@@ -26,6 +27,7 @@ EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spar
     ("feel.friction_max_N",): True,
     ("feel.position_step_max_mm",): True,
     ("feel.stiffness_min_N_mm",): False,
+    (CLEARANCE,): False,
     LEAN: True,
     ("limits.outline_radius_max_mm",): True,
 }
@@ -79,7 +81,7 @@ def reliefs(search: Search) -> list[Relief]:
         search: One that found no machine; its time and its reports are used.
     """
     hardware = list(strongest(search.brief))
-    groups = [fields for fields in EASED if all(_value(search.brief, name) is not None for name in fields)]
+    groups = [fields for fields in EASED if all(_gives(search.brief, name) for name in fields)]
     alone = [one for fields in groups if (one := _relief(search, fields, hardware)) is not None]
     if alone or len(groups) < 2:
         return sorted(alone, key=lambda one: one.share)
@@ -149,6 +151,13 @@ def strongest(brief: DesignBrief) -> Iterator[Choice]:
             most = max(motors, key=lambda name: motor_of(brief, name).nominal_torque_N_m)
             lightest = min(motors, key=lambda name: motor_of(brief, name).rotor_inertia_kg_m2)
             yield from (Choice(motor, drive, ratio, width) for motor in dict.fromkeys((most, lightest)))
+
+
+def _gives(brief: DesignBrief, name: str) -> bool:
+    """Whether a limit may give: one that is asked, of the clearance no less than is usual."""
+    usual = type(brief.requirements).model_fields[CLEARANCE.partition(".")[2]].default if name == CLEARANCE else None
+    value = _value(brief, name)
+    return value is not None and (usual is None or value > usual)
 
 
 def _value(brief: DesignBrief, name: str) -> float | None:

@@ -127,6 +127,14 @@ def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_
     assert told(monkeypatch, task, lambda _: False) == []
 
 
+def test_a_clearance_gives_where_more_is_asked_than_is_usual(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Screws keep 2.4 mm in any machine: 3 mm are too much, and what is usual is nobody's to give."""
+    (one,) = told(monkeypatch, brief(clearance_min_mm=3.0), lambda task: task.requirements.clearance_min_mm <= 2.4)
+    assert one.fields == ("requirements.clearance_min_mm",)
+    assert 2.4 / FINE < one.enough[0] <= 2.4
+    assert told(monkeypatch, brief(), lambda task: task.requirements.clearance_min_mm <= 1.9) == []
+
+
 def test_hardware_is_tried_that_is_the_strongest_or_the_lightest_of_what_is_allowed() -> None:
     found = [(choice.motor, choice.drive) for choice in strongest(brief())]
     assert found == [(MOTORS[1], "direct"), (MOTORS[0], "capstan")]
