@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
 
+from delta_cad.dimensions import CLEARANCE_MOST_MM
 from optimizer.codesign.candidate import Start
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
 from optimizer.codesign.journal import start_read, start_told
@@ -82,7 +83,9 @@ def reliefs(search: Search) -> list[Relief]:
     """
     hardware = list(strongest(search.brief))
     groups = [fields for fields in EASED if all(_gives(search.brief, name) for name in fields)]
-    alone = [one for fields in groups if (one := _relief(search, fields, hardware)) is not None]
+    beyond = search.brief.requirements.clearance_min_mm > CLEARANCE_MOST_MM  # which no other limit makes up for
+    only = [(CLEARANCE,)] if beyond else groups
+    alone = [one for fields in only if (one := _relief(search, fields, hardware)) is not None]
     if alone or len(groups) < 2:
         return sorted(alone, key=lambda one: one.share)
     together = _together(search, groups, hardware)

@@ -10,7 +10,7 @@ import numpy as np
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design, DesignError, design_hash
-from delta_cad.dimensions import DimensionError
+from delta_cad.dimensions import CLEARANCE_MOST_MM, DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, hung, refused, rubbed, weigh, worst_torque
@@ -103,6 +103,10 @@ class Search:
             The machine with the largest cube that was built and passed; None where none did.
         """
         best: tuple[Candidate, Outcome] | None = None
+        if (asked := self.brief.requirements.clearance_min_mm) > CLEARANCE_MOST_MM:
+            told = f"requirements.clearance_min_mm = {asked:g} must be at most {CLEARANCE_MOST_MM:g} mm in any machine"
+            self.tried.stuck["all hardware"] = told
+            return None
         for score, choice in self.ranked():
             if self.stop() or (best is not None and self.dearer * (score + HOPE * abs(score)) <= best[0].score):
                 break

@@ -331,3 +331,11 @@ def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.M
     for motor, ratio in (("maxon-re50-370354", 6.0), ("maxon-re30-310007", 3.0)):
         assert search.settled(Choice(motor, "capstan", ratio, 50.0), weighing=False) is None
     assert taken == [pytest.approx(2.3328e-3), 4e-4]
+
+
+def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "best_lengths", lambda *_: pytest.fail("was estimated"))
+    search = Search(brief(clearance_min_mm=2.5), cast(Any, None), cast(Any, None), reference())
+    assert search.best() is None
+    (why,) = search.tried.stuck.values()
+    assert "requirements.clearance_min_mm = 2.5 must be at most 2.4 mm" in why
