@@ -50,7 +50,8 @@ COUPLE_STEP = 0.03
 LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's lever, least and largest at once
 LITTLE = 1e-3  # of a load that is borne: none at all has no power
 LEVER_EXPONENT = 0.7  # of the share that is borne: a part of a load is not the lever's
-ELBOW_STEP_DEG = 2.0
+ELBOW_LEAST_DEG, ELBOW_STEP_DEG = 0.5, 2.0
+PARTED_MM, PROVEN_MM = 0.17, 0.03  # by which rods and their arm part for a degree more between them; left for the proof
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
 REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
 REACHED_STEP_MM = 1.0  # of chains in the way of one another
@@ -326,7 +327,10 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             told = [line for line in lessons.why if line.startswith(f"{result.name}:") and line.endswith(pair)]
             again = 2.0 ** min(len(told), DOUBLINGS)
             if folds(result.worst_pair or ()):
-                least = candidate.elbow_deg + ELBOW_STEP_DEG * again
+                step = ELBOW_STEP_DEG
+                if result.unit == "mm" and result.value is not None:
+                    step = min(max((short + PROVEN_MM) / PARTED_MM, ELBOW_LEAST_DEG), ELBOW_STEP_DEG)
+                least = candidate.elbow_deg + step * again
                 lessons = lessons.taught(why, elbow_angle_deg=max(least, lessons.elbow_angle_deg))
                 continue
             length, step = apart_by(result.worst_pair or ())

@@ -129,12 +129,15 @@ def test_thin_wall_passed_through_between_two_positions_is_refused_by_the_proof_
     assert proof.worst_pair is not None
     assert set(proof.worst_pair) == {"pin", "wall"}
     assert "undecided in handle position: (" in proof.detail
+    assert proof.value is not None
+    assert -0.5 < proof.value < 0.0  # both touch; what meshes may be off is left away
 
 
 def test_an_exhausted_budget_is_a_failure_that_names_the_box() -> None:
     found = check(MACHINE, calls_max=3)
     assert found["clearance"].passed
     assert not found["clearance proof"].passed
+    assert found["clearance proof"].value is None
     assert "undecided in" in found["clearance proof"].detail
 
 
