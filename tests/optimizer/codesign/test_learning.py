@@ -257,7 +257,7 @@ def test_a_step_is_doubled_where_it_did_not_part_the_same_two_parts() -> None:
     angles = [from_checks(candidate(), first, [two]).elbow_angle_deg for two in (other, one)]
     assert [angle - candidate().elbow_deg for angle in angles] == pytest.approx([2.0, 4.0])
     steps = [from_checks(candidate(), KNOWN, [replace(one, value=mm)]).elbow_angle_deg for mm in (1.5, 1.9, 1.99)]
-    assert [angle - candidate().elbow_deg for angle in steps] == pytest.approx([2.0, 0.13 / 0.17, 0.5])
+    assert [angle - candidate().elbow_deg for angle in steps] == pytest.approx([2.0, 0.13 / 0.08, 0.5])
 
 
 @pytest.mark.parametrize(
