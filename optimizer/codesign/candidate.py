@@ -194,7 +194,7 @@ def worst_torque(lengths: Mapping[str, float], force: float) -> float:
 
 
 def hung(design: Design, lessons: Lessons) -> Lessons:
-    """Learns what gravity takes at least of a joint of a design that closed forms pass, before any solid is made.
+    """Learns what gravity takes of a joint of a design that closed forms pass, rather too little, before it is weighed.
 
     Args:
         design: The design.

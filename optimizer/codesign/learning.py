@@ -51,7 +51,7 @@ LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's le
 LITTLE = 1e-3  # of a load that is borne: none at all has no power
 LEVER_EXPONENT = 0.7  # of the share that is borne: a part of a load is not the lever's
 ELBOW_LEAST_DEG, ELBOW_STEP_DEG = 0.5, 2.0
-PARTED_MM, PROVEN_MM = 0.08, 0.03  # by which eyes and their arm part for a degree more between them; left for the proof
+PARTED_MM, PROVEN_MM = 0.08, 0.03  # by which eyes part from their arm for a degree more, others by more; for the proof
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
 REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
 REACHED_STEP_MM = 1.0  # of chains in the way of one another
@@ -323,8 +323,9 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
                 lessons = _farther_out(lessons, candidate.lengths_mm, f"{result.name}: {result.detail}")
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             pair = " beside ".join(sorted({_kind(name) for name in result.worst_pair or ()}))
-            why = f"{why}, {pair}" if pair else why
-            told = [line for line in lessons.why if line.startswith(f"{result.name}:") and line.endswith(pair)]
+            named = f", {pair}" if pair else ""
+            why = f"{why}{named}"
+            told = [line for line in lessons.why if line.startswith(f"{result.name}:") and line.endswith(named)]
             again = 2.0 ** min(len(told), DOUBLINGS)
             if folds(result.worst_pair or ()):
                 step = ELBOW_STEP_DEG

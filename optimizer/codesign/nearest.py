@@ -157,10 +157,14 @@ def strongest(brief: DesignBrief) -> Iterator[Choice]:
 
 
 def _gives(brief: DesignBrief, name: str) -> bool:
-    """Whether a limit may give: one that is asked, of the clearance no less than is usual."""
-    usual = type(brief.requirements).model_fields[CLEARANCE.partition(".")[2]].default if name == CLEARANCE else None
+    """Whether a limit may give: one that is asked, of the clearance what is more than usual."""
     value = _value(brief, name)
-    return value is not None and (usual is None or value > usual)
+    return value is not None and (name != CLEARANCE or value > _usual_clearance_mm(brief))
+
+
+def _usual_clearance_mm(brief: DesignBrief) -> float:
+    usual: float = type(brief.requirements).model_fields[CLEARANCE.partition(".")[2]].default
+    return usual
 
 
 def _value(brief: DesignBrief, name: str) -> float | None:
@@ -179,6 +183,7 @@ def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...]
     for name, value in zip(fields, asked, strict=True):
         table, field = name.split(".")
         given = value * factor if grows[name] else value / factor
+        given = max(given, _usual_clearance_mm(brief)) if name == CLEARANCE else given
         changed = getattr(brief, table).model_copy(update={field: given})
         brief = brief.model_copy(update={table: changed})
     return brief

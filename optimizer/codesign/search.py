@@ -103,10 +103,6 @@ class Search:
             The machine with the largest cube that was built and passed; None where none did.
         """
         best: tuple[Candidate, Outcome] | None = None
-        if (asked := self.brief.requirements.clearance_min_mm) > CLEARANCE_MOST_MM:
-            told = f"requirements.clearance_min_mm = {asked:g} must be at most {CLEARANCE_MOST_MM:g} mm in any machine"
-            self.tried.stuck["all hardware"] = told
-            return None
         for score, choice in self.ranked():
             if self.stop() or (best is not None and self.dearer * (score + HOPE * abs(score)) <= best[0].score):
                 break
@@ -127,6 +123,10 @@ class Search:
     def ranked(self) -> list[tuple[float, Choice]]:
         """The hardware worth building, the likeliest first: of the best estimates, what their parts leave."""
         found: list[tuple[float, Choice]] = []
+        if (asked := self.brief.requirements.clearance_min_mm) > CLEARANCE_MOST_MM:
+            told = f"requirements.clearance_min_mm = {asked:g} must be at most {CLEARANCE_MOST_MM:g} mm in any machine"
+            self.tried.stuck["all hardware"] = told
+            return found
         for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:RANKED]:
             if self.stop() or (found and score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break

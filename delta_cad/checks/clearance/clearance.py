@@ -335,21 +335,22 @@ def _proof(
 ) -> CheckResult:
     """What the proofs came to; a pair that a sample refutes is not told as undecided.
 
-    The value is the clearance, less what the pair that fails most lacks of its own limit; None where a proof gave up.
+    The pair that fails is that which lacks most of its own limit, and the value the clearance less that: of what was
+    measured, at positions that may occur. None where nothing was found lacking, and a proof gave up.
     """
     gone = {frozenset((s.pair.a.name, s.pair.b.name)) for s in refuted}
     left = [(p.closest.get(names, np.inf), names, box) for p in proofs for names, box in p.undecided]
     left.sort(key=lambda pair: pair[0])  # what has least to spare is why, not what the calls did not suffice for
     undecided = [(names, box) for _, names, box in left if frozenset(names) not in gone]
     if undecided or refuted:
-        first = undecided[0][0] if undecided else (refuted[0].pair.a.name, refuted[0].pair.b.name)
+        lacking = [(spare, names) for spare, names, _ in left if frozenset(names) not in gone]
+        lacking += [(s.certain_mm - s.pair.limit_mm, (s.pair.a.name, s.pair.b.name)) for s in refuted]
+        spare, first = min(lacking, key=lambda one: one[0])
         failures = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]
         failures += [
             f"{s.pair.a.name} / {s.pair.b.name} refuted by a sample at {s.certain_mm:.3f} mm" for s in refuted[:5]
         ]
         detail = f"{len(undecided)} pairs undecided, {len(refuted)} refuted; {'; '.join(failures)}; {counts}"
-        lacks = [spare for spare, names, _ in left if frozenset(names) not in gone][:1]
-        spare = lacks[0] if lacks else min(s.certain_mm - s.pair.limit_mm for s in refuted)
         value = limit_mm + spare if spare < 0.0 else None
         return CheckResult("clearance proof", False, value, limit_mm, "mm", worst_pair=first, detail=detail)
     sampled = f"; smallest found {closest[0].certain_mm:.3f} mm" if closest else ""

@@ -19,6 +19,7 @@ COARSE_RAD = 0.08  # a box over which an angle may change by more is halved: nea
 BEYOND_RAD = np.radians(1.5)  # of what occurs, that a range may be too wide: stops stand 3 degrees beyond
 ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
 OCTANTS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
+BOXES_MOST = 100_000  # that rasters are made of: beyond, those that are too coarse stay so
 RASTER = 128  # cells along each angle of a raster
 NEAR_CELLS, FILLED_CELLS = 1, 8  # that a box may reach beyond what occurs, and half of a gap in that, of no meaning
 
@@ -182,11 +183,13 @@ def _tight_pairs(
     """
     occurring, _ = _pairs_of_angles(box_motion(g, nodes, np.zeros_like(nodes)))
     beyond = [_Beyond(points) for points in occurring]
-    kept = []
+    kept: list[tuple[np.ndarray, np.ndarray]] = []
+    count = 0
     for turn in range(HALVINGS + 1):
         centres, halves = _pairs_of_angles(motion)
         far = np.any([one(*pair) for one, *pair in zip(beyond, centres, halves, strict=True)], axis=0)
-        if turn == HALVINGS:
+        count += int((~far).sum())
+        if turn == HALVINGS or count + 8 * far.sum() > BOXES_MOST:
             far[:] = False
         kept.append((centres[:, ~far], halves[:, ~far]))
         if not far.any():

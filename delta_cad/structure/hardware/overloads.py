@@ -95,7 +95,7 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
 
 
 def gravity_share_N_m(d: Dimensions) -> float:
-    """Computes what the weight of what moves at least takes of a joint beside the lasting force, N m.
+    """Estimates, rather too low, what the weight of what moves takes of a joint beside the lasting force, N m.
 
     Args:
         d: The machine.

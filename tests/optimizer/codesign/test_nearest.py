@@ -133,6 +133,7 @@ def test_a_clearance_gives_where_more_is_asked_than_is_usual(monkeypatch: pytest
     assert one.fields == ("requirements.clearance_min_mm",)
     assert 2.4 / FINE < one.enough[0] <= 2.4
     assert told(monkeypatch, brief(), lambda task: task.requirements.clearance_min_mm <= 1.9) == []
+    assert told(monkeypatch, brief(clearance_min_mm=2.2), lambda task: task.requirements.clearance_min_mm <= 1.9) == []
     (one,) = told(monkeypatch, brief(clearance_min_mm=2.2), lambda task: task.requirements.force_N <= 2.0)
     assert one.fields == ("requirements.force_N",)
     (both,) = told(monkeypatch, brief(clearance_min_mm=2.5), lambda task: task.requirements.force_N <= 2.0)

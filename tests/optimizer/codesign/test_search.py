@@ -17,7 +17,7 @@ from delta_cad.structure.hardware import refusals
 from optimizer.codesign import search as module
 from optimizer.codesign.candidate import Candidate, refused
 from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
-from optimizer.codesign.learning import KERNEL_TRIES
+from optimizer.codesign.learning import KERNEL_TRIES, StuckError
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import LEAST_SIDE_MM, Search
@@ -339,3 +339,24 @@ def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(mo
     assert search.best() is None
     (why,) = search.tried.stuck.values()
     assert "requirements.clearance_min_mm = 2.5 must be at most 2.4 mm" in why
+
+
+def test_what_gravity_takes_is_posed_before_anything_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = replace(reference(), gravity_torque_N_m=0.001)
+    search = Search(brief(), cast(Any, None), cast(Any, None), first)
+    posed: list[float] = []
+    lengths = search._lengths
+
+    def seen(choice: Choice, lessons: Lessons, *rest: Any) -> Found | None:
+        posed.append(lessons.weighed.gravity_torque_N_m)
+        return lengths(choice, lessons, *rest)
+
+    def weighed(_: Design) -> Any:
+        raise StuckError("weighed")
+
+    monkeypatch.setattr(search, "_lengths", seen)
+    monkeypatch.setattr(search, "_weighed", weighed)
+    assert search.settled(Choice(MOTORS[0], "capstan", 5.0, 50.0)) is None
+    assert search.tried.stuck[f"{MOTORS[0]} capstan"] == "weighed"
+    assert posed[0] == 0.001
+    assert 0.015 < posed[-1] < 0.06

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import cadquery as cq
 import numpy as np
@@ -12,8 +13,14 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.clearance import check_clearance, exact_distance, handle_proofs, mesh_clearance
-from delta_cad.checks.clearance.continuum import prove
+from delta_cad.checks.clearance.clearance import (
+    _proof,
+    check_clearance,
+    exact_distance,
+    handle_proofs,
+    mesh_clearance,
+)
+from delta_cad.checks.clearance.continuum import ClearanceProof, _described, prove
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.moving import check_moving
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
@@ -403,3 +410,29 @@ def test_distances_over_rotated_frames_match_the_kernel() -> None:
         assert d == pytest.approx(exact_distance(one, other, pose), abs=1e-6)
         if d > 0.0:
             assert np.linalg.norm(p - s) == pytest.approx(d, abs=1e-9)
+
+
+def test_the_proof_names_what_lacks_most_and_how_much() -> None:
+    def sample(a: str, b: str, certain_mm: float, limit_mm: float) -> Any:
+        pair = SimpleNamespace(a=SimpleNamespace(name=a), b=SimpleNamespace(name=b), limit_mm=limit_mm)
+        return SimpleNamespace(pair=pair, certain_mm=certain_mm)
+
+    gave_up = ClearanceProof("s", undecided=[(("e", "f"), "a box")])
+    close = ClearanceProof("s", undecided=[(("c", "d"), "a box")], closest={("c", "d"): -0.01})
+    near, nearer = sample("a", "b", 1.99, 2.0), sample("g", "h", 0.05, 0.3)
+    for proofs, refuted, pair, value in (
+        ([gave_up], [], ("e", "f"), None),
+        ([gave_up, close], [], ("c", "d"), 1.99),
+        ([gave_up], [near, nearer], ("g", "h"), 1.75),
+        ([close], [nearer], ("g", "h"), 1.75),
+    ):
+        found = _proof(2.0, proofs, refuted, [], "")
+        assert found.worst_pair == pair
+        assert found.value == (value and pytest.approx(value))
+
+
+@pytest.mark.parametrize(("in_mm", "told"), [(True, "s: (1.000 +- 0.100, "), (False, "s: (57.296 +- 5.730, ")])
+def test_a_box_is_told_in_the_unit_of_its_variables(in_mm: bool, told: str) -> None:
+    """A rod that turns about itself has three angles, as a handle has three positions."""
+    space = cast(Any, SimpleNamespace(name="s", in_mm=in_mm))
+    assert _described(space, np.ones(3), np.full(3, 0.1)).startswith(told)
