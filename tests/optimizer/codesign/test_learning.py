@@ -256,6 +256,9 @@ def test_a_step_is_doubled_where_it_did_not_part_the_same_two_parts() -> None:
     first = from_checks(candidate(), KNOWN, [one])
     angles = [from_checks(candidate(), first, [two]).elbow_angle_deg for two in (other, one)]
     assert [angle - candidate().elbow_deg for angle in angles] == pytest.approx([2.0, 4.0])
+    cheek = failed("clearance proof", None, 2.0, "mm", "motor_cheek_0", "rod_tube_0_1")  # which ends as rods' text does
+    rods, first = replace(one, worst_pair=("rod_tube_0_0", "rod_tube_2_1")), from_checks(candidate(), KNOWN, [cheek])
+    assert from_checks(candidate(), first, [rods]).least("platform_radius") == 24.5
     steps = [from_checks(candidate(), KNOWN, [replace(one, value=mm)]).elbow_angle_deg for mm in (1.5, 1.9, 1.99)]
     assert [angle - candidate().elbow_deg for angle in steps] == pytest.approx([2.0, 0.13 / 0.08, 0.5])
 

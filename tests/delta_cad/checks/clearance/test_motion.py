@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from delta_cad.assembly.tessellation import MeshLibrary, tessellate
 from delta_cad.checks.clearance.bodies import DistanceEngine, body, boxes_gap, revolved_about_y
 from delta_cad.checks.clearance.containment import winding_number
-from delta_cad.checks.clearance.joint_ranges import FoldError, Raster, joint_ranges
+from delta_cad.checks.clearance.joint_ranges import BOXES_MOST, BOXES_PER_EDGE, FoldError, Raster, joint_ranges
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
@@ -134,6 +134,14 @@ def test_rasters_hold_little_more_than_what_occurs(kind: str) -> None:
         grid = np.stack(np.meshgrid(*np.linspace(raster.low, raster.high, 150).T), axis=-1).reshape(-1, 2)
         off = grid[KDTree(occur).query(grid)[0] > np.radians(1.8)]
         assert not raster.touched(off, np.zeros_like(off)).any()
+
+
+def test_rasters_near_a_fold_are_made_of_no_more_boxes_than_are_held() -> None:
+    """Without an end to halving 1.6 million, 2.4 GB."""
+    g = DeltaGeometry(base_radius=0.05795, platform_radius=0.03384, upper_arm_length=0.14528, forearm_length=0.15517)
+    centres, halves = joint_ranges(g, np.array([0.0, 0.0, 96.70]), 71.738).pairs()
+    assert centres.shape == halves.shape
+    assert BOXES_PER_EDGE**3 < centres.shape[1] <= BOXES_MOST
 
 
 def test_ranges_of_arms_much_shorter_than_their_rods_are_not_wider_than_their_stops() -> None:
