@@ -9,6 +9,7 @@ import pytest
 
 from delta_cad.design import Design
 from haptics.control.controller import Controller, fresh
+from haptics.control.pose import HOLDING, ROWS, pose
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.precision import EXACT_PLACES, MIXED
@@ -17,10 +18,12 @@ from haptics.simulation.hardware import board_controller
 from haptics.simulation.loops import at_rate
 from tests.haptics.firmware.rig import (
     COUNTS,
+    EMPTY,
     ENABLED,
     NOTHING,
     TWINS,
     WAS_RESET,
+    Recorded,
     by_python,
     compile_bare,
     compile_host,
@@ -68,6 +71,32 @@ def test_torques_are_those_of_doubles_to_a_bound(
     assert error.max() > 1e-9  # it is not double
 
 
+def most_given_J(controller: Controller, recorded: Recorded, torque: np.ndarray) -> float:
+    """The most energy that rendered torques gave the joints over any window, by the angles before they were rounded."""
+    theta, work, holding = recorded.readings["theta"], np.zeros((ROWS, 3)), np.zeros_like(torque)
+    for k, at in enumerate(theta):
+        pose(controller.model, np.ascontiguousarray(at), work)
+        holding[k] = work[HOLDING]
+    given = ((torque - holding)[:-1] * np.diff(theta, axis=0)).sum(axis=1)[600:]  # gravity has come in by then
+    level = np.concatenate([[0.0], np.cumsum(given)])
+    return float((level - np.minimum.accumulate(level)).max())
+
+
+@pytest.mark.parametrize("seed", [1, 6, 8])
+def test_an_empty_tank_keeps_its_promise_where_it_decides_otherwise_than_in_doubles(
+    machine: MachineModel, seed: int, tmp_path: Path
+) -> None:
+    empty = board_controller(machine, at_rate(RATE_Hz), stale=0.1, **EMPTY)
+    recorded = recording(machine, 6000, seed, empty.limits.period, faults=False)._replace(laws=TWINS)
+    _, torque, _ = by_python(empty, recorded)
+    single = replay(compile_host(write(empty, MIXED, tmp_path)), recorded, "f4")[0]["torque"].astype(float)
+    error = np.abs(single - torque).max(axis=-1)
+    assert error.max() > 1e-4  # readings are rounded by 6e-8 rad: by as much as the level of a tank that is empty
+    assert np.quantile(error, 0.97) < 1e-4
+    for one in (torque, single):
+        assert 0.9 * EMPTY["energy"] < most_given_J(empty, recorded, one) < EMPTY["energy"]
+
+
 def test_a_cortex_m4_is_this_machine_bit_for_bit_and_keeps_4_khz(
     machine: MachineModel, controller: Controller, folder: Path, program: Path, tmp_path: Path
 ) -> None:
@@ -77,7 +106,7 @@ def test_a_cortex_m4_is_this_machine_bit_for_bit_and_keeps_4_khz(
     for field in ("bits", "torque"):
         assert np.array_equal(here[field], there[field])
     assert left == also
-    empty = board_controller(machine, at_rate(RATE_Hz), stale=0.1, energy=2e-3, energy_start=2e-3, energy_time=10.0)
+    empty = board_controller(machine, at_rate(RATE_Hz), stale=0.1, **EMPTY)
     spent, _ = replay(compile_bare(write(empty, MIXED, tmp_path), "m4"), recorded, "f4")
     assert np.any(spent["bits"] & FaultCode.ENERGY_LIMITED.bit)
     worst = (spent["took"] / COUNTS).max()
