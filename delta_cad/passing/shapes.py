@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, sin, sqrt
+from itertools import combinations
+from math import cos, hypot, sin, sqrt
 from typing import Protocol
 
 import numpy as np
 
 from delta_cad.dimensions.bracket import Circle
 
-DIRECTIONS = 180  # in which a hull's outline is looked at: to 5 um of a circle of 30 mm
+DIRECTIONS = 180  # in which a hull's arcs are looked at: to 5 um of a circle of 30 mm; and along each straight side's
 NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
@@ -47,19 +48,23 @@ class Prism:
 
     def across_mm(self, points: np.ndarray) -> np.ndarray:
         """Computes how far points (n, 3) are off the outline, in its plane, (n)."""
-        flat, support = points[:, [0, 2]], self._support
-        (east, north, west, south), (x, z) = support[:: DIRECTIONS // 4], flat.T
+        flat, (normals, support) = points[:, [0, 2]], self._outline
+        (east, north, west, south), (x, z) = support[: DIRECTIONS : DIRECTIONS // 4], flat.T
         across = np.maximum(np.maximum(x - east, -x - west), np.maximum(z - north, -z - south))  # off a box around it
         near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
         if near.any():
-            across[near] = (flat[near] @ NORMALS - support).max(axis=1)
+            across[near] = (flat[near] @ normals - support).max(axis=1)
         return across
 
     @cached_property
-    def _support(self) -> np.ndarray:
-        """How far the outline reaches along `NORMALS`."""
+    def _outline(self) -> tuple[np.ndarray, np.ndarray]:
+        """(2, n) directions, `NORMALS` and those of the straight sides, and how far the outline reaches along each."""
         circles = np.array(self.circles)
-        return (circles[:, :2] @ NORMALS + circles[:, 2:]).max(axis=0)
+        normals = np.hstack([NORMALS, *(_tangents(a, b) for a, b in combinations(circles, 2))])
+        reach = circles[:, :2] @ normals + circles[:, 2:]
+        on_two = np.partition(reach, -2, axis=0)[-2] > reach.max(axis=0) - 1e-9 if len(circles) > 1 else False
+        kept = (np.arange(normals.shape[1]) < DIRECTIONS) | on_two
+        return normals[:, kept], reach.max(axis=0)[kept]
 
 
 @dataclass(frozen=True)
@@ -205,6 +210,15 @@ def met(shapes: Sequence[Shape], rows: np.ndarray, radius_mm: float) -> np.ndarr
         off = shape.off_mm(points[row[:, None], runs[run]].reshape(-1, 3)).reshape(-1, TOGETHER)
         found[row[(off <= radius_mm).any(axis=1)]] = True
     return found.reshape(rows.shape[:-2])
+
+
+def _tangents(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(2, 2) normals of the outer tangents of two circles (x, z, radius), or (2, 0): one lies within the other."""
+    (x, z), less = other[:2] - one[:2], one[2] - other[2]
+    if hypot(x, z) <= abs(less):
+        return np.zeros((2, 0))
+    turns = np.arctan2(z, x) + np.array([-1.0, 1.0]) * np.arccos(less / hypot(x, z))
+    return np.array([np.cos(turns), np.sin(turns)])
 
 
 def _bevelled(across: np.ndarray, along: np.ndarray, bevel_mm: float) -> np.ndarray:

@@ -8,19 +8,25 @@ import cadquery as cq
 import numpy as np
 import pytest
 
+from delta_cad.assembly.bench import at
+from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
+from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
+from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.folding import beside_own
 from delta_cad.passing.hanging import off_boss_mm
 from delta_cad.passing.moving import COUNT, beside_sectors, nearest
+from delta_cad.passing.platform import platform_points, platform_shapes
 from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
 from delta_cad.passing.standing import key_swing_rad
+from delta_cad.solids.bought.ball import make_joint_ball
 from delta_cad.solids.capstan import make_cable_end
-from delta_cad.solids.forearm import make_rod_cup
-from delta_cad.solids.platform import make_platform
+from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
+from delta_cad.solids.platform import make_handle_stem, make_platform
 from delta_cad.solids.upper_arm import make_upper_arm
 from delta_cad.structure.table import structure_table
 from tests.delta_cad.solids.measured import placed
-from tests.delta_cad.structure.test_passing import COVERED, FOLDED_CHEEKS, PLATES, TURNED, of, synthesized
+from tests.delta_cad.structure.test_passing import COVERED, FOLDED_CHEEKS, PLATES, TURNED, WRISTS, of, synthesized
 
 KEYED = synthesized(  # a key's handle dips into the hole of the base plate
     mechanism__base_radius_mm=52.9,
@@ -161,3 +167,60 @@ def test_no_slice_of_a_platforms_web_lies_across_its_windows_end(path: str) -> N
     ends = d.platform.radius_mm - np.cumsum([one.length_mm for one in slices][::-1])
     for end in reach[:2]:
         assert np.abs(ends - end).min() < 1e-6
+
+
+BETWEEN_MM = 1.2  # what points of an edge, a few mm apart, see of it less than the kernel
+
+
+def beside(solids: list[cq.Shape], count: int) -> np.ndarray:
+    """(n, 3) points up to 4 mm off the surfaces of solids, as many of each."""
+    rng, found = np.random.default_rng(1), []
+    for solid in solids:
+        vertices, triangles = solid.tessellate(0.05, 0.2)
+        corners = np.array([one.toTuple() for one in vertices])[np.array(triangles)]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area = np.linalg.norm(normal, axis=1)
+        some = rng.choice(len(area), count, p=area / area.sum())
+        on = (rng.dirichlet((1.0, 1.0, 1.0), count)[:, :, None] * corners[some]).sum(axis=1)
+        found.append(on + normal[some] / area[some][:, None] * rng.uniform(0.3, 4.0, (count, 1)))
+    return np.concatenate(found)
+
+
+def off_solids(solids: list[cq.Shape], points: np.ndarray) -> np.ndarray:
+    """(n) how far points are off the nearest of several solids, by the kernel."""
+    return np.array([min(one.distance(cq.Vertex.makeVertex(*spot)) for one in solids) for spot in points])
+
+
+@pytest.mark.parametrize("design", [PLATES, WRISTS, synthesized()], ids=["flanks", "windows", "thin"])
+def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(design: Design) -> None:
+    """Of plate, windows, hub, bosses and stem, shapes; of bosses, cross-bars and their joints' balls, balls."""
+    d = dimensions(design)
+    p, wide = d.platform, d.forearm.width_mm / 2
+    wrists = [chain_frame(i) @ at(p.radius_mm) for i in CHAINS]
+    bars = [placed(make_cross_bar(d).solid, wrist) for wrist in wrists]
+    balls = [placed(make_joint_ball(d).solid, wrist @ at(0.0, y)) for wrist in wrists for y in (-wide, wide)]
+    fixed = [make_platform(d).solid, placed(make_handle_stem(d).solid, at(z=p.boss_diameter_mm / 2))]
+
+    points = beside(fixed, 200)
+    points = points[np.hypot(points[:, 0], points[:, 1]) > p.stem_diameter_mm / 2]  # in the stem's hole
+    exact, hung = off_solids([*fixed, *bars], points), off_solids(bars, points)
+    seen = np.maximum(off_all_mm(platform_shapes(d), points), 0.0)
+    assert (seen > exact - 0.05).all()  # as solids are tessellated
+    flats = (p.stem_diameter_mm - STEM_FLATS_MM) / 2  # taken all the way round
+    cut = np.where(points[:, 2] > p.boss_diameter_mm / 2, max(flats, BOSS_BEVEL_MM), BOSS_BEVEL_MM)
+    stud = points[:, 2] > p.boss_diameter_mm / 2 + p.stem_length_mm - 4.0  # under the knob, left out
+    assert (seen < exact + cut + 0.05)[(exact < hung) & ~stud].all()
+    assert (exact < hung).mean() > 0.8
+
+    centres, radii = platform_points(d)
+    upright = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+    tips = (centres[:, None] + radii[:, None, None] * upright).reshape(-1, 3)
+    assert off_solids([*fixed, *bars, *balls], tips).max() < 0.05
+    half, boss = p.boss_length_mm / 2, p.boss_diameter_mm / 2
+    rings = [(boss - 0.2, half + 1.0), (boss + 1.0, 0.7 * half), (boss + 1.0, 0.0)]  # beside a boss's end, and itself
+    rings = rings if half > boss else rings[:1]  # a short one is seen by its ends' edges
+    turns = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    around = np.array([(r * np.cos(t), sign * y, r * np.sin(t)) for r, y in rings for t in turns for sign in (-1, 1)])
+    points = np.concatenate([around @ wrist[:3, :3].T + wrist[:3, 3] for wrist in wrists])
+    near = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
+    assert (near < off_solids([*fixed, *bars, *balls], points) + BETWEEN_MM).all()
