@@ -1,9 +1,12 @@
-"""Hands that hold the handle: five parameters each, a grasp before an arm, with their sources; light, medium, firm.
+"""Hands that hold the handle: five parameters each, a grasp before an arm, as measured; light, medium, firm.
 
-The arm's mass hangs on the handle through the grasp's spring and damper, and on the person through the arm's. Above
-some 8 Hz (575 N/m on 0.21 kg) a loop feels the grasp and hardly the arm, so that a fast loop gets little from hands:
-at 8 kHz the worst corner of their ranges bears 2 % less of a wall than a handle let go of, and results are told
-with nobody first. Importing this module loads numba.
+The arm's mass hangs on the handle through the grasp's spring and damper, and on the person through the arm's. Three
+measured hands are those of one study along its three directions, by the stiffness of their arms: no study with a series
+of grips was found that tells all five; of the grip itself it says that from 1 to 3 N stiffens the grasp of one
+direction from 470 to 671 N/m. A damper of the grasp that is softer belongs to a firmer arm there. Above some 8 Hz
+(550 N/m on 0.27 kg: 7 Hz) a loop feels the grasp and hardly the arm, so that a fast loop gets little from hands: at
+8 kHz the worst corner of their ranges bears 2 % less of a wall than a handle let go of, and results are told with
+nobody first. They were measured up to 30 Hz and fit best up to 20. Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -19,9 +22,9 @@ FU = (
 )
 CONFIRMED = (
     "partly: abstract and first page opened on 2026-11-23 (dokumen.tips, IEEE Transactions Systems, Man, and "
-    "Cybernetics); its tables II and III were not: the figures are those that the public research notes of a "
-    "handwriting pen transcribe (grasp 380 to 770, range 230 to 1040 N/m and 0.8 to 1.8, range 0 to 4.6 N s/m; mass "
-    "0.20 to 0.22, range 0.02 to 0.57 kg; arm 79 to 272, range 63 to 533 N/m and 4.6 to 18, range 3.7 to 27.6 N s/m)"
+    "Cybernetics); tables II and III as research notes transcribe them from the authors' text, opened on 2026-11-27 "
+    "(github: adambickerdike/Stabilisation_Pen, docs/research/ledger/HAP_guidance_impedance.csv, row HAP-26, and the "
+    "same figures in sim2/myo.py): held like a pen, elbow and arm in the air, 15 subjects, forces of 0.6 to 30 Hz"
 )
 
 
@@ -48,20 +51,20 @@ class HandModel:
 # 3 of Scientific Reports 5, 18004, 2015, opened).
 HAND_MODELS: dict[str, HandModel] = {
     "light": HandModel(
-        Hand(mass=0.20, damping=4.6, stiffness=79.0, grasp_stiffness=380.0, grasp_damping=0.8),
-        "a loose grip of a slack arm: the low ends of the baseline",
+        Hand(mass=0.218, damping=4.645, stiffness=78.75, grasp_stiffness=379.5, grasp_damping=1.839),
+        "the softest arm that was measured: pushed across",
         FU,
         CONFIRMED,
     ),
     "medium": HandModel(
-        Hand(mass=0.21, damping=11.3, stiffness=175.0, grasp_stiffness=575.0, grasp_damping=1.3),
-        "the middle of the baseline",
+        Hand(mass=0.269, damping=6.430, stiffness=105.3, grasp_stiffness=552.4, grasp_damping=3.609),
+        "the middle one: pushed up and down",
         FU,
         CONFIRMED,
     ),
     "firm": HandModel(
-        Hand(mass=0.22, damping=18.0, stiffness=272.0, grasp_stiffness=770.0, grasp_damping=1.8),
-        "a tight grip of a tense arm: the high ends of the baseline",
+        Hand(mass=0.204, damping=18.06, stiffness=271.7, grasp_stiffness=769.9, grasp_damping=0.776),
+        "the stiffest arm and grasp: pushed to and fro",
         FU,
         CONFIRMED,
     ),
@@ -69,8 +72,9 @@ HAND_MODELS: dict[str, HandModel] = {
 
 HANDS: dict[str, Hand] = {name: model.hand for name, model in HAND_MODELS.items()}  # The set as the plant takes it
 
-# Least and largest of each parameter over subjects, grips and axes, in the order of `Hand`.
-RANGES = ((0.02, 0.57), (3.7, 27.6), (63.0, 533.0), (230.0, 1040.0), (0.0, 4.6))
+# 95 % limits of each parameter over subjects and grips, of the softest and the stiffest direction, in the order of
+# `Hand`; the middle one's were not transcribed, its own figures lie within.
+RANGES = ((0.016, 0.57), (3.68, 27.6), (63.0, 533.0), (228.0, 1043.0), (0.0, 4.56))
 # All corners of the ranges: 32 hands, by their places such as "01101".
 CORNERS: dict[str, Hand] = {
     "".join(map(str, places)): Hand(*(ends[place] for ends, place in zip(RANGES, places, strict=True)))

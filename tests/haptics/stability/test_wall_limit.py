@@ -8,7 +8,7 @@ import pytest
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.control.filters import backward_difference
-from haptics.model.hands import HAND_MODELS, HANDS
+from haptics.model.hands import HAND_MODELS, HANDS, RANGES
 from haptics.model.plant import plant
 from haptics.rendering.laws.virtual_wall import AXES
 from haptics.stability.discrete import Timing
@@ -95,10 +95,13 @@ def test_axes_are_unit_vectors_of_the_base_frame() -> None:
 
 def test_hands_grow_from_light_to_firm_and_say_where_they_come_from() -> None:
     assert list(HANDS) == ["light", "medium", "firm"]
-    for field in ("mass", "damping"):
+    for field in ("damping", "stiffness", "grasp_stiffness"):
         values = [getattr(hand, field) for hand in HANDS.values()]
         assert values == sorted(values)
         assert values[0] > 0.0
+    for hand in HANDS.values():  # the middle direction's limits are not known, its own figures lie within the others'
+        given = (hand.mass, hand.damping, hand.stiffness, hand.grasp_stiffness, hand.grasp_damping)
+        assert all(low < value < high for value, (low, high) in zip(given, RANGES, strict=True))
     for name, model in HAND_MODELS.items():
         assert model.hand is HANDS[name]
         assert model.meaning
