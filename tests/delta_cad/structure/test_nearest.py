@@ -8,6 +8,7 @@ import cadquery as cq
 import numpy as np
 import pytest
 
+from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.bench import at
 from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
@@ -15,10 +16,10 @@ from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.folding import beside_own
 from delta_cad.passing.hanging import off_boss_mm
-from delta_cad.passing.moving import COUNT, beside_sectors, nearest
+from delta_cad.passing.moving import COUNT, arm_shapes, beside_sectors, nearest, sector_points
 from delta_cad.passing.platform import platform_points, platform_shapes
 from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
-from delta_cad.passing.standing import key_swing_rad
+from delta_cad.passing.standing import board, cheeks, foot, key_swing_rad, motor
 from delta_cad.solids.bought.ball import make_joint_ball
 from delta_cad.solids.capstan import make_cable_end
 from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
@@ -224,3 +225,35 @@ def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(design: Design)
     points = np.concatenate([around @ wrist[:3, :3].T + wrist[:3, 3] for wrist in wrists])
     near = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
     assert (near < off_solids([*fixed, *bars, *balls], points) + BETWEEN_MM).all()
+
+
+def test_shapes_of_a_drive_and_its_arm_are_where_its_solids_are() -> None:
+    """Beside recesses and pockets, which hulls fill, and what is small: of nine points in ten the distance is known."""
+    d = dimensions(of("best.json"))
+    assert d.capstan is not None
+    made, shoulder = assemble(d).occurrences, np.linalg.inv(chain_frame(0))
+    shoulder[0, 3] -= d.bracket.shoulder_u_mm
+
+    def solids(*names: str) -> list[cq.Shape]:
+        found = [one for one in made if one.name in names]
+        assert len(found) == len(names)
+        frames = [shoulder if one.link == "base" else np.eye(4) for one in found]
+        return [placed(one.part.solid, frame @ one.placement) for one, frame in zip(found, frames, strict=True)]
+
+    drive = ("motor_cheek_0", "encoder_cheek_0", "foot_block_0", "motor_0", "encoder_board_0")
+    cable = ("capstan_cable_0_inner", "capstan_cable_0_inner_end", "capstan_cable_0_outer", "crimp_sleeve_0_0")
+    for names, shapes in (
+        (drive, [*cheeks(d), motor(d), *board(d), foot(d)]),
+        (("upper_arm_0", "sector_0", "tension_carriage_0", *cable), arm_shapes(d, d.capstan)),
+    ):
+        points = beside(solids(*names), 60)
+        if names is not drive:  # the elbow is left out
+            points = points[points[:, 0] < d.arm.length_mm - d.arm.boss_radius_mm - 5.0]
+        seen, exact = off_all_mm(shapes, points), off_solids(solids(*names), points)
+        outside = seen > 0.0
+        assert outside.mean() > 0.6
+        assert np.quantile((seen - exact)[outside], 0.9) < 0.05
+        assert np.quantile((exact - seen)[outside], 0.95) < 0.1
+        assert (~outside & (exact > 0.1)).mean() < 0.2
+    parts = solids(*(one.name for one in made if one.link == "upper_arm_0"))
+    assert np.quantile(off_solids(parts, sector_points(d, d.capstan)), 0.95) < 0.05
