@@ -61,7 +61,8 @@ def test_a_scene_leaves_series_facts_and_a_picture(
     assert json.loads((folder / "facts.json").read_text()) == facts
     assert facts["schema"] == "haptics-simulation/1"
     assert facts["assumptions"]["seed"] == 3
-    late = 0.125e-3 + 10e-6  # a period, and the age that the encoder's data sheet tells
+    filtered = 3 * 100e-6 / 4  # what the encoder's filter lags more at a quarter of its bandwidth: settled in 100 us
+    late = 0.5 * 0.125e-3 + 10e-6 + filtered  # half a period, and the age that the encoder's data sheet tells
     assert facts["assumptions"]["delay_s"] == pytest.approx(late if scene == "noise" else 0.5e-3)
     there = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("[!.]*") if path.is_file())
     assert there == sorted(facts["files"]["names"])
