@@ -5,7 +5,7 @@ measured hands are those of one study along its three directions, by the stiffne
 of grips was found that tells all five; of the grip itself it says that from 1 to 3 N stiffens the grasp of one
 direction from 470 to 671 N/m. A damper of the grasp that is softer belongs to a firmer arm there. Above some 8 Hz
 (550 N/m on 0.27 kg: 7 Hz) a loop feels the grasp and hardly the arm, so that a fast loop gets little from hands: at
-8 kHz the worst corner of their ranges bears 2 % less of a wall than a handle let go of, and results are told with
+8 kHz the worst corner of their ranges bears 1 % less of a wall than a handle let go of, and results are told with
 nobody first. They were measured up to 30 Hz and fit best up to 20. Importing this module loads numba.
 """
 
