@@ -12,6 +12,7 @@ from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.bench import at
 from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
+from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.folding import beside_own
@@ -19,9 +20,10 @@ from delta_cad.passing.hanging import off_boss_mm
 from delta_cad.passing.moving import COUNT, arm_shapes, beside_sectors, nearest, sector_points
 from delta_cad.passing.platform import platform_points, platform_shapes
 from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
+from delta_cad.passing.sleeves import second_way_rad, sleeves_off_mm
 from delta_cad.passing.standing import board, cheeks, foot, key_swing_rad, motor
 from delta_cad.solids.bought.ball import make_joint_ball
-from delta_cad.solids.capstan import make_cable_end
+from delta_cad.solids.capstan import make_cable_end, make_crimp_sleeve
 from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
 from delta_cad.solids.platform import make_handle_stem, make_platform
 from delta_cad.solids.upper_arm import make_upper_arm
@@ -257,3 +259,21 @@ def test_shapes_of_a_drive_and_its_arm_are_where_its_solids_are() -> None:
         assert (~outside & (exact > 0.1)).mean() < 0.2
     parts = solids(*(one.name for one in made if one.link == "upper_arm_0"))
     assert np.quantile(off_solids(parts, sector_points(d, d.capstan)), 0.95) < 0.05
+
+
+@pytest.mark.parametrize("design", [of("best.json"), synthesized()], ids=["first", "second"])
+def test_sleeves_pass_the_arm_as_near_as_their_solids_do(design: Design) -> None:
+    """The first comes along the shoulder's axis past the arm, the second over its carriage."""
+    d = dimensions(design)
+    assert d.capstan is not None
+    arm, sleeve, (first, second) = make_upper_arm(d).solid, make_crimp_sleeve(d).solid, sleeve_frames(d.capstan)
+    first[1, 3] = sum(d.layers.arm_mm) / 2
+    second[1, 3] -= SLEEVE_OVER_MM
+    way = second_way_rad(d, d.capstan)
+    out = np.cos(way) * second[:3, 0] + np.sin(way) * second[:3, 2]
+    passed = [first]
+    for far in np.linspace(0.0, 58.0, 30):
+        passed.append(second.copy())
+        passed[-1][:3, 3] += far * out
+    exact = min(arm.distance(placed(sleeve, frame)) for frame in passed)
+    assert exact - 0.8 < sleeves_off_mm(d, d.capstan) < exact + 0.1  # a sleeve is taken as round and as wide as it is
