@@ -124,6 +124,6 @@ def _discussion(hand: str, limits: dict[str, dict[str, Any]], runs: list[SceneRu
         )
     said.append(
         "The limit depends on hand, friction and delay, which the paper does not give; `stiffness` gives the range. "
-        "Hands differ by what their grasps damp: a loop hardly feels the arm behind one. Nothing was fitted to the paper."
+        "Hands differ by what their grasps damp: a loop hardly feels the arm behind. Nothing was fitted to the paper."
     )
     return said

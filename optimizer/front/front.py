@@ -188,6 +188,9 @@ class Tracer:
         if best is None:
             error = explain(self.given, problem, None, self.seed) or no_cube(self.given, self.seed)
             raise error or FrontError("no design found from the starts of this seed; give another --seed")
+        tiny = problem.lengths_mm(best.x)[SIDE] < RANGE_MIN * self.given.bounds_mm.half_side[1]
+        if tiny and (error := no_cube(self.given, self.seed)) is not None:
+            raise error  # a point alone holds
         for _ in range(LARGER_ROUNDS):
             design = problem.lengths_mm(best.x)
             further = at_side(self.given, design[SIDE] * (1.0 + BEYOND))

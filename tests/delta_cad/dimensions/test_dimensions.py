@@ -142,10 +142,13 @@ def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_t
     assert end - slot @ aside - c.slot_width_mm / 2 >= 2.0
 
 
-@pytest.mark.parametrize(("motor", "collar"), [("maxon-re30-310007", 7.0), ("maxon-re30-310009", 6.5)])
-def test_set_screws_end_flush_with_the_collar(motor: str, collar: float) -> None:
-    """M3 x 4 on shafts of 6 and 5 mm: sunk ones would turn out against their own thread, for the key's check."""
-    d = dimensions(design_from_dict(changed(hardware__motor=motor)))
+@pytest.mark.parametrize(("shaft", "collar"), [(6.0, 7.0), (5.0, 6.5)])
+def test_set_screws_end_flush_with_the_collar(shaft: float, collar: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """M3 x 4: sunk ones would turn out against their own thread, for the key's check."""
+    rows, key = catalogue.motor.rows, "maxon-re30-310007"
+    row = replace(rows[key], shaft_diameter_mm=shaft)
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", {**rows, key: row})
+    d = dimensions(design_from_dict(changed(hardware__motor=key)))
     assert capstan(d).collar_radius_mm == pytest.approx(collar)
 
 

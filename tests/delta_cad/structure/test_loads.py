@@ -229,9 +229,9 @@ def test_a_screw_clamps_as_its_stress_area_says() -> None:
 
 
 def test_a_pinions_set_screws_hold_what_their_torque_presses() -> None:
-    """By hand, M3 x 0.5 at 0.4 N m: 400 / (0.0795 + 0.14 (0.577 x 2.675 + 1.25)) N each, on a shaft of 6 mm."""
+    """By hand, M3 x 0.5 at 0.4 N m: 400 / (0.0795 + 0.14 (0.577 x 2.675 + 1.25)) N each, on a shaft of 5 mm."""
     pressed = 400.0 / (0.0795 + 0.14 * (0.577 * 2.675 + 1.25))
-    assert set_screws_N_mm(committed()) == pytest.approx(2 * 0.12 * pressed * 3.0, rel=1e-3)
+    assert set_screws_N_mm(committed()) == pytest.approx(2 * 0.12 * pressed * 2.5, rel=1e-3)
     capstan, limits = committed().capstan, holds(committed())
     assert capstan is not None
     assert limits.pinion_N == pytest.approx(set_screws_N_mm(committed()) / (38.7 / 4.8), rel=1e-6)

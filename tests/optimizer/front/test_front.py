@@ -210,7 +210,7 @@ def test_contradiction_is_raised() -> None:
 def test_kappa_of_1_holds_in_no_cube(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a point it does, so that step 2 alone shows no contradiction. Two starts: each takes a second to find none."""
     given, starts = joystick(kappa_max=1.0), sqp.start_points
-    monkeypatch.setattr(front.sqp, "start_points", lambda problem, seed: starts(problem, seed, 2))
+    monkeypatch.setattr(front.sqp, "start_points", lambda problem, seed, *_: starts(problem, seed, 2))
     assert explain(given, step_problem(given, 2), None, 0) is None
     with refuses(InfeasibleError, "2", "limits.kappa_max", "1.0", "0.1") as e:
         Tracer(given, 5).curve()
