@@ -31,7 +31,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
     command.add_argument("--scene", required=True, choices=SCENES, help="scene to simulate")
-    command.add_argument("--hand", choices=HANDS, help="stiffness of the hand, scene wall only; default: medium")
+    command.add_argument("--hand", choices=HANDS, help="who holds the handle, scene wall only; default: medium")
     why = "repeat the scene with one assumption changed at a time, to explain differences from the paper; not for noise"
     command.add_argument("--differs", action="store_true", help=why)
     delay = number(f"delay in ms, 0 to {LONGEST_MS:g}", 0.0, LONGEST_MS)

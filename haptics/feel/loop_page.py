@@ -125,7 +125,7 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltS
         f"motors' short circuit, by {100.0 * loop.contact_damping:g} % while a wall is touched, currents follow within "
         f"{1e3 * loop.current_lag:g} ms, a torque comes {loop.delays[1]:g} period ({loop.delays[0]:g} to "
         f"{loop.delays[2]:g}) after its reading. One formula is behind them, `b + B >= K (T / 2 + delay + lag)`; a "
-        "hand only helps. N/mm at the centre:",
+        "hand helps, but for 1 %. N/mm at the centre:",
         "",
         "| axis | b, N s/m | own damping | averaged port | worst hand | nominal hand | formula |",
         "|---|---:|---:|---:|---:|---:|---:|",

@@ -1,12 +1,14 @@
 """Hands that hold the handle: five parameters each, a grasp before an arm, as measured; light, medium, firm.
 
-The arm's mass hangs on the handle through the grasp's spring and damper, and on the person through the arm's. Three
-measured hands are those of one study along its three directions, by the stiffness of their arms: no study with a series
-of grips was found that tells all five; of the grip itself it says that from 1 to 3 N stiffens the grasp of one
-direction from 470 to 671 N/m. A damper of the grasp that is softer belongs to a firmer arm there. Above some 8 Hz
-(550 N/m on 0.27 kg: 7 Hz) a loop feels the grasp and hardly the arm, so that a fast loop gets little from hands: at
-8 kHz the worst corner of their ranges bears 1 % less of a wall than a handle let go of, and results are told with
-nobody first. They were measured up to 30 Hz and fit best up to 20. Importing this module loads numba.
+The arm's mass hangs on the handle through the grasp's spring and damper, and on the person through the arm's. The three
+are those of one study along its three directions, by the stiffness of their arms; here each acts alike in all
+directions, as a hand that nobody has, so that they are ends and a middle and not persons. By grip the study has a table
+that was not transcribed; the notes call the dependence small (470 to 671 N/m of one grasp from 1 to 3 N). The firmest
+arm has the grasp that damps least, the middle one that which damps most. The study fits best up to 20 Hz, to 2.4 mm.
+
+Above 7 to 10 Hz, where arms ring on their grasps, a loop feels the grasp and hardly the arm, so that a fast loop gets
+little from hands: at 8 kHz the worst corner of their ranges bears 1 % less of a wall than a handle let go of, and
+results are told with nobody first. Importing this module loads numba.
 """
 
 from __future__ import annotations

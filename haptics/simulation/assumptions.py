@@ -24,7 +24,7 @@ from haptics.model.plant import Plant, plant
 # `drive.friction` add up to it.
 VISCOUS = (0.0, 0.4, 0.75)
 # Turn of a joint by which cable, brushes and bearings give way before they slip, rad, softest first: half a degree of
-# the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a light hand
+# the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a soft grasp
 # depends: the softest goes with the least friction, the stiffest with the largest.
 PRESLIDING = (1e-3, 3e-4, 1e-4)
 # Share of critical damping with which a joint rings on an unslipped bristle, least, nominal, largest: none; wire rope

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 # Two full swings in a window of half a second are 4 Hz; the softest wall of the protocol with the heaviest hand of the
-# set, 1100 N/m on 0.94 kg, swings at 5.4 Hz.
+# set, 1100 N/m on 0.27 kg, swings at 10 Hz.
 REVERSALS = 4
 GROWS = 1.1  # Ratio of two windows' swings from which growth is distinguished from beats and rounding of a steady cycle
 

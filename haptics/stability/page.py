@@ -17,7 +17,7 @@ N_PER_MM = 1e-3  # N/m in N/mm
 WIDTH = 110
 NOTE = (
     "friction: least, nominal and largest also differ in how far and how damped a joint gives way before it slips "
-    "(assumptions.py), a guess on which stiff walls and light hands depend more than on all else",
+    "(assumptions.py), a guess on which stiff walls and grasps that damp little depend more than on all else",
     "simulation: 0.6 of the design's force leant on the wall; counts, sticking friction, saturation and leaving the "
     "wall are in it. A swing above 3 counts that is not halved within 0.5 s counts as oscillation, so that it may stop "
     "short of the linear limit. Where the encoders' counts lie moves it by some 10 %",

@@ -36,7 +36,8 @@ from haptics.stability.wall_trial import LEVELS, PERIOD, Level, WallBench
 
 NOMINAL_HAND = "medium"
 # Steps of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over
-# the places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20.
+# the places of the encoders' counts the nominal limit of another hand lay at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6
+# with 20.
 SUBSTEPS = 4
 # Softest and stiffest wall that is tried, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
 # bits on an arm of 80 mm: what happens beyond is not the wall.
@@ -44,8 +45,8 @@ FLOOR, CEILING = 50.0, 50e3
 TOLERANCE = 0.05  # Relative tolerance of the ends of the range; the assumptions behind them are not known better
 NOMINAL_TOLERANCE = 25.0  # Tolerance of the nominal bisection, N/m: an eighth of the paper's step
 PLACES = 3  # Places of the encoders' counts with each of which the default wall must stand: one could be lucky
-# Factor between trials while no change is bracketed; ratio of linear limits up to which a case is tried: in trials
-# friction raised the limit of a light hand to three times the linear one, and nothing moved any farther.
+# Factor between trials while no change is bracketed; ratio of linear limits up to which a case is tried: cases
+# whose linear limits lay farther apart did not change places in trials.
 STRIDE, RIVAL = 1.5, 3.0
 
 

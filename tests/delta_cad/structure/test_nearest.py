@@ -244,9 +244,9 @@ def test_shapes_of_a_drive_and_its_arm_are_where_its_solids_are() -> None:
 
     drive = ("motor_cheek_0", "encoder_cheek_0", "foot_block_0", "motor_0", "encoder_board_0")
     cable = ("capstan_cable_0_inner", "capstan_cable_0_inner_end", "capstan_cable_0_outer", "crimp_sleeve_0_0")
-    for names, shapes in (
-        (drive, [*cheeks(d), motor(d), *board(d), foot(d)]),
-        (("upper_arm_0", "sector_0", "tension_carriage_0", *cable), arm_shapes(d, d.capstan)),
+    for names, shapes, beyond in (  # a drive's edges are broken in its shapes, an arm's not
+        (drive, [*cheeks(d), motor(d), *board(d), foot(d)], 0.01),
+        (("upper_arm_0", "sector_0", "tension_carriage_0", *cable), arm_shapes(d, d.capstan), 0.1),
     ):
         points = beside(solids(*names), 60)
         if names is not drive:  # the elbow is left out
@@ -255,7 +255,7 @@ def test_shapes_of_a_drive_and_its_arm_are_where_its_solids_are() -> None:
         outside = seen > 0.0
         assert outside.mean() > 0.6
         assert np.quantile((seen - exact)[outside], 0.9) < 0.05
-        assert np.quantile((exact - seen)[outside], 0.95) < 0.1
+        assert np.quantile((exact - seen)[outside], 0.95) < beyond
         assert (~outside & (exact > 0.1)).mean() < 0.2
     parts = solids(*(one.name for one in made if one.link == "upper_arm_0"))
     assert np.quantile(off_solids(parts, sector_points(d, d.capstan)), 0.95) < 0.05
