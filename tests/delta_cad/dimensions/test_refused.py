@@ -72,7 +72,7 @@ REFUSED = {
         "at most",
         -1,
     ),
-    "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "at most", -1),
+    "pinion": ({}, "capstan_ratio", 12.0, "pinion", "wall", "at most", -1),
     "slot": ({"capstan_ratio": 3.0, "base_radius_mm": 43.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
     "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),

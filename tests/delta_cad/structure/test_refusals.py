@@ -186,7 +186,7 @@ def test_a_ratio_beyond_any_pinion_on_the_sector_asks_for_another_motor() -> Non
     reason = told(requirements__joint_torque_N_m=0.9, requirements__peak_torque_N_m=0.9)["drive, continuous torque"]
     assert (reason.field, reason.value) == ("hardware.motor", "maxon-re30-310007")
     assert reason.bound == pytest.approx(0.9 / (4.8 * 0.96))
-    assert "at most 9.6" in reason.message  # 38.7 mm over 3 of shaft, 0.75 of wall and 0.27 of cable
+    assert "at most 10.99" in reason.message  # 38.7 mm over 2.5 of shaft, 0.75 of wall and 0.27 of cable
 
 
 def test_a_larger_sector_names_the_ratio_at_which_its_pinion_passes_the_motors_screws() -> None:
@@ -347,7 +347,7 @@ BEARS: list[tuple[str, str, str, tuple[float, ...], float | None]] = [
     ("motor", "maxon-re30-310007", "length_mm", (66.0,), 65.0),
     ("motor", "maxon-re30-310007", "shaft_diameter_mm", (4.0, 5.0, 7.0), None),
     ("motor", "maxon-re30-310007", "shaft_length_mm", (12.0, 20.0), 22.0),
-    ("motor", "maxon-re30-310007", "pilot_diameter_mm", (13.0, 16.0), 12.0),
+    ("motor", "maxon-re30-310007", "pilot_diameter_mm", (12.0, 16.0), 11.0),
     ("motor", "maxon-re30-310007", "pilot_height_mm", (1.0, 3.2), 3.3),
     ("motor", "maxon-re30-310007", "mount_count", (2, 6), None),
     ("tube", "cfrp-5x3", "outer_mm", (5.2,), None),
