@@ -17,7 +17,7 @@ from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import ELBOW_FIELD
 from delta_cad.structure.hardware.refusals import SURE, refusals
 
-ROUNDS = 7  # of following: what goes round in circles has done so by then
+ROUNDS = 9  # of following: what goes round in circles has done so by then
 SECONDS = 25.0  # of the processor after which nothing more is followed: many reasons take eight to ten
 DESIGN = "design"  # in place of a part: numbers that cannot go together
 AGAIN = 1.005  # times a value that is asked for once more: what follows of each other closes in slowly

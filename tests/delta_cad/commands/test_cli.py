@@ -246,16 +246,16 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, rest = tmp_path / "thin.json", ["--out", str(tmp_path / "out")]
-    file.write_text(json.dumps(changed(hardware__capstan_ratio=11.0, hardware__platform_thickness_mm=9.0)))
+    file.write_text(json.dumps(changed(hardware__capstan_ratio=11.5, hardware__platform_thickness_mm=9.0)))
     assert main([command, "--design", str(file), *rest]) == 2
     told = capsys.readouterr()
     assert told.out == ""
     lines = told.err.splitlines()
     assert lines[0].startswith("thin.json: pinion, wall: ")
-    assert "hardware.capstan_ratio = 11 must be at most 9.626" in lines[0]
+    assert "hardware.capstan_ratio = 11.5 must be at most 10.99" in lines[0]
     for reason in (
         "hardware.platform_thickness_mm = 9 must be at least 10 mm",
-        "hardware.sector_radius_mm = 38.7 must be at least 50.49 mm",
+        "hardware.sector_radius_mm = 38.7 must be at least 52.79 mm",
     ):
         assert sum(reason in line for line in lines) == 1
     assert any(line.startswith("thin.json: then assembly, envelope depth: ") for line in lines[:-1])
@@ -266,7 +266,7 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     assert record["passed"] is False
     fields = {reason["field"]: (reason["value"], reason["bound"]) for reason in record["refused"]}
     assert fields["hardware.platform_thickness_mm"] == (9.0, 10.0)
-    assert fields["hardware.capstan_ratio"][1] == pytest.approx(38.7 / (3 + 0.75 + 0.27))
+    assert fields["hardware.capstan_ratio"][1] == pytest.approx(38.7 / (2.5 + 0.75 + 0.27))
     told = json.loads(file.read_text())
     for field, value in record["together"].items():
         where, _, name = field.partition(".")
@@ -293,10 +293,10 @@ def test_sums_that_cannot_be_do_not_hide_what_else_is_wrong(
 ) -> None:
     """A ratio whose groove cuts the shaft is refused with the file; its plate and its cable are told all the same."""
     file = tmp_path / "worse.json"
-    file.write_text(json.dumps(changed(hardware__capstan_ratio=12.0, hardware__base_plate_thickness_mm=4.5)))
+    file.write_text(json.dumps(changed(hardware__capstan_ratio=14.5, hardware__base_plate_thickness_mm=4.5)))
     assert main([command, "--design", str(file)]) == 2
     lines = capsys.readouterr().err.splitlines()
-    assert lines[0].startswith("worse.json: hardware.capstan_ratio = 12.0: must be < 11.8")
+    assert lines[0].startswith("worse.json: hardware.capstan_ratio = 14.5: must be < 13.97")
     assert any("hardware.base_plate_thickness_mm = 4.5 must be at least" in line for line in lines)
     assert any("hardware.sector_radius_mm = 38.7 must be at least" in line for line in lines)
 

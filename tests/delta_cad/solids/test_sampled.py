@@ -256,7 +256,7 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
     empty = within(x, z, at, m.pilot_diameter_mm) | block_bores(d, x, z)
     screw = catalogue.screw(m.mount_thread)
     towards = np.arctan2(-at[1], -at[0])  # the hole on the line of centres has no screw
-    for a in towards + np.radians([90.0, 180.0, 270.0]):
+    for a in towards + np.radians([60.0, 120.0, 180.0, 240.0, 300.0]):
         place = at[0] + m.mount_circle_mm / 2 * float(np.cos(a)), at[1] + m.mount_circle_mm / 2 * float(np.sin(a))
         reached = motor_thread_mm(m) - 6.0 + y1 - y0  # a screw of 6 mm fills the motor's thread
         empty |= within(x, z, place, screw.clearance_hole_mm)
@@ -268,7 +268,7 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
     empty |= within(x, z, (pin[0] - b.shoulder_u_mm, pin[1]), 4.0)
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y < y0 + d.bearing.width_mm)
     empty |= within(x, z, (0, 0), b.passage_mm)
-    past = towards + np.radians(270.0) + np.arcsin(((3.0 + screw.counterbore_diameter_mm) / 2 + 1.0) / 11.0)
+    past = towards + np.radians(300.0) + np.arcsin(((3.0 + screw.counterbore_diameter_mm) / 2 + 1.0) / 11.0)
     out, aside = (
         (x - at[0]) * np.cos(past) + (z - at[1]) * np.sin(past),
         (z - at[1]) * np.cos(past) - (x - at[0]) * np.sin(past),

@@ -49,7 +49,7 @@ def test_the_cable_is_that_of_the_structure(machine: MachineModel) -> None:
     turned = np.linspace(-1.0, 1.0, 41)
     flexible = cable_mm_N(cable, np.stack([np.cos(turned), np.sin(turned)], axis=-1))
     softest = (cable.radius_mm**2 / flexible).min() / 1e3  # N m/rad
-    assert compliance(machine).cable == pytest.approx(softest, rel=0.05)
+    assert compliance(machine).cable == pytest.approx(softest, rel=0.06)
     assert compliance(machine).structure == 1e3 * machine.design.requirements.stiffness_min_N_mm
 
 

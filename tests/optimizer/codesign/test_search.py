@@ -161,7 +161,7 @@ def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(mon
         raise BuildError("encoder_cheek", "body", "the solid is not valid")
 
     monkeypatch.setattr(search, "_weighed", fails)
-    assert search.settled(Choice(MOTORS[0], "capstan", 5.0, 50.0)) is None
+    assert search.settled(Choice(MOTORS[0], "capstan", 6.0, 50.0)) is None
     assert "the solid is not valid" in search.tried.stuck[f"{MOTORS[0]} capstan"]
     radii = [design.mechanism.base_radius_mm for design in weighed]
     assert len(radii) == KERNEL_TRIES + 1

@@ -70,7 +70,7 @@ def test_what_is_there_grows_by_what_comes_in(best_assembly: Assembly) -> None:
 def test_screws_are_told_with_key_and_torque(told: list[Chapter]) -> None:
     steps = {(chapter.kind, step.title): step for chapter in told for step in chapter.steps}
     motor = steps["cheek", "Motor on its cheek"]
-    assert motor.torques == ("3 × screw M3x6: 1.0 N m",)
+    assert motor.torques == ("5 × screw M3x6: 1.0 N m",)
     assert motor.tools[:2] == ("hexagon key 2.5", "torque key")
     assert steps["drive", "Shoulder shaft"].torques == ("1 × screw M4x10: 2.2 N m",)
     assert steps["drive", "Tension of the cable, set screws"].torques == ("2 × set screw M3x4: 0.4 N m",)
