@@ -124,8 +124,8 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary], built: BuiltS
         f"A wall has {loop.damping:g} N s/m of its own, the drives damp by {100.0 * loop.drive_damping:g} % of their "
         f"motors' short circuit, by {100.0 * loop.contact_damping:g} % while a wall is touched, currents follow within "
         f"{1e3 * loop.current_lag:g} ms, a torque comes {loop.delays[1]:g} period ({loop.delays[0]:g} to "
-        f"{loop.delays[2]:g}) after its reading. One formula is behind them, `b + B >= K (T / 2 + delay + lag)`; a "
-        "hand helps, but for 1 %. N/mm at the centre:",
+        f"{loop.delays[2]:g}) after its reading. One formula is behind them, `b + B >= K (T / 2 + delay + lag)`; what "
+        "a hand adds or takes is in its columns. N/mm at the centre:",
         "",
         "| axis | b, N s/m | own damping | averaged port | worst hand | nominal hand | formula |",
         "|---|---:|---:|---:|---:|---:|---:|",

@@ -45,8 +45,8 @@ FLOOR, CEILING = 50.0, 50e3
 TOLERANCE = 0.05  # Relative tolerance of the ends of the range; the assumptions behind them are not known better
 NOMINAL_TOLERANCE = 25.0  # Tolerance of the nominal bisection, N/m: an eighth of the paper's step
 PLACES = 3  # Places of the encoders' counts with each of which the default wall must stand: one could be lucky
-# Factor between trials while no change is bracketed; ratio of linear limits up to which a case is tried: cases
-# whose linear limits lay farther apart did not change places in trials.
+# Factor between trials while no change is bracketed; ratio of linear limits up to which a case is tried: that
+# cases farther apart keep their order in the simulation is taken for granted, not shown.
 STRIDE, RIVAL = 1.5, 3.0
 
 

@@ -7,7 +7,7 @@
 - nominal: stable with the nominal hand, with B.
 
 Behind all of them stands one formula, `b + B >= K (T / 2 + delay + lag)` with the device's friction b at the handle:
-what a sample costs is half a period, the delay and the lag. Hands help, but for 1 %. A rendered wall is capped at
+what a sample costs is half a period, the delay and the lag. Hands help, or take little. A rendered wall is capped at
 `SHARE` of the worst of the cases at its pose.
 
 Source:
