@@ -14,6 +14,7 @@ from optimizer.search.sqp import Search, exchange, start_points
 
 # Starts of each feasibility search; a contradiction shows from any of them, only what is barely possible wants more.
 STARTS = 4
+CLEAR = 10.0 * SLACK  # what some of the constraints must lack for a contradiction: searches end so near to a mere point
 
 
 class InfeasibleError(ValueError):
@@ -84,7 +85,8 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
     every = frozenset(problem.constraints)
 
     def impossible(members: frozenset[str]) -> bool:
-        return best_level(step_problem(given, problem.step, reached_mm, every - members), seed) < -SLACK
+        level = best_level(step_problem(given, problem.step, reached_mm, every - members), seed)
+        return level < -CLEAR
 
     smallest = _smallest(problem.constraints, impossible)
     conflict = tuple(name for name in CONSTRAINTS if name in smallest)

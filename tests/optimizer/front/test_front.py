@@ -212,10 +212,13 @@ def test_kappa_of_1_holds_in_no_cube(monkeypatch: pytest.MonkeyPatch) -> None:
     given, starts = joystick(kappa_max=1.0), sqp.start_points
     monkeypatch.setattr(front.sqp, "start_points", lambda problem, seed, *_: starts(problem, seed, 2))
     assert explain(given, step_problem(given, 2), None, 0) is None
-    with refuses(InfeasibleError, "2", "limits.kappa_max", "1.0") as e:
+    with refuses(InfeasibleError, "2", "limits.kappa_max", "1.0", "0.1") as e:
         Tracer(given, 5).curve()
-    assert "kappa" in e.value.conflict  # alone, or with the half side, where a search finds the point that holds
-    assert "limits.kappa_max = 1.0" in front_limits.described_conflict(step_problem(given, 2), e.value)
+    assert set(e.value.conflict) == {"kappa", "half_side"}
+    assert front_limits.described_conflict(step_problem(given, 2), e.value) == (
+        "limits.kappa_max = 1.0",
+        "half side 0.1 mm",
+    )
     assert front_limits.no_cube(joystick(), 0) is None
 
 
