@@ -2,10 +2,13 @@
 //
 // Publishes ~/pose (geometry_msgs/PoseStamped), ~/twist (TwistStamped) and joint_states (sensor_msgs/JointState);
 // subscribes ~/wrench (WrenchStamped), whose force acts until a newer one comes or it is `stale` seconds old. The service
-// ~/reset (std_srvs/Trigger) lets force in again after the board's watchdog or an emergency stop. Parameters: address,
-// port, frame, stale (s), every (ticks between two messages). One thread drives the device at the board's rate and never
+// ~/reset (std_srvs/Trigger) lets force in again after the board's watchdog or an emergency stop; ~/enable
+// (std_srvs/SetBool) switches the force off at once, the weight stays compensated, and on again over the ramp of the
+// configuration. Parameters: address, port, frame, prefix (of the joint names, so that several devices share a robot
+// model), stale (s), every (ticks between two messages). One thread drives the device at the board's rate and never
 // waits for a subscriber; the executor's thread only leaves the newest wrench. A board that is lost ends the node with 1,
 // for a launch file to start it again.
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -22,6 +25,7 @@
 #include "geometry_msgs/msg/wrench_stamped.hpp"
 #include "rclcpp/rclcpp.hpp"
 #include "sensor_msgs/msg/joint_state.hpp"
+#include "std_srvs/srv/set_bool.hpp"
 #include "std_srvs/srv/trigger.hpp"
 
 class DeltaHapticNode : public rclcpp::Node
@@ -32,6 +36,7 @@ public:
         const auto address = declare_parameter<std::string>("address", "127.0.0.1");
         const auto port = declare_parameter<int64_t>("port", 0);
         frame_ = declare_parameter<std::string>("frame", "delta_base");
+        prefix_ = declare_parameter<std::string>("prefix", "");
         stale_ = declare_parameter<double>("stale", 0.1);
         every_ = declare_parameter<int64_t>("every", 1);
         if (port < 1 || port > 65535 || every_ < 1 || !(stale_ > 0.0))
@@ -47,7 +52,17 @@ public:
                 again_ = true; // the thread that drives does it, with its next command
                 response->success = true;
             });
+        enable_ = create_service<std_srvs::srv::SetBool>(
+            "~/enable", [this](const std_srvs::srv::SetBool::Request::SharedPtr request,
+                               const std_srvs::srv::SetBool::Response::SharedPtr response) {
+                const std::lock_guard<std::mutex> guard(lock_);
+                if (request->data && !enabled_)
+                    enabled_at_ = Clock::now();
+                enabled_ = request->data;
+                response->success = true;
+            });
         const delta_config config = DELTA_MACHINE;
+        ramp_ = config.ramp;
         int status = DELTA_OK;
         device_ = delta_open(&config, address.c_str(), static_cast<uint16_t>(port), &status);
         if (device_ == nullptr)
@@ -81,8 +96,12 @@ private:
     std::array<double, 3> wanted()
     {
         const std::lock_guard<std::mutex> guard(lock_);
-        const std::chrono::duration<double> age = Clock::now() - taken_;
-        return age.count() < stale_ ? force_ : std::array<double, 3>{0.0, 0.0, 0.0};
+        const auto at = Clock::now();
+        const std::chrono::duration<double> age = at - taken_, since = at - enabled_at_;
+        if (!enabled_ || !(age.count() < stale_))
+            return {0.0, 0.0, 0.0};
+        const double scale = std::min(1.0, since.count() / ramp_);
+        return {scale * force_[0], scale * force_[1], scale * force_[2]};
     }
 
     void drive()
@@ -132,25 +151,27 @@ private:
         twist_->publish(twist);
         sensor_msgs::msg::JointState joints;
         joints.header = pose.header;
-        joints.name = {"shoulder_0", "shoulder_1", "shoulder_2"};
+        joints.name = {prefix_ + "shoulder_0", prefix_ + "shoulder_1", prefix_ + "shoulder_2"};
         joints.position = {angles[0], angles[1], angles[2]};
         joints_->publish(joints);
     }
 
-    std::string frame_;
-    double stale_ = 0.1;
+    std::string frame_, prefix_;
+    double stale_ = 0.1, ramp_ = 0.5;
     int64_t every_ = 1;
     delta_device* device_ = nullptr;
     std::thread thread_;
     std::atomic<bool> running_{true}, again_{false}, lost_{false};
     std::mutex lock_;
     std::array<double, 3> force_{0.0, 0.0, 0.0};
-    Clock::time_point taken_{};
+    Clock::time_point taken_{}, enabled_at_{};
+    bool enabled_ = true;
     rclcpp::Publisher<geometry_msgs::msg::PoseStamped>::SharedPtr pose_;
     rclcpp::Publisher<geometry_msgs::msg::TwistStamped>::SharedPtr twist_;
     rclcpp::Publisher<sensor_msgs::msg::JointState>::SharedPtr joints_;
     rclcpp::Subscription<geometry_msgs::msg::WrenchStamped>::SharedPtr wrench_;
     rclcpp::Service<std_srvs::srv::Trigger>::SharedPtr reset_;
+    rclcpp::Service<std_srvs::srv::SetBool>::SharedPtr enable_;
 };
 
 int main(int argc, char** argv)

@@ -351,6 +351,31 @@ def test_the_ros_nodes_service_lets_force_in_again(machine: MachineModel, node: 
     assert any(held[again:])
 
 
+def test_the_ros_nodes_force_is_switched_off_at_once_and_on_over_the_ramp(machine: MachineModel, node: Path) -> None:
+    """Torques beyond those that hold the weight, of a force of 0.5 N along z; joint names carry the prefix."""
+    with served(machine) as up:
+        beyond, read = [], up.device.read
+        gravity = machine.design.requirements.gravity_m_s2
+
+        def watched():
+            weight = gravity_torque(machine.geometry, machine.masses, up.device.state[:3], gravity)
+            beyond.append(float((up.device.torques - weight).max()) if up.device.torques.any() else 0.0)
+            return read()
+
+        up.device.read = watched  # type: ignore[method-assign]
+        switches = {"DELTA_port": str(up.port), "DELTA_switched": "1", "DELTA_prefix": "left_", "DELTA_stale": "9"}
+        done = subprocess.run([node], env=os.environ | switches, timeout=60, capture_output=True, text=True)
+    assert done.stdout.splitlines() == ["service 1", "service 1", "left_shoulder_0 left_shoulder_1 left_shoulder_2 "]
+    on = np.array(beyond) > 2e-5  # N m; what the weight's torque changes by within a tick is less
+    first = int(on.argmax())
+    off = first + int((~on[first:]).argmax())
+    again = off + int(on[off:].argmax())
+    assert off - first > 3
+    assert again - off > 0.2 * off  # as long as before, where the machine is idle
+    assert beyond[off - 1] == max(beyond[:off])  # not over a ramp
+    assert beyond[again] < 0.5 * beyond[off - 1]  # over a ramp: the opening's own has come further by now
+
+
 def test_the_ros_node_ends_when_its_board_is_lost(machine: MachineModel, node: Path) -> None:
     with served(machine) as up:
         environment = os.environ | {"DELTA_port": str(up.port), "DELTA_stays": "1"}

@@ -1,4 +1,4 @@
-// Signatures of rclcpp that the node uses, written for the test: messages go nowhere but to `published`.
+// Signatures of rclcpp that the node uses, written for the test: messages go nowhere but for their names.
 #ifndef RCLCPP_STUB_HPP
 #define RCLCPP_STUB_HPP
 
@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <thread>
@@ -26,15 +27,38 @@ struct Logger
 
 inline Logger get_logger(const std::string& name) { return {name}; }
 
+// The newest names of a message that has some, a joint state's.
+inline std::string names;
+template <typename Message>
+auto keep_names(const Message& message, int) -> decltype(message.name.begin(), void())
+{
+    names.clear();
+    for (const auto& name : message.name)
+        names += name + " ";
+}
+template <typename Message>
+void keep_names(const Message&, long)
+{
+}
+
 template <typename Message>
 class Publisher
 {
 public:
     using SharedPtr = std::shared_ptr<Publisher<Message>>;
-    void publish(const Message& message) { last = message; ++published; }
-    Message last;
-    long published = 0;
+    void publish(const Message& message) { keep_names(message, 0); }
 };
+
+// Gives a request that has data its value.
+template <typename Request>
+auto fill(Request& request, bool data, int) -> decltype(request.data, void())
+{
+    request.data = data;
+}
+template <typename Request>
+void fill(Request&, bool, long)
+{
+}
 
 template <typename Message>
 class Subscription
@@ -79,17 +103,19 @@ public:
     }
 
     template <typename Kind, typename Callback>
-    typename Service<Kind>::SharedPtr create_service(const std::string&, Callback&& callback)
+    typename Service<Kind>::SharedPtr create_service(const std::string& name, Callback&& callback)
     {
-        call = [callback]() {
+        services[name] = [callback](bool data) {
+            const auto request = std::make_shared<typename Kind::Request>();
             const auto response = std::make_shared<typename Kind::Response>();
-            callback(std::make_shared<typename Kind::Request>(), response);
+            fill(*request, data, 0);
+            callback(request, response);
             std::printf("service %d\n", response->success);
         };
         return std::make_shared<Service<Kind>>();
     }
 
-    std::function<void()> call; // of its service
+    std::map<std::string, std::function<void(bool)>> services;
     Logger get_logger() const { return {name_}; }
     Time now() const { return {}; }
 
@@ -98,15 +124,17 @@ private:
 };
 
 template <>
-inline std::string Node::declare_parameter(const std::string&, const std::string& value)
+inline std::string Node::declare_parameter(const std::string& name, const std::string& value)
 {
-    return value;
+    const char* text = std::getenv(("DELTA_" + name).c_str());
+    return text == nullptr ? value : text;
 }
 
 template <>
-inline double Node::declare_parameter(const std::string&, const double& value)
+inline double Node::declare_parameter(const std::string& name, const double& value)
 {
-    return value;
+    const char* text = std::getenv(("DELTA_" + name).c_str());
+    return text == nullptr ? value : std::stod(text);
 }
 
 template <>
@@ -120,15 +148,18 @@ inline std::atomic<bool> down{false};
 inline void init(int, char**) {}
 inline void shutdown() { down = true; }
 
-// Somebody calls the service after a while; ends some time later, or as it is shut down, or with DELTA_stays only then.
+// Calls ~/reset after 0.15 s, or with DELTA_switched ~/enable, off after 0.1 s and on after 0.2 s, and prints the joints'
+// names; ends after 0.3 s, or as it is shut down, or with DELTA_stays only then.
 inline void spin(const std::shared_ptr<Node>& node)
 {
-    const bool stays = std::getenv("DELTA_stays") != nullptr;
+    const bool stays = std::getenv("DELTA_stays") != nullptr, switched = std::getenv("DELTA_switched") != nullptr;
     for (int n = 0; !down && (stays || n < 30); ++n) {
-        if (n == 15)
-            node->call();
+        if (switched ? n == 10 || n == 20 : n == 15)
+            node->services.at(switched ? "~/enable" : "~/reset")(n == 20);
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
+    if (switched)
+        std::printf("%s\n", names.c_str());
 }
 
 } // namespace rclcpp
