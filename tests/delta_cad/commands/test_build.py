@@ -87,6 +87,7 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
         )
         monkeypatch.setattr(pipeline, "check_machine", checked)
         monkeypatch.setattr(pipeline, "write_files", write)
+        monkeypatch.setattr(pipeline, "write_whole", lambda *_: Drawn(20))
         monkeypatch.setattr(pipeline, "Beside", Idle)
         monkeypatch.setattr(pipeline, "_stage", lambda *_: None)
         monkeypatch.setattr(pipeline, "_report", lambda *_: None)
