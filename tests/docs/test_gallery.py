@@ -35,7 +35,7 @@ def test_the_committed_machine_has_the_figures_of_its_build(committed: Built) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("design", gallery.DESIGNS[1:], ids=lambda path: path.stem)
+@pytest.mark.parametrize("design", gallery.DESIGNS, ids=lambda path: path.stem)
 def test_each_machine_is_built_by_its_command_and_has_these_figures(design: Path, tmp_path: Path) -> None:
     folder = gallery.built(design, tmp_path)
     (one,) = (one for one in MACHINES if ROOT / one["file"] == design)
