@@ -101,7 +101,8 @@ class Costs:
         told = f"tests: {time.monotonic() - self._began:.0f} s, {self._total:.0f} s of processor"
         terminalreporter.section("processor")
         terminalreporter.line(f"{told} ({tests:.0f} in tests, the rest to start and collect); load {load}")
-        for line in table(self._costs, self._stated):
+        usual = terminalreporter.config.option.markexpr == "not slow"  # of slow tests no docstring says anything
+        for line in table(self._costs, self._stated if usual else self._costs):
             terminalreporter.line(line)
 
 

@@ -54,7 +54,7 @@ def test_workers_hand_their_costs_over_and_the_dear_files_begin(tmp_path: Path) 
         "-p",
         "no:cacheprovider",
     ]
-    command = [sys.executable, *words, f"--rootdir={tmp_path}", str(tmp_path)]
+    command = [sys.executable, *words, "-m", "not slow", f"--rootdir={tmp_path}", str(tmp_path)]
     run = subprocess.run(
         command, cwd=ROOT, env=os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}, capture_output=True, text=True
     )
@@ -62,4 +62,5 @@ def test_workers_hand_their_costs_over_and_the_dear_files_begin(tmp_path: Path) 
     assert re.findall(r"PASSED (test_.)\.py", re.sub(r"\S*/", "", run.stdout)) == ["test_c", "test_b", "test_a"]
     costs = {name: float(cost) for cost, name in re.findall(r"([\d.]+) s  \S*(test_.)\.py", run.stdout)}
     assert costs["test_b"] > 0.4 > costs["test_a"] + costs["test_c"]  # what is imported belongs to no test
+    assert "test_c.py  <- its docstring says 60 s" in run.stdout
     assert "3 passed" in run.stdout.splitlines()[-1]

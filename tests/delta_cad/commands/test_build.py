@@ -1,4 +1,7 @@
-"""From a design to its folder: what lands where and what fails how."""
+"""From a design to its folder: what lands where and what fails how.
+
+20 s of processor: a machine of solids, and twenty runs of the commands that refuse, price and write it.
+"""
 
 from __future__ import annotations
 
