@@ -71,8 +71,8 @@ def built(shared: Shared) -> Built:
 
 @pytest.fixture(scope="session")
 def committed(shared: Shared) -> Built:
-    """The same of `best.json`, without report and pictures, which `make slow` has made by the gallery's command."""
-    return _built(shared, COMMITTED, "--no-report")
+    """The same of `best.json`, data and checks alone; `make slow` has drawings, report and pictures made, too."""
+    return _built(shared, COMMITTED, "--no-drawings", "--no-report")
 
 
 def _built(shared: Shared, design: Path, *options: str) -> Built:
