@@ -1,4 +1,7 @@
-"""The gallery's page is what its figures say, and these are of the designs that are committed."""
+"""The gallery's page is what its figures say, and these are of the designs that are committed.
+
+40 s of processor: `best.json` is built and checked, without drawings and report; other files read what is written.
+"""
 
 from __future__ import annotations
 
