@@ -14,6 +14,9 @@ PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-l
 # Some of the slow tests run searches of ten minutes and more.
 PATIENT := -o faulthandler_timeout=5400
 
+# Installing, linters and tests each say what they took; the tests, by tests/cost, also which files are the dearest.
+TIMED := $(BASE_PYTHON) scripts/timed.py
+
 # What the linters say while the tests run beside them.
 LINTED := $(VENV)/.linted
 
@@ -41,7 +44,7 @@ slow: $(STAMP)
 	$(PYTEST) -m slow $(PATIENT)
 
 linted: $(STAMP)
-	@$(MAKE) --no-print-directory lint >$(LINTED) 2>&1 || { echo 'the linters fail: see below the tests'; exit 1; }
+	@$(TIMED) linters $(MAKE) --no-print-directory lint >$(LINTED) 2>&1 || { echo 'the linters fail: see below the tests'; exit 1; }
 
 lint: $(STAMP)
 	$(VENV)/bin/ruff check .
@@ -85,11 +88,11 @@ docs: $(STAMP)
 INSTALL := scripts/install.py scripts/system_libraries.sh pyproject.toml constraints.txt
 
 $(BUILDS): $(INSTALL)
-	@$(BASE_PYTHON) scripts/install.py $(VENV) cad,optimize
+	@$(TIMED) install $(BASE_PYTHON) scripts/install.py $(VENV) cad,optimize
 	@touch $(BUILDS)
 
 $(STAMP): $(INSTALL)
-	@$(BASE_PYTHON) scripts/install.py $(VENV) $(EVERYTHING)
+	@$(TIMED) install $(BASE_PYTHON) scripts/install.py $(VENV) $(EVERYTHING)
 	@touch $(BUILDS) $(STAMP)
 
 clean:

@@ -14,43 +14,22 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
-from tests.committed import BEST, COMMITTED, ROOT, Built, Shared
+from tests.committed import BEST, COMMITTED, Built, Shared
+from tests.cost.plugin import Costs
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 console.FIRST_S = console.TELL_S = 3600.0  # what else a command says is looked at, however slow the machine is
 
-LONGEST = (
-    "delta_cad/assembly/test_assemble_step.py",  # the one real build
-    "optimizer/globalopt/test_optimum.py",  # compiles most of what the optimizer's others need
-    "optimizer/commands/test_front.py",
-    "delta_cad/assembly/test_assemble.py",
-    "delta_cad/report/test_live.py",  # a processor draws its pictures
-    "optimizer/atlas/test_atlas.py",
-    "delta_cad/commands/test_cli_process.py",
-    "haptics/scenes/test_scenes.py",
-    "optimizer/commands/test_cli.py",
-    "delta_cad/mechanism/proof/test_tolerance.py",
-    "delta_cad/structure/test_solids.py",
-    "haptics/feel/test_sheet.py",
-    "haptics/stability/test_whole_loop.py",
-    "optimizer/front/test_front.py",
-    "delta_cad/checks/clearance/test_clearance.py",
-    "optimizer/globalopt/test_bound.py",
-    "optimizer/commands/test_certify.py",
-    "optimizer/front/test_trade.py",
-    "delta_cad/solids/test_stops.py",
-    "delta_cad/checks/test_panel.py",
-    "haptics/commands/test_simulate.py",
-    "delta_cad/mechanism/limits/test_one_file.py",
-    "delta_cad/common/test_jit.py",
-)
-"""Files of 10 to 60 s, which begin first, so that no worker waits at the end for another's long file."""
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measures what each file costs."""
+    config.pluginmanager.register(Costs())
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Puts the longest files first, all others keep their order; marks as slow what `quick(n)` leaves of a test."""
+    """Marks as slow what `quick(n)` leaves of a test."""
     seen: Counter[str] = Counter()
     for item in items:
         quick = item.get_closest_marker("quick")
@@ -58,8 +37,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         seen[name] += 1
         if quick and seen[name] > quick.args[0]:
             item.add_marker(pytest.mark.slow)
-    rank = {str(ROOT / "tests" / name): k for k, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: rank.get(str(item.path), len(rank)))
 
 
 @pytest.fixture(scope="session")
@@ -94,16 +71,16 @@ def built(shared: Shared) -> Built:
 
 @pytest.fixture(scope="session")
 def committed(shared: Shared) -> Built:
-    """The same of `best.json`."""
-    return _built(shared, COMMITTED)
+    """The same of `best.json`, data and checks alone; `make slow` has drawings, report and pictures made, too."""
+    return _built(shared, COMMITTED, "--no-drawings", "--no-report")
 
 
-def _built(shared: Shared, design: Path) -> Built:
+def _built(shared: Shared, design: Path, *options: str) -> Built:
     name = load_design(design).name
     out = shared.folder / f"built-{name}"
 
     def build() -> tuple[int, str, str]:
-        words = ["build", "--design", str(design), "--out", str(out), "--json"]
+        words = ["build", "--design", str(design), "--out", str(out), "--json", *options]
         run = subprocess.run([sys.executable, "-m", "delta_cad", *words], capture_output=True, text=True)
         return run.returncode, run.stdout, run.stderr
 

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from tests.committed import ROOT
-from tests.conftest import LONGEST
 
 PACKAGES = ("delta_cad", "optimizer", "haptics")
 MOST_ENTRIES, MOST_LINES = 14, 450
@@ -97,10 +96,6 @@ def test_folders_and_files_can_be_overlooked(top: str) -> None:
         if (count := len(path.read_text(encoding="utf-8").splitlines())) > MOST_LINES
     }
     assert (crowded, long) == ({}, {})
-
-
-def test_files_that_begin_first_are_there() -> None:
-    assert [name for name in LONGEST if not (ROOT / "tests" / name).is_file()] == []
 
 
 def pages() -> list[Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from numba.core import registry
@@ -22,6 +23,7 @@ class _TypesOnly(CompilerBase):
         return [manager]
 
 
+@cache
 def inferred(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[dict[str, Any], Any]:
     """Infers the types of a function's variables and of what it returns.
 

@@ -1,4 +1,7 @@
-"""The assembled machine: joints closed at every pose, lengths on the exported STEP, other designs and drives."""
+"""The assembled machine: joints closed at every pose, lengths on the exported STEP, other designs and drives.
+
+20 s of processor: some ten machines of other drives, feet and lengths are assembled from exact solids.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""From a design to its folder: what lands where and what fails how."""
+"""From a design to its folder: what lands where and what fails how.
+
+20 s of processor: a machine of solids, and twenty runs of the commands that refuse, price and write it.
+"""
 
 from __future__ import annotations
 
@@ -87,6 +90,7 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
         )
         monkeypatch.setattr(pipeline, "check_machine", checked)
         monkeypatch.setattr(pipeline, "write_files", write)
+        monkeypatch.setattr(pipeline, "write_whole", lambda *_: Drawn(20))
         monkeypatch.setattr(pipeline, "Beside", Idle)
         monkeypatch.setattr(pipeline, "_stage", lambda *_: None)
         monkeypatch.setattr(pipeline, "_report", lambda *_: None)

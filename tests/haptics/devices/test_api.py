@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from tests.committed import BEST
 from tests.haptics.devices.served import served
 from tests.haptics.scene_machine import scene_machine
 from tests.optimizer.certify.designs import masses
+from tests.terminal import HANGS_S
 
 
 @pytest.fixture(scope="module")
@@ -207,11 +209,11 @@ def test_what_cannot_be_opened_is_refused(machine: MachineModel, kind: str, more
 
 
 class Slow(FakeDevice):
-    """A device that takes a while, in which another thread may come."""
+    """A device that never ends and takes a while to write, in which another thread may come."""
 
     def __init__(self, angles: np.ndarray) -> None:
-        super().__init__([Reading(angles, 1e-3 * n) for n in range(5000)])
-        self.inside, self.most = 0, 0
+        super().__init__(Reading(angles, 1e-3 * n) for n in count())
+        self.inside, self.most, self.driven = 0, 0, threading.Event()
 
     def write(self, torques: Any) -> None:
         self.inside += 1
@@ -219,6 +221,8 @@ class Slow(FakeDevice):
         threading.Event().wait(2e-4)
         super().write(torques)
         self.inside -= 1
+        if len(self.written) > 20:
+            self.driven.set()
 
 
 def test_a_thread_closes_what_others_drive(machine: MachineModel) -> None:
@@ -236,14 +240,14 @@ def test_a_thread_closes_what_others_drive(machine: MachineModel) -> None:
     threads = [threading.Thread(target=drive, args=(force,)) for force in (1.0, -1.0)]
     for thread in threads:
         thread.start()
-    threading.Event().wait(0.2)
+    was_driven = plant.driven.wait(HANGS_S)
     device.close()
     for thread in threads:
-        thread.join(5.0)
+        thread.join(HANGS_S)
+    assert was_driven
     assert ended == ["the device is closed"] * 2
     assert plant.most == 1
     assert not np.any(plant.written[-1])
-    assert len(plant.written) > 20
 
 
 def test_another_machine_must_be_allowed(machine: MachineModel) -> None:
