@@ -1,4 +1,4 @@
-"""The figures of many designs compiled: the same numbers as `evaluator.figures_numpy`, some hundred times as fast.
+"""The figures of `evaluator` at many points of many designs, compiled: some hundred times as fast as NumPy.
 
 The condition number is that of the mechanism's kernel; the chains are continued beyond the reach as in the evaluator.
 The loops have no branches, so that the processor takes several points at a time. The first call loads numba and, once
@@ -21,7 +21,7 @@ from delta_cad.mechanism.limits.friction import HandleFriction
 
 TINY = float(np.finfo(float).tiny)
 FOLD = 1e-75
-"""Least w / L_B that is divided by, as `evaluator.TINY`."""
+"""Least w / L_B that is divided by: the fourth power of what comes out is still a number."""
 
 
 def figures_compiled(

@@ -19,8 +19,9 @@ from optimizer.codesign.choice import Choice, motor_of
 from optimizer.codesign.lengths import best_lengths, lasting_torque_N_m, posed
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import brief_from_dict
-from optimizer.problem.evaluator import figures_numpy, half_surface
+from optimizer.problem.evaluator import half_surface
 from optimizer.problem.step import SIDE, step_problem
+from tests.optimizer.problem.figures_numpy import figures_numpy
 
 MOTOR = "maxon-re30-310007"
 BRIEF = brief_from_dict(

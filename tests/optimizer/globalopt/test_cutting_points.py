@@ -28,7 +28,8 @@ from delta_cad.mechanism.limits import (
 )
 from optimizer.globalopt.branch_and_bound import _contract, _design_cuts
 from optimizer.globalopt.cutting_points import MOST, fill_lengths, numbers, point_cuts, table
-from optimizer.problem.evaluator import Figures, figures_numpy
+from optimizer.problem.evaluator import Figures
+from tests.optimizer.problem.figures_numpy import figures_numpy
 
 Kinds = tuple[type[PoseLimit], ...]
 FORCE, COUNT = 3.0, 3.8e-4

@@ -15,7 +15,7 @@ from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.globalopt.optimum import Proven, prove_optimum
-from optimizer.problem.evaluator import figures_numpy, fold_points, half_surface
+from optimizer.problem.evaluator import fold_points, half_surface
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search.result import Result
@@ -23,6 +23,7 @@ from optimizer.synthesis.infeasible import InfeasibleError
 from optimizer.synthesis.three_step import Run
 from tests.optimizer.globalopt.wide import LIMITS, NARROW, ROUNDING, WIDE, mechanism, random_designs
 from tests.optimizer.messages import refuses
+from tests.optimizer.problem.figures_numpy import figures_numpy
 from tests.optimizer.tasks import task
 
 INERTIA = {

@@ -15,11 +15,12 @@ from optimizer.globalopt import optimum as proven
 from optimizer.globalopt.design_box import design_box, design_of
 from optimizer.globalopt.incumbent import YIELDS, certified
 from optimizer.globalopt.optimum import Now, Proven, prove_optimum
-from optimizer.problem.evaluator import figures_numpy, fold_points, half_surface
+from optimizer.problem.evaluator import fold_points, half_surface
 from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import SIDE, Problem, ProblemError, step_problem
 from optimizer.search import sqp
 from optimizer.search.active_set import SLACK
+from tests.optimizer.problem.figures_numpy import figures_numpy
 from tests.optimizer.tasks import task
 
 FREE_ARM: dict[str, Any] = {"upper_arm_length": (50, 82), "base_radius": (30, 60), "forearm_length": (60, 130)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -22,9 +21,8 @@ from delta_cad.mechanism.limits import CoupleIndex, HandleInertia
 from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.limits.friction import HandleFriction
-from optimizer.problem import evaluator
-from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface
-from tests.optimizer.messages import refuses
+from optimizer.problem.evaluator import Figures, figures, fold_points, half_surface
+from tests.optimizer.problem.figures_numpy import figures_numpy, rods
 from tests.optimizer.tasks import sample_points
 
 NAMES = Figures._fields[:6]
@@ -190,7 +188,7 @@ def test_compiled_figures_are_those_of_numpy(conditioning: bool) -> None:
         assert close.all(), (name, np.abs(x - y)[~close])
 
 
-def test_compiled_feel_is_that_of_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compiled_feel_is_that_of_numpy() -> None:
     """Mass, friction and step felt, of designs within reach and beyond, up to a fold."""
     rng = np.random.default_rng(9)
     low, high = np.array([40, 40, 30, 20, 5, 0]), np.array([120, 200, 60, 60, 150, 80])
@@ -201,8 +199,8 @@ def test_compiled_feel_is_that_of_numpy(monkeypatch: pytest.MonkeyPatch) -> None
     f = figures_numpy(designs, points)
     masses = HandleInertia(carried_mass=0.09, elbow_mass=0.011, cross_mass=0.004, joint_inertia=2.9e-4)
     rubs = HandleFriction(0.01, 0.12, 0.18)
-    found = f.lightness(masses), f.ease(rubs), f.farthest()
-    monkeypatch.setattr(evaluator, "_compiled", lambda: None)
+    g = figures(designs, points)
+    found = g.lightness(masses), g.ease(rubs), g.farthest()
     assert (f.closure < 0.0).any()
     for x, y in zip(found, (f.lightness(masses), f.ease(rubs), f.farthest()), strict=True):
         assert np.isfinite(y).all()
@@ -214,28 +212,8 @@ def test_folds_are_the_angles_between_arms_and_rods_of_every_chain() -> None:
     low, high = np.array([70, 130, 30, 20, 50, 10]), np.array([100, 180, 50, 30, 100, 40])
     designs = (low + (high - low) * np.random.default_rng(3).random((40, 6))) / 1000.0
     f = figures(designs, sample_points(designs, 5))
-    rods = f.rods()
-    closed = (rods.closure > 0.0).all(axis=-1)
-    between = (rods.cos * rods.radial + rods.sin * rods.vertical).min(axis=-1)
+    seen = rods(f.designs, f.points)
+    closed = (seen.closure > 0.0).all(axis=-1)
+    between = (seen.cos * seen.radial + seen.sin * seen.vertical).min(axis=-1)
     assert closed.mean() > 0.5
     np.testing.assert_allclose(f.folds()[closed], between[closed], rtol=0.0, atol=1e-13)
-
-
-def test_without_numba_numpy_does_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "numba", None)
-    evaluator._compiled.cache_clear()
-    try:
-        f, g = figures(DESIGNS, half_surface(3)), figures_numpy(DESIGNS, half_surface(3))
-        assert all(np.array_equal(a, b) for a, b in zip(f, g, strict=True))
-    finally:
-        evaluator._compiled.cache_clear()
-
-
-def test_another_missing_module_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "optimizer.problem.compiled", None)
-    evaluator._compiled.cache_clear()
-    try:
-        with refuses(ModuleNotFoundError, "optimizer.problem.compiled"):
-            figures(DESIGNS, half_surface(3))
-    finally:
-        evaluator._compiled.cache_clear()

@@ -34,7 +34,7 @@ from delta_cad.mechanism.limits import LIMITS, Limits
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.prove import prove
 from optimizer.certify.replay import breaks, replay
-from optimizer.problem.evaluator import figures_numpy
+from optimizer.problem.evaluator import figures
 from optimizer.commands.synthesize import _summary
 from optimizer.problem.requirements import LimitTable, requirements_from_dict
 from optimizer.problem.step import step_problem
@@ -47,7 +47,7 @@ out = {"worst": worst.value, "searched": [], "said": []}
 out["fields"] = [FIELD in table.model_fields for table in (LimitTable, DesignRequirements)]
 middle = np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
 place = (np.array([worst.position]) - middle) / cube.half_side
-seen = figures_numpy(np.array([[0.082, 0.112079, 0.040, 0.030, cube.bottom_height, cube.half_side]]), place)
+seen = figures(np.array([[0.082, 0.112079, 0.040, 0.030, cube.bottom_height, cube.half_side]]), place)
 for share in (1.001, 0.999):
     asked = Limits.stated({"force_N": 3.0, "joint_torque_N_m": 9.0, "elbow_height_max_mm": 1e3 * share * worst.value})
     asked = Limits.from_record(json.loads(json.dumps(asked.record())))

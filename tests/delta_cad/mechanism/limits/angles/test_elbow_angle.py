@@ -17,10 +17,10 @@ from delta_cad.mechanism.proof.margins import BITS, FIRST, margins, numbers, roo
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.certify.replay import breaks, replay
-from optimizer.problem.evaluator import figures_numpy
 from tests.delta_cad.mechanism.limits.proving import leaves, poses, verdict
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
+from tests.optimizer.problem.figures_numpy import figures_numpy
 
 
 def angles(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
