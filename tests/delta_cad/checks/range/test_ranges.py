@@ -35,7 +35,7 @@ def test_the_design_keeps_its_ranges() -> None:
         *("reach", "assembly mode", "torque", "kappa", "lean", "shoulder min", "shoulder max", "effective mass"),
     ]
     assert all_passed(found.values())
-    # figures of the feasibility study: -39.2..65.5 deg, lean 27.2 deg, 0.316 N m, kappa 2.268; ours on the grid
+    # figures of the feasibility study: -39.2..65.5 deg, lean 27.2 deg, 0.316 N m, kappa 2.268
     angles = [found["shoulder min"].value, found["shoulder max"].value]
     assert angles == pytest.approx([-39.2, 65.5], abs=0.1)
     assert found["lean"].value == pytest.approx(27.2, abs=0.05)
@@ -46,8 +46,8 @@ def test_the_design_keeps_its_ranges() -> None:
 
 def test_the_effective_mass_is_that_of_its_worst_position() -> None:
     found = by_name(GIVEN)["effective mass"]
-    poses = GIVEN.poses_mm() / 1000.0
-    assert found.value == effective_mass(GEOMETRY, poses, MASSES).max()
+    at = effective_mass(GEOMETRY, GIVEN.poses_mm() / 1000.0, MASSES).max()
+    assert at < found.value < at * (1.0 + 3e-3)  # between two positions of a grid of 11 along an edge
     assert effective_mass(GEOMETRY, np.array(found.worst_pose_mm) / 1000.0, MASSES) == pytest.approx(found.value)
 
 
