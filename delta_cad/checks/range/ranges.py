@@ -8,9 +8,10 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism.limits.limit import DEGREE
 from delta_cad.mechanism.proof.judgement import Judgement, judge
 
-DIGITS = 12  # of a threshold: an angle in degrees is again the one stated
+DIGITS = 12  # of an angle in degrees: again the one stated, which the proof takes two doubles more strictly
 
 
 def check_ranges(geometry: DeltaGeometry, limits: CheckLimits) -> list[CheckResult]:
@@ -32,7 +33,9 @@ def _result(judged: Judgement, geometry: DeltaGeometry) -> CheckResult:
     if judged.box is not None:
         corners = " to ".join("({:.4f}, {:.4f}, {:.4f})".format(*(MM_PER_M * v for v in end)) for end in judged.box)
         detail += f"; the proof cannot decide at {corners} mm, where the figure is the limit but for rounding"
-    allowed = float(f"{limit.bound(figure) * figure.scale:.{DIGITS}g}")
+    allowed = limit.bound(figure) * figure.scale
+    if figure.scale == DEGREE:
+        allowed = float(f"{allowed:.{DIGITS}g}")
     name = (figure.name or limit.name).replace("_", " ")
     value = judged.value * figure.scale
     return CheckResult(name, judged.verdict == "proved", value, allowed, figure.unit, (x, y, z), pair, detail)

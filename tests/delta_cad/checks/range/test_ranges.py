@@ -8,9 +8,17 @@ import pytest
 
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult, all_passed
-from delta_cad.mechanism import DeltaGeometry, direct_margin, inverse_kinematics
+from delta_cad.mechanism import (
+    DeltaGeometry,
+    Extreme,
+    conditioning,
+    direct_margin,
+    inverse_kinematics,
+    worst_joint_torque,
+)
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
+from delta_cad.mechanism.proof import extremes
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS
 from tests.delta_cad.mechanism.asked import limits as asked
 
@@ -87,3 +95,45 @@ def test_an_unreachable_cube_ends_the_ranges() -> None:
     assert set(found) == {"reach"}
     assert not found["reach"].passed
     assert found["reach"].value < 0.0  # how far it is out of reach
+
+
+def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
+    """Nothing proves an inequality that is an equality: here as in `certify`."""
+    kappa = by_name(GIVEN)["kappa"]
+    at = by_name(replace(GIVEN, pose=asked(**ASKED | {"kappa_max": kappa.value})))["kappa"]
+    assert not at.passed
+    assert at.value == at.limit == kappa.value
+    assert "undecided" in at.detail
+    worst = "({:.4f}, {:.4f}, {:.4f})".format(*(abs(x) for x in kappa.worst_pose_mm or ()))
+    assert worst in at.detail  # the box lies there; a half of the cube is proved, the other is its mirror image
+    for share, passed in ((1.0 + 1e-9, True), (1.0 - 1e-9, False)):
+        limits = replace(GIVEN, pose=asked(**ASKED | {"kappa_max": (kappa.value or 0.0) * share}))
+        assert by_name(limits)["kappa"].passed is passed
+
+
+def test_what_the_search_misses_the_proof_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search that knows the centre alone: what breaks is told where the proof saw it, what holds is not doubted."""
+    tight = replace(GIVEN, pose=asked(**ASKED | {"kappa_max": 2.0, "torque_max": 0.3}))
+
+    def centre(*given: Any) -> Extreme:
+        _, g, limit, figure = given
+        x, y, z = tight.centre_mm / 1000.0
+        return Extreme(float(figure.worst(limit, g, np.array([x, y, z]))), (x, y, z))
+
+    monkeypatch.setattr(extremes, "worst_of", centre)
+    found = by_name(tight)
+    assert [name for name, result in found.items() if not result.passed] == ["torque", "kappa"]
+    for name, function in (("kappa", conditioning), ("torque", lambda g, p: worst_joint_torque(g, p, 3.0).max())):
+        value, limit = found[name].value, found[name].limit
+        assert value is not None
+        assert limit is not None
+        assert value > limit
+        assert function(GEOMETRY, np.array(found[name].worst_pose_mm) / 1000.0) == pytest.approx(value, rel=1e-12)
+
+
+def test_a_value_is_never_beyond_a_limit_that_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search that is off by roundings of its own: what is proved is known better."""
+    monkeypatch.setattr(extremes, "worst_of", lambda *_: Extreme(1e3, (0.0, 0.0, 0.09)))
+    found = by_name(GIVEN)
+    assert found["kappa"].passed
+    assert found["kappa"].value == found["kappa"].limit == 2.3
