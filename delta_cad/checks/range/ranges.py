@@ -31,8 +31,10 @@ def _result(judged: Judgement, geometry: DeltaGeometry) -> CheckResult:
     pair = () if len(chains) == 1 else (f"chain_{np.argmax(chains) if figure.upper else np.argmin(chains)}",)
     detail = f"{figure.words}, {judged.verdict} over the whole cube; the value is the worst that was found"
     if judged.box is not None:
-        corners = " to ".join("({:.4f}, {:.4f}, {:.4f})".format(*(MM_PER_M * v for v in end)) for end in judged.box)
-        detail += f"; the proof cannot decide at {corners} mm, where the figure is the limit but for rounding"
+        ends = ("({:.4f}, {:.4f}, {:.4f})".format(*(MM_PER_M * v for v in end)) for end in judged.box)
+        detail += (
+            f"; the proof cannot decide at {' to '.join(dict.fromkeys(ends))} mm, where the figure is at the limit"
+        )
     allowed = limit.bound(figure) * figure.scale
     if figure.scale == DEGREE:
         allowed = float(f"{allowed:.{DIGITS}g}")

@@ -104,7 +104,8 @@ def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
     assert not at.passed
     assert at.value == at.limit == kappa.value
     assert "undecided" in at.detail
-    worst = "({:.4f}, {:.4f}, {:.4f})".format(*(abs(x) for x in kappa.worst_pose_mm or ()))
+    x, y, z = kappa.worst_pose_mm or (0.0, 0.0, 0.0)
+    worst = f"({x:.4f}, {abs(y):.4f}, {z:.4f}) mm"
     assert worst in at.detail  # the box lies there; a half of the cube is proved, the other is its mirror image
     for share, passed in ((1.0 + 1e-9, True), (1.0 - 1e-9, False)):
         limits = replace(GIVEN, pose=asked(**ASKED | {"kappa_max": (kappa.value or 0.0) * share}))
