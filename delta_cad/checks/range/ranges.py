@@ -33,7 +33,7 @@ def _result(judged: Judgement, geometry: DeltaGeometry) -> CheckResult:
     if judged.box is not None:
         ends = ("({:.4f}, {:.4f}, {:.4f})".format(*(MM_PER_M * v for v in end)) for end in judged.box)
         detail += (
-            f"; the proof cannot decide at {' to '.join(dict.fromkeys(ends))} mm, where the figure is at the limit"
+            f"; the proof cannot decide at {' to '.join(dict.fromkeys(ends))} mm, where it is at the limit"
         )
     allowed = limit.bound(figure) * figure.scale
     if figure.scale == DEGREE:
