@@ -32,9 +32,7 @@ def _result(judged: Judgement, geometry: DeltaGeometry) -> CheckResult:
     detail = f"{figure.words}, {judged.verdict} over the whole cube; the value is the worst that was found"
     if judged.box is not None:
         ends = ("({:.4f}, {:.4f}, {:.4f})".format(*(MM_PER_M * v for v in end)) for end in judged.box)
-        detail += (
-            f"; the proof cannot decide at {' to '.join(dict.fromkeys(ends))} mm, where it is at the limit"
-        )
+        detail += f"; the proof cannot decide at {' to '.join(dict.fromkeys(ends))} mm, where it is at the limit"
     allowed = limit.bound(figure) * figure.scale
     if figure.scale == DEGREE:
         allowed = float(f"{allowed:.{DIGITS}g}")

@@ -22,7 +22,7 @@ from delta_cad.mechanism.proof import extremes
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS
 from tests.delta_cad.mechanism.asked import limits as asked
 
-ASKED = {
+ASKED: dict[str, Any] = {
     "force": 3.0,
     "torque_max": 0.8,
     "lean_max": np.radians(28.0),
@@ -100,7 +100,8 @@ def test_an_unreachable_cube_ends_the_ranges() -> None:
 def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
     """Nothing proves an inequality that is an equality: here as in `certify`."""
     kappa = by_name(GIVEN)["kappa"]
-    at = by_name(replace(GIVEN, pose=asked(**ASKED | {"kappa_max": kappa.value})))["kappa"]
+    same: dict[str, Any] = {"kappa_max": kappa.value}
+    at = by_name(replace(GIVEN, pose=asked(**ASKED | same)))["kappa"]
     assert not at.passed
     assert at.value == at.limit == kappa.value
     assert "undecided" in at.detail
@@ -108,13 +109,14 @@ def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
     worst = f"({x:.4f}, {abs(y):.4f}, {z:.4f}) mm"
     assert worst in at.detail  # the box lies there; a half of the cube is proved, the other is its mirror image
     for share, passed in ((1.0 + 1e-9, True), (1.0 - 1e-9, False)):
-        limits = replace(GIVEN, pose=asked(**ASKED | {"kappa_max": (kappa.value or 0.0) * share}))
-        assert by_name(limits)["kappa"].passed is passed
+        changes: dict[str, Any] = {"kappa_max": (kappa.value or 0.0) * share}
+        assert by_name(replace(GIVEN, pose=asked(**ASKED | changes)))["kappa"].passed is passed
 
 
 def test_what_the_search_misses_the_proof_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search that knows the centre alone: what breaks is told where the proof saw it, what holds is not doubted."""
-    tight = replace(GIVEN, pose=asked(**ASKED | {"kappa_max": 2.0, "torque_max": 0.3}))
+    changes: dict[str, Any] = {"kappa_max": 2.0, "torque_max": 0.3}
+    tight = replace(GIVEN, pose=asked(**ASKED | changes))
 
     def centre(*given: Any) -> Extreme:
         _, g, limit, figure = given
