@@ -120,7 +120,7 @@ def masked(off_branch: OffBranch) -> bool:
 
 
 def require_branch(
-    name: str, shown: Callable[[np.ndarray], str], given: np.ndarray, holds: np.ndarray, rule: str
+    name: str, shown: Callable[[np.ndarray], str], given: np.ndarray, holds: ArrayLike, rule: str
 ) -> None:
     """Refuses positions or angles off the branch, by the first of them.
 
