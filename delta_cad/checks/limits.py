@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism import Cube
 from delta_cad.mechanism.limits import Limits
 
 SLICES = 5  # of the cube, from its floor to its top, in a map
@@ -38,6 +40,11 @@ class CheckLimits:
     clearance_grid: int = 7
     random_poses: int = 200
     seed: int = 20180051
+
+    @property
+    def workspace(self) -> Cube:
+        """The cube in metres."""
+        return Cube(self.bottom_height_mm / MM_PER_M, self.half_side_mm / MM_PER_M)
 
     @property
     def centre_mm(self) -> np.ndarray:

@@ -28,7 +28,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--mass-properties",
         type=Path,
         metavar="FILE",
-        help="mass_properties.json of a build, for limits on effective mass",
+        help="mass_properties.json of a build, for limits on effective mass and torque with gravity",
     )
 
 
@@ -37,16 +37,18 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.commands.inspection import inspection
     from delta_cad.commands.tables import print_inspection
     from delta_cad.design import DesignError, load_design
-    from delta_cad.drive.masses import MassError, load_masses
+    from delta_cad.drive.held import known_masses
+    from delta_cad.drive.masses import MassError, read_mass_properties
     from delta_cad.mechanism import MechanismError
 
     try:
         design = load_design(given.design, given.catalogue)
         found = refused(design)
-        inertia = None
+        masses = None
         if given.mass_properties is not None:
-            inertia = load_masses(given.mass_properties, design).handle_inertia
-        rows = inspection(design, inertia)
+            data, _ = read_mass_properties(given.mass_properties, design)
+            masses = known_masses(data, design, given.mass_properties.name)
+        rows = inspection(design, masses)
     except DesignError as error:
         return refuse_design(given, error)
     except MassError as error:

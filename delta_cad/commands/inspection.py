@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import degrees
 from typing import Any
@@ -10,12 +11,12 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
-from delta_cad.dimensions.joint import FRICTION_RANGE, known_joints
+from delta_cad.dimensions.joint import FRICTION_RANGE, limit_values
 from delta_cad.drive import drive_friction_N_m, drive_torque
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.limits import POSE_LIMITS, Friction, HandleInertia, Torque
-from delta_cad.mechanism.proof.extremes import worst_figures
-from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
+from delta_cad.mechanism.limits import POSE_LIMITS, Friction, Limits, Torque
+from delta_cad.mechanism.proof.judgement import can_prove, judge
+from delta_cad.mechanism.workspace import CubeExtremes, cube_extremes
 from delta_cad.structure.report import stiffness
 
 
@@ -46,21 +47,20 @@ class InspectionRow:
         return asdict(self)
 
 
-def inspection(design: Design, inertia: HandleInertia | None = None) -> list[InspectionRow]:
+def inspection(design: Design, masses: Mapping[str, Any] | None = None) -> list[InspectionRow]:
     """Inspects a design.
 
     Args:
         design: A validated design.
-        inertia: Inertias at the handle, where a build has given them.
+        masses: What is known of them, as `known_masses` gives it; None: nothing.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
-    cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
-    extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
+    extremes = cube_extremes(design.geometry, design.workspace, design.requirements.force_N)
     return [
         *_dimensions(design),
-        *_limits(design, cube, inertia),
+        *limit_rows(design, masses),
         *_others(extremes),
         *_smallest(design),
         *_drive(design),
@@ -93,25 +93,29 @@ def _dimensions(design: Design) -> list[InspectionRow]:
     ]
 
 
-def _limits(design: Design, cube: Cube, inertia: HandleInertia | None) -> list[InspectionRow]:
-    """The worst of every figure that a limit bounds; one that needs masses which are not known says so."""
-    group = "limits over the cube (sampled and polished)"
-    values = design.requirements.model_dump() | {"inertia": inertia} | known_joints(design)
+def limit_rows(design: Design, masses: Mapping[str, Any] | None = None) -> list[InspectionRow]:
+    """Judges every limit over the cube; one that needs masses which are not known says so.
+
+    Args:
+        design: The design.
+        masses: What is known of them, as `known_masses` gives it; None: nothing.
+    """
+    proof, values = can_prove(), limit_values(design, masses)
+    group = "limits over the cube (" + ("proved)" if proof else "searched, not proved: numba is not installed)")
     missing = {kind for kind in POSE_LIMITS if kind.needs and values.get(kind.needs) is None}
-    stated = {kind: None if kind in missing else kind.stated(values) for kind in POSE_LIMITS}
+    limits = Limits.of(*(kind.stated(values, strict=True) for kind in POSE_LIMITS if kind not in missing))
+    others = [one for one in Limits.measured(values) if limits.get(type(one)) is None]
     rows = []
-    for worst in worst_figures(design.geometry, cube, values):
-        figure, limit = worst.figure, stated[type(worst.limit)]
-        x, y, z = (MM_PER_M * v for v in worst.position)
-        words, value = figure.words, worst.value * figure.scale
-        if isinstance(worst.limit, Torque):
-            words = f"{words} for {worst.limit.force:g} N in the worst direction"
-        if limit is None:
-            rows.append(InspectionRow(group, words, value, figure.unit, at_mm=(x, y, z)))
-            continue
-        bound = limit.bound(figure) * figure.scale
-        holds = value <= bound if figure.upper else (value > bound if limit.strict else value >= bound)
-        rows.append(InspectionRow(group, words, value, figure.unit, f"{figure.sense} {bound:g}", holds, (x, y, z)))
+    for one in judge(design.geometry, design.workspace, limits, others, proof):
+        figure = one.figure
+        x, y, z = (MM_PER_M * v for v in one.position)
+        words, value, bound = figure.words, one.value * figure.scale, ""
+        if isinstance(one.limit, Torque):
+            words = f"{words} for {one.limit.force:g} N in the worst direction"
+        if one.verdict is not None:
+            undecided = ", undecided" if one.verdict == "undecided" else ""
+            bound = f"{figure.sense} {one.limit.bound(figure) * figure.scale:g}{undecided}"
+        rows.append(InspectionRow(group, words, value, figure.unit, bound, one.holds, (x, y, z)))
     for kind in POSE_LIMITS:
         needed = kind in missing and any(values.get(field.name) is not None for field in kind.fields_)
         why = "not known of these joints" if kind is Friction else "give --mass-properties"

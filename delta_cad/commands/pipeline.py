@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +25,6 @@ from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.panel import check_panel
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
-from delta_cad.checks.range.holding import check_holding, moving_bodies
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.range.tolerances import check_tolerances
 from delta_cad.checks.report import CheckResult, all_passed
@@ -35,11 +33,11 @@ from delta_cad.checks.structure import check_structure
 from delta_cad.common.beside import Beside
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.dimensions.joint import known_joints
+from delta_cad.dimensions.joint import limit_values
 from delta_cad.dimensions.tolerances.machine import general_class, tolerance_record
 from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import joint_friction
-from delta_cad.drive.masses import masses_from_dict
+from delta_cad.drive.held import known_masses
 from delta_cad.export import mesh_files
 from delta_cad.export.bom import bill_of_materials, write_bom
 from delta_cad.export.folder import output_folder
@@ -142,23 +140,17 @@ def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
 
 def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
     """Gathers the limits that requirements and hardware put on the machine, with the masses that it has."""
-    design = d.design
-    cube, required, geometry = design.cube, design.requirements, design.geometry
-    inertia = masses_from_dict(masses, geometry.forearm_length, drive_torque(design)).handle_inertia
-    stops = d.stops_rad
-    lowest = stops[0] if required.shoulder_min_deg is None else max(stops[0], radians(required.shoulder_min_deg))
-    highest = stops[1] if required.shoulder_max_deg is None else min(stops[1], radians(required.shoulder_max_deg))
+    cube, required, (lowest, highest) = d.design.cube, d.design.requirements, d.stops_rad
+    stated = Limits.stated(limit_values(d.design, known_masses(masses, d.design)))
+    if (asked := stated.get(Shoulder)) is not None:
+        lowest, highest = max(lowest, asked.shoulder_min), min(highest, asked.shoulder_max)
     return CheckLimits(
         bottom_height_mm=cube.bottom_height_mm,
         half_side_mm=cube.half_side_mm,
         envelope_width_mm=required.envelope_width_mm,
         envelope_depth_mm=required.envelope_depth_mm,
         clearance_min_mm=required.clearance_min_mm,
-        pose=Limits.of(
-            Lean(d.forearm.tilt_limit_rad),
-            *Limits.stated(required.model_dump() | {"inertia": inertia} | known_joints(design), strict=False),
-            Shoulder(lowest, highest),
-        ),
+        pose=Limits.of(Lean(d.forearm.tilt_limit_rad), *stated, Shoulder(lowest, highest)),
     )
 
 
@@ -185,11 +177,8 @@ def check_machine(
 def _check_others(machine: BuiltMachine, limits: CheckLimits, progress: Progress) -> list[CheckResult]:
     """Runs the checks that come after those of the geometry."""
     d, required = machine.dimensions, machine.dimensions.design.requirements
-    progress("torque with gravity")
-    bodies = machine.masses["bodies"]
-    results = [_holding(machine, limits)]
-    drive = drive_torque(d.design)
-    results += check_drive(drive)
+    bodies, drive = machine.masses["bodies"], drive_torque(d.design)
+    results = check_drive(drive)
     results += check_cable(machine.assembly)
     results += check_bend(drive)
     results += check_tolerances(d)
@@ -211,7 +200,6 @@ def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
     results = check_ranges(assembly.placement.geometry, limits)
     if not all(result.passed for result in results if result.name == "reach"):
         return results
-    results.append(_holding(machine, limits))
     results += check_structure(structure_report(d, bodies), d.design.requirements.stiffness_min_N_mm)
     results += check_envelope(assembly, limits, machine.meshes)[0]
     return [*results, _spread(machine, limits)]
@@ -227,12 +215,6 @@ def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> Moved:
     """Runs the checks of a machine that look at what moves, see `moving.check_moving`."""
     limits = check_limits(machine.dimensions, machine.masses)
     return moving.check_moving(machine.assembly, limits, machine.meshes, progress)
-
-
-def _holding(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
-    """Torque with gravity, from the masses and centres of all links but the base."""
-    gravity = np.array(machine.dimensions.design.requirements.gravity_m_s2)
-    return check_holding(machine.assembly, limits, moving_bodies(machine.masses), gravity)
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:

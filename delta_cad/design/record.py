@@ -10,6 +10,7 @@ from delta_cad.catalogue import CHOSEN, OwnParts
 from delta_cad.common.units import DOWN, MM_PER_M
 from delta_cad.design.task import Gravity, Section, Task, limit_fields
 from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.workspace import Cube
 
 SCHEMA = "delta-design/1"
 NAME_LONGEST = 64
@@ -137,6 +138,11 @@ class Design(Section):
             upper_arm_length=m.upper_arm_length_mm / MM_PER_M,
             forearm_length=m.forearm_length_mm / MM_PER_M,
         )
+
+    @property
+    def workspace(self) -> Cube:
+        """The cube in metres."""
+        return Cube(self.cube.bottom_height_mm / MM_PER_M, self.cube.half_side_mm / MM_PER_M)
 
 
 # Entries of `hardware` that name a bought part: each is called as its family in the catalogue.

@@ -61,7 +61,7 @@ from delta_cad.dimensions.platform import (
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require, tenths_above
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
 from delta_cad.dimensions.tolerances import preload_range_N
-from delta_cad.mechanism import UnreachableError, inverse_kinematics
+from delta_cad.mechanism import UnreachableError, joint_angles
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
@@ -115,7 +115,7 @@ class Dimensions:
         """Shoulder angle of all three arms in the cube's centre, where the machine is exported."""
         cube = self.design.cube
         home = np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / MM_PER_M])
-        return float(inverse_kinematics(self.design.geometry, home)[0])
+        return float(joint_angles(self.design.geometry, home)[0])
 
     @property
     def sensed_at_shoulder(self) -> bool:
@@ -371,5 +371,5 @@ def _set_screws(design: Design, cube: Cube, slot_rad: float) -> tuple[float, flo
     """Directions of a pinion's set screws: the pinion turns against the arm."""
     up = np.zeros((UP_AND_DOWN, 3))
     up[:, 2] = np.linspace(cube.bottom_height, cube.bottom_height + 2.0 * cube.half_side, UP_AND_DOWN)
-    arm, ratio = inverse_kinematics(design.geometry, up)[:, 0], design.hardware.capstan_ratio
+    arm, ratio = joint_angles(design.geometry, up)[:, 0], design.hardware.capstan_ratio
     return set_screws_rad(slot_rad, (-ratio * float(arm.max()), -ratio * float(arm.min())), ratio)

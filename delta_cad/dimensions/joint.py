@@ -26,7 +26,6 @@ from delta_cad.design import Design
 from delta_cad.dimensions.rules import DimensionError, down, require, up
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.drive import drive_friction_N_m, encoder_count_rad
-from delta_cad.mechanism import Cube
 from delta_cad.mechanism.limits import HandleFriction
 from delta_cad.mechanism.proof.ball_friction import ball_friction
 
@@ -337,11 +336,24 @@ def known_joints(design: Design) -> dict[str, Any]:
         return known
     torques = sliding_torques_N_mm(design.hardware.ball_diameter_mm, np.array(preload))
     lean, turn = (2.0 * float(torque) / MM_PER_M for torque in torques)  # both rods of a chain
-    cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
-    upright, level = ball_friction(design.geometry, cube, lean, turn)
+    upright, level = ball_friction(design.geometry, design.workspace, lean, turn)
     if isfinite(upright + level):
         known["friction"] = HandleFriction(drive_friction_N_m(design)[1], upright, level)
     return known
+
+
+def limit_values(design: Design, masses: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Gathers what every limit of a design is made from, by whatever command.
+
+    Args:
+        design: The design.
+        masses: What is known of them, as `known_masses` gives it; None: nothing.
+
+    Returns:
+        Fields of its requirements, `known_joints`, and `inertia` and `held_masses`, None where they are not known.
+    """
+    unknown = {"inertia": None, "held_masses": None}
+    return design.requirements.model_dump() | known_joints(design) | unknown | dict(masses or {})
 
 
 def joint_dimensions(

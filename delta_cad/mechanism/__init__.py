@@ -4,7 +4,7 @@ Every function takes positions or angles of shape (..., 3) in SI units; the form
 """
 # ruff: noqa: F401  the names are for those who import the package
 
-from delta_cad.mechanism.errors import GeometryError, MechanismError, SingularError, UnreachableError
+from delta_cad.mechanism.errors import BranchError, GeometryError, MechanismError, SingularError, UnreachableError
 from delta_cad.mechanism.forward import forward_kinematics, platform_positions
 from delta_cad.mechanism.geometry import AZIMUTHS, DeltaGeometry
 from delta_cad.mechanism.inverse import (

@@ -7,22 +7,28 @@ from numpy.typing import ArrayLike
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.errors import SingularError, UnreachableError
-from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, positions
+from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
+from delta_cad.mechanism.inverse import OffBranch, masked, require_branch
 
 # Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last seven
 # digits of sixteen there.
 COLLINEAR = 1e-9
+FLAT = "the forearms lie in one plane with the platform, det S = 0; keep away from there"
+PAST_FOLD = "a chain is past its fold, its elbow inwards: other angles lead to the same position; turn it back"
+BELOW = "the platform would be at z <= 0, at or below the base plane; turn the arms up"
 
 
-def forward_kinematics(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
-    """Computes the position of the platform for given shoulder angles, platform above the elbows.
+def forward_kinematics(g: DeltaGeometry, theta: ArrayLike, off_branch: OffBranch = "raise") -> np.ndarray:
+    """Computes the position of the platform for given shoulder angles, in the machine's own assembly.
 
-    Above means on the side of the elbows' plane from which chains 0, 1, 2 run anticlockwise; that is +z as long as
-    the plane is not turned over, and it keeps the sign of the forearms' determinant positive throughout.
+    The platform is above the elbows: on the side of their plane from which chains 0, 1, 2 run anticlockwise, so that
+    the forearms' determinant is positive. `inverse_kinematics` of the position gives the angles again: elbows outwards
+    and not folded, z > 0. `platform_positions` asks none of this.
 
     Args:
         g: The mechanism.
         theta: (..., 3 chains) shoulder angles, rad.
+        off_branch: What becomes of angles off the branch: "raise" refuses all, "nan" makes their positions NaN.
 
     Returns:
         (..., 3) platform centre in the base frame, m.
@@ -30,13 +36,28 @@ def forward_kinematics(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
     Raises:
         SingularError: The three sphere centres lie on a line, so the position is not determined.
         UnreachableError: The three spheres do not meet.
+        BranchError: Some angles are off the branch; the message says which, and why.
+        GeometryError: `off_branch` is neither "raise" nor "nan".
     """
-    p, sine, square = _three_spheres(g, positions(theta))
+    given = positions(theta)
+    theta = np.where(np.isfinite(given).all(axis=-1, keepdims=True), given, np.nan)
+    p, sine, square = _three_spheres(g, theta)
+    q, _, z = chain_coordinates(g, p)
+    outwards = (z * np.cos(theta) > q * np.sin(theta)).all(axis=-1)  # w > 0, README (5)
+    above, held = p[..., 2] > 0.0, square > 0.0
+    on = (sine > COLLINEAR) & held & outwards & above
+    if masked(off_branch):
+        return np.where(on[..., None], p, np.nan)
+    if on.all():
+        return p
     if not (sine > COLLINEAR).all():
         raise SingularError("the position is not determined: the three elbows, moved in by the platform, are on a line")
     if not (square >= 0.0).all():
         short = g.forearm_length - np.sqrt(g.forearm_length**2 - np.nanmin(square))
         raise UnreachableError(f"the forearms do not meet: they are {-short * MM_PER_M:.3f} mm too short")
+    require_branch("shoulder angles theta", _degrees, given, held, FLAT)
+    require_branch("shoulder angles theta", _degrees, given, outwards, PAST_FOLD)
+    require_branch("shoulder angles theta", _degrees, given, above, BELOW)
     return p
 
 
@@ -48,7 +69,7 @@ def platform_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
         theta: (..., 3 chains) shoulder angles, rad.
 
     Returns:
-        (..., 3) platform centre in the base frame, m; NaN where `forward_kinematics` raises.
+        (..., 3) platform centre in the base frame, m, above the elbows; NaN where the spheres do not meet in a point.
     """
     p, sine, _ = _three_spheres(g, positions(theta))
     return np.where((sine > COLLINEAR)[..., None], p, np.nan)
@@ -73,3 +94,7 @@ def _three_spheres(g: DeltaGeometry, theta: np.ndarray) -> tuple[np.ndarray, np.
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return (a * b).sum(axis=-1)
+
+
+def _degrees(theta: np.ndarray) -> str:
+    return "(" + ", ".join(f"{x:.3f}" for x in np.degrees(theta)) + ") deg"

@@ -5,12 +5,20 @@ In every function `g` is the mechanism and `p` (..., 3) the platform centre in t
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.errors import SingularError, UnreachableError
+from delta_cad.mechanism.errors import BranchError, GeometryError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
+
+OffBranch = Literal["raise", "nan"]
+DOWNWARDS = "z must be > 0: z points from the base to the platform; many public codes have z downwards: negate z"
+FOLDED = "a chain is folded, its elbow neither outwards nor inwards; stay within the edge of reach"
+HANGING = "det S must be > 0: it belongs to another assembly; stay where the platform is above the elbows"
 
 
 def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
@@ -61,25 +69,74 @@ def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     return np.arctan2(sin, cos)
 
 
-def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Computes the shoulder angles that hold the platform at a position, elbows outwards.
+def inverse_kinematics(g: DeltaGeometry, p: ArrayLike, off_branch: OffBranch = "raise") -> np.ndarray:
+    """Computes the shoulder angles that hold the platform at a position, in the machine's own assembly.
+
+    That is the branch on which `forward_kinematics` leads back to the position: z > 0, elbows outwards and not folded,
+    platform above the elbows (det S > 0). `joint_angles` asks none of this.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m; z points from the base to the platform.
+        off_branch: What becomes of positions off the branch or out of reach: "raise" refuses all positions, "nan"
+            makes their angles NaN.
 
     Returns:
         (..., 3 chains) theta in rad, 0 level, positive towards +z.
 
     Raises:
         UnreachableError: A chain cannot be closed at one of the positions, or a position is not finite.
-        SingularError: A wrist lies on its shoulder axis and the chain closes at every angle.
+        BranchError: One is off the branch; the message says which, and why.
+        GeometryError: `off_branch` is neither "raise" nor "nan".
 
     Source:
         [RCIM2018] eqs. (1)-(5); solved without the half-angle tangent, README (5).
     """
-    require_closed(g, p)
-    theta = joint_angles(g, p)
-    if np.isnan(theta).any():
-        *_, i = np.argwhere(np.isnan(theta))[0]
-        raise SingularError(f"chain {i} has no definite shoulder angle: its wrist lies on the shoulder axis")
+    given = positions(p)
+    p = np.where(np.isfinite(given).all(axis=-1, keepdims=True), given, np.nan)
+    theta, w2, det = joint_angles(g, p), closure_margin(g, p), forearm_determinant(forearm_vectors(g, p))
+    above, outwards, held = p[..., 2] > 0.0, (w2 > 0.0).all(axis=-1), det > 0.0
+    on = above & outwards & held
+    if masked(off_branch):
+        return np.where(on[..., None], theta, np.nan)
+    if on.all():
+        return theta
+    require_branch("position p", _mm, given, ~(p[..., 2] <= 0.0), DOWNWARDS)
+    require_closed(g, given)
+    require_branch("position p", _mm, given, outwards, FOLDED)
+    require_branch("position p", _mm, given, held, HANGING)
     return theta
+
+
+def masked(off_branch: OffBranch) -> bool:
+    """Tells whether results off the branch become NaN, or are refused.
+
+    Raises:
+        GeometryError: It is neither "nan" nor "raise".
+    """
+    if off_branch not in ("raise", "nan"):
+        raise GeometryError(f'off_branch is {off_branch!r}; it must be "raise" or "nan"')
+    return off_branch == "nan"
+
+
+def require_branch(
+    name: str, shown: Callable[[np.ndarray], str], given: np.ndarray, holds: ArrayLike, rule: str
+) -> None:
+    """Refuses positions or angles off the branch, by the first of them.
+
+    Args:
+        name: What they are.
+        shown: Three numbers -> text with unit.
+        given: (..., 3) numbers.
+        holds: (...) whether each is on the branch.
+        rule: What holds on the branch, and what to do.
+
+    Raises:
+        BranchError: One is off.
+    """
+    for index in np.argwhere(~np.asarray(holds)):
+        at = f"[{', '.join(map(str, index))}]" if len(index) else ""
+        raise BranchError(f"{name}{at} = {shown(given[tuple(index)])}: {rule}")
 
 
 def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
@@ -96,7 +153,7 @@ def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
         return
     *pose, i = np.unravel_index(np.nanargmin(w2), w2.shape)
     excess = reach_excess(g, p)[(*pose, i)] * MM_PER_M
-    where = f" at {_mm(p[tuple(pose)])}" if pose else ""
+    where = f" at p[{', '.join(map(str, pose))}] = {_mm(p[tuple(pose)])}" if pose else ""
     raise UnreachableError(
         f"chain {i} cannot be closed{where}: its wrist is {excess:.3f} mm out of the forearm's reach"
     )
@@ -126,6 +183,18 @@ def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     radial = q - g.upper_arm_length * cos
     vertical = z - g.upper_arm_length * sin
     return radial[..., None] * RADIAL + t[..., None] * TANGENTIAL + vertical[..., None] * VERTICAL
+
+
+def forearm_determinant(s: np.ndarray) -> np.ndarray:
+    """Computes the determinant of the three forearm vectors.
+
+    Args:
+        s: (..., 3 chains, 3) forearm vectors, m.
+
+    Returns:
+        (...) det, m^3; positive with the platform above the elbows.
+    """
+    return (s[..., 0, :] * np.cross(s[..., 1, :], s[..., 2, :])).sum(axis=-1)
 
 
 def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:

@@ -10,22 +10,10 @@ from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.errors import SingularError
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors, require_closed
+from delta_cad.mechanism.inverse import elbow_arm, forearm_determinant, forearm_vectors, require_closed
 
 # |det| of the unit forearm directions below which J keeps less than four of its sixteen digits.
 DETERMINANT_MIN = 1e-12
-
-
-def forearm_determinant(s: np.ndarray) -> np.ndarray:
-    """Computes the determinant of the three forearm vectors.
-
-    Args:
-        s: (..., 3 chains, 3) forearm vectors, m.
-
-    Returns:
-        (...) det, m^3; positive with the platform above the elbows.
-    """
-    return (s[..., 0, :] * np.cross(s[..., 1, :], s[..., 2, :])).sum(axis=-1)
 
 
 def forearm_faces(s: np.ndarray) -> np.ndarray:

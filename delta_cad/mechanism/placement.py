@@ -19,8 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
+from delta_cad.mechanism import DeltaGeometry, joint_angles
 from delta_cad.mechanism.geometry import AZIMUTHS
+from delta_cad.mechanism.inverse import require_closed
 
 NEXT, AFTER = [1, 2, 0], [2, 0, 1]
 CHAINS = range(3)
@@ -133,7 +134,8 @@ class LinkPlacement:
         """
         p = np.asarray(p_mm, dtype=float)
         g = self.geometry
-        theta = inverse_kinematics(g, p / MM_PER_M)
+        require_closed(g, p / MM_PER_M)
+        theta = joint_angles(g, p / MM_PER_M)
         radius, arm = g.base_radius * MM_PER_M, g.upper_arm_length * MM_PER_M
         wrist_radius = g.platform_radius * MM_PER_M
         shape = p.shape[:-1]

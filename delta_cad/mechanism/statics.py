@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.inverse import closure_margin, elbow_arm, forearm_vectors
-from delta_cad.mechanism.jacobian import forearm_determinant, forearm_faces, velocity_map
+from delta_cad.mechanism.inverse import closure_margin, elbow_arm, forearm_determinant, forearm_vectors
+from delta_cad.mechanism.jacobian import forearm_faces, velocity_map
 
 
 def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarray:

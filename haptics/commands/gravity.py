@@ -67,7 +67,6 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
     from delta_cad.drive.masses import PointMasses
-    from delta_cad.mechanism import UnreachableError, direct_margin
     from haptics.gravity import gravity_torque
     from haptics.model.machine import load_machine, require_assembled
 
@@ -82,8 +81,6 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
         given.at = (0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm)
     gravity, position = design.requirements.gravity_m_s2, np.array(given.at) / MM_PER_M
     torque = gravity_torque(design.geometry, masses, position, gravity)
-    if direct_margin(design.geometry, position) <= 0.0:
-        raise UnreachableError("is of another assembly mode than det S > 0, platform above elbows")
     return {
         "name": design.name,
         "position_mm": list(given.at),

@@ -16,7 +16,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
-from delta_cad.dimensions.joint import known_joints
+from delta_cad.dimensions.joint import limit_values
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
@@ -97,18 +97,8 @@ class Replay:
 def values_of(
     design: Design, inertia: HandleInertia | None = None, gravity: GravityShare | None = None
 ) -> dict[str, Any]:
-    """Gathers what the limits of a design are made from.
-
-    Args:
-        design: The design.
-        inertia: What moves, where it is known.
-        gravity: How gravity is counted in.
-
-    Returns:
-        Fields of its requirements, what its joints are (`known_joints`), and `inertia` and `held_masses`, where known.
-    """
-    held = None if gravity is None else gravity.masses
-    return design.requirements.model_dump() | known_joints(design) | {"inertia": inertia, "held_masses": held}
+    """Gathers `limit_values` of a design, with what moves, where it is known, and how gravity is counted in."""
+    return limit_values(design, {"inertia": inertia, "held_masses": None if gravity is None else gravity.masses})
 
 
 def certify(
@@ -137,7 +127,7 @@ def certify(
         GravityError: Gravity takes all the torque.
         GeometryError: The tolerance is negative or too large.
     """
-    geometry, cube = design.geometry, cube_of(design)
+    geometry, cube = design.geometry, design.workspace
     conditions = limits_of(design, gravity) if limits is None else limits
     proof = prove(geometry, cube, conditions, tolerance=tolerance, max_boxes=max_boxes, progress=progress)
     complete = any(finding.verdict == "proved" for finding in proof.findings)
@@ -172,11 +162,6 @@ def limits_of(design: Design, gravity: GravityShare | None, inertia: HandleInert
     """
     limits = Limits.stated(values_of(design, inertia))
     return limits if gravity is None else gravity.limits(limits)
-
-
-def cube_of(design: Design) -> Cube:
-    """Gives the design's cube in metres."""
-    return Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
 
 
 def verify(certificate: Certificate, design: Design | None = None, *, progress: Progress | None = None) -> Replay:
@@ -215,7 +200,7 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
 
 
 def _same_design(c: Certificate, design: Design) -> None:
-    if c.geometry != design.geometry or c.cube != cube_of(design):
+    if c.geometry != design.geometry or c.cube != design.workspace:
         raise CertificateError(f'it is about other dimensions than those of design "{design.name}"')
     if c.design != design.name:
         raise CertificateError(f'it is about a design called "{c.design}", not "{design.name}"')

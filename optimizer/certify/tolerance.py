@@ -150,10 +150,7 @@ def _needs(g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, wat
     for figure in limit.figures:
         if not figure.threshold:
             return [] if proved(limit) else [Need(limit.name, figure, None)]
-        alone = limit
-        for other in limit.figures:  # of a pair the other one is left free
-            if other is not figure:
-                alone = alone.with_bound(other, other.range[1] if other.upper else other.range[0])
+        alone = limit.only(figure)
         if not proved(alone):
             found.append(Need(limit.name, figure, _enough(alone, figure, proved)))
     if len(limit.figures) == 1 or any(need.bound is None for need in found):

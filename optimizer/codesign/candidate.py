@@ -14,11 +14,12 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
+from delta_cad.drive.held import held_masses
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.mechanism import DeltaGeometry, cube_extremes
 from delta_cad.mechanism.limits import HoldingTorque, Outline, Torque
+from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import Cube, CubeSearch
-from optimizer.certify.gravity import held_masses
 from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
 from optimizer.codesign.lessons import WEIGHED_AGAIN, Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from delta_cad.commands.pipeline import BuiltMachine
     from delta_cad.dimensions import Reason
 
-PROOF = "proof of "
-PROOF_BOXES = 60_000  # ten times what a design takes that keeps its limits by a thousandth
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
 CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
 
@@ -188,9 +187,8 @@ def worst_torque(lengths: Mapping[str, float], force: float) -> float:
     names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
     g = DeltaGeometry(**{name: lengths[name] / MM_PER_M for name in names})
     limit = Torque(force, 1.0)
-    figure = limit.figures[0]
     search = CubeSearch(Cube(lengths["bottom_height"] / MM_PER_M, lengths["half_side"] / MM_PER_M))
-    return float(search(lambda p: figure.worst(limit, g, p), -1.0).value)
+    return worst_of(search, g, limit, limit.figures[0]).value
 
 
 def hung(design: Design, lessons: Lessons) -> Lessons:
@@ -229,7 +227,7 @@ def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
     from delta_cad.commands.pipeline import check_weighed
 
     machine = solid(design)
-    return weighed_of(design, machine.masses), [*check_weighed(machine), *_proofs(design, machine.masses)]
+    return weighed_of(design, machine.masses), check_weighed(machine)
 
 
 _REFUSED: dict[str, tuple[Reason, ...]] = {}
@@ -273,24 +271,6 @@ def rubbed(design: Design) -> tuple[float, float]:
     return (0.0, 0.0) if found is None else (found.upright, found.level)
 
 
-def _proofs(design: Design, report: Mapping[str, Any]) -> list[CheckResult]:
-    """What of a design's certificate its masses leave open, or refute: so near its limit a proof would not end."""
-    from delta_cad.checks.report import CheckResult
-    from optimizer.certify.certificate import certify, limits_of
-    from optimizer.certify.gravity import GravityShare
-
-    required = design.requirements
-    held = held_masses(design.name, report["bodies"], design)
-    share = GravityShare(required.force_N, required.joint_torque_N_m, sha256="0" * 64, masses=held)
-    inertia = masses_from_dict(report, design.geometry.forearm_length, drive_torque(design)).handle_inertia
-    certificate = certify(design, limits_of(design, share, inertia), gravity=share, max_boxes=PROOF_BOXES)
-    return [
-        CheckResult(f"{PROOF}{finding.condition}", False, finding.value, None, "", detail=finding.verdict)
-        for finding in certificate.findings
-        if finding.verdict != "proved"
-    ]
-
-
 def weighed_of(design: Design, report: Mapping[str, Any]) -> Weighed:
     """Reads the masses of a machine that was made.
 
@@ -303,11 +283,8 @@ def weighed_of(design: Design, report: Mapping[str, Any]) -> Weighed:
     held = held_masses(design.name, report["bodies"], design)
     force, torque = design.requirements.force_N, design.requirements.joint_torque_N_m
     limit, bare = HoldingTorque(force, torque, held), Torque(force, torque)
-    cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
-    with_gravity, alone = limit.figures[0], bare.figures[0]
-
-    most = float(CubeSearch(cube)(lambda p: with_gravity.worst(limit, g, p), -1.0).value)
-    least = float(CubeSearch(cube)(lambda p: alone.worst(bare, g, p), -1.0).value)
+    search = CubeSearch(design.workspace)
+    most, least = (worst_of(search, g, one, one.figures[0]).value for one in (limit, bare))
     return Weighed(
         masses, max(most - least, 0.0), m.upper_arm_length_mm, m.forearm_length_mm, drive_torque(design).ratio, own=True
     )

@@ -15,7 +15,7 @@ from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.neighbours import SWING_FIELD
 from delta_cad.mechanism.limits import Outline
 from delta_cad.passing.folding import ELBOW_FIELD
-from optimizer.codesign.candidate import PROOF, Candidate
+from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, default_of
 from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons, apart_by, folds
 from optimizer.problem.brief import DesignBrief
@@ -67,7 +67,7 @@ SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
 SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
 """Check -> the share of its limit that is asked for."""
-HELD = "torque with gravity", f"{PROOF}holding_torque"
+HELD = "torque with gravity"
 
 
 class StuckError(Exception):
@@ -303,10 +303,10 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     for result in failed:
         short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
         why = _outcome(result)
-        if (share := _share(result.name)) is not None:
+        if (share := SHARES.get(result.name)) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
             lessons = lessons.taught(why, **{share: getattr(lessons, share) * SPARE / max(over, 1.0)})
-        elif result.name in HELD:
+        elif result.name == HELD:
             more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
             lessons = lessons.taught(why, spare_torque_N_m=more)
         elif result.name.startswith("structure") and candidate.design.panel is not None:
@@ -354,13 +354,9 @@ def _chains_apart(candidate: Candidate, lessons: Lessons, short_mm: float, why: 
     return lessons.apart(candidate.choice.width_mm, radius, short_mm, why)
 
 
-def _share(check: str) -> str | None:
-    return SHARES.get(check.removeprefix(PROOF).replace("_", " "))
-
-
 def by_weight(check: str) -> bool:
     """Whether a check rests on masses, inertias and what joints rub with."""
-    return check in HELD or _share(check) is not None
+    return check == HELD or check in SHARES
 
 
 def with_outline(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:

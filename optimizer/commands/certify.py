@@ -224,9 +224,10 @@ def _certify(
     given: argparse.Namespace, design: Design, share: GravityShare | None, inertia: HandleInertia | None
 ) -> int:
     from delta_cad.mechanism import UnreachableError
+    from delta_cad.mechanism.limits import Limits
     from delta_cad.mechanism.proof.extremes import worst_figures
     from optimizer.certify.bounds import bounds, tightened
-    from optimizer.certify.certificate import CertificateError, certify, cube_of, limits_of, values_of
+    from optimizer.certify.certificate import CertificateError, certify, limits_of, values_of
     from optimizer.certify.file import write_certificate
     from optimizer.certify.report import (
         broken,
@@ -240,13 +241,13 @@ def _certify(
         tolerance_sentence,
     )
 
-    geometry, cube, provable = design.geometry, cube_of(design), _provable(given.design.name, design, inertia)
+    geometry, cube, provable = design.geometry, design.workspace, _provable(given.design.name, design, inertia)
     limits = limits_of(provable, share, inertia)
     with Line() as line:
         progress = _Clock(line, given.proof_minutes)
         line.show("searching the cube")
         try:
-            worst = worst_figures(geometry, cube, values_of(provable, inertia, share))
+            worst = worst_figures(geometry, cube, Limits.measured(values_of(provable, inertia, share)))
         except UnreachableError:
             worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
@@ -320,7 +321,7 @@ def _within(
     Where no tolerance is proved it is that of the drawn machine.
     """
     from delta_cad.common.units import MM_PER_M
-    from optimizer.certify.certificate import certify, cube_of, limits_of
+    from optimizer.certify.certificate import certify, limits_of
     from optimizer.certify.tolerance import search_tolerance
 
     def share(about: float) -> GravityShare | None:
@@ -340,7 +341,7 @@ def _within(
     asked = None if given.tolerance == MAX else given.tolerance / MM_PER_M
     written = None if asked is None else within(asked, progress)  # what is asked comes before what is told beside it
     largest = search_tolerance(
-        design.geometry, cube_of(design), lambda about: limits_of(provable, share(about), inertia), asked, progress
+        design.geometry, design.workspace, lambda about: limits_of(provable, share(about), inertia), asked, progress
     )
 
     def tell(boxes: int, part: float) -> None:  # and end nothing: the search has just proved it, in a second or two

@@ -35,7 +35,7 @@ from haptics.devices.protocol import Packet, PacketError, PacketKind, decode, en
 from haptics.devices.recording import Recording, RecordingError, load_recording, save_recording
 from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.atlas.grid import load_grid
-from optimizer.certify.certificate import Certificate, CertificateError, cube_of, limits_of
+from optimizer.certify.certificate import Certificate, CertificateError, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
 from optimizer.certify.gravity import GravityError, share_of_masses
 from optimizer.codesign.journal import (
@@ -227,7 +227,7 @@ def readers(folder: Path) -> list[Reader]:
     weights = masses(folder, design, 1e-5)
     certificate = certificate_to_dict(
         Certificate(
-            design.name, "0" * 64, design.geometry, cube_of(design), limits_of(design, None), (),
+            design.name, "0" * 64, design.geometry, design.workspace, limits_of(design, None), (),
             np.array([[0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1]]), 3,
         )
     )  # fmt: skip

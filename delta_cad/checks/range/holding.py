@@ -1,4 +1,4 @@
-"""Torque of each joint with gravity: what holds the machine up, and the rest for a force on the handle.
+"""Torque of each joint that holds the machine up, of its placed solids; the limit on it is `HoldingTorque`.
 
 The torque that holds the moving bodies at p is minus the torque of gravity, that is the gradient of their potential
 energy in the joint angles: `J^T dU/dp` with `v = J theta_dot`. U is summed over the links of the placement, with masses
@@ -13,11 +13,8 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism import jacobian, worst_joint_torque
-from delta_cad.mechanism.limits import Torque
+from delta_cad.mechanism import jacobian
 
 STEP_MM = 1e-2  # error of the central difference: step^2 / 6 times the third derivative, below 1e-8 of the torque
 
@@ -60,36 +57,3 @@ def holding_torque(
     gradient = np.stack([energy(p + s) - energy(p - s) for s in steps], axis=-1) / (2.0 * STEP_MM / MM_PER_M)
     to_joints = np.swapaxes(jacobian(assembly.placement.geometry, p / MM_PER_M), -1, -2)
     return (to_joints @ gradient[..., None])[..., 0]
-
-
-def check_holding(
-    assembly: Assembly,
-    limits: CheckLimits,
-    bodies: Mapping[str, tuple[float, np.ndarray]],
-    gravity_m_s2: np.ndarray,
-) -> CheckResult:
-    """Holds force in the worst direction plus gravity against the torque of a joint.
-
-    Args:
-        assembly: The machine.
-        limits: The cube, and the limit on the torque.
-        bodies: As for `potential_energy`.
-        gravity_m_s2: (3,) acceleration of gravity in the base frame.
-    """
-    asked = limits.pose["torque"]
-    assert isinstance(asked, Torque)
-    force_N, available_N_m = asked.force, asked.torque_max
-    poses = limits.poses_mm()
-    gravity = holding_torque(assembly, bodies, poses, gravity_m_s2)
-    force = worst_joint_torque(assembly.placement.geometry, poses / MM_PER_M, force_N)
-    total = np.abs(gravity) + force
-    pose, chain = np.unravel_index(np.argmax(total), total.shape)
-    x, y, z = poses[pose].tolist()
-    detail = (
-        f"{force_N:g} N in the worst direction takes {force[pose, chain]:.4f} N m, gravity "
-        f"{abs(gravity[pose, chain]):.4f} N m; gravity alone at most {np.abs(gravity).max():.4f} N m; "
-        f"largest of {len(poses)} positions, on chain {chain}"
-    )
-    value, pair = float(total[pose, chain]), (f"chain_{chain}",)
-    passed = value <= available_N_m
-    return CheckResult("torque with gravity", passed, value, available_N_m, "N m", (x, y, z), pair, detail)

@@ -72,17 +72,28 @@ class Limits:
         return cls(tuple(known[limit] for limit in POSE_LIMITS if limit in known))
 
     @classmethod
-    def stated(cls, values: Values, strict: bool = True) -> Self:
-        """Makes the limits that requirements state.
+    def stated(cls, values: Values) -> Self:
+        """Makes the limits that requirements state, degrees rounded to the strict side of their radians.
 
         Args:
-            values: Fields of a requirements file, and `inertia` where it is known.
-            strict: Whether degrees become radians rounded to the strict side.
+            values: Fields of a requirements file, and what is known of the machine (`PoseLimit.needs`).
 
         Raises:
-            GeometryError: A number that the proof does not take.
+            GeometryError: A number that the proof does not take, or something that a stated limit needs is not known.
         """
-        return cls.of(*(limit.stated(values, strict) for limit in POSE_LIMITS))
+        return cls.of(*(limit.stated(values, strict=True) for limit in POSE_LIMITS))
+
+    @staticmethod
+    def measured(values: Values) -> tuple[PoseLimit, ...]:
+        """Makes those limits that can be measured, to measure their figures by.
+
+        Args:
+            values: Fields of a requirements file, and what is known of the machine (`PoseLimit.needs`).
+
+        Returns:
+            In the order of the registry; a limit whose numbers are missing is left out.
+        """
+        return tuple(limit for kind in POSE_LIMITS if (limit := kind.measured(values)) is not None)
 
     @property
     def asked(self) -> tuple[str, ...]:

@@ -160,7 +160,9 @@ class HoldingTorque(PoseLimit):
         "masses": "held_masses",
     }
     figures: ClassVar = (
-        FigureOfMerit("holding_torque", "torque with gravity", "N m", 1.0, True, True, _torques, "torque_max", RANGE),
+        FigureOfMerit(
+            "torque_with_gravity", "torque with gravity", "N m", 1.0, True, True, _torques, "torque_max", RANGE
+        ),
     )
     tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True

@@ -282,10 +282,6 @@ class PoseLimit(Limit):
         """The threshold of one of its figures, SI units."""
         return float(getattr(self, figure.threshold)) if figure.threshold else 0.0
 
-    def states(self, figure: FigureOfMerit) -> bool:
-        """Whether it bounds a figure."""
-        return bool(figure.threshold)
-
     def with_bound(self, figure: FigureOfMerit, value: float) -> Self:
         """The same with another threshold of one figure.
 
@@ -293,6 +289,14 @@ class PoseLimit(Limit):
             GeometryError: The proof does not take it.
         """
         return replace(self, **{figure.threshold: value})
+
+    def only(self, figure: FigureOfMerit) -> Self:
+        """The same with its other figures left free."""
+        alone = self
+        for other in self.figures:
+            if other is not figure:
+                alone = alone.with_bound(other, other.range[1] if other.upper else other.range[0])
+        return alone
 
     def laxer(self, than: Any) -> bool:
         """Whether it allows more than another one of its kind does, each number taken as exact."""

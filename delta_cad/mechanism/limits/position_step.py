@@ -18,8 +18,8 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross, norm2
 from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors
-from delta_cad.mechanism.jacobian import forearm_determinant, forearm_faces
+from delta_cad.mechanism.inverse import elbow_arm, forearm_determinant, forearm_vectors
+from delta_cad.mechanism.jacobian import forearm_faces
 from delta_cad.mechanism.limits.friction import SIGNS, signed_sum
 from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, PoseLimit, Values, require, require_ranges
 

@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 
 Verdict = Literal["proved", "refuted", "undecided"]
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+"""Lower and upper corner, m."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Finding:
     limit: float | tuple[float, ...]
     point: tuple[float, float, float] | None = None
     value: float | None = None
-    box: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    box: Box | None = None
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from delta_cad.mechanism.enclosure.pose import TOLERANCE
 from delta_cad.mechanism.enclosure.table import CENTRE, HIGH, LOW
 from delta_cad.mechanism.geometry import DeltaGeometry, require_tolerance
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
-from delta_cad.mechanism.proof.findings import Finding, Proof
+from delta_cad.mechanism.proof.findings import Box, Finding, Proof
 from delta_cad.mechanism.proof.margins import BITS, MARGINS, margins, numbers, room
 from delta_cad.mechanism.workspace import Cube
 
@@ -110,7 +110,7 @@ def _finding(
     g: DeltaGeometry,
     fate: int,
     point: np.ndarray,
-    box: tuple[tuple[float, float, float], tuple[float, float, float]],
+    box: Box,
 ) -> Finding:
     """The record of one limit."""
     name, bound = limit.name, limit.told()
@@ -123,9 +123,7 @@ def _triple(point: np.ndarray) -> tuple[float, float, float]:
     return (float(point[0]), float(point[1]), float(point[2]))
 
 
-def _box(
-    origin: np.ndarray, edges: np.ndarray, cell: np.ndarray
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+def _box(origin: np.ndarray, edges: np.ndarray, cell: np.ndarray) -> Box:
     """Corners of a box of the subdivision, m."""
     size = edges / 2.0 ** cell[::2]
     return _triple(origin + cell[1::2] * size), _triple(origin + (cell[1::2] + 1) * size)

@@ -7,17 +7,29 @@ from hypothesis import strategies as st
 from scipy.optimize import root
 
 from delta_cad.mechanism import (
+    BranchError,
     DeltaGeometry,
     SingularError,
     UnreachableError,
+    closure_margin,
     direct_margin,
     forward_kinematics,
     inverse_kinematics,
+    joint_angles,
     platform_positions,
 )
 from tests.delta_cad.mechanism.oracles import PROPERTY, PUBLISHED, mechanisms, paper_h, paper_residual, points, rotation
 
 ANGLES = st.tuples(*[st.floats(-1.0, 1.3)] * 3).map(np.array)
+NONE = np.full(3, np.nan)
+
+
+def on_branch(g, theta, p):
+    """Whether the position lies over the base and its own angles are those given: a round trip, not a sign of w."""
+    assume(np.abs(closure_margin(g, p)).min() > 1e-9)  # m^2: not on the fold, where roundings rule
+    assume(abs(p[2]) > 1e-9)
+    assume(direct_margin(g, p) > 1e-9)
+    return p[2] > 0.0 and np.abs(np.exp(1j * joint_angles(g, p)) - np.exp(1j * theta)).max() < 1e-6
 
 
 @PROPERTY
@@ -25,7 +37,7 @@ ANGLES = st.tuples(*[st.floats(-1.0, 1.3)] * 3).map(np.array)
 def test_position_closes_the_paper_equation_above_the_elbows(g, theta):
     p = platform_positions(g, theta)
     assume(np.isfinite(p).all())
-    np.testing.assert_allclose(forward_kinematics(g, theta), p, rtol=0, atol=0)
+    np.testing.assert_array_equal(forward_kinematics(g, theta, off_branch="nan"), p if on_branch(g, theta, p) else NONE)
     centres = np.array(
         [
             rotation(120 * i) @ [g.base_radius - g.platform_radius + g.upper_arm_length * np.cos(theta[i]), 0, 0]
@@ -63,10 +75,12 @@ def test_round_trip_above_the_elbows(g, p):
     assume((paper_h(g, p) < -1e-8).all())  # m^4: not on the fold, where the angle is a root of a rounding
     det = direct_margin(g, p)
     assume(abs(det) > 1e-3)
-    theta = inverse_kinematics(g, p)
-    back = forward_kinematics(g, theta)
+    theta = joint_angles(g, p)
+    back = platform_positions(g, theta)
     if det > 0:
         np.testing.assert_allclose(back, p, atol=1e-11)  # m; roundings over a determinant of 1e-3
+        if p[2] > 0.0:
+            np.testing.assert_array_equal(forward_kinematics(g, theta), back)
     else:
         assert np.linalg.norm(back - p) > 1e-6  # the other assembly is not taken for this one
         np.testing.assert_allclose(paper_residual(g, theta, back), 0.0, atol=1e-12)
@@ -113,3 +127,41 @@ def test_collinear_or_coinciding_centres_are_refused():
 def test_angles_that_are_not_numbers_are_refused(value):
     with pytest.raises(SingularError):
         forward_kinematics(PUBLISHED, [0.0, value, 0.0])
+
+
+# a kinematics library's lengths; its users found other angles than they had given, beyond the fold at 91 deg
+LIBRARY = DeltaGeometry(0.063, 0.035, 0.130, 0.400)
+
+
+@pytest.mark.parametrize("degrees", [110.0, 200.0])
+def test_arms_past_their_fold_are_refused_by_their_index_or_masked(degrees):
+    past, sound = np.full(3, np.radians(degrees)), np.full(3, 0.3)
+    back = np.degrees(joint_angles(LIBRARY, platform_positions(LIBRARY, past)))
+    assert np.abs(back - degrees).min() > 30.0  # not the angles given
+    if degrees == 110.0:
+        assert back == pytest.approx(76.14, abs=5e-3)
+    with pytest.raises(BranchError, match=rf"theta = \({degrees:.3f}, .*\) deg: .*past its fold"):
+        forward_kinematics(LIBRARY, past)
+    with pytest.raises(BranchError, match=rf"theta\[1\] = \({degrees:.3f}, "):
+        forward_kinematics(LIBRARY, [sound, past, sound])
+    masked = forward_kinematics(LIBRARY, [sound, past, sound], off_branch="nan")
+    assert np.isnan(masked).all(axis=-1).tolist() == [False, True, False]
+    np.testing.assert_array_equal(masked[0], forward_kinematics(LIBRARY, sound))
+
+
+def test_arms_that_hang_hold_a_platform_below_the_base_which_is_refused():
+    g, hanging = DeltaGeometry(0.03, 0.06, 0.10, 0.08), np.full(3, np.radians(-85.0))
+    # elbows at a radius of 30 + 8.716 mm and a height of -99.619 mm; moved in by 60 mm the forearms meet over them
+    height = np.sqrt(0.08**2 - (0.03 - 0.1 * np.cos(hanging[0])) ** 2)
+    p = platform_positions(g, hanging)
+    np.testing.assert_allclose(p, [0.0, 0.0, height + 0.1 * np.sin(hanging[0])], atol=1e-15)
+    assert p[2] < 0.0
+    np.testing.assert_allclose(joint_angles(g, p), hanging, atol=1e-12)  # all but z is as on the branch
+    with pytest.raises(BranchError, match=r"\(-85\.000, .* deg: .*z <= 0"):
+        forward_kinematics(g, hanging)
+
+
+def test_what_does_not_meet_is_masked_too():
+    g = DeltaGeometry(0.04, 0.03, 0.082, 0.090)
+    theta = [np.zeros(3), np.full(3, 0.8), np.full(3, np.inf)]
+    assert np.isnan(forward_kinematics(g, theta, off_branch="nan")).all(axis=-1).tolist() == [True, False, True]

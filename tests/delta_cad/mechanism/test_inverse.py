@@ -7,17 +7,21 @@ import pytest
 from hypothesis import assume, given
 
 from delta_cad.mechanism import (
+    BranchError,
     Cube,
     DeltaGeometry,
-    SingularError,
+    GeometryError,
     UnreachableError,
     closure_margin,
     cube_surface,
+    direct_margin,
     elbow_positions,
     forearm_angle,
     forearm_vectors,
+    forward_kinematics,
     inverse_kinematics,
     joint_angles,
+    platform_positions,
     reach_excess,
     rod_lean,
     wrist_positions,
@@ -76,12 +80,14 @@ def test_margin_and_reach_excess_agree(g, p):
 @given(mechanisms(), points())
 def test_angles_close_the_paper_equation_and_keep_the_elbows_out(g, p):
     assume((paper_h(g, p) < -4 * g.upper_arm_length**2 * SAFE).all())
-    theta = inverse_kinematics(g, p)
+    theta = joint_angles(g, p)
     # m^2; lengths below 0.5 m squared, some tens of roundings
     np.testing.assert_allclose(paper_residual(g, theta, p), 0.0, atol=1e-14)
-    check_outward(inverse_kinematics, g, p)
-    check_symmetry(inverse_kinematics, g, p)
-    np.testing.assert_array_equal(joint_angles(g, p), theta)
+    check_outward(joint_angles, g, p)
+    check_symmetry(joint_angles, g, p)
+    masked = inverse_kinematics(g, p, off_branch="nan")
+    on = p[2] > 0.0 and direct_margin(g, p) > 0.0
+    np.testing.assert_array_equal(masked, theta if on else np.full(3, np.nan))
 
 
 @PROPERTY
@@ -89,7 +95,7 @@ def test_angles_close_the_paper_equation_and_keep_the_elbows_out(g, p):
 def test_forearm_runs_from_elbow_to_wrist(g, p):
     assume((paper_h(g, p) < 0).all())
     s = forearm_vectors(g, p)
-    between = wrist_positions(g, p) - elbow_positions(g, inverse_kinematics(g, p))
+    between = wrist_positions(g, p) - elbow_positions(g, joint_angles(g, p))
     # m; sines and cosines go through the angle and back: some roundings of 0.3 m
     np.testing.assert_allclose(s, between, atol=1e-14)
     # at the edge w is the root of a rounding, 1e-9 m, and the length keeps w^2: 1e-14 m stands again
@@ -106,7 +112,7 @@ def test_close_to_the_edge_of_reach(g, p, far):
     assert abs(margin) < 1e-14  # m^2: the edge of the paper's h is ours, to rounding
     step = 1e-6 * (p - edge) / np.linalg.norm(p - edge)  # a micrometre
     assume((paper_h(g, edge + step) < 0).all())
-    theta = inverse_kinematics(g, edge + step)
+    theta = joint_angles(g, edge + step)
     np.testing.assert_allclose(paper_residual(g, theta, edge + step), 0.0, atol=1e-14)
     if (paper_h(g, edge - step) > 1e-15).any():  # m^4: beyond rounding
         with pytest.raises(UnreachableError):
@@ -126,7 +132,7 @@ def test_on_the_axis_by_hand():
 def test_level_arms_by_hand():
     # level arms, vertical forearms: the platform in the centre at the forearm's height, wrists under the elbows
     g = DeltaGeometry(0.03, 0.03 + 0.08, 0.08, 0.12)
-    np.testing.assert_allclose(inverse_kinematics(g, [0.0, 0.0, 0.12]), 0.0, atol=1e-15)
+    np.testing.assert_allclose(joint_angles(g, [0.0, 0.0, 0.12]), 0.0, atol=1e-15)
     np.testing.assert_allclose(forearm_vectors(g, [0.0, 0.0, 0.12]), np.tile([0, 0, 0.12], (3, 1)), atol=1e-16)
 
 
@@ -209,9 +215,64 @@ def test_a_position_that_is_not_finite_is_refused(value):
 
 def test_wrist_on_the_shoulder_axis_has_no_definite_angle():
     g = DeltaGeometry(0.05, 0.05, 0.08, 0.08)
-    with pytest.raises(SingularError, match="chain 0"):
+    with pytest.raises(BranchError):  # it lies in the base plane
         inverse_kinematics(g, [0.0, 0.0, 0.0])
     assert np.isnan(joint_angles(g, [0.0, 0.0, 0.0])).all()
+
+
+# Lengths of a haptic device that other codes publish, with the position that they give it, z downwards
+FALCON, DOWNWARDS = DeltaGeometry(0.0372338, 0.014, 0.060, 0.1025), [0.010, 0.020, -0.100]
+HANGING, BELOW = DeltaGeometry(0.056, 0.024, 0.099, 0.087), [0.0, 0.0, 0.040]
+
+
+def test_a_position_of_another_convention_is_refused_by_its_frame():
+    # forward kinematics of these angles is another position: (-9.0, -18.1, 86.7) mm
+    theta = joint_angles(FALCON, DOWNWARDS)
+    np.testing.assert_allclose(np.degrees(theta), [-169.9, -169.1, 178.6], atol=0.05)
+    np.testing.assert_allclose(platform_positions(FALCON, theta), [-0.0090, -0.0181, 0.0867], atol=5e-5)
+    with pytest.raises(BranchError, match=r"\(10\.000, 20\.000, -100\.000\) mm: z must be > 0.*base.*negate z"):
+        inverse_kinematics(FALCON, DOWNWARDS)
+    turned = np.abs(DOWNWARDS)
+    np.testing.assert_allclose(forward_kinematics(FALCON, inverse_kinematics(FALCON, turned)), turned, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("g", "p", "named"),
+    [
+        (FALCON, DOWNWARDS, "z must be > 0"),
+        (FALCON, [0.0, 0.0, 0.0], "z must be > 0"),
+        (HANGING, BELOW, "det S must be > 0"),
+        # R = r, L_A 3, L_B 4: the wrist 7 over the shoulder is at the end of a straight arm
+        (DeltaGeometry(0.05, 0.05, 3 * 2**-5, 4 * 2**-5), [0.0, 0.0, 7 * 2**-5], "folded"),
+    ],
+)
+def test_what_is_off_the_branch_is_refused_by_its_index_or_masked(g, p, named):
+    sound = [0.001, 0.002, 0.120]
+    assert np.isfinite(inverse_kinematics(g, sound)).all()
+    batch = np.array([[sound, sound, sound], [sound, sound, p]])
+    with pytest.raises(BranchError, match=r"position p = \(.*\) mm: .*" + named):
+        inverse_kinematics(g, p)
+    with pytest.raises(BranchError, match=r"position p\[1, 2\] = \(.*\) mm: .*" + named):
+        inverse_kinematics(g, batch)
+    masked = inverse_kinematics(g, batch, off_branch="nan")
+    off = np.zeros((2, 3), bool)
+    off[1, 2] = True
+    assert (np.isnan(masked).all(axis=-1) == off).all()
+    np.testing.assert_array_equal(masked[~off], joint_angles(g, batch[~off]))
+
+
+def test_out_of_reach_and_what_is_not_finite_is_masked_too():
+    p = [[0.0, 0.0, 0.1], [0.0, 0.0, 0.3], [np.inf, 0.0, 0.1], [0.0, np.nan, 0.1]]
+    masked = inverse_kinematics(PUBLISHED, p, off_branch="nan")
+    assert np.isnan(masked).all(axis=-1).tolist() == [False, True, True, True]
+    with pytest.raises(UnreachableError, match=r"p\[1\]"):
+        inverse_kinematics(PUBLISHED, p[:2])
+
+
+@pytest.mark.parametrize("function", [inverse_kinematics, forward_kinematics])
+def test_another_word_for_what_is_off_the_branch_is_refused(function):
+    with pytest.raises(GeometryError, match=r'off_branch is .*"raise" or "nan"'):
+        function(PUBLISHED, [0.0, 0.0, 0.1], off_branch="ignore")
 
 
 def between(a, b):
@@ -222,7 +283,7 @@ def between(a, b):
 @given(mechanisms(), points())
 def test_angles_between_the_links(g, p):
     assume((paper_h(g, p) < -1e-9).all())  # m^4: off the fold, where an arc cosine has half the digits
-    theta = inverse_kinematics(g, p)
+    theta = joint_angles(g, p)
     elbows, wrists = elbow_positions(g, theta), wrist_positions(g, p)
     for i in range(3):
         turn = rotation(120.0 * i)

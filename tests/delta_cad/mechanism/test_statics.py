@@ -14,8 +14,8 @@ from delta_cad.mechanism import (
     direct_margin,
     forearm_vectors,
     inverse_jacobian,
-    inverse_kinematics,
     jacobian,
+    joint_angles,
     serial_margin,
     singular_values,
     worst_joint_torque,
@@ -48,7 +48,7 @@ def test_worst_torque_over_many_directions(g, p, force):
     # joint torques from static balance of the platform: rod forces, then the lever about each shoulder
     s = forearm_vectors(g, p)
     along = np.linalg.solve(s.T, force * SPHERE.T)  # rod force per metre of rod, (3 chains, n)
-    theta = inverse_kinematics(g, p)
+    theta = joint_angles(g, p)
     brute = np.empty(3)
     for i in range(3):
         phi = np.radians(120.0 * i)
@@ -96,7 +96,7 @@ def test_torque_lies_between_the_singular_values(g, p):
 @given(mechanisms(), points())
 def test_margins_are_what_they_say(g, p):
     assume((paper_h(g, p) < 0).all())
-    theta = inverse_kinematics(g, p)
+    theta = joint_angles(g, p)
     for i in range(3):
         phi = np.radians(120.0 * i)
         move = [-np.sin(theta[i]) * np.cos(phi), -np.sin(theta[i]) * np.sin(phi), np.cos(theta[i])]

@@ -78,7 +78,10 @@ def test_published(capsys: pytest.CaptureFixture[str]) -> None:
         (["gravity"], "--design"),
         (["gravity", "--design", "none.json"], "none.json: "),
         (["gravity", "--design", BEST, "--at", "0,0,300", "--point-masses", "1,1,1"], "--at 0,0,300: chain 0"),
-        (["gravity", "--design", BEST, "--at", "0,0,-95", "--point-masses", "1,1,1"], "--at 0,0,-95: is of another"),
+        (
+            ["gravity", "--design", BEST, "--at", "0,0,-95", "--point-masses", "1,1,1"],
+            "-95.000) mm: z must be > 0",
+        ),
         (["gravity", "--design", BEST, "--at", "0,0"], "argument --at"),
         (["gravity", "--design", BEST, "--at", "-1,nan,2"], "argument --at"),
         (["gravity", "--design", BEST, "--at", "0,0,1e308"], "argument --at"),

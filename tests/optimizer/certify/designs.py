@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.design import Design, design_to_dict, load_design
-from optimizer.certify.gravity import KNOWN
+from delta_cad.drive.held import KNOWN
 from optimizer.commands import cli
 from tests.committed import PUBLISHED
 

@@ -8,16 +8,17 @@ import numpy as np
 
 from delta_cad.design import load_design
 from delta_cad.mechanism import Cube, DeltaGeometry, conditioning
+from delta_cad.mechanism.limits import Limits
 from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures
 from optimizer.certify.bounds import bounds
-from optimizer.certify.certificate import cube_of, values_of
+from optimizer.certify.certificate import values_of
 from tests.optimizer.certify.designs import changed
 
 
 def searched(tmp_path: Path) -> tuple[DeltaGeometry, Cube, dict[str, WorstFigure]]:
     design = load_design(changed(tmp_path))
-    g, cube = design.geometry, cube_of(design)
-    return g, cube, {one.figure.name: one for one in worst_figures(g, cube, values_of(design))}
+    g, cube = design.geometry, design.workspace
+    return g, cube, {one.figure.name: one for one in worst_figures(g, cube, Limits.measured(values_of(design)))}
 
 
 def test_a_bound_moves_on_to_the_point_that_refutes_its_extreme(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from delta_cad.design import design_from_dict
 from delta_cad.mechanism import GeometryError, conditioning, cube_extremes, worst_joint_torque
 from delta_cad.mechanism.limits import AssemblyMode, Kappa, Lean, Limits, Reach, Shoulder, Torque
-from optimizer.certify.certificate import CertificateError, UnreadableError, certify, cube_of, limits_of, verify
+from optimizer.certify.certificate import CertificateError, UnreadableError, certify, limits_of, verify
 from optimizer.certify.file import (
     certificate_from_dict,
     certificate_to_dict,
@@ -52,7 +52,7 @@ def design():
 @pytest.fixture(scope="module")
 def tight(design):
     """All six conditions a thousandth above the extremes."""
-    e = cube_extremes(design.geometry, cube_of(design), 3.0)
+    e = cube_extremes(design.geometry, design.workspace, 3.0)
     return limits(
         elbow_arm_min=float(np.sqrt(e.closure_margin_min.value)) / 1.001,
         force=3.0,

@@ -13,20 +13,14 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.range.holding import holding_torque
 from delta_cad.design import Design, design_from_dict
+from delta_cad.drive.held import KNOWN, NEEDED
 from delta_cad.mechanism import Cube, closure_margin, forearm_vectors, jacobian, worst_joint_torque
 from delta_cad.mechanism.limits import HeldMasses, Torque
 from delta_cad.mechanism.limits.holding_torque import gravity_torque
 from delta_cad.mechanism.placement import LinkPlacement
 from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
-from optimizer.certify.gravity import (
-    KNOWN,
-    NEEDED,
-    GravityError,
-    GravityShare,
-    given_share,
-    share_of_masses,
-)
+from optimizer.certify.gravity import GravityError, GravityShare, given_share, share_of_masses
 from tests.delta_cad.mechanism.asked import limits
 from tests.optimizer.messages import refuses
 

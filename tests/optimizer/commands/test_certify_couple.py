@@ -13,14 +13,13 @@ from delta_cad.commands.cli import main
 from delta_cad.design import load_design
 from delta_cad.mechanism import elbow_positions, inverse_kinematics, wrist_positions
 from delta_cad.mechanism.geometry import TANGENTIAL
-from optimizer.certify.certificate import cube_of
 from tests.optimizer.certify.designs import call, changed, redigested
 
 
 def least(path: Path) -> float:
     """The smallest singular value of the couples on 61^3 points."""
     design = load_design(path)
-    g, line, cube = design.geometry, np.linspace(-1.0, 1.0, 61), cube_of(design)
+    g, line, cube = design.geometry, np.linspace(-1.0, 1.0, 61), design.workspace
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     p = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
     n = (wrist_positions(g, p) - elbow_positions(g, inverse_kinematics(g, p))) / g.forearm_length

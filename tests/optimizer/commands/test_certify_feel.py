@@ -14,7 +14,6 @@ from delta_cad.design import load_design
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.mechanism import inverse_jacobian, jacobian
 from delta_cad.mechanism.limits.friction import SIGNS
-from optimizer.certify.certificate import cube_of
 from tests.optimizer.certify.designs import call, changed, redigested
 
 QUANTITIES = {"friction": "friction_max_N", "position step": "position_step_max_mm"}
@@ -24,7 +23,7 @@ CONDITIONS = ("friction", "position_step")
 def most(path: Path) -> tuple[float, float]:
     """The largest friction, N, and position step, mm, on 41^3 points, each by an inverse matrix of its own."""
     design = load_design(path)
-    g, line, cube, known = design.geometry, np.linspace(-1.0, 1.0, 41), cube_of(design), known_joints(design)
+    g, line, cube, known = design.geometry, np.linspace(-1.0, 1.0, 41), design.workspace, known_joints(design)
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     p = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
     sums = known["friction"].drive * SIGNS @ np.linalg.inv(jacobian(g, p))

@@ -12,7 +12,6 @@ import pytest
 from delta_cad.design import design_hash, load_design
 from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits.effective_mass import effective_mass
-from optimizer.certify.certificate import cube_of
 from tests.optimizer.certify.designs import call, changed, masses
 
 
@@ -20,7 +19,7 @@ def heaviest(path: Path, file: Path) -> float:
     """The largest effective mass on 61^3 points, by a plain eigenvalue problem, kg."""
     design = load_design(path)
     inertia = load_masses(file, design).handle_inertia
-    line, cube = np.linspace(-1.0, 1.0, 61), cube_of(design)
+    line, cube = np.linspace(-1.0, 1.0, 61), design.workspace
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     points = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
     return float(effective_mass(design.geometry, points, inertia).max())

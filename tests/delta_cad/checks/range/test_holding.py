@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.range.holding import check_holding, holding_torque, potential_energy
+from delta_cad.checks.range.holding import holding_torque, potential_energy
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinematics, jacobian, worst_joint_torque
+from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinematics, jacobian
 from delta_cad.mechanism.placement import LinkPlacement
-from tests.delta_cad.mechanism.asked import limits as asked
 
 G = np.array([0.0, 0.0, -9.81])
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
 CENTRE = np.array([0.0, 0.0, 94.612])
 POSES = CENTRE + np.random.default_rng(3).uniform(-37, 37, (25, 3))
-LIMITS = CheckLimits(57.112, 37.5, 270.0, 220.0, pose=asked(force=3.0, torque_max=0.8), grid=5, random_poses=20)
 NUMERIC_N_M = 2e-9
 """Central differences over 0.01 mm: rounding of an energy of 0.3 J (1e-16 relative) over 2e-5 m, times 0.1 m of
 Jacobian, and h^2 / 6 of its third derivative; both below this."""
@@ -105,28 +101,6 @@ def test_potential_energy_of_known_heights() -> None:
     only = {"platform": (2.0, np.array([0.0, 0.0, 10.0]))}
     energy = potential_energy(stand_in(), only, np.array([[0, 0, 90.0], [5, -5, 100.0]]), G)
     np.testing.assert_allclose(energy, [2 * 9.81 * 0.100, 2 * 9.81 * 0.110], rtol=1e-14)
-
-
-def test_the_check_adds_gravity_to_the_worst_force_and_says_where() -> None:
-    poses = LIMITS.poses_mm()
-    total = worst_joint_torque(GEOMETRY, poses / 1e3, 3.0) + np.abs(holding_torque(stand_in(), bodies(), poses, G))
-    result = check_holding(stand_in(), LIMITS, bodies(), G)
-    assert result.passed
-    assert result.value == pytest.approx(total.max(), rel=1e-12)
-    assert result.limit == 0.8
-    k, chain = np.unravel_index(total.argmax(), total.shape)
-    assert result.worst_pose_mm == pytest.approx(poses[k].tolist())
-    assert result.worst_pair == (f"chain_{chain}",)
-    value = result.value or 0.0
-    for share, holds in ((1 + 1e-9, True), (1 - 1e-9, False)):
-        limits = replace(LIMITS, pose=asked(force=3.0, torque_max=value * share))
-        assert check_holding(stand_in(), limits, bodies(), G).passed == holds
-
-
-def test_the_check_of_a_force_near_nothing_is_gravity_alone() -> None:
-    result = check_holding(stand_in(), replace(LIMITS, pose=asked(force=1e-6, torque_max=0.8)), bodies(), G)
-    gravity = np.abs(holding_torque(stand_in(), bodies(), LIMITS.poses_mm(), G)).max()
-    assert result.value == pytest.approx(gravity, rel=1e-5)
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from delta_cad.mechanism import (
     conditioning,
     direct_margin,
     elbow_positions,
-    inverse_kinematics,
+    joint_angles,
     wrist_positions,
 )
 from delta_cad.mechanism.enclosure.interval import exactly
@@ -42,7 +42,7 @@ TURN = 1e-6  # rad; the error is its square
 
 def rods_apart(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     """(chain, axis) what a chain's one rod gets longer than the other where the platform turns, by width and angle."""
-    elbows, wrists = elbow_positions(g, inverse_kinematics(g, p)), wrist_positions(g, p)
+    elbows, wrists = elbow_positions(g, joint_angles(g, p)), wrist_positions(g, p)
     out = np.empty((3, 3))
     for axis in range(3):
         lengths = []
@@ -61,7 +61,7 @@ def rods_apart(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 
 def six_rods(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     """(6, 6) how fast each rod would lengthen with each velocity and turn of the platform, lengths by L_B."""
-    elbows, wrists, rows = elbow_positions(g, inverse_kinematics(g, p)), wrist_positions(g, p), []
+    elbows, wrists, rows = elbow_positions(g, joint_angles(g, p)), wrist_positions(g, p), []
     for i in range(3):
         n = (wrists[i] - elbows[i]) / g.forearm_length
         for side in (0.5, -0.5):
@@ -83,7 +83,7 @@ def test_it_is_the_hold_of_rods_that_are_turned(g: DeltaGeometry, p: np.ndarray)
 @given(mechanisms(), points())
 def test_it_is_the_smallest_singular_value_of_the_couples(g: DeltaGeometry, p: np.ndarray) -> None:
     assume((paper_h(g, p) < -1e-9).all())
-    n = (wrist_positions(g, p) - elbow_positions(g, inverse_kinematics(g, p))) / g.forearm_length
+    n = (wrist_positions(g, p) - elbow_positions(g, joint_angles(g, p))) / g.forearm_length
     values = np.linalg.svd(np.cross(TANGENTIAL, n), compute_uv=False)
     # where both smaller ones vanish a rounding of the middle eigenvalue is all there is
     assert couple_index(g, p) == pytest.approx(values[2], abs=1e-13 / max(values[1], 1e-6))
@@ -184,7 +184,7 @@ def test_bounds_are_right_to_second_order():
     tried = 0
     for g, p in poses(rng, 200, 1e-4):
         limit = CoupleIndex(0.4)
-        n = (wrist_positions(g, p) - elbow_positions(g, inverse_kinematics(g, p))) / g.forearm_length
+        n = (wrist_positions(g, p) - elbow_positions(g, joint_angles(g, p))) / g.forearm_length
         values = np.linalg.svd(np.cross(TANGENTIAL, n), compute_uv=False)
         if values[1] - values[2] < 0.05 or values[2] < 0.02:  # where two meet, or at 0, the smallest has a kink
             continue

@@ -25,7 +25,6 @@ from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch
 from haptics.feel.field import worst_friction
 from haptics.model.ball_joints import ball_friction_N
-from optimizer.certify.certificate import cube_of
 from optimizer.certify.replay import breaks, replay
 from tests.delta_cad.mechanism.limits.proving import leaves, poses, verdict
 from tests.delta_cad.mechanism.oracles import PUBLISHED
@@ -94,14 +93,14 @@ def test_at_a_fold_it_is_infinite_and_beyond_it_is_not_a_number() -> None:
 
 def test_the_ball_joints_of_haptics_are_within_the_bounds_and_reach_them(best: Design) -> None:
     rubs, rng = known_joints(best)["friction"], np.random.default_rng(5)
-    p, v = within(cube_of(best), rng, 100_000), directions(rng, 100_000)
+    p, v = within(best.workspace, rng, 100_000), directions(rng, 100_000)
     assert (
         ball_friction_N(best, p, v) <= rubs.upright * np.abs(v[:, 2]) + rubs.level * np.hypot(v[:, 0], v[:, 1])
     ).all()
     up, level = np.tile([0.0, 0.0, 1.0], (len(p), 1)), v * [1.0, 1.0, 0.0]
     level /= np.linalg.norm(level, axis=1, keepdims=True)
-    corners = within(cube_of(best), rng, 20_000)
-    corners[:, 2] = np.where(rng.random(20_000) < 0.5, cube_of(best).lower[2], cube_of(best).upper[2])
+    corners = within(best.workspace, rng, 20_000)
+    corners[:, 2] = np.where(rng.random(20_000) < 0.5, best.workspace.lower[2], best.workspace.upper[2])
     assert rubs.upright <= 1.002 * CLOSE * ball_friction_N(best, corners, up[:20_000]).max()
     assert rubs.level <= 1.03 * CLOSE * ball_friction_N(best, p, level).max()  # eight directions: 2 %
 
@@ -131,7 +130,7 @@ def test_of_rods_for_which_there_is_no_spring_nothing_is_known_and_inspect_says_
 def test_no_motion_of_the_machine_takes_more_and_the_bound_is_near(best: Design) -> None:
     rubs, g, rng = known_joints(best)["friction"], best.geometry, np.random.default_rng(7)
     assert rubs.drive == drive_friction_N_m(best)[1]
-    p, v = within(cube_of(best), rng, 100_000), directions(rng, 100_000)
+    p, v = within(best.workspace, rng, 100_000), directions(rng, 100_000)
     rows = inverse_jacobian(g, p)
     taken = rubs.drive * np.abs(np.einsum("nia,na->ni", rows, v)).sum(axis=1) + ball_friction_N(best, p, v)
     figure = friction(g, p, rubs)
@@ -143,13 +142,13 @@ def test_no_motion_of_the_machine_takes_more_and_the_bound_is_near(best: Design)
     lean, turn = sliding_torques_N_mm(best.hardware.ball_diameter_mm, np.array(ball_preload_N(best)))
     assert float(lean) > float(turn) > 0.0
     limit = Friction(figure.max() * 1.001, *rubs)
-    assert verdict(g, cube_of(best), limit).verdict == "proved"
+    assert verdict(g, best.workspace, limit).verdict == "proved"
     assert friction(g, p, dry).max() < theirs.max()
 
 
 def test_without_ball_joints_it_is_that_of_haptics(best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("haptics.feel.field.ball_friction_N", lambda _design, _p, v: np.zeros(v.shape[:-1]))
-    p = within(cube_of(best), np.random.default_rng(9), 1000)
+    p = within(best.workspace, np.random.default_rng(9), 1000)
     theirs = worst_friction(scene_machine(best), p, inverse_jacobian(best.geometry, p), DRY.drive)
     np.testing.assert_allclose(friction(best.geometry, p, DRY), theirs, rtol=1e-12)
 

@@ -42,7 +42,7 @@ from optimizer.search.result import Result
 
 FIELD = "elbow_height_max_mm"
 g, cube = DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375)
-worst = next(w for w in worst_figures(g, cube, {"force_N": 3.0}) if w.figure.name == "elbow_height")
+worst = next(w for w in worst_figures(g, cube, Limits.measured({"force_N": 3.0})) if w.figure.name == "elbow_height")
 out = {"worst": worst.value, "searched": [], "said": []}
 out["fields"] = [FIELD in table.model_fields for table in (LimitTable, DesignRequirements)]
 middle = np.array([0.0, 0.0, cube.bottom_height + cube.half_side])

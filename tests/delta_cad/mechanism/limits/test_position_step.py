@@ -25,7 +25,6 @@ from delta_cad.mechanism.workspace import CubeSearch
 from haptics.feel.field import feel_at
 from haptics.feel.sheet import joint_drive
 from haptics.simulation.assumptions import encoder_count
-from optimizer.certify.certificate import cube_of
 from optimizer.certify.replay import breaks, replay
 from tests.delta_cad.mechanism.limits.proving import leaves, poses, verdict
 from tests.delta_cad.mechanism.oracles import PUBLISHED
@@ -38,7 +37,7 @@ CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 
 def test_positions_that_read_alike_are_no_farther_apart_and_two_of_them_are(best: Design) -> None:
     """The corners of the cell of joint angles that three counts make, by forward kinematics."""
-    rng, g, cube = np.random.default_rng(3), best.geometry, cube_of(best)
+    rng, g, cube = np.random.default_rng(3), best.geometry, best.workspace
     q = known_joints(best)["encoder_count"]
     for p in rng.uniform(cube.lower, cube.upper, (40, 3)):
         found = forward_kinematics(g, inverse_kinematics(g, p) + q * CORNERS)
@@ -47,7 +46,7 @@ def test_positions_that_read_alike_are_no_farther_apart_and_two_of_them_are(best
 
 
 def test_no_turn_within_a_count_moves_the_handle_farther(best: Design) -> None:
-    rng, g, cube = np.random.default_rng(5), best.geometry, cube_of(best)
+    rng, g, cube = np.random.default_rng(5), best.geometry, best.workspace
     p, turns = rng.uniform(cube.lower, cube.upper, (100_000, 3)), COUNT * rng.uniform(-1.0, 1.0, (100_000, 3))
     turns[::2] = COUNT * np.sign(turns[::2])
     moved = np.linalg.norm((jacobian(g, p) @ turns[..., None])[..., 0], axis=-1)
@@ -59,7 +58,7 @@ def test_no_turn_within_a_count_moves_the_handle_farther(best: Design) -> None:
 def test_it_is_made_of_the_count_and_the_jacobian_of_haptics(best: Design) -> None:
     machine = scene_machine(best)
     assert known_joints(best)["encoder_count"] == encoder_count(machine) == joint_drive(machine).count
-    p = np.random.default_rng(7).uniform(cube_of(best).lower, cube_of(best).upper, (200, 3))
+    p = np.random.default_rng(7).uniform(best.workspace.lower, best.workspace.upper, (200, 3))
     alone = feel_at(machine, joint_drive(machine), p).position_step  # one encoder's count, the others at rest
     step = position_step(best.geometry, p, encoder_count(machine))
     assert (alone <= step).all()

@@ -32,7 +32,7 @@ EACH = pytest.mark.parametrize("kind", POSE_LIMITS, ids=lambda kind: kind.name)
 @cache
 def published():
     """The worst figures of the published design, once."""
-    return worst_figures(PUBLISHED, CUBE, VALUES)
+    return worst_figures(PUBLISHED, CUBE, Limits.measured(VALUES))
 
 
 def ordinary(kind):
@@ -141,7 +141,7 @@ def test_what_needs_more_than_lengths_is_measured_only_where_that_is_known():
     assert [kind.name for kind in POSE_LIMITS if kind.measured(without) is None] == [
         kind.name for kind in POSE_LIMITS if kind.needs
     ]
-    told = {found.figure.name for found in worst_figures(PUBLISHED, CUBE, without)}
+    told = {found.figure.name for found in worst_figures(PUBLISHED, CUBE, Limits.measured(without))}
     assert told == {case.values[1].name for case in FIGURES if not case.values[0].needs}
 
 

@@ -104,7 +104,7 @@ def test_a_mirrored_machine_has_the_same_figures_at_the_mirrored_point() -> None
 def tight() -> Limits:
     """Each limit as tight as it is proved with the tolerance, to a tenth of what that costs."""
     limits = []
-    worst = worst_figures(PUBLISHED, CUBE, VALUES)
+    worst = worst_figures(PUBLISHED, CUBE, Limits.measured(VALUES))
     for kind in POSE_LIMITS:
         limit = kind.measured(VALUES)
         assert limit is not None
@@ -132,7 +132,8 @@ def test_what_is_proved_and_replayed_holds_for_a_hundred_thousand_machines_at_th
     low = low + proof.leaves[:, 1::2] * size
     assert replay(PUBLISHED, list(tight), low, low + size, tolerance=T)[1] is None
 
-    points = np.array([one.position for one in worst_figures(PUBLISHED, CUBE, VALUES) if one.figure.threshold])
+    worst = worst_figures(PUBLISHED, CUBE, Limits.measured(VALUES))
+    points = np.array([one.position for one in worst if one.figure.threshold])
     gradients = steepest(tight, points)
     rng, made = np.random.default_rng(2), 0
     breaking: dict[str, float] = {}

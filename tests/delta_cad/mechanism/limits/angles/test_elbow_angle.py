@@ -8,7 +8,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, elbow_positions, inverse_kinematics
+from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, elbow_positions, joint_angles
 from delta_cad.mechanism.enclosure.table import HIGH, LOW
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_angle
@@ -25,7 +25,7 @@ from tests.optimizer.problem.figures_numpy import figures_numpy
 
 def angles(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     """Angles between the elbows' ways to shoulder and wrist, (3,), from placed joints."""
-    elbows = elbow_positions(g, inverse_kinematics(g, p))
+    elbows = elbow_positions(g, joint_angles(g, p))
     shoulders, wrists = g.base_radius * RADIAL, p + g.platform_radius * RADIAL
     a, b = shoulders - elbows, wrists - elbows
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
@@ -43,7 +43,7 @@ def test_a_right_angle_by_hand() -> None:
     g = DeltaGeometry(0.03, 0.06, 0.03, 0.04)
     p = np.array([0.0, 0.0, 0.04])
     assert np.hypot(g.platform_radius - g.base_radius, p[2]) == pytest.approx(0.05)
-    np.testing.assert_allclose(inverse_kinematics(g, p), 0.0, atol=1e-12)
+    np.testing.assert_allclose(joint_angles(g, p), 0.0, atol=1e-12)
     assert ElbowAngle.figures[0].worst(ElbowAngle(0.0), g, p) == pytest.approx(math.pi / 2)
     assert breaks(g, ElbowAngle(math.pi / 2 + 1e-9), p)
     assert not breaks(g, ElbowAngle(math.pi / 2 - 1e-9), p)
