@@ -183,7 +183,7 @@ def test_a_wrong_pose_shows(best: Design) -> None:
 
 @pytest.mark.parametrize(("own", "count"), [(False, 14), (True, 16)])
 def test_noise_alone_explains_as_few_poses_as_are_enough(best: Design, own: bool, count: int) -> None:
-    """What is left of devices drawn as the drawing assumes them, in units of the noise: 1 in the mean, not 1.7 or 2.2."""
+    """What is left of devices as scattered as the drawing assumes, in units of the noise: 1 in the mean."""
     rng, left = np.random.default_rng(7), []
     for _ in range(24):
         spread = sigmas(WAVE)
