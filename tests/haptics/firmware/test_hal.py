@@ -208,7 +208,7 @@ def told(program: Path, *words: str) -> list[float]:
 
 
 def test_what_the_wires_say_comes_through(tmp_path: Path) -> None:
-    """An encoder that answers with a fault's code has no angle; 2 A for a newton metre; a wall damps three times more."""
+    """An encoder that answers with a fault's code has no angle; 2 A for a newton metre; and a wall damps more."""
     program = made(tmp_path, JOINTS, "delta_joints.c")
     for fault in (None, 0, 1, 2):
         words = () if fault is None else ("fault",) * (fault + 1)
