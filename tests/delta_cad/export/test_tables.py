@@ -128,6 +128,8 @@ def test_a_shoulder_is_as_many_times_slower_as_it_is_stronger(robot: Robot) -> N
             {"lower": -1.1, "upper": 1.0, "effort": 0.8, "velocity": 900.0 / 4.8}
         )
     assert {float(one.text or 0) for one in tree.iter("mechanicalReduction")} == {4.8}
+    speeds = [float(one.text or 0) for one in ET.fromstring(sdf(robot)).iter("velocity")]
+    assert speeds == pytest.approx([900.0 / 4.8] * 3)
 
 
 def test_rotor_and_pinion_turn_by_the_square_of_the_ratio(robot: Robot) -> None:
