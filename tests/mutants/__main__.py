@@ -30,7 +30,7 @@ LIMIT_S = 1200.0
 """Of one run of tests: several times a room's own; a fault that makes a search endless is caught by it."""
 LEFT_OUT = shutil.ignore_patterns(".*", "out", "*.egg-info")  # compiled Python goes along
 PROJECT = ("delta_cad", "optimizer", "haptics", "tests")
-SHARED = ("numpy", "pydantic", "scipy.optimize", "scipy.spatial.transform", "hypothesis")
+SHARED = ("numpy", "pydantic", "scipy.optimize", "scipy.spatial.transform")
 
 
 class Fault(NamedTuple):
@@ -90,21 +90,27 @@ def failure(copy: Path, tests: Sequence[str]) -> str:
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        os.close(reading)
-        try:
-            told = _tested(copy, tests)
-        except BaseException as error:  # whatever it is, the fork ends here
-            told = repr(error)
-        os.write(writing, told.encode()[:4000])
-        os._exit(0)
+        try:  # whatever happens, the fork ends here
+            os.close(reading)
+            os.write(writing, _caught(copy, tests).encode()[:4000])
+        finally:
+            os._exit(0)
     os.close(writing)
-    ready, _, _ = select.select([reading], [], [], LIMIT_S)
-    told = os.read(reading, 4000).decode() if ready else f"no end within {LIMIT_S:g} s"
-    os.close(reading)
-    with suppress(ProcessLookupError):
-        os.killpg(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return told
+    try:
+        ready, _, _ = select.select([reading], [], [], LIMIT_S)
+        return os.read(reading, 4000).decode() if ready else f"no end within {LIMIT_S:g} s"
+    finally:
+        os.close(reading)
+        with suppress(ProcessLookupError):
+            os.killpg(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+
+def _caught(copy: Path, tests: Sequence[str]) -> str:
+    try:
+        return _tested(copy, tests)
+    except BaseException as error:
+        return repr(error)
 
 
 def _likely(copy: Path, fault: Fault) -> list[str]:
@@ -135,6 +141,7 @@ _COPY = Path()
 def _begin(copies: Sequence[Path], number) -> None:  # type: ignore[no-untyped-def]
     """Gives this worker a copy of its own, and loads what all tests share."""
     global _COPY
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # so that no tests go on without it
     with number:
         _COPY = copies[number.value]
         number.value += 1
@@ -161,10 +168,10 @@ def main(words: list[str]) -> int:
             shutil.copytree(ROOT, copy, ignore=LEFT_OUT)
         context = get_context("fork")
         with context.Pool(CORES, _begin, (copies, context.Value("i", 0))) as pool:
-            for test, found in pool.imap_unordered(_sound, {test: None for fault in chosen for test in fault.tests}):
-                if found:
-                    print(f"without any fault: {test}: {found}")
-                    return 1
+            sound = pool.map(_sound, sorted({test for fault in chosen for test in fault.tests}), chunksize=1)
+            if failing := [f"without any fault: {test}: {found}" for test, found in sound if found]:
+                print("\n".join(failing))
+                return 1
             for name, verdict, seconds in pool.imap_unordered(_planted, chosen):
                 verdicts.append(verdict)
                 print(f"{name}: {verdict} ({seconds:.0f} s)", flush=True)
