@@ -237,3 +237,15 @@ def test_no_pair_of_rods_lets_its_spring_stray_farther(eye_mm: tuple[float, floa
         (max(turned), bound.turn_rad, 0.85),
     ):
         assert share * limit <= found <= limit * (1.0 + 1e-12)
+
+
+def test_a_spring_at_its_rods_own_height_strays_as_a_closed_form_says() -> None:
+    """Eyes 4 mm inside rods 54 mm apart, none aside: across its line by 8 mm times the sines of lean and turn at once.
+
+    With `cos(lean) cos(turn) = cos(tilt)` the sum of their squares is largest where both are alike: 2 - 2 cos(tilt).
+    """
+    tilt = np.radians(31.0)
+    sway = spring_sway(54.0, 4.0, 0.0, tilt)
+    assert sway.turn_rad == pytest.approx(np.arctan(8.0 * np.sqrt(2.0 - 2.0 * np.cos(tilt)) / 46.0), rel=0.01)
+    assert sway.along_mm == pytest.approx(4.0 * (1.0 - np.cos(tilt)))
+    assert sway.across_mm == pytest.approx(4.0 * np.sin(tilt), rel=1e-3)

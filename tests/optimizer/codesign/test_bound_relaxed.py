@@ -20,7 +20,7 @@ from delta_cad.mechanism.limits.effective_mass import HandleInertia, effective_m
 from optimizer.codesign.bound import Family, Interval
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.lengths import posed
+from optimizer.codesign.lengths import lasting_torque_N_m, posed
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.requirements import Requirements
@@ -176,6 +176,25 @@ def test_the_ends_of_an_interval_are_taken_where_each_helps() -> None:
     assert found["friction_N_m"] == pytest.approx(0.6 * 4.0 * 0.16 / 3.28 * 0.0897)
     assert found["torque"] == pytest.approx(-int(6.0 * 0.96 * 0.0897 * 1e4) / 1e4)
     assert found["encoder_count_deg"] == pytest.approx(360.0 / 2000.0 / 6.0)
+
+
+def test_a_shaft_bears_a_hundredth_more_of_a_cable_than_was_found() -> None:
+    """8 N / 0.99 at the largest sector, 70 mm, for 8 N of peak: of it 3 N beside the weight's share for ever."""
+    weak = replace(KNOWN, pull_N=8.0)
+    choice = Choice(MOTOR, "capstan", 4.8, 50.0)
+    anywhere = brief_from_dict(
+        {
+            "name": "b",
+            "requirements": {"cube_side_mm": 60.0, "force_N": 3.0, "peak_force_N": 8.0},
+            "hardware": {"motor": MOTOR, "drive": "capstan"},
+        }
+    )
+    machine = Candidate(cast(Design, None), choice, LENGTHS_MM, weak, 86.0)
+    made = Family(anywhere, machine, {(MOTOR, "capstan"): weak})
+    near, far, lessons = made._relaxed(Interval(MOTOR, "capstan", (4.8, 4.8), (95.0, 95.0)))
+    held, most = 0.99 * 0.036, 0.070 * 8.0 / 0.99
+    assert near.ratio == far.ratio == 4.8
+    assert lasting_torque_N_m(anywhere, far, lessons) == pytest.approx(held + (most - held) * 3.0 / 8.0)
 
 
 def test_intervals_hold_every_ratio_and_arm_of_the_family() -> None:
