@@ -203,6 +203,8 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
     ),
     "tests/haptics/gravity/test_identify.py": (
         ("haptics/gravity/identify.py", "an elbow carries a whole arm", "2.0 * by_mass[:, 1]", "by_mass[:, 1]"),
+    ),
+    "tests/haptics/gravity/test_gravity.py::test_it_is_the_gradient_of_the_potential_energy": (
         ("haptics/gravity/torque.py", "an arm's weight pulls aside the wrong way",
          "+ known.arm_across * (along @ g)\n\n", "- known.arm_across * (along @ g)\n\n"),
     ),
