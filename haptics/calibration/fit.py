@@ -138,7 +138,10 @@ def fit(
         x = _least_squares(problem.residuals, x, problem.jacobian)
     unknowns, frame = problem.at(x)
     jacobian, rows = problem.jacobian(x), 3 * count
-    freedom = rows - 3 * COUNT + ALWAYS_HIDDEN - (6 if own_frame else 0)
+    # what parts are made to holds each combination of unknowns, too: of one that poses tell s times better, noise takes
+    # s^2 / (1 + s^2) of a measurement
+    told_better = np.linalg.svd(jacobian[:rows], compute_uv=False) ** 2
+    freedom = rows - (told_better / (1.0 + told_better)).sum()
     misfit = float(np.sqrt((problem.residuals(x)[:rows] ** 2).sum() / freedom))
     sure = jacobian.copy()
     sure[:rows] /= max(1.0, misfit)  # what is left beyond the noise makes the poses worth less, not the drawing

@@ -1,10 +1,12 @@
-"""The faults: one a line of proofs and certificates, by the tests of the room that should catch them."""
+"""The faults: one a line of proofs, figures, searches, files, control and C, by the tests that should catch them."""
 
 from __future__ import annotations
 
 ENCLOSURE, PROOF = "delta_cad/mechanism/enclosure", "delta_cad/mechanism/proof"
 LIMITS = "delta_cad/mechanism/limits"
-GLOBALOPT, CERTIFY = "optimizer/globalopt", "optimizer/certify"
+GLOBALOPT, CERTIFY, CODESIGN = "optimizer/globalopt", "optimizer/certify", "optimizer/codesign"
+STRUCTURE, TOLERANCES = "delta_cad/structure", "delta_cad/dimensions/tolerances"
+EXPORT, PORTS = "delta_cad/export", "haptics/firmware/ports"
 
 # fmt: off
 MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
@@ -57,6 +59,209 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{CERTIFY}/gravity.py", "a smaller force passes",
          "Fraction(condition.force) < Fraction(self.force)", "Fraction(condition.force) < 0"),
     ),
+    # From here on by quick tests alone, named by file or test.
+    "tests/delta_cad/structure/test_formulas.py": (
+        (f"{STRUCTURE}/loads.py", "a cheek's dowel gets rid of its shear",
+         "h.foot_pins_mm + 0.5)", "h.foot_pins_mm - 0.5)"),
+        (f"{STRUCTURE}/loads.py", "a motor's screw is not slipped on", "tilt + given.cable * h.motor_slip", "tilt"),
+        (f"{STRUCTURE}/loads.py", "one bearing tilts the foot",
+         "given.radial.sum(axis=-1)", "given.radial.max(axis=-1)"),
+        (f"{STRUCTURE}/loads.py", "one strand has all of the difference",
+         "h.pretension_N + given.cable / 2.0", "h.pretension_N + given.cable"),
+        (f"{STRUCTURE}/loads.py", "one strand pulls the shoulder",
+         "2.0 * h.pretension_N * np.sin", "h.pretension_N * np.sin"),
+        (f"{STRUCTURE}/loads.py", "the platform carries whole rods",
+         "own + 3.0 * what.rod_kg", "own + 6.0 * what.rod_kg"),
+        (f"{STRUCTURE}/holds.py", "a rod may bear thrice Euler's load",
+         "euler / BUCKLING_FACTOR", "euler * BUCKLING_FACTOR"),
+        (f"{STRUCTURE}/holds.py", "a shaft's lever is upside down",
+         "rated * (span + at) / (span + lever)", "rated * (span + lever) / (span + at)"),
+        (f"{STRUCTURE}/holds.py", "a dowel is as long as its cheek is thick", "min(cheek, 5.0)", "cheek"),
+        (f"{STRUCTURE}/holds.py", "a ring's core is that of no ring", "(outer**2 + inner**2)", "(outer**2 - inner**2)"),
+        (f"{STRUCTURE}/rod_end.py", "a bond bears half the tilt", "across = 6.0 * spigot", "across = 3.0 * spigot"),
+        (f"{STRUCTURE}/bearing.py", "a stroke has no way back",
+         "2.0 * stroke_rad / (2.0 * pi)", "stroke_rad / (2.0 * pi)"),
+        (f"{STRUCTURE}/bearing.py", "an axial load is half of ISO 76's",
+         "0.6 * radial_N + 0.5 *", "0.6 * radial_N + 0.25 *"),
+        (f"{STRUCTURE}/section.py", "ribs twist more easily", "+ 6.0 * elastic * up", "+ 3.0 * elastic * up"),
+    ),
+    "tests/delta_cad/structure/test_compliance.py": (
+        (f"{STRUCTURE}/compliance.py", "the strands are one spring after the other",
+         "1.0 / (cable.rope_N * (1.0 / first + 1.0 / second))", "(first + second) / cable.rope_N"),
+        (f"{STRUCTURE}/unit_loads.py", "the cable tilts the shaft the other way",
+         "moment_x + c.y_mm * tangent_z", "moment_x - c.y_mm * tangent_z"),
+    ),
+    "tests/delta_cad/dimensions/tolerances/test_formulas.py": (
+        (f"{TOLERANCES}/lengths.py", "a forearm has one seat", "2 * CLEARANCE_TOLERANCE_MM", "CLEARANCE_TOLERANCE_MM"),
+        (f"{TOLERANCES}/lengths.py", "the foot's whole width moves its middle",
+         '"width", "stated", LENGTH_MM, 0.5)', '"width", "stated", LENGTH_MM, 1.0)'),
+        (f"{TOLERANCES}/shoulder.py", "one dowel of two turns a cheek",
+         "per_mm * 2 * -b.cheek_screw_z_mm / apart", "per_mm * -b.cheek_screw_z_mm / apart"),
+        (f"{TOLERANCES}/cable.py", "axes farther apart slacken the cable", "share=-apart *", "share=apart *"),
+        (f"{TOLERANCES}/chain.py", "the statistical range is the worst case",
+         "hypot(*(link.half for link in self.links))", "sum(link.half for link in self.links)"),
+    ),
+    "tests/delta_cad/dimensions/test_tolerances.py": (
+        (f"{TOLERANCES}/__init__.py", "a high stack presses the spring",
+         "spring.force_N - rate * (high", "spring.force_N + rate * (high"),
+    ),
+    "tests/delta_cad/mechanism/test_placement.py": (
+        ("delta_cad/mechanism/placement.py", "one eye of two turns a spring",
+         "+ 2.0 * e * np.sin(turn)", "+ e * np.sin(turn)"),
+        ("delta_cad/mechanism/placement.py", "a pinion turns with its arm", "sense = -1.0 if", "sense = 1.0 if"),
+    ),
+    "tests/delta_cad/drive/test_report.py tests/delta_cad/drive/test_masses.py": (
+        ("delta_cad/drive/report.py", "the slack strand goes slack", "SLACK_N + force / 2.0", "SLACK_N + force / 4.0"),
+        ("delta_cad/drive/masses.py", "a rod's turning adds to its mixed mass",
+         "mass * c * (1.0 - c) - turning", "mass * c * (1.0 - c) + turning"),
+    ),
+    "tests/delta_cad/export/test_tables.py": (
+        (f"{EXPORT}/bom.py", "all of a supply weigh what one does",
+         "round(unit * supply.quantity, MASS_DECIMALS)", "round(unit, MASS_DECIMALS)"),
+        (f"{EXPORT}/robot.py", "a joint is faster than its motor in URDF",
+         "torque, IDLE_SPEED / robot.drive.ratio", "torque, IDLE_SPEED * robot.drive.ratio"),
+        (f"{EXPORT}/robot.py", "a joint is faster than its motor in SDF",
+         '"velocity": IDLE_SPEED / robot', '"velocity": IDLE_SPEED * robot'),
+        (f"{EXPORT}/robot.py", "a pinion's inertia is taken by the ratio, not its square",
+         "turning += self.drive.ratio**2 *", "turning += self.drive.ratio *"),
+    ),
+    "tests/delta_cad/export/test_robot.py::test_links_of_the_tree_stand_where_the_machine_has_them": (
+        (f"{EXPORT}/robot.py", "the level arm is turned the wrong way",
+         "[[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]", "[[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]"),
+        (f"{EXPORT}/robot.py", "yaw is taken before roll",
+         "np.arctan2(r[2, 1], r[2, 2])", "np.arctan2(r[2, 1], r[1, 1])"),
+    ),
+    "tests/delta_cad/export/test_mass_properties.py": (
+        (f"{EXPORT}/mass_properties.py", "a part's inertia is taken about its own centre",
+         "body.inertia_kg_m2 + body.mass_kg * (d @ d", "body.inertia_kg_m2 - body.mass_kg * (d @ d"),
+        (f"{EXPORT}/mass_properties.py", "inertia is turned backwards",
+         "rotation @ self.inertia_kg_m2 @ rotation.T", "rotation.T @ self.inertia_kg_m2 @ rotation"),
+        (f"{EXPORT}/mass_properties.py", "either rod carries the whole spring", "own.mass_kg / 2.0", "own.mass_kg"),
+    ),
+    "tests/delta_cad/export/test_mjcf.py": (
+        (f"{EXPORT}/mjcf.py", "a pinion's inertia is taken by the ratio, not its square",
+         "armature += drive.ratio**2 *", "armature += drive.ratio *"),
+        (f"{EXPORT}/mjcf.py", "a quaternion ends with its real part",
+         "np.array([w, x, y, z])", "np.array([x, y, z, w])"),
+    ),
+    "tests/delta_cad/export/shop/test_holes.py": (
+        (f"{EXPORT}/shop/holes.py", "upper and lower deviation change places",
+         "lower, upper = bore.deviations_um", "upper, lower = bore.deviations_um"),
+    ),
+    "tests/delta_cad/export/shop/cost/test_work.py": (
+        (f"{EXPORT}/shop/cost/work.py", "a batch is paid by each piece", "+ batch / pieces", "+ batch"),
+        (f"{EXPORT}/shop/cost/work.py", "the stock has its allowance on one face",
+         "float(v) + 2 * rates.allowance_mm for v", "float(v) + rates.allowance_mm for v"),
+    ),
+    "tests/optimizer/codesign/test_bound_relaxed.py": (
+        (f"{CODESIGN}/bound.py", "six rods of a chain move with the handle",
+         "3.0 * m.rod_wrist * ends", "6.0 * m.rod_wrist * ends"),
+        (f"{CODESIGN}/bound.py", "a platform is a little heavier than the family's",
+         "LIGHT * (m.platform", "1.02 * (m.platform"),
+        (f"{CODESIGN}/bound.py", "the handle forgets its rods", "(m.platform + 3.0 *", "(m.platform + 0.0 *"),
+        (f"{CODESIGN}/bound.py", "a rotor turns at the largest ratio",
+         "row.rotor_inertia_kg_m2 * one.ratios[0] ** 2", "row.rotor_inertia_kg_m2 * one.ratios[1] ** 2"),
+        (f"{CODESIGN}/bound.py", "an arm is the longest of its interval",
+         ".inertia(one.arms_mm[0],", ".inertia(one.arms_mm[1],"),
+        (f"{CODESIGN}/bound.py", "a shaft bears less than any of the family",
+         "known.pull_N / LIGHT", "known.pull_N * LIGHT"),
+        (f"{CODESIGN}/bound.py", "an outline leaves less room",
+         "max(over - SPARE_MM, 0.0)", "max(over + SPARE_MM, 0.0)"),
+        (f"{CODESIGN}/lengths.py", "friction of a drive at another ratio",
+         "coulomb_N_m(motor, choice.ratio)[1]", "coulomb_N_m(motor, best.ratio)[1]"),
+        (f"{CODESIGN}/choice.py", "sectors need twice the room", "* self.ratio / 2.0 if", "* self.ratio if"),
+    ),
+    "tests/optimizer/search/test_genetic.py": (
+        ("optimizer/search/genetic.py", "a history takes what breaks a limit",
+         "current.objective[(current.margins >= 0.0).all(axis=1)]", "current.objective"),
+        ("optimizer/search/genetic.py", "better comes before feasible",
+         "np.lexsort((breeder.objective, violation))", "np.lexsort((violation, breeder.objective))"),
+    ),
+    "tests/optimizer/front/test_torques.py": (
+        ("optimizer/front/trade.py", "gravity takes its share of a given torque",
+         "total = level + given.limits.gravity_torque_N_m", "total = level"),
+        ("optimizer/front/trade.py", "a front is drawn for a torque that its smallest cube needs",
+         "if low < level < high", "if low <= level < high"),
+    ),
+    "tests/haptics/calibration/test_fit.py": (
+        ("haptics/calibration/fit.py", "each unknown takes a whole measurement",
+         "(told_better / (1.0 + told_better)).sum()", "len(told_better)"),
+    ),
+    "tests/haptics/control/startup/test_mobility.py": (
+        ("haptics/control/startup/steps.py", "a cofactor has the wrong sign",
+         "+ jb * (ja * ab - jb * aa))", "- jb * (ja * ab - jb * aa))"),
+    ),
+    "tests/haptics/model/test_rotor_ripple.py": (
+        ("haptics/model/drive_train.py", "a motor ripples by the arm's angle",
+         "motor_torque(par, i, current, angle + twist)", "motor_torque(par, i, current, angle)"),
+    ),
+    "tests/haptics/control/test_correction.py": (
+        ("haptics/control/correction.py", "an encoder's waves change places",
+         "table[i, 6] * c1 + table[i, 7] * s1", "table[i, 7] * c1 + table[i, 6] * s1"),
+        ("haptics/control/correction.py", "torques are turned by the transpose",
+         "out[0, j] * torque[0] + out[1, j] * torque[1]", "out[j, 0] * torque[0] + out[j, 1] * torque[1]"),
+    ),
+    "tests/haptics/gravity/test_identify.py": (
+        ("haptics/gravity/identify.py", "an elbow carries a whole arm", "2.0 * by_mass[:, 1]", "by_mass[:, 1]"),
+    ),
+    "tests/haptics/gravity/test_gravity.py::test_it_is_the_gradient_of_the_potential_energy": (
+        ("haptics/gravity/torque.py", "an arm's weight pulls aside the wrong way",
+         "+ known.arm_across * (along @ g)\n\n", "- known.arm_across * (along @ g)\n\n"),
+    ),
+    "tests/haptics/control/test_saturation.py tests/haptics/control/test_filters.py": (
+        ("haptics/control/saturation.py", "gravity leaves its room on the wrong side",
+         "top - hold if push > 0.0 else top + hold", "top + hold if push > 0.0 else top - hold"),
+        ("haptics/control/filters.py", "a best fit is half as steep", "6.0 * (2.0 * weighted", "3.0 * (2.0 * weighted"),
+        ("haptics/control/filters.py", "a corner is in rad/s", "math.exp(-2.0 * math.pi *", "math.exp(-1.0 *"),
+    ),
+    "tests/haptics/control/supervisor/test_energy_tank.py": (
+        ("haptics/control/supervisor/energy_tank.py", "a turn that grows costs more",
+         "0.5 * a - step * (2.0 * n + 1.0) / 6.0", "0.5 * a + step * (2.0 * n + 1.0) / 6.0"),
+        ("haptics/control/supervisor/energy_tank.py", "the tank answers for more than it has",
+         "if needed <= level:", "if needed <= 1.1 * level:"),
+    ),
+    "tests/haptics/model/test_motor_heat.py tests/haptics/model/test_sensor.py": (
+        ("haptics/model/motor_heat.py", "a housing is warmed through its own resistance to the air",
+         "coupling=1.0 / (inner * housing)", "coupling=1.0 / (outer * housing)"),
+        ("haptics/model/motor_heat.py", "a hot motor gives more", "return torque - share *", "return torque + share *"),
+        ("haptics/model/sensor.py", "a sensor on the motor has an arm's waves",
+         "wave = errors.turns * seen", "wave = seen"),
+    ),
+    "tests/haptics/stability/test_port.py": (
+        ("haptics/stability/port.py", "a wall is more passive than it is",
+         "np.maximum(x2 * y2 -", "np.maximum(0.5 * x2 * y2 -"),
+    ),
+    "tests/haptics/firmware/test_translated.py": (
+        ("haptics/firmware/expressions.py", "and is or",
+         '" && " if isinstance(node.op, ast.And) else " || "', '" || "'),
+        ("haptics/firmware/expressions.py", "a cube is a square", '({base} * ({base} * {base}))', '({base} * {base})'),
+        ("haptics/firmware/expressions.py", "whole numbers are divided as such",
+         "if kind == INTEGER:\n                (a, b), kind = [cast",
+         "if kind == REAL:\n                (a, b), kind = [cast"),
+        ("haptics/firmware/expressions.py", "a chain of comparisons holds if one does",
+         '"(" + " && ".join(tests) + ")"', '"(" + " || ".join(tests) + ")"'),
+    ),
+    "tests/haptics/firmware/test_hal.py": (
+        (f"{PORTS}/delta_joints.c", "an encoder's fault code is ignored",
+         "hal_encoder(j, &angle) == 0 ?", "hal_encoder(j, &angle) >= 0 ?"),
+        (f"{PORTS}/delta_joints.c", "a free handle is damped as at a wall",
+         "touched ? DELTA_CONTACT_DAMPING : DELTA_DAMPING", "touched ? DELTA_DAMPING : DELTA_CONTACT_DAMPING"),
+        (f"{PORTS}/delta_joints.c", "a drive's own cut is not signalled",
+         "(hal_healthy() ? 0LL : DELTA_WATCHDOG)", "0LL"),
+        (f"{PORTS}/delta_board.c", "a repeated command counts as new", "ahead != 0 && ahead <", "ahead <"),
+        (f"{PORTS}/delta_board.c", "the lower limit of a torque is the upper one",
+         "asked < -most ? -most", "asked < -most ? most"),
+        (f"{PORTS}/delta_board.c", "any command arms a tripped board",
+         "if (get(data + 6, 2) & RESET_WATCHDOG) {", "if (data) {"),
+        (f"{PORTS}/delta_board.c", "a command of an old session is taken",
+         "&& behind < board->issued", "&& behind <= board->issued"),
+        (f"{PORTS}/delta_board.c", "silence never trips", "board->silent + board->passed;", "board->silent;"),
+        (f"{PORTS}/delta_run.c", "torques of a calibrated device are not turned",
+         "delta_turned(&made, wanted, torque);", "for (int j = 0; j < 3; j++) torque[j] = wanted[j];"),
+        (f"{PORTS}/delta_run.c", "the start-up's zeros are taken off", "raw[j] += offset[j]", "raw[j] -= offset[j]"),
+        (f"{PORTS}/delta_run.c", "the power stage stays on", "hal_enable(0);", "hal_enable(1);\n    (void)ended;"),
+    ),
 }
 # fmt: on
-"""Folder of tests -> (file, what is wrong, text that stands there exactly once, what replaces it)."""
+"""Tests, a room's folder or names with blanks between -> (file, what is wrong, text that stands there exactly once,
+what replaces it)."""

@@ -179,3 +179,16 @@ def test_a_wrong_pose_shows(best: Design) -> None:
     found = fit(best.geometry, Poses(wrong, poses.readings), noise=NOISE)
     assert found.misfit > 3.0
     assert found.after.argmax() == 7
+
+
+@pytest.mark.parametrize(("own", "count"), [(False, 14), (True, 16)])
+def test_noise_alone_explains_as_few_poses_as_are_enough(best: Design, own: bool, count: int) -> None:
+    """What is left of devices as scattered as the drawing assumes, in units of the noise: 1 in the mean."""
+    rng, left = np.random.default_rng(7), []
+    for _ in range(24):
+        spread = sigmas(WAVE)
+        spread[:, ZERO] = math.radians(0.3)  # flat over half a turn, so of no weight
+        device = Unknowns(nominal(best.geometry).table + rng.normal(size=spread.shape) * spread)
+        poses = measured(device, cube_points(best, rng, count), rng)
+        left.append(fit(best.geometry, poses, noise=NOISE, wave=WAVE, own_frame=own).misfit ** 2)
+    assert np.mean(left) == pytest.approx(1.0, abs=0.15)  # 24 times some 20 degrees of freedom: 0.065 is one sigma

@@ -98,3 +98,12 @@ def test_every_generation_is_told_and_a_stop_ends_the_search() -> None:
     assert told == [(1, 9), (2, 9)]
     assert len(found.history) == 2
     assert found.evaluations == 16
+
+
+def test_a_history_takes_feasible_designs_alone() -> None:
+    """Of every generation kept, by its own margins; others with larger cubes break a limit."""
+    problem, told = step_problem(task((90, 130), (20, 45), limits={"kappa_max": 2.5}), 2), list[Generation]()
+    found = evolve(problem, 1, 24, 4, keep=told.append)
+    best = [np.where((one.margins >= 0.0).all(axis=1), one.objective, np.inf).min() for one in told]
+    assert found.history == pytest.approx(tuple(np.minimum.accumulate(best)))
+    assert min(one.objective.min() for one in told) < found.history[-1]

@@ -1,0 +1,223 @@
+"""Every link of every chain by hand: deviation either way and share, from the standards' figures and the drawings'.
+
+Zones of 0.05 mm count half to either side; a fit's play is half of what bore and shaft may be apart. The machine is the
+one that the tests know, general class m. A link that is left out, counted twice or of the wrong sign changes its line.
+"""
+
+from __future__ import annotations
+
+from math import acos, hypot, inf, isnan, nan, pi, sqrt, tan
+
+import pytest
+
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.tolerances.chain import Chain
+from delta_cad.dimensions.tolerances.lengths import deviation_mm, largest_deviation_mm, length_chains
+from delta_cad.dimensions.tolerances.machine import machine_chains
+
+Line = tuple[str, float | tuple[float, float], float]
+"""What, deviation (either way, or least and largest) in mm, share."""
+
+PLACE = 0.05 / 2.0  # of a bore in its zone
+DOWEL = (0.010 - 0.002) / 2.0  # 3 m6 (2 to 8 um) in H7 (0 to 10 um)
+SEAT = (0.018 + 0.008) / 2.0  # 16 H7 and a ring 8 um smaller
+SEAT_H6 = (0.011 + 0.008) / 2.0
+SHAFT = 0.009 / 2.0  # 8 h6
+PILOT = (0.018 + 0.018) / 2.0  # 15 H7, 15 h7
+BAR = 0.02 + (0.020 + 0.009) / 2.0  # a layer of 0.02, a bore 20 um wider, 8 h6
+ARCMIN = 10_800.0 / pi
+
+STACK: list[Line] = [
+    ("depth of the seat", 0.02, 1.0),
+    ("width", 0.02, 1.0),
+    ("from the arm to its collar", 0.02, -1.0),
+    ("from its collar to the sector", 0.02, -1.0),
+    ("width, motor's side", (-0.12, 0.0), -1.0),
+    ("width, encoder's side", (-0.12, 0.0), -1.0),
+]
+SHOULDER: list[Line] = [
+    ("place of a dowel", PLACE, 1.0),
+    ("dowels in the plate", DOWEL, 1.0),
+    ("cross dowels from the upright ones", PLACE, 1.0),
+    ("dowels in the block", DOWEL, 1.0),
+    ("seat from its dowels", PLACE, 1.0),
+    ("in its seat", SEAT, 1.0),
+    ("in its bearing", SHAFT, 1.0),
+]
+WRIST: list[Line] = [("place of a bar's bore", PLACE, 1.0), ("in its bond", BAR, 1.0)]
+AXES: list[Line] = [
+    ("pilot from the bearing's seat", PLACE, 1.0),
+    ("pilot in its cheek", PILOT, 1.0),
+    ("in its seat", SEAT, 1.0),
+    ("in its bearing", SHAFT, 1.0),
+    ("on its shaft", (0.020 + 0.009) / 2.0, 1.0),  # 8 G7 (5 to 20 um), 8 h6
+    ("on the motor's shaft", (0.012 + 0.008) / 2.0, 1.0),  # 5 H7, 5 h6
+]
+ROD: list[Line] = [("bonded in a jig", 0.02, 1.0), ("both seats", 2 * 0.0025, 1.0)]
+TWIST = 180.0 / pi / 54.0  # deg per mm at rods 54 mm apart
+# Both cheeks' mandrels, 8 um thinner, in seats of H7 and H6, 30 mm apart; dowels 33 mm apart, 93.9 mm below
+TILT: list[Line] = [
+    ("mandrel in its seat", (0.018 + 0.008) / 2.0, ARCMIN / 30.0),
+    ("mandrel in its seat", (0.011 + 0.008) / 2.0, ARCMIN / 30.0),
+    ("dowels lift it", DOWEL, ARCMIN / 30.0),
+    ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 93.9 / 33.0),
+    ("dowels lift it", DOWEL, ARCMIN / 30.0),
+    ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 93.9 / 33.0),
+]
+TILTED = (SEAT + SEAT_H6 + 2.0 * DOWEL * (1.0 + 2.0 * 93.9 / 33.0)) / 30.0  # rad, all of it at its worst
+
+# Crossed tangents of radii r and p, C apart: S = sqrt(C^2 - (r + p)^2) each, at acos((r + p) / C) from the line of
+# centres; the cable is h (2 S + r turn + p (8 pi - 2 acos)) long, h the length of its climb.
+R, P, C, TURN = 38.7, 8.0625, 47.7625, 2.092627358886441 + 2.0 * 0.10335917312661498
+S = sqrt(C**2 - (R + P) ** 2)
+CLIMB = 0.7 / (2.0 * pi * P)
+H = hypot(1.0, CLIMB)
+WAY = 2.0 * S + R * TURN + P * (8.0 * pi - 2.0 * acos((R + P) / C))
+BY_SECTOR = H * (TURN - 2.0 * (R + P) / S + 2.0 * P / S)
+BY_PINION = H * (8.0 * pi - 2.0 * acos((R + P) / C) - 2.0 * (R + P) / S + 2.0 * P / S) - CLIMB**2 / P / H * WAY
+APART = H * (2.0 * C / S - 2.0 * P * (R + P) / (C * S))
+
+HOLE = 2.5 / 2.0 + 0.025  # of a ball: pin and bond
+RIM = HOLE / sqrt(3.0**2 - HOLE**2) * 0.020 / 2.0  # by which its rim moves, eroded 20 um wider or narrower
+
+CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper bound, links
+    "wave spring's height": (1.2, 2.2 - 0.2 * (2.2 - 0.15), [*STACK, ("depth of the seat", 0.02, 1.0)]),
+    "shaft's tilt": (0.0, 10.0, TILT),
+    "encoder's air gap": (
+        # chip 1.1 above its board, whose face is 23.8 mm out, magnet's end at 21.45
+        23.8 - 21.45 - 1.1,
+        2.0,
+        [
+            *STACK,
+            ("length of its head", 0.1, -1.0),  # 4.85 mm
+            ("thickness of its head", 0.2, 1.0),  # 14.8 mm
+            ("length", 0.1, 1.0),  # 5 mm
+            ("height of its chip", 0.25, -1.0),
+            ("thickness", 0.1, -1.0),
+            ("depth of the magnet's seat", 0.1, 1.0),  # 2.5 mm
+        ],
+    ),
+    "encoder's centring": (
+        0.0,
+        0.3,
+        [
+            ("place of the board's threads", 0.2, 1.0),  # 13.6 mm
+            ("its screws in its holes", (2.6 - 2.5) / 2.0, 1.0),
+            ("place of the chip", 0.1, 1.0),
+            ("in its seat's bond", 0.05 + 0.030 / 2.0, 1.0),
+            ("magnet's seat off its journal", 0.05 / 2.0, 1.0),
+            ("in its seat", SEAT_H6, 1.0),
+            ("in its bearing", SHAFT, 1.0),
+        ],
+    ),
+    "cable's plane": (
+        0.0,
+        (S + R * 0.10335917312661498)
+        * (tan(0.0436) - CLIMB),  # 2.5 deg over the strand to the rim's end, less its climb
+        [
+            ("place of a rim's end", 0.1, 1.0),  # 5.3 mm
+            ("groove from its collar", 0.1, 1.0),  # 3.1 mm
+            ("its collar set to the rim by a feeler", 0.1, 1.0),
+            ("tilt of the shoulder's shaft", TILTED * R, 1.0),
+            ("pilot out of square", 0.02 / 7.0 * P, 1.0),  # over a cheek of 7 mm
+        ],
+    ),
+    "gap of sector and pinion": (
+        C - 38.43 - 7.9275,
+        inf,
+        [*AXES, ("radius of its rim", 0.05, -1.0), ("diameter of its crest", 0.02, -0.5)],
+    ),
+    "platform's twist": (
+        0.0,
+        3.0,
+        [(f"{what}, rod {k}", by, sign * TWIST) for k, sign in ((1, 1.0), (2, -1.0)) for what, by, _ in ROD],
+    ),
+    "base radius": (31.0, inf, SHOULDER),
+    "shoulder's height": (
+        0.0,
+        inf,
+        [*SHOULDER, ("flat under the feet", 0.4 / 2.0, 1.0)],  # K of 146 mm
+    ),
+    "shoulder along its axis": (
+        0.0,
+        inf,
+        [
+            ("place of a dowel", PLACE, 1.0),
+            ("dowels in the plate", DOWEL, 1.0),
+            ("dowels from its middle", PLACE, 1.0),
+            ("width", 0.02, 0.5),
+            ("depth of the seat", 0.02, 1.0),
+            ("width, motor's side", (-0.12, 0.0), -1.0),
+            ("from the arm to its collar", 0.02, -1.0),
+        ],
+    ),
+    "upper arm": (
+        91.0,
+        inf,
+        [
+            ("bar's bore from the shaft's", PLACE, 1.0),
+            ("on its shaft", (0.015 + 0.009) / 2.0, 1.0),  # 8 H7, 8 h6
+            ("in its bond", BAR, 1.0),
+        ],
+    ),
+    "forearm": (143.196, inf, ROD),
+    "platform radius": (24.0, inf, WRIST),
+    "wrist's height": (0.0, inf, WRIST),
+    "wrist along its axis": (
+        0.0,
+        inf,
+        [
+            ("set in its boss by a gauge", 0.05, 1.0),
+            ("distance of its shoulders", 0.02, 0.5),
+            ("rim of its hole, one end", RIM, 0.5),
+            ("rim of its hole, other end", RIM, 0.5),
+        ],
+    ),
+    "carriage's travel": (
+        nan,
+        nan,
+        [
+            ("length between its sleeves", 0.9, 1.0),
+            ("radius of its rim", 0.05, -BY_SECTOR),
+            ("radius of its nose", 0.1, -pi / 2.0),  # a quarter turn round 5 mm
+            ("diameter of its groove", 0.02, -BY_PINION / 2.0),
+            *((what, by, -APART) for what, by, _ in AXES),
+        ],
+    ),
+}
+"""NaN where `test_machine.py` puts it together anew."""
+
+
+@pytest.fixture(scope="module")
+def chains(best_dimensions: Dimensions) -> dict[str, Chain]:
+    return {one.name: one for one in (*machine_chains(best_dimensions, "m"), *length_chains(best_dimensions, "m"))}
+
+
+def test_every_chain_is_written_down(chains: dict[str, Chain]) -> None:
+    assert chains.keys() == CHAINS.keys()
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_a_chain_by_hand(chains: dict[str, Chain], name: str) -> None:
+    nominal, high, lines = CHAINS[name]
+    chain = chains[name]
+    if not isnan(nominal):
+        assert (chain.nominal, chain.high) == pytest.approx((nominal, high), abs=1e-9)
+    assert [link.what for link in chain.links] == [what for what, *_ in lines]
+    ends = [by if isinstance(by, tuple) else (-by, by) for _, by, _ in lines]
+    assert [(link.lower_mm, link.upper_mm) for link in chain.links] == [pytest.approx(pair, abs=1e-12) for pair in ends]
+    shares = [share for *_, share in lines]
+    near = 1e-6 if name == "carriage's travel" else 1e-12  # the chain's are differences
+    assert [link.share for link in chain.links] == [pytest.approx(share, rel=near) for share in shares]
+    added = [(share * low, share * up) for (low, up), share in zip(ends, shares, strict=True)]
+    worst = chain.nominal + sum(map(min, added)), chain.nominal + sum(map(max, added))
+    assert chain.worst == pytest.approx(worst, abs=1e-5)
+    wide = sqrt(sum(((up - low) / 2.0) ** 2 for low, up in added))
+    middle = (worst[0] + worst[1]) / 2.0
+    assert chain.rss == pytest.approx((middle - wide, middle + wide), abs=1e-5)
+
+
+def test_the_largest_deviation_is_the_shoulders_height(best_dimensions: Dimensions, chains: dict[str, Chain]) -> None:
+    assert deviation_mm(chains["upper arm"]) == pytest.approx(PLACE + 0.012 + BAR)
+    assert deviation_mm(chains["shoulder along its axis"]) == pytest.approx(2 * PLACE + DOWEL + 0.01 + 2 * 0.02 + 0.12)
+    assert largest_deviation_mm(best_dimensions, "m") == pytest.approx(3 * PLACE + 2 * DOWEL + SEAT + SHAFT + 0.2)
