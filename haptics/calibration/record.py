@@ -17,7 +17,7 @@ from delta_cad.common.refusal import RefusedError, short
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from haptics.calibration.fit import Fit
-from haptics.calibration.told import hidden
+from haptics.calibration.identifiable import hidden
 from haptics.calibration.unknowns import ANGLES, LENGTHS, NAMES, Unknowns, nominal
 
 SCHEMA = "delta-calibration/1"
