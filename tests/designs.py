@@ -112,9 +112,9 @@ def designs(draw: st.DrawFn) -> Design:
 # What is refused: (field to change, value, field that is blamed, words that must be there)
 
 REFUSED = [
-    ("mechanism.forearm_length_mm", -3, "mechanism.forearm_length_mm = -3: must be > 0 and <= 1000 mm"),
-    ("mechanism.forearm_length_mm", 0, "mechanism.forearm_length_mm = 0: must be > 0 and <= 1000 mm"),
-    ("mechanism.forearm_length_mm", 1000.5, "mechanism.forearm_length_mm = 1000.5: must be > 0 and <= 1000 mm"),
+    ("mechanism.forearm_length_mm", -3, "mechanism.forearm_length_mm = -3: must be > 0 and <= 2000 mm"),
+    ("mechanism.forearm_length_mm", 0, "mechanism.forearm_length_mm = 0: must be > 0 and <= 2000 mm"),
+    ("mechanism.forearm_length_mm", 2000.5, "mechanism.forearm_length_mm = 2000.5: must be > 0 and <= 2000 mm"),
     ("mechanism.forearm_length_mm", "112", 'mechanism.forearm_length_mm = "112": must be a number > 0'),
     ("mechanism.forearm_length_mm", True, "mechanism.forearm_length_mm = true: must be a number > 0"),
     ("mechanism.forearm_length_mm", None, "mechanism.forearm_length_mm = null: must be a number > 0"),

@@ -25,7 +25,9 @@ MOST_DIGITS = 15  # of a whole number: each is a double, too
 SIZES = 1e-12, 1e12
 ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
-MAY_BE_ZERO = frozenset({"red", "green", "blue", "cogging_torque_N_m", "torque_ripple"})
+MAY_BE_ZERO = frozenset(
+    {"red", "green", "blue", "cogging_torque_N_m", "torque_ripple", "pilot_diameter_mm", "pilot_height_mm"}
+)
 MAY_BE_EMPTY = frozenset({"standard", "price_source", "clearance"})
 
 

@@ -24,6 +24,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     design_arguments(command)
     all_option(command)
+    text = "inspect four lengths and a cube, of any delta; hardware is neither needed nor looked at"
+    command.add_argument("--kinematics", action="store_true", help=text)
     command.add_argument(
         "--mass-properties",
         type=Path,
@@ -41,6 +43,8 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.drive.masses import MassError, read_mass_properties
     from delta_cad.mechanism import MechanismError
 
+    if given.kinematics:
+        return _kinematics(given)
     try:
         design = load_design(given.design, given.catalogue)
         found = refused(design)
@@ -62,4 +66,25 @@ def run(given: argparse.Namespace) -> int:
         print_inspection(design.name, rows, given.all)
     if found.reasons:  # of its hardware: the mechanism's figures stand all the same
         refuse_all([f"{given.design.name}: no build: {line}" for line in hardware_lines(found)], NOT_MET)
+    return DONE if all(row.holds is not False for row in rows) else NOT_MET
+
+
+def _kinematics(given: argparse.Namespace) -> int:
+    """Prints the figures of the mechanism alone; returns the exit code."""
+    from delta_cad.commands.inspection import inspection
+    from delta_cad.commands.tables import print_inspection
+    from delta_cad.design import DesignError, load_design
+    from delta_cad.mechanism import MechanismError
+
+    try:
+        design = load_design(given.design, kinematics=True)
+        rows = inspection(design, kinematics=True)
+    except DesignError as error:
+        return refuse_all([str(error), *error.more], BAD_INPUT)
+    except MechanismError as error:
+        return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
+    if given.json:
+        print(json.dumps({"name": design.name, "rows": [row.to_json() for row in rows]}, indent=1))
+    else:
+        print_inspection(design.name, rows, whole=True)
     return DONE if all(row.holds is not False for row in rows) else NOT_MET

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from math import degrees
+from dataclasses import asdict, dataclass, replace
+from math import degrees, sqrt
 from typing import Any
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.design.file import KINEMATICS
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
 from delta_cad.dimensions.joint import FRICTION_RANGE, limit_values
@@ -18,6 +19,8 @@ from delta_cad.mechanism.limits import POSE_LIMITS, Friction, Limits, Torque
 from delta_cad.mechanism.proof.judgement import can_prove, judge
 from delta_cad.mechanism.workspace import CubeExtremes, cube_extremes
 from delta_cad.structure.report import stiffness
+
+OUTLINE = "outline by eq. (1), points only"
 
 
 @dataclass(frozen=True)
@@ -47,21 +50,32 @@ class InspectionRow:
         return asdict(self)
 
 
-def inspection(design: Design, masses: Mapping[str, Any] | None = None) -> list[InspectionRow]:
+def inspection(
+    design: Design, masses: Mapping[str, Any] | None = None, *, kinematics: bool = False
+) -> list[InspectionRow]:
     """Inspects a design.
 
     Args:
         design: A validated design.
         masses: What is known of them, as `known_masses` gives it; None: nothing.
+        kinematics: Whether to inspect the mechanism alone, of which no hardware is known.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
     extremes = cube_extremes(design.geometry, design.workspace, design.requirements.force_N)
+    rows = [*_dimensions(design), *limit_rows(design, masses), *_others(extremes)]
+    if kinematics:
+        of_hardware = {figure.words for kind in POSE_LIMITS if kind.needs for figure in kind.figures}
+        of_hardware |= {"parallelogram width L_c"}
+        kept = [row for row in rows if row.group != OUTLINE and row.quantity not in of_hardware]
+        if design.requirements.joint_torque_N_m == KINEMATICS["requirements"]["joint_torque_N_m"]:  # none is stated
+            kept = [
+                replace(row, limit="", holds=None) if row.quantity.startswith("torque for") else row for row in kept
+            ]
+        return [*kept, *_reach(design)]
     return [
-        *_dimensions(design),
-        *limit_rows(design, masses),
-        *_others(extremes),
+        *rows,
         *_smallest(design),
         *_drive(design),
         *_structure(design),
@@ -88,7 +102,7 @@ def _dimensions(design: Design) -> list[InspectionRow]:
     )
     sides = sorted((required.envelope_width_mm, required.envelope_depth_mm), reverse=True)
     return rows + [
-        InspectionRow("outline by eq. (1), points only", name, value, "mm", f"<= {side:g}", value <= side)
+        InspectionRow(OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
         for name, value, side in zip(("longer side", "shorter side"), points, sides, strict=True)
     ]
 
@@ -140,6 +154,18 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
         rows.append(InspectionRow("over the cube (sampled and polished)", quantity, value, unit, at_mm=(x, y, z)))
     return rows
+
+
+def _reach(design: Design) -> list[InspectionRow]:
+    """Heights over the middle between which upper arm and forearm fold and stretch in line."""
+    m = design.mechanism
+    aside = m.base_radius_mm - m.platform_radius_mm
+    low, high = abs(m.forearm_length_mm - m.upper_arm_length_mm), m.forearm_length_mm + m.upper_arm_length_mm
+    heights = (("lowest", low), ("highest", high))
+    return [
+        InspectionRow("reach (closed form)", f"{word} position on the axis", sqrt(max(0.0, far**2 - aside**2)), "mm")
+        for word, far in heights
+    ]
 
 
 def _smallest(design: Design) -> list[InspectionRow]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from delta_cad.common.arguments import design_option, json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all, refuse_folder
 from delta_cad.common.files import require_room
+from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
     from delta_cad.design import Design, DesignError
@@ -80,7 +81,7 @@ def made(
     except OSError as error:
         return refuse_folder(given.out, error)
     if absent := [name for name in BUILT_WITH if find_spec(name) is None]:
-        return _not_installed(absent[0])
+        return refuse(not_installed(absent[0], "cad"), NOT_BUILT)
     with Line() as line:
         line.show("loading the CAD kernel")
         try:
@@ -88,7 +89,7 @@ def made(
         except KeyboardInterrupt:  # the last clause would load the CAD kernel, again where that was interrupted
             raise
         except ModuleNotFoundError as error:
-            return _not_installed(error.name)
+            return refuse(not_installed(str(error.name), "cad"), NOT_BUILT)
         except MechanismError as error:
             return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
         except OSError as error:
@@ -101,10 +102,6 @@ def made(
     else:
         (tell or partial(print_outcome, whole=getattr(given, "all", False)))(outcome)
     return DONE if outcome.passed else NOT_MET
-
-
-def _not_installed(module: str | None) -> int:
-    return refuse(f"{module} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
 
 
 def refused(design: Design, file: str = "") -> Advice:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware, refused
 from delta_cad.common.arguments import design_option
 from delta_cad.common.console import BAD_INPUT, DONE, Interrupt, Line, catalogue_option, refuse
+from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -57,7 +58,7 @@ def run(given: argparse.Namespace) -> int:
     try:
         import viser
     except ModuleNotFoundError as error:
-        return refuse(f"{error.name} is not installed: pip install 'delta-haptics[view]'", BAD_INPUT)
+        return refuse(not_installed(str(error.name), "view"), BAD_INPUT)
     if not 0 < given.port <= MOST_PORT:
         return refuse(f"--port {given.port}: must be from 1 to {MOST_PORT}", BAD_INPUT)
     try:  # viser would take the next one that is free

@@ -20,7 +20,7 @@ from types import FrameType, ModuleType
 from typing import Any, ClassVar, NoReturn, TextIO
 
 from delta_cad.common.arguments import Completion, Version, hint
-from delta_cad.common.refusal import printable
+from delta_cad.common.refusal import not_installed, printable
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
 LAST_STREAM = 2  # descriptor of standard error, after those of input and output
@@ -96,7 +96,7 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
     except OSError as error:
         return refuse(told(error), BAD_INPUT)
     except ModuleNotFoundError as error:
-        return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
+        return refuse(not_installed(str(error.name), extra), BAD_INPUT)
     except ImportError as error:  # its own words name the library of the system that is missing or finds no memory
         return refuse(f"a library cannot be loaded: {error}", BAD_INPUT)
     except MemoryError:

@@ -23,6 +23,16 @@ def printable(text: str) -> str:
     return line if line.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
 
+def not_installed(packages: str, extra: str) -> str:
+    """Says that packages are missing and how the checkout installs them: no package index has this project.
+
+    Args:
+        packages: Their names.
+        extra: Extra of this project's package that has them.
+    """
+    return f"{packages} is not installed: make install, or pip install '.[{extra}]', in a checkout of delta-haptics"
+
+
 class RefusedError(ValueError):
     """A file that is refused.
 

@@ -40,6 +40,21 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "hardware": Hardware,
     "panel": Panel,
 }
+# What a mechanism alone need not state: limits so wide that they bound nothing, and the unit of force.
+KINEMATICS: dict[str, dict[str, float]] = {
+    "mechanism": {"parallelogram_width_mm": 1.0},
+    "requirements": {
+        "envelope_width_mm": 5000.0,
+        "envelope_depth_mm": 5000.0,
+        "force_N": 1.0,
+        "joint_torque_N_m": 100.0,
+    },
+}
+COLLARS = (
+    "is not modelled: a rod that begins at a collar beside its joint (d and e of libnifalcon) closes its chain by "
+    "(rho - d - e)^2 + v^2 = b^2, not on a sphere; forearm_length_mm = b + d + e is exact only where v, the way of the "
+    "wrist out of its arm's plane, is 0"
+)
 UNITS = {
     "_N_mm": "N/mm",
     "_mm": "mm",
@@ -64,12 +79,14 @@ class DesignError(RefusedError):
     design: Design | None = None
 
 
-def load_design(path: str | Path, own_parts: Path | None = None) -> Design:
+def load_design(path: str | Path, own_parts: Path | None = None, *, kinematics: bool = False) -> Design:
     """Reads and validates a design file.
 
     Args:
         path: JSON file, UTF-8, schema `delta-design/1`.
         own_parts: Folder of the user's own parts, in place of the one that `hardware.catalogue` names beside the file.
+        kinematics: Whether the four lengths and the cube are enough: hardware and panel are left out, and of the
+            requirements those that are not stated bound nothing, with a force of 1 N.
 
     Returns:
         The design, with all defaults filled in.
@@ -82,11 +99,16 @@ def load_design(path: str | Path, own_parts: Path | None = None) -> Design:
         data = read_json(path, MOST_BYTES, finite=False)
     except ReadError as error:
         raise DesignError(error.file, error.field, error.value, error.allowed) from None
-    return design_from_dict(data, path.name, path.parent, own_parts)
+    return design_from_dict(data, path.name, path.parent, own_parts, kinematics=kinematics)
 
 
 def design_from_dict(
-    data: object, file: str = "design", folder: Path = Path(), own_parts: Path | None = None
+    data: object,
+    file: str = "design",
+    folder: Path = Path(),
+    own_parts: Path | None = None,
+    *,
+    kinematics: bool = False,
 ) -> Design:
     """Validates a design given as plain data.
 
@@ -95,6 +117,7 @@ def design_from_dict(
         file: Name that error messages start with.
         folder: Folder that `hardware.catalogue` starts from.
         own_parts: Folder of the user's own parts, in place of that one.
+        kinematics: As for `load_design`.
 
     Returns:
         The design, with all defaults filled in.
@@ -105,12 +128,12 @@ def design_from_dict(
             in no catalogue, a motor that does not suit the drive, or lengths that cannot go together.
     """
     try:
-        return _validated(data, file, folder, own_parts)
+        return _validated(data, file, folder, own_parts, kinematics)
     except RecursionError:
         raise DesignError(file, "", "", "is nested too deep") from None
 
 
-def _validated(data: object, file: str, folder: Path, own_parts: Path | None) -> Design:
+def _validated(data: object, file: str, folder: Path, own_parts: Path | None, kinematics: bool) -> Design:
     """Validates a design as `design_from_dict` does, which answers where it is nested too deep."""
     if not isinstance(data, Mapping):
         raise DesignError(file, "", short(data), "must be an object")
@@ -118,6 +141,11 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None) ->
         raise DesignError(file, "schema", short(data["schema"]), _allowed(("schema",)))
     if (bad := not_finite(data)) is not None:
         raise DesignError(file, bad[0], short(bad[1]), "must be finite")
+    if kinematics:
+        data = {key: value for key, value in data.items() if key not in {"hardware", "panel"}}
+        for name, values in KINEMATICS.items():
+            if isinstance(stated := data.get(name, {}), Mapping):
+                data[name] = {**values, **stated}
     try:
         design = Design.model_validate(dict(data), context=_own_parts(data.get("hardware"), file, folder, own_parts))
     except ValidationError as error:
@@ -125,7 +153,7 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None) ->
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
     _check_catalogue(design.hardware, file)
     _check_drive(design.hardware, file)
-    if faults := impossible_sums(design):
+    if faults := impossible_sums(design, kinematics):
         first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
         first.more, first.design = tuple(map(str, more)), design
         raise first
@@ -283,6 +311,8 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, 
     if kind == "extra_forbidden":
         known = [info.alias or name for name, info in _model_at(loc).model_fields.items()]
         other = [f"{section}.{name}" for section, model in SECTIONS.items() for name in model.model_fields]
+        if "collar" in str(loc[-1]):
+            return DesignError(file, field, short(value), COLLARS)
         return DesignError(file, field, short(value), unknown_key(str(loc[-1]), known, other))
     if kind == "missing":
         return DesignError(file, field, "", f"is missing; {_allowed(loc)}")

@@ -32,7 +32,7 @@ class Mechanism(Section):
     base_radius_mm: float = Field(gt=0, le=1000, description="R: base centre to shoulder axis")
     platform_radius_mm: float = Field(gt=0, le=1000, description="r: platform centre to wrist")
     upper_arm_length_mm: float = Field(gt=0, le=1000, description="L_A: shoulder to elbow")
-    forearm_length_mm: float = Field(gt=0, le=1000, description="L_B: elbow to wrist")
+    forearm_length_mm: float = Field(gt=0, le=2000, description="L_B: elbow to wrist")
     parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
 
 

@@ -25,9 +25,16 @@ class Contradiction(NamedTuple):
     bound: float
 
 
-def impossible_sums(design: Design) -> list[Contradiction]:
-    """Gives every condition that a design with each field within its own bounds breaks, none for a sound one."""
-    conditions = (_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner, _clashing_wrists, _pinion, _panel)
+def impossible_sums(design: Design, kinematics: bool = False) -> list[Contradiction]:
+    """Gives every condition that a design with each field within its own bounds breaks, none for a sound one.
+
+    Args:
+        design: The design.
+        kinematics: Whether to leave out what needs its hardware.
+    """
+    conditions = [_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner]
+    if not kinematics:
+        conditions += [_clashing_wrists, _pinion, _panel]
     return [fault for condition in conditions if (fault := condition(design)) is not None]
 
 

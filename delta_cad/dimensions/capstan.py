@@ -336,7 +336,7 @@ def capstan_dimensions(
     )
     crest, collar = crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
     require(
-        collar - bore / 2 >= COLLAR_WALL_MM,
+        collar - bore / 2 >= COLLAR_WALL_MM or motor.pilot_diameter_mm == 0.0,  # refused with its cheek
         "pinion",
         "collar",
         f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "

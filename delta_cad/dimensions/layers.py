@@ -69,9 +69,18 @@ def layers(
         grown: Second moment of the cheeks over that of the least, see `sizes.growth`.
 
     Raises:
-        DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter, for its own
-            thickness or the cheek's, or leaves too little between the cheeks.
+        DimensionError: The motor has no pilot; or a direct drive's arm clamps less of the motor's shaft than half its
+            diameter, for its own thickness or the cheek's, or leaves too little between the cheeks.
     """
+    require(
+        motor.pilot_diameter_mm > 0.0,
+        "motor_cheek",
+        "pilot bore",
+        f"hardware.motor = {motor.id}: pilot_diameter_mm = 0: must be > 0, for it centres the motor in its cheek: "
+        "another motor, or a ring on its face, turned true to the shaft and stated as the pilot",
+        "hardware.motor",
+        motor.id,
+    )
     half = arm_thickness_mm / 2
     cheek = plate_mm(bearing.width_mm + PRESS_DEPTH_MM, grown)
     sector = rim_mm or (half, half)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.chains import chain_angles, chain_derivatives, chain_positions
 from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.poses import Poses
@@ -24,11 +25,22 @@ ALWAYS_HIDDEN = 3  # of the unknowns: the sum of each chain's two radii
 SPARE = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
 # Of a tracker's frame beyond the closest one: so wide that it says nothing, and yet finite where nothing else does.
 TURN_SIGMA, SHIFT_SIGMA = 0.3, 0.1
+FAR = 20e-3  # m, of half the poses with the zeros alone fitted: lengths within 5 mm of the drawing leave less
+NO_DEVICE = "readings and positions belong to no device like the drawn one"
+STEPS = 60  # of a search, of which 5 to 15 are enough where there is a device
 STEP = 1e-6  # rad, of the difference that gives how positions follow a turn of their frame
 
 
 class FitError(ValueError):
-    """Poses that no parameters can be told from; the message is one line."""
+    """Poses that determine no parameters; the message is one line.
+
+    Attributes:
+        poses: Numbers of the poses at which the drawn device cannot be, from 0; empty where none is to blame.
+    """
+
+    def __init__(self, text: str, lost: np.ndarray | None = None) -> None:
+        self.poses = () if lost is None else tuple(int(n) for n in np.flatnonzero(np.isnan(lost).any(axis=1)))
+        super().__init__(f"pose {self.poses[0] + 1}: {text}" if self.poses else text)
 
 
 @dataclass(frozen=True)
@@ -76,6 +88,10 @@ class Fit:
         before: (n,) distance of each pose from where the drawn device has its readings, m; NaN where it has none.
         after: (n,) from the calibrated one, m.
         misfit: Root of the mean square of what is left, in units of the noise: 1 where noise alone explains it.
+        problem: The equations, from which the error at any position follows.
+        x: (n,) solution of the equations: 33 parameters and, where the frame was sought, its turn and shift, each in
+            units of what it may be off before it is measured.
+        covariance: (n, n) of `x`.
     """
 
     unknowns: Unknowns
@@ -86,6 +102,22 @@ class Fit:
     before: np.ndarray
     after: np.ndarray
     misfit: float
+    problem: Problem
+    x: np.ndarray
+    covariance: np.ndarray
+
+    def at(self, positions: np.ndarray) -> Problem:
+        """Gives the equations of poses that the calibrated device would have at positions (m, 3) in the base frame, m.
+
+        Raises:
+            FitError: It does not reach one of them.
+        """
+        theta = chain_angles(self.unknowns.mechanism, positions)
+        if np.isnan(theta).any():
+            lost = MM_PER_M * positions[np.isnan(theta).any(axis=1)][0]
+            raise FitError("the calibrated device does not reach ({:.1f}, {:.1f}, {:.1f}) mm".format(*lost))
+        measured = (positions - self.frame.shift) @ self.frame.rotation
+        return replace(self.problem, poses=Poses(measured, self.unknowns.readings(theta)))
 
 
 def poses_needed(own_frame: bool) -> int:
@@ -117,7 +149,7 @@ def fit(
         The fit.
 
     Raises:
-        FitError: There are too few poses, or the drawn device cannot be at one of them.
+        FitError: There are too few poses, the drawn device cannot be at one of them, or no device like it has them.
     """
     noise = Noise() if noise is None else noise
     count, needed = len(poses.positions), poses_needed(own_frame)
@@ -131,11 +163,14 @@ def fit(
         scale = np.concatenate([scale, [TURN_SIGMA] * 3, [SHIFT_SIGMA] * 3])
         frame = _closest(poses.positions, reached)
     before = np.linalg.norm(reached - frame.to_base(poses.positions), axis=1)
-    problem = _Problem(poses, drawn, frame, scale)
+    problem = Problem(poses, drawn, frame, scale, noise)
     x = _zeros_alone(problem)
-    for _ in range(2):  # the noise's share follows the pose, so once more with that of the calibrated device
-        problem = replace(problem, whitening=problem.whitened(x, noise))
-        x = _least_squares(problem.residuals, x, problem.jacobian)
+    try:
+        for _ in range(2):  # the noise's share follows the pose, so once more with that of the calibrated device
+            problem = replace(problem, whitening=problem.whitened(x))
+            x = _least_squares(problem.residuals, x, problem.jacobian)
+    except np.linalg.LinAlgError:  # at a direct singularity
+        raise FitError(NO_DEVICE) from None
     unknowns, frame = problem.at(x)
     jacobian, rows = problem.jacobian(x), 3 * count
     # what parts are made to holds each combination of unknowns, too: of one that poses tell s times better, noise takes
@@ -160,17 +195,30 @@ def fit(
         before=before,
         after=np.linalg.norm(problem.apart(x), axis=1),
         misfit=misfit,
+        problem=problem,
+        x=x,
+        covariance=covariance,
     )
 
 
 @dataclass(frozen=True)
-class _Problem:
-    """Residuals of unknowns x, each in units of its standard deviation and counted from the drawn device."""
+class Problem:
+    """Residuals of unknowns x, each in units of its standard deviation and counted from the drawn device.
+
+    Attributes:
+        poses: Where the equations are.
+        drawn: The device as drawn.
+        frame: Frame of the positions where x is 0.
+        scale: (n,) standard deviation of each unknown before it is measured, m and rad.
+        noise: Of positions and readings.
+        whitening: (m, 3, 3) by which noise becomes of unit variance, once it is known.
+    """
 
     poses: Poses
     drawn: Unknowns
     frame: Frame
     scale: np.ndarray
+    noise: Noise
     whitening: np.ndarray | None = None
 
     def at(self, x: np.ndarray) -> tuple[Unknowns, Frame]:
@@ -193,6 +241,11 @@ class _Problem:
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """(3 n + m, m) of `residuals`."""
+        whole = (self._whitening() @ self.rows(x)).reshape(-1, len(x))
+        return np.vstack([whole, np.eye(len(x))])
+
+    def rows(self, x: np.ndarray) -> np.ndarray:
+        """(n, 3, m) derivative of `apart` by the unknowns, m."""
         unknowns, frame = self.at(x)
         theta = unknowns.angles(self.poses.readings)
         p = chain_positions(unknowns.mechanism, theta)
@@ -208,15 +261,14 @@ class _Problem:
                 moves.append((behind - ahead) / (2.0 * STEP))
             shifts = np.broadcast_to(-np.eye(3), (len(p), 3, 3))
             rows = np.concatenate([rows, np.stack(moves, axis=-1), shifts], axis=-1)
-        whole = (self._whitening() @ (rows * self.scale)).reshape(-1, len(x))
-        return np.vstack([whole, np.eye(len(x))])
+        return rows * self.scale
 
-    def whitened(self, x: np.ndarray, noise: Noise) -> np.ndarray:
+    def whitened(self, x: np.ndarray) -> np.ndarray:
         """(n, 3, 3) by which noise becomes of unit variance."""
         unknowns, _ = self.at(x)
         theta = unknowns.angles(self.poses.readings)
         by_joint, _ = chain_derivatives(unknowns.mechanism, theta, chain_positions(unknowns.mechanism, theta))
-        both = noise.position**2 * np.eye(3) + noise.angle**2 * by_joint @ np.swapaxes(by_joint, 1, 2)
+        both = self.noise.position**2 * np.eye(3) + self.noise.angle**2 * by_joint @ np.swapaxes(by_joint, 1, 2)
         return np.linalg.inv(np.linalg.cholesky(both))
 
     def _whitening(self) -> np.ndarray:
@@ -241,25 +293,24 @@ def _closest(measured: np.ndarray, reached: np.ndarray) -> Frame:
     from scipy.spatial.transform import Rotation
 
     if np.isnan(reached).any():
-        bad = int(np.isnan(reached).any(axis=1).argmax())
         raise FitError(
-            f"pose {bad + 1}: no position of the drawn device has these readings; with a frame of its own the zeros "
-            "must be right to some degrees: put them in first"
+            "no position of the drawn device has these readings; with a frame of its own the zeros must be right to "
+            "some degrees: put them in first",
+            reached,
         )
     middle, goal = measured.mean(axis=0), reached.mean(axis=0)
     rotation = Rotation.align_vectors(reached - goal, measured - middle)[0].as_matrix()
     return Frame(rotation, goal - rotation @ middle, True)
 
 
-def _zeros_alone(problem: _Problem) -> np.ndarray:
+def _zeros_alone(problem: Problem) -> np.ndarray:
     """Unknowns of which only the zeros, and the frame, are not as drawn: where the whole search begins."""
     x, poses, drawn = np.zeros(len(problem.scale)), problem.poses, problem.drawn
     zeros = np.arange(3) * COUNT + ZERO
     if not problem.frame.solved:
         theta = chain_angles(drawn.mechanism, poses.positions)
         if np.isnan(theta).any():
-            bad = int(np.isnan(theta).any(axis=1).argmax())
-            raise FitError(f"pose {bad + 1}: the drawn device does not reach its position")
+            raise FitError("the drawn device does not reach its position", theta)
         off = theta - poses.readings
         x[zeros] = np.angle(np.exp(1j * off).mean(axis=0)) / problem.scale[zeros]
     else:
@@ -270,9 +321,10 @@ def _zeros_alone(problem: _Problem) -> np.ndarray:
             return np.nan_to_num(problem.apart(x), nan=1.0).ravel()
 
         x[some] = _least_squares(apart, x[some])
-    if np.isnan(problem.apart(x)).any():
-        bad = int(np.isnan(problem.apart(x)).any(axis=1).argmax())
-        raise FitError(f"pose {bad + 1}: its readings and its position do not belong to the drawn device")
+    if np.isnan(left := problem.apart(x)).any():
+        raise FitError("its readings and its position do not belong to the drawn device", left)
+    if np.median(np.linalg.norm(left, axis=1)) > FAR:
+        raise FitError(NO_DEVICE)
     return x
 
 
@@ -285,7 +337,7 @@ def _least_squares(
 
     try:
         by: Any = "3-point" if jacobian is None else jacobian
-        found = least_squares(residuals, start, by, xtol=1e-12, ftol=1e-12)
+        found = least_squares(residuals, start, by, xtol=1e-12, ftol=1e-12, max_nfev=STEPS)
     except ValueError:  # a residual that is not finite
-        raise FitError("readings and positions belong to no device like the drawn one") from None
+        raise FitError(NO_DEVICE) from None
     return found.x

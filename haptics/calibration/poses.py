@@ -88,5 +88,6 @@ def _number(name: str, field: str, cell: str) -> float:
     except ValueError:
         value = math.nan
     if not abs(value) <= most:
-        raise PosesError(name, field, short(cell), f"must be a number from -{most:g} to {most:g}")
+        unit = "degrees, of which an encoder's counts are turned into first" if field.endswith("deg") else "mm"
+        raise PosesError(name, field, short(cell), f"must be a number from -{most:g} to {most:g} {unit}")
     return value

@@ -16,8 +16,9 @@ from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, short
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
+from haptics.calibration.accuracy import Accuracy
 from haptics.calibration.fit import Fit
-from haptics.calibration.told import hidden
+from haptics.calibration.identifiable import hidden
 from haptics.calibration.unknowns import ANGLES, LENGTHS, NAMES, Unknowns, nominal
 
 SCHEMA = "delta-calibration/1"
@@ -55,14 +56,16 @@ class Calibration:
     fit: Mapping[str, float | int | str | None]
 
 
-def calibration_of(design: Design, found: Fit, poses: int) -> Calibration:
+def calibration_of(design: Design, found: Fit, poses: int, expected: Accuracy) -> Calibration:
     """Makes the record of a fit.
 
     Args:
         design: What was calibrated.
         found: The fit.
         poses: Their number.
+        expected: Predicted error of a position over the cube.
     """
+    x, y, z = (MM_PER_M * float(v) for v in expected.worst_at)
     figures: dict[str, float | int | str | None] = {
         "poses": poses,
         "frame": "own" if found.frame.solved else "base",
@@ -71,6 +74,11 @@ def calibration_of(design: Design, found: Fit, poses: int) -> Calibration:
         "worst_mm": MM_PER_M * float(found.after.max()),
         "worst_pose": int(found.after.argmax()) + 1,
         "misfit": found.misfit,
+        "predicted_rms_mm": MM_PER_M * expected.rms,
+        "predicted_worst_mm": MM_PER_M * expected.worst,
+        "predicted_worst_x_mm": x,
+        "predicted_worst_y_mm": y,
+        "predicted_worst_z_mm": z,
     }
     said = tuple(str(one) for one in hidden(found))
     return Calibration(design.name, design_hash(design), found.unknowns, found.sigma, said, figures)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +14,13 @@ from haptics.commands.device import number, refusing
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
+    from haptics.calibration.accuracy import Proposal
+    from haptics.calibration.fit import Fit
+    from haptics.calibration.poses import Poses
     from haptics.calibration.record import Calibration
 
 NAME = "calibrate"
 TEXT = "calibrate zeros, link lengths, offsets and encoder errors from measured poses, with uncertainties"
-MISFIT_MOST = 3.0  # what is left of the poses over what their noise explains; beyond it something else is wrong
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
@@ -43,8 +46,16 @@ def arguments(command: argparse.ArgumentParser) -> None:
         metavar="DEG",
         help="standard deviation of a reading, degrees; default: noise of the encoder",
     )
+    error = number("number from 0.001 to 10 mm", 1e-3, 10.0)
+    command.add_argument(
+        "--accuracy",
+        type=error,
+        default=0.1,
+        metavar="MM",
+        help="largest predicted error of a position in the cube (rms at the worst position), mm; default: 0.1",
+    )
     command.add_argument("--out", type=Path, default=Path("calibration.json"), metavar="FILE",
-                         help="file to write if the poses fit; default: calibration.json")  # fmt: skip
+                         help="file to write if the poses pass; default: calibration.json")  # fmt: skip
     json_option(command)
 
 
@@ -56,9 +67,12 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.common.files import require_room
     from delta_cad.common.units import MM_PER_M
     from delta_cad.design import load_design
+    from delta_cad.drive import encoder_count_rad
+    from haptics.calibration.accuracy import accuracy, helpful_poses
+    from haptics.calibration.diagnosis import MISFIT_MOST, causes
     from haptics.calibration.fit import FitError, Noise, fit
     from haptics.calibration.poses import PosesError, load_poses
-    from haptics.calibration.record import calibration_of, save_calibration
+    from haptics.calibration.record import calibration_of, save_calibration, to_dict
     from haptics.model.machine import require_assembled
 
     design = load_design(given.design, given.catalogue)
@@ -66,24 +80,71 @@ def run(given: argparse.Namespace) -> int:
     turns, wave, angle = _encoder(design)
     if given.reading_sigma is not None:
         angle = math.radians(given.reading_sigma)
+    noise = Noise(given.position_sigma / MM_PER_M, angle)
+
+    def fitted(poses: Poses, own_frame: bool) -> Fit:
+        return fit(design.geometry, poses, turns=turns, noise=noise, own_frame=own_frame, wave=wave)
+
     try:
         poses = load_poses(given.poses)
         require_room(given.out, folder=False)
-        noise = Noise(given.position_sigma / MM_PER_M, angle)
-        found = fit(design.geometry, poses, turns=turns, noise=noise, own_frame=given.frame == "own", wave=wave)
     except PosesError as error:
         return refuse(str(error), BAD_INPUT)
+    own = given.frame == "own"
+    limit, count = given.accuracy / MM_PER_M, encoder_count_rad(design)
+    try:
+        found = fitted(poses, own)
+        fits = found.misfit <= MISFIT_MOST
+        reasons = [] if fits else causes(fitted, poses, own, found, count)
+        expected = accuracy(found, design)
+        more = helpful_poses(found, design, limit) if fits and expected.worst > limit else None
     except FitError as error:
-        return refuse(f"{given.poses.name}: {error}", BAD_INPUT)
-    calibration = calibration_of(design, found, len(poses.positions))
-    fits = found.misfit <= MISFIT_MOST
-    if fits:
+        said = [f"{given.poses.name}: {error}"]
+        said += [f"likely cause: {cause.text}" for cause in causes(fitted, poses, own, error, count)]
+        return refuse("; ".join(said), BAD_INPUT)
+    calibration = calibration_of(design, found, len(poses.positions), expected)
+    kept = fits and expected.worst <= limit
+    if kept:
         save_calibration(calibration, given.out)
     if given.json:
-        print(json.dumps(_facts(calibration, given.out, fits), indent=1, allow_nan=False))
-    else:
-        _print(calibration, given.out, fits)
-    return DONE if fits else NOT_MET
+        facts = {**to_dict(calibration), "passed": kept, "misfit_max": MISFIT_MOST, "accuracy_max_mm": given.accuracy}
+        facts |= {"causes": [asdict(cause) for cause in reasons], "helpful_poses": _proposed(more)}
+        print(json.dumps({**facts, "file": str(given.out) if kept else None}, indent=1, allow_nan=False))
+        return DONE if kept else NOT_MET
+    _print(calibration)
+    if not fits:
+        print(
+            f"NOT KEPT  what is left is {found.misfit:.1f} times what noise explains, more than {MISFIT_MOST:g}: "
+            f"pose {found.after.argmax() + 1} is off by {MM_PER_M * found.after.max():.3f} mm; nothing is written"
+        )
+        for cause in reasons:
+            print(f"likely cause: {cause.text}; the misfit is {cause.misfit:.2f} then")
+        return NOT_MET
+    print(f"what is left is {found.misfit:.2f} times what noise explains")
+    if more is not None:
+        print(
+            f"NOT KEPT  the predicted error is {MM_PER_M * expected.worst:.3f} mm at worst, at most "
+            f"{given.accuracy:g} mm is taken (--accuracy); nothing is written"
+        )
+        places = ", ".join("({:.1f}, {:.1f}, {:.1f})".format(*row) for row in MM_PER_M * more.positions)
+        print(f"measure as well, x, y, z of the base frame in mm: {places}")
+        print(f"with these {len(more.positions)} poses the error is {MM_PER_M * more.accuracy.worst:.3f} mm at worst")
+        return NOT_MET
+    print(f"written to {given.out}")
+    return DONE
+
+
+def _proposed(more: Proposal | None) -> dict[str, Any] | None:
+    """Further poses as JSON types."""
+    from delta_cad.common.units import MM_PER_M
+
+    if more is None:
+        return None
+    return {
+        "positions_mm": (MM_PER_M * more.positions).round(3).tolist(),
+        "predicted_rms_mm": MM_PER_M * more.accuracy.rms,
+        "predicted_worst_mm": MM_PER_M * more.accuracy.worst,
+    }
 
 
 def _encoder(design: Design) -> tuple[float, float, float]:
@@ -103,13 +164,7 @@ def _encoder(design: Design) -> tuple[float, float, float]:
     return 1.0, wave, max(count, math.radians(row.noise_rms_deg or 0.0), math.radians(0.003))
 
 
-def _facts(calibration: Calibration, out: Path, fits: bool) -> dict[str, Any]:
-    from haptics.calibration.record import to_dict
-
-    return {**to_dict(calibration), "passed": fits, "misfit_max": MISFIT_MOST, "file": str(out) if fits else None}
-
-
-def _print(calibration: Calibration, out: Path, fits: bool) -> None:
+def _print(calibration: Calibration) -> None:
     from haptics.calibration.record import to_dict
 
     record, f = to_dict(calibration), calibration.fit
@@ -118,6 +173,9 @@ def _print(calibration: Calibration, out: Path, fits: bool) -> None:
     before = "not reached" if f["before_rms_mm"] is None else f"{f['before_rms_mm']:.3f} mm rms"
     print(f"off as drawn {before}, calibrated {f['after_rms_mm']:.3f} mm rms; "
           f"worst {f['worst_mm']:.3f} mm at pose {f['worst_pose']}")  # fmt: skip
+    at = ", ".join(f"{f[f'predicted_worst_{axis}_mm']:.1f}" for axis in "xyz")
+    print(f"predicted error over the cube {f['predicted_rms_mm']:.3f} mm rms; "
+          f"worst {f['predicted_worst_mm']:.3f} mm at ({at}) mm")  # fmt: skip
     print(f"\n{'':22}" + "".join(f"{f'chain {i}':>22}" for i in range(3)))
     for key in record["chains"][0]:
         cells = zip(record["chains"], record["uncertainty"], strict=True)
@@ -125,10 +183,3 @@ def _print(calibration: Calibration, out: Path, fits: bool) -> None:
     print()
     for sentence in calibration.not_told:
         print(f"- {sentence}")
-    if fits:
-        print(f"what is left is {f['misfit']:.2f} times what noise explains; written to {out}")
-    else:
-        print(
-            f"NOT KEPT  what is left is {f['misfit']:.1f} times what noise explains, at most {MISFIT_MOST:g} is taken: "
-            f"pose {f['worst_pose']} is off by {f['worst_mm']:.3f} mm; nothing is written"
-        )

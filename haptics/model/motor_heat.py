@@ -11,7 +11,8 @@ with `heat = R_25 / (k_t drive)^2 / C_w`, `C_w = winding_time / R_wh`, `coupling
 
 Where a motor's thermal data are missing the same equations run without a housing and in units of the allowed rise
 (ambient 0, largest 1): `d x / dt = (torque^2 / continuous^2 - x) / time`, "I squared t". Its time is chosen such that
-from cold the peak torque may last exactly the peak time.
+from cold the peak torque may last exactly the peak time. Without a peak above the continuous torque no torque that the
+motor may give warms it beyond the allowed rise, whatever the time constant, and the peak time stands for it.
 Importing this module loads numba.
 """
 
@@ -82,7 +83,7 @@ def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> He
     winding_time, hottest = motor.thermal_time_constant_winding_s, motor.max_winding_temperature_C
     if inner is None or outer is None or winding_time is None or hottest is None:
         over = (motor.peak_torque_N_m / motor.nominal_torque_N_m) ** 2
-        time = motor.peak_time_s / -math.log1p(-1.0 / over)
+        time = motor.peak_time_s / -math.log1p(-1.0 / over) if over > 1.0 else motor.peak_time_s
         return Heat(continuous, 0.0, DERATE_SHARE, 1.0, 1.0 / (continuous**2 * time), 0.0, time, 0.0, 1.0)
     if not ambient_C < hottest - DERATE_K:
         raise ValueError(f"ambient_C is {ambient_C!r}; it must be below {hottest - DERATE_K:g} C for {motor.id}")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse, refuse_all
+from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
     from optimizer.atlas.atlas import Failure
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 NAME = "atlas"
 TEXT = "many sets of requirements on this machine or a Dask cluster"
 NEEDS = ("dask", "distributed", "matplotlib")
-EXTRA = "pip install 'delta-haptics[atlas]'"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
@@ -40,7 +40,7 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     lacking = [name for name in NEEDS if find_spec(name) is None]
     if lacking:
-        return refuse(f"atlas needs {' and '.join(lacking)}: {EXTRA}", BAD_INPUT)
+        return refuse(not_installed(" and ".join(lacking), "optimize,atlas"), BAD_INPUT)
     if given.scheduler is not None and given.workers is not None:
         return refuse("--workers is of this machine; a cluster given with --scheduler has its own", BAD_INPUT)
     if given.workers == 0:

@@ -23,6 +23,7 @@ from delta_cad.common.console import (
     refuse,
     refuse_all,
 )
+from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -102,7 +103,7 @@ def run(given: argparse.Namespace) -> int:
         except MechanismError as error:
             return refuse(f"{given.design}: {error}", BAD_INPUT)
     if find_spec("matplotlib") is None:
-        return refuse("the pictures need matplotlib: pip install 'delta-haptics[optimize]'", BAD_INPUT)
+        return refuse(not_installed("matplotlib", "optimize"), BAD_INPUT)
     from optimizer.front.front import FrontError
     from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
     from optimizer.synthesis.infeasible import InfeasibleError

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.refusal import not_installed
 from optimizer.globalopt.optimum import Now, prove_optimum
 from optimizer.problem.step import Problem, ProblemError
 from optimizer.search.result import Bound, Result, finite
@@ -65,7 +66,7 @@ def solve(
         ProblemError: numba is not installed.
     """
     if not available():
-        raise ProblemError("a proof needs numba, which is not installed: install delta-haptics[optimize]")
+        raise ProblemError(not_installed("numba", "optimize"))
     found: tuple[float, ...] = ()
 
     def tell(now: Now) -> None:

@@ -27,6 +27,7 @@ from delta_cad.common.ours import RECORD, require_ours
 from delta_cad.design import Design, DesignError, design_hash, design_to_dict, load_design
 from delta_cad.drive.masses import MassError, load_masses
 from delta_cad.report.words import certificate as told
+from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import fit
 from haptics.calibration.poses import PosesError, load_poses, poses_text
 from haptics.calibration.record import CalibrationError, calibration_of, load_calibration, to_dict
@@ -277,7 +278,8 @@ def readers(folder: Path) -> list[Reader]:
 def _calibration_readers(design: Design, weights: Path) -> list[Reader]:
     rng = np.random.default_rng(1)
     poses = measured(made(design, rng), cube_points(design, rng, 20), rng)
-    calibration = to_dict(calibration_of(design, fit(design.geometry, poses), 20))
+    found = fit(design.geometry, poses)
+    calibration = to_dict(calibration_of(design, found, 20, accuracy(found, design)))
     rows = [line.split(",") for line in poses_text(poses).splitlines()]
     machine = ["--design", str(BEST), "--mass-properties", str(weights), "--fast", "--seconds", "0.01"]
     return [

@@ -27,7 +27,7 @@ class Motor(CatalogueRow):
         diameter_mm: Body diameter.
         length_mm: Body length behind the mounting face.
         shaft_length_mm: Shaft length in front of the mounting face.
-        pilot_diameter_mm: Centring spigot diameter.
+        pilot_diameter_mm: Centring spigot diameter; it and the height are 0 for a motor without one.
         pilot_height_mm: Centring spigot height.
         mount_thread: Thread of the mounting holes ("M3"), a size of the screws family.
         mount_circle_mm: Pitch circle diameter of the mounting holes.
@@ -102,8 +102,12 @@ class Motor(CatalogueRow):
         """Says which size, mass or figure cannot be, or that a drive is not known."""
         if self.drives != ("none",) and not set(self.drives) <= {"capstan", "direct"}:
             return f"drives = {';'.join(self.drives)}: must be capstan, direct or both, or none"
-        if not self.shaft_diameter_mm < self.pilot_diameter_mm < self.mount_circle_mm < self.diameter_mm:
-            return "must have shaft_diameter_mm < pilot_diameter_mm < mount_circle_mm < diameter_mm"
+        if (self.pilot_diameter_mm == 0.0) != (self.pilot_height_mm == 0.0):
+            return "must have both or neither of pilot_diameter_mm and pilot_height_mm; both 0: the motor has no pilot"
+        within = self.pilot_diameter_mm or (self.shaft_diameter_mm + self.mount_circle_mm) / 2.0
+        if not self.shaft_diameter_mm < within < self.mount_circle_mm < self.diameter_mm:
+            order = "shaft_diameter_mm < pilot_diameter_mm < mount_circle_mm < diameter_mm"
+            return f"must have {order}; a motor without a pilot has 0 as its diameter and height"
         if self.peak_torque_N_m < self.nominal_torque_N_m:
             return f"peak_torque_N_m = {self.peak_torque_N_m:g}: must be >= nominal_torque_N_m"
         if (self.max_radial_load_N is None) != (self.radial_load_distance_mm is None):

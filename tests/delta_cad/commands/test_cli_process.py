@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from delta_cad.common.console import INTERRUPTED
+from delta_cad.common.refusal import not_installed
 from tests.committed import BEST, changed
 from tests.terminal import interrupted, said
 
@@ -78,7 +79,7 @@ def test_without_the_cad_extra_the_build_says_what_to_install_at_once(module: st
     )
     assert ended.returncode == 3
     assert said(ended.stderr).count("\n") == 1
-    assert f"{module} is not installed: pip install 'delta-haptics[cad]'" in ended.stderr
+    assert not_installed(module, "cad") in ended.stderr
     assert ended.stdout.splitlines()[-1] == "LOADED []"
 
 

@@ -11,6 +11,7 @@ from urllib.request import urlopen
 import pytest
 
 from delta_cad.commands.cli import main
+from delta_cad.common.refusal import not_installed
 from tests.committed import BEST
 from tests.terminal import HANGS_S, said
 
@@ -61,7 +62,7 @@ def test_without_viser_it_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
     assert main(["view", "--design", str(BEST)]) == 2
-    assert capsys.readouterr().err == "viser is not installed: pip install 'delta-haptics[view]'\n"
+    assert capsys.readouterr().err == not_installed("viser", "view") + "\n"
 
 
 def test_a_design_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

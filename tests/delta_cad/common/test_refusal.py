@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
+import tomllib
+from pathlib import Path
 
 import pytest
 
-from delta_cad.common.refusal import RefusedError, not_finite, printable, short
+from delta_cad.common.refusal import RefusedError, not_finite, not_installed, printable, short
 
 
 @pytest.mark.parametrize(
@@ -47,3 +50,20 @@ def test_the_first_number_that_is_not_finite_is_named() -> None:
     assert not_finite(-math.inf) == ("", -math.inf)
     assert not_finite({"a": {"b": [0.0, (1.0, math.inf)]}, "c": math.nan}) == ("a.b[1][1]", math.inf)
     assert not_finite({"long" * 500_000: [0.0] * 500_000}) is None  # a path for each would be a terabyte
+
+
+ROOT = Path(__file__).parents[3]
+INSTALLS = re.compile(r"""pip install\s+['"]?(?![.'"])""")
+
+
+def test_no_index_is_advised_which_could_serve_a_stranger_s_package() -> None:
+    """Every `pip install` that a user reads starts from the checkout; its extra is one that this project has."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    files = [p for name in ("delta_cad", "optimizer", "haptics", "docs") for p in (ROOT / name).rglob("*.[pm][yd]")]
+    assert len(files) > 200
+    for path in [*files, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]:
+        text = path.read_text(encoding="utf-8").replace("'.[{extra}]'", "'.[cad]'")
+        assert not INSTALLS.findall(text), path
+        for given in re.findall(r"not_installed\([^()]*(?:\([^()]*\))*[^()]*, \"([a-z,]+)\"\)", text):
+            assert set(given.split(",")) <= set(extras), path
+    assert "'.[cad]'" in not_installed("cadquery", "cad")

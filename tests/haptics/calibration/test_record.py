@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
+from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import Noise, fit
 from haptics.calibration.poses import COLUMNS, Poses, PosesError, load_poses, poses_text
 from haptics.calibration.record import (
@@ -29,7 +30,8 @@ from tests.haptics.calibration.devices import cube_points, made, measured
 def calibration(best: Design) -> Calibration:
     rng = np.random.default_rng(1)
     poses = measured(made(best, rng), cube_points(best, rng, 30), rng)
-    return calibration_of(best, fit(best.geometry, poses, noise=Noise(2e-5, 5e-5)), 30)
+    found = fit(best.geometry, poses, noise=Noise(2e-5, 5e-5))
+    return calibration_of(best, found, 30, accuracy(found, best))
 
 
 def test_a_calibration_there_and_back(best: Design, calibration: Calibration, tmp_path: Path) -> None:

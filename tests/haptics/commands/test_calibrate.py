@@ -15,6 +15,7 @@ from haptics.commands.cli import main
 from tests.committed import BEST
 from tests.designs import hanging
 from tests.haptics.calibration.devices import cube_points, made, measured
+from tests.haptics.calibration.test_accuracy import on_a_line
 
 
 @pytest.fixture
@@ -50,9 +51,10 @@ def test_a_wrong_pose_is_named_and_nothing_written(
     poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     poses.positions[7, 1] += 0.003
-    code, out = ran(tmp_path, poses)
-    assert code == 1
-    assert "pose 8" in capsys.readouterr().out
+    code, out = ran(tmp_path, poses, "--json")
+    facts = json.loads(capsys.readouterr().out)
+    assert (code, facts["fit"]["worst_pose"], facts["file"]) == (1, 8, None)
+    assert [cause["kind"] for cause in facts["causes"]] == ["label"]
     assert not out.exists()
 
 
@@ -80,3 +82,33 @@ def test_bad_input_is_one_line(poses: Poses, tmp_path: Path, capsys: pytest.Capt
         assert said.err.count("\n") == 1
     assert main(["calibrate", "--design", str(BEST), str(tmp_path / "no.csv")]) == 2
     assert "no.csv" in capsys.readouterr().err
+
+
+def test_poses_on_a_line_fit_and_are_not_kept(best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The residual is that of good poses; the error over the cube is not, and the proposed poses mend it."""
+    rng = np.random.default_rng(1)
+    device = made(best, rng)
+    p = on_a_line(best, cube_points(best, rng, 60))
+    code, out = ran(tmp_path, measured(device, p, rng), "--json")
+    facts = json.loads(capsys.readouterr().out)
+    assert (code, facts["passed"], facts["file"], out.exists()) == (1, False, None, False)
+    assert facts["fit"]["misfit"] < 1.5
+    assert facts["fit"]["after_rms_mm"] < 0.05
+    assert facts["fit"]["predicted_worst_mm"] > facts["accuracy_max_mm"] == 0.1
+    more = facts["helpful_poses"]
+    assert more["predicted_worst_mm"] <= 0.1
+    both = measured(device, np.vstack([p, np.array(more["positions_mm"]) / 1e3]), rng)
+    assert ran(tmp_path, both)[0] == 0
+    assert out.exists()
+    out.unlink()
+    assert ran(tmp_path, measured(device, p, rng), "--accuracy", "5")[0] == 0  # knowingly
+    capsys.readouterr()
+    assert ran(tmp_path, measured(device, p, rng))[0] == 1
+    assert "measure as well" in capsys.readouterr().out
+
+
+def test_radians_are_named_with_the_refusal(poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out = ran(tmp_path, Poses(poses.positions, np.radians(poses.readings)))
+    said = capsys.readouterr()
+    assert (code, said.out, said.err.count("\n"), out.exists()) == (2, "", 1, False)
+    assert "the readings are in radians" in said.err

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
+from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import fit
 from haptics.calibration.record import calibration_of, save_calibration
 from haptics.commands.cli import main
@@ -86,7 +87,7 @@ def test_a_calibration_moves_what_is_read(
     rng = np.random.default_rng(1)
     device = made(best, rng)
     found = fit(best.geometry, measured(device, cube_points(best, rng, 60), rng))
-    save_calibration(calibration_of(best, found, 60), tmp_path / "calibration.json")
+    save_calibration(calibration_of(best, found, 60, accuracy(found, best)), tmp_path / "calibration.json")
     point = cube_points(best, rng, 1, 0.3)
     from tests.haptics.calibration.devices import readings
 

@@ -1,5 +1,7 @@
 """Motor temperatures: the matrix exponential, the steady state by hand, I2t at its peak time, the whole catalogue."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -79,6 +81,17 @@ def test_without_thermal_data_the_peak_time_decides(motor: Motor) -> None:
     assert housing == 0.0
     longer, _ = after(heat, DRIVE * motor.peak_torque_N_m, 1.01 * motor.peak_time_s)
     assert longer > 1.0
+
+
+def test_a_motor_without_a_peak_may_give_its_continuous_torque_always() -> None:
+    """The rise approaches the largest as 1 - exp(-t / T), and never takes any torque back."""
+    motor = replace(UNKNOWN[0], peak_torque_N_m=UNKNOWN[0].nominal_torque_N_m, peak_time_s=1.0)
+    heat = motor_heat(motor, DRIVE)
+    winding, _ = after(heat, heat.continuous, 2.0)
+    assert winding == pytest.approx(1.0 - np.exp(-2.0), rel=1e-3)
+    winding, _ = after(heat, heat.continuous, 30.0)
+    assert heat.derate < winding <= heat.hottest
+    assert allowed(heat, DRIVE * motor.peak_torque_N_m, winding) == pytest.approx(heat.continuous)
 
 
 @pytest.mark.parametrize("motor", KNOWN, ids=lambda m: m.id)

@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 
 from delta_cad.common.console import INTERRUPTED
+from delta_cad.common.refusal import not_installed
 from optimizer.atlas import atlas
 from optimizer.atlas.atlas import AtlasRow, ClusterError, Failure, collect, given_cluster, key_of, local_cluster
 from optimizer.atlas.file import RowFile, csv_text, flat
@@ -306,7 +307,7 @@ def test_without_its_extra_one_line_names_it(name: str, file: Path) -> None:
     code = f"import sys; sys.modules[{name!r}] = None\nfrom optimizer.commands.cli import main\n"
     code += "sys.exit(main(sys.argv[1:]))"
     run = subprocess.run([sys.executable, "-c", code, "atlas", str(file)], capture_output=True, text=True)
-    assert (run.returncode, said(run.stderr)) == (2, f"atlas needs {name}: pip install 'delta-haptics[atlas]'\n")
+    assert (run.returncode, said(run.stderr)) == (2, not_installed(name, "optimize,atlas") + "\n")
 
 
 def test_help_loads_nothing_heavy() -> None:

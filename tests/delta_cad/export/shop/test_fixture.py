@@ -11,13 +11,16 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.commands.cli import main
+from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.fixture import fixture_parts
 from delta_cad.export.shop.seats import COLUMN_MM, LEVELS, Seats, seats_of
 from delta_cad.mechanism import GeometryError, forward_kinematics
-from haptics.calibration.fit import fit, poses_needed
+from haptics.calibration.accuracy import accuracy
+from haptics.calibration.fit import Noise, fit, poses_needed
 from haptics.calibration.poses import load_poses
 from tests.committed import BEST
+from tests.haptics.calibration.devices import made, measured
 
 
 @pytest.fixture(scope="module")
@@ -119,6 +122,14 @@ def test_the_command_writes_parts_drawings_and_poses(tmp_path: Path, capsys: pyt
     np.testing.assert_allclose(forward_kinematics(geometry, poses.readings), poses.positions, atol=1e-6)
     found = fit(geometry, poses, own_frame=True)
     assert found.after.max() < 1e-6
+
+
+def test_its_poses_calibrate_the_whole_cube(best: Design, seats: Seats) -> None:
+    """Within the limit of `calibrate`, measured with the noise that it assumes, the plate's frame fitted."""
+    rng = np.random.default_rng(1)
+    poses = measured(made(best, rng), seats.poses_mm / 1e3, rng)
+    found = fit(best.geometry, poses, noise=Noise(0.02e-3, 5e-5), own_frame=True)
+    assert accuracy(found, best).worst < 0.1e-3
 
 
 def test_a_cube_too_low_for_three_levels_is_refused(best_dimensions: Dimensions) -> None:
