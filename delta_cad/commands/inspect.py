@@ -9,12 +9,12 @@ from pathlib import Path
 from delta_cad.commands.machine import (
     all_option,
     design_arguments,
-    hardware_lines,
-    hardware_record,
     refuse_design,
-    refused,
+    refuse_place,
+    suggest,
+    suggest_option,
 )
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse, refuse_all
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
 
 NAME = "inspect"
 TEXT = "table of reach, torque, conditioning, angles and margins, within a second; makes no solids"
@@ -24,6 +24,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     design_arguments(command)
     all_option(command)
+    suggest_option(command)
     command.add_argument(
         "--mass-properties",
         type=Path,
@@ -39,10 +40,13 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import DesignError, load_design
     from delta_cad.drive.masses import MassError, load_masses
     from delta_cad.mechanism import MechanismError
+    from delta_cad.structure.hardware.thresholds import refused
 
+    if (code := refuse_place(given)) is not None:
+        return code
     try:
         design = load_design(given.design, given.catalogue)
-        found = refused(design)
+        found = list(refused(design))
         inertia = None
         if given.mass_properties is not None:
             inertia = load_masses(given.mass_properties, design).handle_inertia
@@ -53,11 +57,13 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
-    if given.json:
-        told = {"name": design.name, "rows": [row.to_json() for row in rows]} | hardware_record(found)
-        print(json.dumps(told, indent=1))
-    else:
+    holds = all(row.holds is not False for row in rows)
+    if not given.json:
         print_inspection(design.name, rows, given.all)
-    if found.reasons:  # of its hardware: the mechanism's figures stand all the same
-        refuse_all([f"{given.design.name}: no build: {line}" for line in hardware_lines(found)], NOT_MET)
-    return DONE if all(row.holds is not False for row in rows) else NOT_MET
+    for one in found:  # of its hardware: the mechanism's figures stand all the same
+        refuse(f"{given.design.name}: no build: {one}", NOT_MET)
+    suggested = suggest(given, design) if found or (given.suggest is not None and not holds) else None
+    if given.json:
+        record = {"name": design.name, "rows": [row.to_json() for row in rows]}
+        print(json.dumps(record | {"refused": [one.record() for one in found], "suggested": suggested}, indent=1))
+    return DONE if holds else NOT_MET
