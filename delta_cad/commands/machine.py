@@ -147,7 +147,7 @@ def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
 
 
 def _refuse(given: argparse.Namespace, design: Design, records: Sequence[dict[str, Any]]) -> int:
-    suggested = suggest(given, design)
+    suggested = suggest(given, design) if getattr(given, "suggest", None) or "part" in records[-1] else None
     if given.json:
         record = {"name": design.name, "passed": False, "refused": records, "suggested": suggested, "folder": None}
         print(json.dumps(record, indent=1))

@@ -20,7 +20,7 @@ from delta_cad.dimensions.joint import (
     chosen_spring,
     joint_dimensions,
 )
-from delta_cad.dimensions.rules import FOREARM, WIDTH, require, up
+from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, larger, require, smaller, up
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
@@ -296,6 +296,7 @@ def forearm_dimensions(
         FOREARM,
         length_mm,
         second + end,
+        ways=(larger(FOREARM), larger(BOTTOM), smaller(ARM)),
     )
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
     joint = joint_dimensions(

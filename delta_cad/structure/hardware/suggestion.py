@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import log
+from math import ceil, floor, log, log10
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
@@ -18,19 +18,21 @@ from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import Cube
 from delta_cad.structure.hardware.refusals import ALONE, FORMS, MODE, PARTS, SURE
 from delta_cad.structure.hardware.thresholds import (
+    DIGITS,
     REQUIRED,
     Values,
     Variants,
     along,
     by_row,
     changed,
+    rounded,
     rows_of,
     value_of,
 )
 
 ROUNDS = 10  # reasons that are followed, one after the other
 STEPS = 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64  # shares by which a field is changed until a reason is gone
-HALVINGS = 6  # of what was changed, while everything still passes
+HALVINGS = 5  # of what was changed, while everything still passes
 MOST_BOXES = 20_000  # of a proof: what is not decided by then is not taken
 ROW = 0.5  # what another row of the catalogue counts, as a share of a length
 FREE = BASE, PLATFORM, ARM, FOREARM, WIDTH, BOTTOM, SECTOR, RATIO
@@ -257,28 +259,39 @@ class _Search:
             if self._passes(rest):
                 values = rest
         fields = [field for field in values if not by_row(field)]
-        for some in (fields, *[[field] for field in sorted(fields, key=lambda one: -self._size({one: values[one]}))]):
-            values = self._halved(values, some)
+        own, start = {field: float(value_of(self.design, field)) for field in fields}, dict(values)
+
+        def back(share: float) -> dict[str, float | str]:
+            return start | {f: rounded(own[f] + share * (float(start[f]) - own[f])) for f in fields}
+
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS if len(fields) > 1 else 0):
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if self._passes(back(middle)) else (middle, high)
+        values = back(high) if high < 1.0 else values
+        for field in sorted(fields, key=lambda one: -self._size({one: values[one]})):
+            values = self._nearest(values, field, own[field])
         return values
 
-    def _halved(self, values: dict[str, float | str], fields: list[str]) -> dict[str, float | str]:
-        """Bisects between a design's own values of some fields and their new ones."""
-        own = {field: float(value_of(self.design, field)) for field in fields}
+    def _nearest(self, values: dict[str, float | str], field: str, own: float) -> dict[str, float | str]:
+        """Brings one field as near to its own value as everything passes, in four digits."""
+        rest = {name: value for name, value in values.items() if name != field}
+        if self._passes(rest):
+            return rest
+        now = float(values[field])
+        unit = 10.0 ** (floor(log10(abs(now))) - DIGITS + 1)
+        outwards, inwards = (ceil, floor) if now > own else (floor, ceil)
+        near, far = inwards(own / unit), outwards(round(now / unit, 6))
 
-        def at(share: float) -> dict[str, float | str]:
-            back = {
-                field: float(f"{own[field] + share * (float(values[field]) - own[field]):.5g}") if share else own[field]
-                for field in fields
-            }
-            return {f: v for f, v in {**values, **back}.items() if v != own.get(f)}
+        def at(count: int) -> dict[str, float | str]:
+            return {**rest, field: rounded(count * unit)}
 
-        if not fields or self._passes(at(0.0)):
-            return at(0.0)
-        low, high = 0.0, 1.0
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if self._passes(at(middle)) else (middle, high)
-        return at(high) if high < 1.0 else values
+        if not self._passes(at(far)):
+            return values
+        while abs(far - near) > 1:
+            middle = (near + far) // 2
+            near, far = (near, middle) if self._passes(at(middle)) else (middle, far)
+        return at(far)
 
 
 def _contradicted(fault: Contradiction) -> Reason:

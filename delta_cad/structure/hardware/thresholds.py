@@ -128,11 +128,12 @@ def along(design: Design, way: Way, first: float) -> dict[str, float | str]:
     for field in rest:
         held = float(value_of(design, field))
         both = lead.startswith(LENGTHS) and field.startswith(LENGTHS)
-        values[field] = _rounded(held + first - own if both else held * first / own)
+        values[field] = rounded(held + first - own if both else held * first / own)
     return values
 
 
-def _rounded(value: float) -> float:
+def rounded(value: float) -> float:
+    """Rounds a value that follows from another to one digit more than is looked for."""
     return float(f"{value:.{DIGITS + 1}g}")
 
 
