@@ -11,7 +11,7 @@ from delta_cad.design import Design
 from delta_cad.design.sums import Contradiction, impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.joint import known_joints
-from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
+from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, SECTOR, WIDTH, Way, larger, smaller
 from delta_cad.mechanism import MechanismError
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits
 from delta_cad.mechanism.proof.prove import prove
@@ -30,12 +30,13 @@ from delta_cad.structure.hardware.thresholds import (
     value_of,
 )
 
-ROUNDS = 10  # reasons that are followed, one after the other
+ROUNDS = 8  # reasons that are followed, one after the other
+MOST_VARIANTS = 200  # that are judged before a search that follows reasons ends: a tenth of a second each
 STEPS = 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64  # shares by which a field is changed until a reason is gone
 HALVINGS = 5  # of what was changed, while everything still passes
 MOST_BOXES = 20_000  # of a proof: what is not decided by then is not taken
 ROW = 0.5  # what another row of the catalogue counts, as a share of a length
-FREE = BASE, PLATFORM, ARM, FOREARM, WIDTH, BOTTOM, SECTOR, RATIO
+FREE = ARM, FOREARM, WIDTH, BOTTOM, SECTOR
 ANY = (larger(BASE, PLATFORM), *map(larger, FREE), *map(smaller, FREE))
 """Where no way that a reason names goes on."""
 
@@ -100,6 +101,10 @@ class _Search:
         self.sure = Variants(design, SURE) if margin else self.necessary
         self._limits: dict[frozenset[tuple[str, float | str]], list[Reason]] = {}
 
+    def own(self, field: str) -> float | str:
+        """A field's value in the design that was refused."""
+        return value_of(self.design, field)
+
     def found(self) -> dict[str, float | str] | None:
         """Looks along single directions, then follows reason after reason; gives what was changed, taken back."""
         if not (there := self.reasons({})):
@@ -151,7 +156,7 @@ class _Search:
         self.mended.clear()
         if by_row(lead := way.fields[0]):
             return next((one for one in self._along({}, way) if not self.reasons(one)), None)
-        own, gone_at = float(value_of(self.design, lead) or 0.0), 0.0
+        own, gone_at = float(self.own(lead) or 0.0), 0.0
         sense = -1.0 if way.larger is False else 1.0
 
         def at(share: float) -> dict[str, float | str]:
@@ -180,6 +185,8 @@ class _Search:
         values, seen = dict[str, float | str](), set[frozenset[tuple[str, float | str]]]()
         self.mended.clear()
         for _ in range(ROUNDS):
+            if self.sure.count > MOST_VARIANTS:
+                return None
             if not (there := self.reasons(values)):
                 return values
             seen.add(frozenset(values.items()))
@@ -200,7 +207,7 @@ class _Search:
 
     def _size(self, values: Values) -> float:
         """Relative change, summed over fields."""
-        own = {field: value_of(self.design, field) for field in values}
+        own = {field: self.own(field) for field in values}
         return sum(
             ROW if by_row(field) else abs(log(float(value) / float(own[field]))) for field, value in values.items()
         )
@@ -210,6 +217,8 @@ class _Search:
         anywhere = False
         for ways in (_free(reason), ANY):
             for way in ways:
+                if self.sure.count > MOST_VARIANTS:
+                    return
                 for one in self._along(values, way):
                     if self._gone(one, form, reason.key):
                         anywhere = True
@@ -259,7 +268,7 @@ class _Search:
             if self._passes(rest):
                 values = rest
         fields = [field for field in values if not by_row(field)]
-        own, start = {field: float(value_of(self.design, field)) for field in fields}, dict(values)
+        own, start = {field: float(self.own(field)) for field in fields}, dict(values)
 
         def back(share: float) -> dict[str, float | str]:
             return start | {f: rounded(own[f] + share * (float(start[f]) - own[f])) for f in fields}

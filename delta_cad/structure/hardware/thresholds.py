@@ -150,6 +150,11 @@ class Variants:
         self._faults = {fault.field for fault in impossible_sums(design)}
         self._judged: dict[frozenset[tuple[str, float | str]], Judged | None] = {}
 
+    @property
+    def count(self) -> int:
+        """How many variants were asked about."""
+        return len(self._judged)
+
     def judged(self, values: Values) -> Judged | None:
         """Gives what closed forms say; None where numbers cannot go together that could before."""
         key = frozenset(values.items())

@@ -39,6 +39,11 @@ SPOILED = {
 """Field -> shares of its value between which it is drawn."""
 
 
+def of_family(path: str) -> Design:
+    """A design of the gallery, the examples or the committed one, as it is."""
+    return design_from_dict(json.loads((ROOT / path).read_text()))
+
+
 @cache
 def broken(number: int) -> Design:
     """The design of a number: one to three fields are drawn anew until it is refused."""
