@@ -9,12 +9,11 @@ from delta_cad import catalogue
 from delta_cad.dimensions.cable.run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import (
-    ARM,
-    BOTTOM,
     RATIO,
     RUNNING_GAP_MM,
     SECTOR,
     STOP_MARGIN_RAD,
+    SWINGS_LESS,
     THREAD_WALL_MM,
     larger,
     require,
@@ -361,8 +360,7 @@ def capstan_dimensions(
         run.pinion_mm <= widest,
         "pinion",
         "beside the motor's screws",
-        f"a pitch radius of {run.pinion_mm:.2f} mm; the screws of {motor.id} are drawn out past one of at most "
-        f"{widest:.2f} mm",
+        f"a pitch radius of {run.pinion_mm:.2f} mm; {motor.id}'s screws are drawn out past at most {widest:.2f}",
         SECTOR,
         pitch,
         ratio * widest,
@@ -407,7 +405,7 @@ def capstan_dimensions(
         "angle",
         f"the shoulder turns {(shoulder_rad[1] - shoulder_rad[0]) * 180 / pi:.1f} deg; the sector would span "
         f"{(rim[1] - rim[0]) * 180 / pi:.0f} deg, at most 250",
-        ways=(larger(SECTOR), larger(ARM), larger(BOTTOM)),
+        ways=SWINGS_LESS,
     )
     play = (slot_width - stop_pin_mm) / 2 / slot_radius_mm
     head = catalogue.screw(TENSION_SCREW).head_height_mm
@@ -433,11 +431,6 @@ def capstan_dimensions(
         slot_angles_rad=(reach[0] + play, reach[1] - play),
         keep_out_radius_mm=hypot(*lug),
     )
-
-
-def thinnest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:
-    """Gives the least pitch radius of a pinion, whose groove leaves a wall over the motor's shaft, mm."""
-    return motor.shaft_diameter_mm / 2 + PINION_WALL_MM + cable_mm / 2
 
 
 def widest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:

@@ -80,6 +80,7 @@ BASE, PLATFORM = "mechanism.base_radius_mm", "mechanism.platform_radius_mm"
 ARM, FOREARM, WIDTH = (f"mechanism.{name}_mm" for name in ("upper_arm_length", "forearm_length", "parallelogram_width"))
 SECTOR, RATIO, BOTTOM = "hardware.sector_radius_mm", "hardware.capstan_ratio", "cube.bottom_height_mm"
 FARTHER_OUT = larger(BASE), larger(BASE, PLATFORM)  # what parts neighbouring chains
+SWINGS_LESS = larger(ARM), larger(BOTTOM)  # what lets an arm swing over a smaller angle
 
 
 @dataclass(frozen=True)

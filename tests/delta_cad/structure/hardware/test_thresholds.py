@@ -12,7 +12,7 @@ from delta_cad.structure.hardware.refusals import Judged, refusals
 from delta_cad.structure.hardware.suggestion import _Search, suggestion
 from delta_cad.structure.hardware.thresholds import Threshold, along, changed, least, refused
 from tests.committed import changed as spoiled
-from tests.delta_cad.structure.broken import broken, ended, enough, of_family
+from tests.delta_cad.structure.hardware.broken import broken, ended, enough, of_family
 
 
 @pytest.mark.parametrize("border", [30.748, 30.0, 27.19, 60.0, 81.0])

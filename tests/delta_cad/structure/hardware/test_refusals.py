@@ -22,7 +22,7 @@ from delta_cad.structure.hardware.refusals import LEARNT, least_outline_mm, refu
 from delta_cad.structure.hardware.thresholds import refused
 from delta_cad.structure.loads import Load, sampled_mm
 from tests.committed import ROOT, changed
-from tests.delta_cad.structure.broken import ended, enough
+from tests.delta_cad.structure.hardware.broken import ended, enough
 from tests.designs import hanging
 
 

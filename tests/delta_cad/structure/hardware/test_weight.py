@@ -16,7 +16,7 @@ from delta_cad.structure.hardware.refusals import HEAVIER, LEARNT, refusals
 from delta_cad.structure.loads import sampled_mm
 from delta_cad.structure.modes import moving
 from tests.committed import changed
-from tests.delta_cad.structure.broken import ended, enough
+from tests.delta_cad.structure.hardware.broken import ended, enough
 
 TORQUE = "requirements.joint_torque_N_m"
 
