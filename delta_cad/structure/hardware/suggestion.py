@@ -10,8 +10,8 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.design.sums import Contradiction, impossible_sums
 from delta_cad.dimensions import Reason
-from delta_cad.dimensions.joint import known_joints
 from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, SECTOR, WIDTH, Way, larger, smaller
+from delta_cad.drive import encoder_count_rad
 from delta_cad.mechanism import MechanismError
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits
 from delta_cad.mechanism.proof.prove import prove
@@ -31,7 +31,8 @@ from delta_cad.structure.hardware.thresholds import (
 )
 
 ROUNDS = 8  # reasons that are followed, one after the other
-MOST_VARIANTS = 200  # that are judged before a search that follows reasons ends: a tenth of a second each
+MOST_VARIANTS = 120  # that are judged before a search ends: a tenth of a second each, or two
+THRESHOLDS = 10  # along one way
 STEPS = 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64  # shares by which a field is changed until a reason is gone
 HALVINGS = 5  # of what was changed, while everything still passes
 MOST_BOXES = 20_000  # of a proof: what is not decided by then is not taken
@@ -114,14 +115,15 @@ class _Search:
         self.given = {one.key for form in FORMS for one in self._sure(values, form)}
         return self._taken_back(values)
 
-    def reasons(self, values: Values) -> list[tuple[str, Reason]]:
-        """Gives the reasons of a variant with their forms; the first kind that refuses it alone."""
+    def reasons(self, values: Values, first: bool = False) -> list[tuple[str, Reason]]:
+        """Gives the reasons of a variant with their forms; of the first form that refuses it alone, where asked."""
         if (made := changed(self.design, values)) is None:
             return [(BOUNDS, Reason("design", BOUNDS, ""))]
         if faults := impossible_sums(made):
             return [(SUMS, _contradicted(one)) for one in faults]
         try:
-            return [(form, one) for form in QUICKEST for one in self._of(values, form)]
+            found = ([(form, one) for one in self._of(values, form)] for form in QUICKEST)
+            return next(filter(None, found), []) if first else [one for some in found for one in some]
         except (MechanismError, ValueError, ArithmeticError) as error:
             return [(REACH, Reason("cube", REACH, str(error), ways=UNREACHED))]
 
@@ -155,15 +157,17 @@ class _Search:
         """Goes along a way from threshold to threshold, until nothing refuses it; None where it does not end."""
         self.mended.clear()
         if by_row(lead := way.fields[0]):
-            return next((one for one in self._along({}, way) if not self.reasons(one)), None)
+            return next((one for one in self._along({}, way) if not self.reasons(one, first=True)), None)
         own, gone_at = float(self.own(lead) or 0.0), 0.0
         sense = -1.0 if way.larger is False else 1.0
 
         def at(share: float) -> dict[str, float | str]:
             return along(self.design, way, own * (1.0 + sense * share)) if share else {}
 
-        for _ in range(ROUNDS if own else 0):
-            if not (there := self.reasons(at(gone_at))):
+        for _ in range(THRESHOLDS if own else 0):
+            if self.sure.count > MOST_VARIANTS:
+                return None
+            if not (there := self.reasons(at(gone_at), first=True)):
                 return at(gone_at)
             self.mended |= {one.key for _, one in there}
 
@@ -243,8 +247,10 @@ class _Search:
                 yield {**values, **along(made, way, first)}
 
     def _gone(self, values: Values, form: str, key: tuple[str, str]) -> bool:
-        if form in (SUMS, REACH, LIMITS):
-            return key not in {one.key for _, one in self.reasons(values)}
+        if form == LIMITS:
+            return key not in {one.key for one in self._of(values, form)}
+        if form in (SUMS, REACH):
+            return key not in {one.key for _, one in self.reasons(values, first=True)}
         return bool(self.sure.gone(values, form, key))
 
     def _refusing(self, values: Values) -> Iterator[tuple[str, str]]:
@@ -314,8 +320,9 @@ def _free(reason: Reason) -> list[Way]:
 
 
 def _broken(design: Design) -> list[Reason]:
-    """Limits of the requirements that are not proved over the cube, as far as they need no masses."""
-    values = design.requirements.model_dump() | {"inertia": None} | known_joints(design)
+    """Limits of the requirements that are not proved over the cube, as far as they need neither masses nor friction."""
+    unknown = {"inertia": None, "friction": None, "encoder_count": encoder_count_rad(design)}
+    values = design.requirements.model_dump() | unknown
     known = [kind for kind in POSE_LIMITS if not kind.needs or values.get(kind.needs) is not None]
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     proof = prove(design.geometry, cube, Limits.of(*(kind.stated(values) for kind in known)), max_boxes=MOST_BOXES)

@@ -90,13 +90,13 @@ def test_just_below_each_threshold_the_reason_is_there_and_at_it_it_is_gone(numb
                 assert key in keys(changed(design, nearer(design, change)), form), str(one)
 
 
-@pytest.mark.quick(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(200))
 def test_a_suggestion_is_refused_nothing_and_asks_for_nothing_less(number: int) -> None:
     design = broken(number)
     found = suggestion(design)
     if found is None:
-        return  # that is said, and nothing is written; how many, docs/how-to/refused.md says
+        return  # that is said, and nothing is written
     assert refusals(found.design) == ()
     assert found.values
     again = design_from_dict(design_to_dict(found.design))
@@ -119,7 +119,7 @@ def test_both_radii_4_mm_too_short_are_suggested_4_mm_longer() -> None:
         },
     )
     assert short is not None
-    bases = [enough(one, "mechanism.base_radius_mm") for name, one in ended(short).items() if "wrists" not in name]
+    bases = [enough(one, "mechanism.base_radius_mm") for one in refused(short) if one.reason.feature != "wrists"]
     assert max(bases) == pytest.approx(30.7, abs=0.06)
     found = suggestion(short)
     assert found is not None
@@ -131,7 +131,7 @@ def test_both_radii_4_mm_too_short_are_suggested_4_mm_longer() -> None:
 
 def test_a_suggestion_is_the_smallest_in_each_of_its_fields() -> None:
     """One unit of the last digit nearer to the refused design something refuses it."""
-    design = design_from_dict(spoiled(hardware__platform_thickness_mm=9.0, mechanism__base_radius_mm=30.0))
+    design = design_from_dict(spoiled(hardware__platform_thickness_mm=9.0))
     search = _Search(design, margin=True)
     values = search.found()
     assert values
@@ -142,17 +142,7 @@ def test_a_suggestion_is_the_smallest_in_each_of_its_fields() -> None:
         assert search.reasons({**values, field: round(closer, 6)})
 
 
-def test_numbers_that_cannot_go_together_are_suggested_with_the_hardware() -> None:
-    """A ratio at which the groove cuts into the shaft; what just clears it leaves no wall."""
-    held = design_from_dict(spoiled())
-    design = held.model_copy(update={"hardware": held.hardware.model_copy(update={"capstan_ratio": 14.0})})
-    found = suggestion(design)
-    assert found is not None
-    assert refusals(design_from_dict(design_to_dict(found.design))) == ()
-
-
-def test_a_field_at_which_a_reason_never_ends_is_said_to_be_none() -> None:
-    design = design_from_dict(spoiled(requirements__joint_torque_N_m=9.0, requirements__peak_torque_N_m=20.0))
+def test_a_requirement_that_would_have_to_change_is_said_to_be_one() -> None:
+    design = design_from_dict(spoiled(requirements__joint_torque_N_m=0.9, requirements__peak_torque_N_m=0.9))
     lines = [f"{one}" for one in ended(design).values()]
     assert any("where the requirement may change, requirements." in line for line in lines)
-    assert suggestion(design) is None
