@@ -248,7 +248,7 @@ def test_a_shaft_too_short_for_its_pinion_asks_for_a_motor_that_has_a_longer_one
 ) -> None:
     rows = catalogue.motor.rows
     short = replace(rows["maxon-re30-310009"], shaft_length_mm=8.0)
-    monkeypatch.setitem(catalogue.motor.__dict__, "rows", rows | {"maxon-re30-310009": short})
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", {**rows, "maxon-re30-310009": short})
     (one,) = (r for r in refused(machine(hardware__motor="maxon-re30-310009")) if r.reason.key == ("pinion", "bore"))
     (motors,) = (t.enough["hardware.motor"] for t in one.thresholds)
     assert isinstance(motors, tuple)
