@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import all_option, machine_arguments, made
+from delta_cad.commands.machine import all_option, machine_arguments, made, suggest_option
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
@@ -19,6 +19,7 @@ TEXT = "build a design: solids, checks and all files in OUT/NAME, or OUT/NAME.re
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     machine_arguments(command)
+    suggest_option(command)
     all_option(command)
     command.add_argument(
         "--step-schema", choices=("AP242", "AP214"), default="AP242", help="STEP schema; default: AP242"

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import all_option, machine_arguments, made
+from delta_cad.commands.machine import all_option, machine_arguments, made, suggest_option
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
@@ -21,6 +21,7 @@ TEXT = "run the checks only; writes nothing but OUT/NAME.checks.json"
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     machine_arguments(command)
+    suggest_option(command)
     all_option(command)
 
 

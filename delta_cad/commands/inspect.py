@@ -9,10 +9,10 @@ from pathlib import Path
 from delta_cad.commands.machine import (
     all_option,
     design_arguments,
-    hardware_lines,
-    hardware_record,
     refuse_design,
-    refused,
+    refuse_place,
+    suggest,
+    suggest_option,
 )
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse, refuse_all
 
@@ -26,6 +26,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     all_option(command)
     text = "inspect four lengths and a cube, of any delta; hardware is neither needed nor looked at"
     command.add_argument("--kinematics", action="store_true", help=text)
+    suggest_option(command)
     command.add_argument(
         "--mass-properties",
         type=Path,
@@ -42,12 +43,15 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.drive.held import known_masses
     from delta_cad.drive.masses import MassError, read_mass_properties
     from delta_cad.mechanism import MechanismError
+    from delta_cad.structure.hardware.thresholds import refused
 
     if given.kinematics:
         return _kinematics(given)
+    if (code := refuse_place(given)) is not None:
+        return code
     try:
         design = load_design(given.design, given.catalogue)
-        found = refused(design)
+        found = list(refused(design))
         masses = None
         if given.mass_properties is not None:
             data, _ = read_mass_properties(given.mass_properties, design)
@@ -59,14 +63,16 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
-    if given.json:
-        told = {"name": design.name, "rows": [row.to_json() for row in rows]} | hardware_record(found)
-        print(json.dumps(told, indent=1))
-    else:
+    holds = all(row.holds is not False for row in rows)
+    if not given.json:
         print_inspection(design.name, rows, given.all)
-    if found.reasons:  # of its hardware: the mechanism's figures stand all the same
-        refuse_all([f"{given.design.name}: no build: {line}" for line in hardware_lines(found)], NOT_MET)
-    return DONE if all(row.holds is not False for row in rows) else NOT_MET
+    for one in found:  # of its hardware: the mechanism's figures stand all the same
+        refuse(f"{given.design.name}: no build: {one}", NOT_MET)
+    suggested = suggest(given, design) if found or (given.suggest is not None and not holds) else None
+    if given.json:
+        record = {"name": design.name, "rows": [row.to_json() for row in rows]}
+        print(json.dumps(record | {"refused": [one.record() for one in found], "suggested": suggested}, indent=1))
+    return DONE if holds else NOT_MET
 
 
 def _kinematics(given: argparse.Namespace) -> int:

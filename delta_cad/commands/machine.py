@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,7 +19,6 @@ from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
     from delta_cad.design import Design, DesignError
-    from delta_cad.structure.hardware.advice import Advice
 
 NOT_BUILT = 3
 # Imported late, some after a minute of work: that all are there is looked at first.
@@ -64,6 +63,8 @@ def made(
     """
     from delta_cad.design import DesignError, load_design
 
+    if (code := refuse_place(given)) is not None:
+        return code
     try:
         design = load_design(given.design, given.catalogue)
     except DesignError as error:
@@ -72,8 +73,8 @@ def made(
     from delta_cad.mechanism import MechanismError
 
     try:
-        if (found := refused(design, given.design.name)).reasons:
-            return refuse_hardware(given, design.name, [], found, told=len(found.reasons))
+        if (code := refuse_hardware(given, design)) is not None:
+            return code
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     try:
@@ -104,73 +105,107 @@ def made(
     return DONE if outcome.passed else NOT_MET
 
 
-def refused(design: Design, file: str = "") -> Advice:
-    """Gives every reason why the hardware of a design cannot do, in closed form: no kernel is loaded for it.
+def refuse_hardware(given: argparse.Namespace, design: Design) -> int | None:
+    """Prints every closed-form reason why a design is refused, each as it is found, and with `--json` as records.
 
     Args:
+        given: What was typed.
         design: The design.
-        file: Name of its file, under which the reasons are told at once, before what would do is looked for; "": not.
+
+    Returns:
+        The exit code; None where nothing refuses it.
     """
-    from delta_cad.structure.hardware.advice import advice
+    from delta_cad.structure.hardware.thresholds import refused
 
-    def tell(reasons: Sequence[object]) -> None:
-        refuse_all([f"{file}: {reason}" for reason in reasons], BAD_INPUT)
-
-    return advice(design, tell if file else None)
-
-
-def hardware_lines(found: Advice) -> list[str]:
-    """Says why hardware cannot do: what is wrong, what would be once that is mended, and values that mend it all."""
-    lines = [*map(str, found.reasons), *(f"then {reason}" for reason in found.then)]
-    first = {reason.field for reason in found.reasons[:1]}
-    alone = len(lines) == 1 and set(found.together or ()) == first  # which its one line says
-    if found.together and not alone:
-        values = ", ".join(
-            f"{field} = {value if isinstance(value, str) else f'{value:g}'}" for field, value in found.together.items()
-        )
-        lines.append(f"together {values} leave nothing of this; inspect tells what they make of the other limits")
-    return lines
+    records = list[dict[str, Any]]()
+    for one in refused(design):
+        refuse(f"{given.design.name}: {one}", BAD_INPUT)
+        records.append(one.record())
+    if not records:
+        return None
+    return _refuse(given, design, records)
 
 
 def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
     """Refuses a design file with all that was found in it and, where it can be computed with, its hardware."""
     from delta_cad.mechanism import MechanismError
-    from delta_cad.structure.hardware.advice import DESIGN, Advice, advice
+    from delta_cad.structure.hardware.thresholds import refused
 
-    found = Advice(())
-    if error.design is not None:
-        with suppress(MechanismError, ValueError, ArithmeticError):  # told already: its numbers cannot go together
-            found = advice(error.design)
-    name = "" if error.design is None else error.design.name
-    fresh = tuple(reason for reason in found.reasons if reason.part != DESIGN)
-    found = replace(found, reasons=fresh) if fresh else Advice(())  # what follows of numbers alone they say themselves
-    return refuse_hardware(given, name, (str(error), *error.more), found)
+    lines, design = (str(error), *error.more), error.design
+    refuse_all(lines, BAD_INPUT)
+    if design is None:
+        return BAD_INPUT
+    records: list[dict[str, Any]] = [{"message": line} for line in lines]
+    with suppress(MechanismError, ValueError, ArithmeticError):  # its numbers cannot go together, which is said already
+        for one in refused(design):
+            refuse(f"{given.design.name}: {one}", BAD_INPUT)
+            records.append(one.record())
+    return _refuse(given, design, records)
 
 
-def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], found: Advice, told: int = 0) -> int:
-    """Tells why a design is refused, one line a reason, and with `--json` as records, too.
+def _refuse(given: argparse.Namespace, design: Design, records: Sequence[dict[str, Any]]) -> int:
+    suggested = suggest(given, design) if getattr(given, "suggest", None) or "part" in records[-1] else None
+    if given.json:
+        record = {"name": design.name, "passed": False, "refused": records, "suggested": suggested, "folder": None}
+        print(json.dumps(record, indent=1))
+    return BAD_INPUT
 
-    Args:
-        given: What was typed.
-        name: The design's name; "" where its file could not be read as one.
-        lines: Lines of the design file's own refusal.
-        found: Why its hardware cannot do.
-        told: How many of its lines were told before.
+
+def suggest_option(command: argparse.ArgumentParser) -> None:
+    """Adds `--suggest FILE`."""
+    command.add_argument(
+        "--suggest",
+        type=Path,
+        metavar="FILE",
+        help="where the design is refused: write the smallest change found that passes all closed forms as a design "
+        "file; requirements stay as they are",
+    )
+
+
+def refuse_place(given: argparse.Namespace) -> int | None:
+    """Refuses a file for a suggestion that is there already or cannot be written, before the work."""
+    file: Path | None = getattr(given, "suggest", None)
+    if file is None:
+        return None
+    if file.exists():
+        return refuse(f"--suggest {file}: exists; must be the name of a new file", BAD_INPUT)
+    try:
+        require_room(file)
+    except OSError as error:
+        return refuse(f"--suggest {file}: {error.strerror or error}; must be a file that can be written", BAD_INPUT)
+    return None
+
+
+def suggest(given: argparse.Namespace, design: Design) -> dict[str, Any] | None:
+    """Writes the suggestion that was asked for and tells what it changes; without `--suggest` it tells of that.
+
+    Returns:
+        The same as a record; None where none was asked for or found.
     """
-    if given.json and name:
-        said = [{"message": line} for line in lines]
-        print(json.dumps({"name": name, "passed": False, **hardware_record(found, said), "folder": None}, indent=1))
-    left = hardware_lines(found)[told:]
-    return refuse_all([*lines, *(f"{given.design.name}: {line}" for line in left)], BAD_INPUT)
+    from delta_cad.common.files import write_whole
+    from delta_cad.design import design_hash, design_to_json
+    from delta_cad.structure.hardware.suggestion import suggestion
 
-
-def hardware_record(found: Advice, told: Sequence[dict[str, str]] = ()) -> dict[str, Any]:
-    """Gives what `hardware_lines` says as plain data, after what was told before."""
-    return {
-        "refused": [*told, *map(asdict, found.reasons)],
-        "then": [*map(asdict, found.then)],
-        "together": dict(found.together or {}),
-    }
+    if not hasattr(given, "suggest"):
+        return None
+    file: Path | None = given.suggest
+    if file is None:
+        refuse(f"{given.design.name}: --suggest FILE writes the smallest change found that passes all this", BAD_INPUT)
+        return None
+    found = suggestion(design)
+    if found is None:
+        words = "no change of lengths and parts was found that passes all closed forms; requirements were not changed"
+        refuse(f"{given.design.name}: {words}; {file.name} was not written", BAD_INPUT)
+        return None
+    hardware = found.design.hardware
+    if hardware.catalogue is not None:
+        folder = Path(os.path.relpath(given.design.parent / hardware.catalogue, file.parent)).as_posix()
+        hardware = hardware.model_copy(update={"catalogue": folder})
+    provenance = {"suggestion": {"input_sha256": design_hash(design), "was": dict(found.own)}}
+    write_whole(file, design_to_json(found.design.model_copy(update={"hardware": hardware, "provenance": provenance})))
+    margin = "" if found.with_margin else "; closed forms pass without the margin that solids take: check it"
+    refuse(f"{file.name}: {found}: the smallest change found; requirements are the same{margin}", BAD_INPUT)
+    return {"file": str(file), "values": dict(found.values), "was": dict(found.own), "with_margin": found.with_margin}
 
 
 def geometry_errors() -> tuple[type[Exception], ...]:

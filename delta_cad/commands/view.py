@@ -9,7 +9,7 @@ import threading
 from contextlib import closing, redirect_stdout
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware, refused
+from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware
 from delta_cad.common.arguments import design_option
 from delta_cad.common.console import BAD_INPUT, DONE, Interrupt, Line, catalogue_option, refuse
 from delta_cad.common.refusal import not_installed
@@ -49,8 +49,8 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        if (found := refused(design, given.design.name)).reasons:
-            return refuse_hardware(given, design.name, [], found, told=len(found.reasons))
+        if (code := refuse_hardware(given, design)) is not None:
+            return code
     except DesignError as error:
         return refuse_design(given, error)
     except MechanismError as error:

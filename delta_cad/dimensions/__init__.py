@@ -58,7 +58,18 @@ from delta_cad.dimensions.platform import (
     base_dimensions,
     platform_dimensions,
 )
-from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require, tenths_above
+from delta_cad.dimensions.rules import (
+    BOTTOM,
+    FOREARM,
+    STOP_MARGIN_RAD,
+    DimensionError,
+    Reason,
+    all_reasons,
+    larger,
+    require,
+    smaller,
+    tenths_above,
+)
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.mechanism import UnreachableError, joint_angles
@@ -167,11 +178,10 @@ def preload_spring(bearing: catalogue.Bearing, force_N: float = 0.0) -> catalogu
         bool(rows),
         "shoulder",
         "preload",
-        f"hardware.bearing = {bearing.id} has an outside diameter of {bearing.outer_mm:g} mm, for which the catalogue "
-        f"has no wave spring; for {', '.join(f'{v:g}' for v in housings)} mm it has",
+        f"the catalogue has no wave spring for an outside diameter of {bearing.outer_mm:g} mm; for "
+        f"{', '.join(f'{v:g}' for v in housings)} mm it has",
         "hardware.bearing",
         bearing.id,
-        next((row.id for row in catalogue.bearing.rows.values() if row.outer_mm in housings), None),
     )
     rows = rows or list(catalogue.wave_spring.rows.values())  # in a search of reasons
     least = PRELOAD_PER_N * force_N
@@ -293,8 +303,8 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
         required.clearance_min_mm <= CLEARANCE_MOST_MM,
         "assembly",
         "clearance",
-        f"requirements.clearance_min_mm = {required.clearance_min_mm:g} must be at most {CLEARANCE_MOST_MM:g} mm, what "
-        "set screws, dowels and shafts keep off what moves beside them, whatever the lengths",
+        f"{required.clearance_min_mm:g} mm are asked; set screws, dowels and shafts keep {CLEARANCE_MOST_MM:g} mm off "
+        "what moves beside them, whatever the lengths",
         "requirements.clearance_min_mm",
         required.clearance_min_mm,
         CLEARANCE_MOST_MM,
@@ -362,8 +372,9 @@ def _travel(design: Design, limit_mm: float, within: CubeExtremes) -> CubeExtrem
     try:
         return cube_extremes(design.geometry, Cube(low / MM_PER_M, half / MM_PER_M), design.requirements.force_N)
     except UnreachableError as error:
-        words = f"panel.limit_mm = {limit_mm:g} must be less: outside the cube by that much, {error}"
-        require(False, "bezel", "limit", words, "panel.limit_mm", limit_mm)
+        ways = smaller("panel.limit_mm"), larger(FOREARM), larger(BOTTOM)
+        words = f"outside the cube by {limit_mm:g} mm, {error}"
+        require(False, "bezel", "limit", words, "panel.limit_mm", limit_mm, ways=ways)
         return within  # in a search of reasons
 
 

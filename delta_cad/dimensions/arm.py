@@ -7,7 +7,7 @@ from math import radians
 
 from delta_cad import catalogue
 from delta_cad.dimensions.layers import STUB_DEPTH_MM, Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, require, tenths_below
+from delta_cad.dimensions.rules import ARM, RUNNING_GAP_MM, another, require, tenths_below
 
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
 MAGNET_WALL_MM = 0.9
@@ -96,9 +96,8 @@ def arm_dimensions(
         length_mm >= flange + boss + BEAM_LEAST_MM,
         "upper_arm",
         "length",
-        f"upper_arm_length_mm = {length_mm:g} must be at least {flange + boss + BEAM_LEAST_MM:g} mm, or no beam "
-        "is left between its hub and its boss",
-        "mechanism.upper_arm_length_mm",
+        f"{length_mm - flange - boss:g} mm are left for a beam between hub and boss; at least {BEAM_LEAST_MM:g}",
+        ARM,
         length_mm,
         flange + boss + BEAM_LEAST_MM,
     )
@@ -109,7 +108,7 @@ def arm_dimensions(
         thickness >= least,
         "upper_arm",
         "thickness",
-        f"hardware.arm_thickness_mm = {thickness:g} must be at least {least:g} mm, for its dowels or its clamp's screw",
+        f"{thickness:g} mm are too thin for its dowels or its clamp's screw, which take {least:g}",
         "hardware.arm_thickness_mm",
         thickness,
         least,
@@ -167,22 +166,21 @@ def shaft_dimensions(
         head <= bearing.inner_ring_outer_mm,
         "shoulder_shaft",
         "magnet seat",
-        f"hardware.magnet of {magnet.diameter_mm:g} mm needs a head of {head:g} mm, which would touch more than the "
-        f"bearing's inner ring of {bearing.inner_ring_outer_mm:g} mm: a smaller one, or another hardware.bearing",
+        f"a magnet of {magnet.diameter_mm:g} mm needs a head of {head:g} mm, which touches more than the bearing's "
+        f"inner ring of {bearing.inner_ring_outer_mm:g} mm",
         "hardware.magnet",
         magnet.id,
-        bearing.inner_ring_outer_mm - 2 * (MAGNET_WALL_MM + MAGNET_GLUE_MM),
+        ways=another("magnet", "bearing"),
     )
     sizes = [size for size in END_SCREWS if catalogue.screw(size).diameter_mm <= shaft_mm - 2 * END_WALL_MM]
     require(
         bool(sizes),
         "shoulder_shaft",
         "end screw",
-        f"a shaft of {shaft_mm:g} mm has no room for {END_SCREWS[-1]}: hardware.bearing must have a bore of at least "
+        f"a shaft of {shaft_mm:g} mm has no room for {END_SCREWS[-1]}, which takes "
         f"{catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM:g} mm",
         "hardware.bearing",
         bearing.id,
-        catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM,
     )
     sizes = sizes or [END_SCREWS[-1]]
     wide = max(head, collar)

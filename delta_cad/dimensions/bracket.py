@@ -11,7 +11,18 @@ from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import handle_room_mm
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require, tenths_below, up
+from delta_cad.dimensions.rules import (
+    ARM,
+    BASE,
+    BOTTOM,
+    FARTHER_OUT,
+    RUNNING_GAP_MM,
+    STOP_MARGIN_RAD,
+    another,
+    larger,
+    require,
+    tenths_below,
+)
 from delta_cad.mechanism.geometry import SIN_60
 
 STOP_PIN_MM = 4.0
@@ -183,19 +194,18 @@ def _require_leg_room(u: float, length: float, room: Callable[[float, float], fl
         return
     wider = least(lambda more: room(more, length) >= RUNNING_GAP_MM, u)
     longer = least(lambda more: room(u, more) >= RUNNING_GAP_MM, length)
-    cures = [("mechanism.base_radius_mm", u, wider), ("mechanism.upper_arm_length_mm", length, longer)]
+    cures = [(BASE, u, wider), (ARM, length, longer)]
     field, value, bound = min(cures, key=lambda cure: cure[2] - cure[1])
-    told = [f"{name.rpartition('.')[2]} = {now:g} must be at least {up(more)} mm" for name, now, more in cures]
-    told = [one for one, (*_, more) in zip(told, cures, strict=True) if more < inf]
     require(
         False,
         "encoder_cheek",
         "leg",
         f"the elbow at its stop is {room(u, length):.2f} mm off the leg, which the neighbour's motor pushes out; at "
-        f"least {RUNNING_GAP_MM:g}: {', or '.join([*told, 'hardware.motor or hardware.bearing smaller'])}",
+        f"least {RUNNING_GAP_MM:g}",
         field if bound < inf else "hardware.motor",
         value if bound < inf else None,
         bound if bound < inf else None,
+        ways=(*FARTHER_OUT, larger(ARM), *another("motor", "bearing")),
     )
 
 
@@ -265,7 +275,8 @@ def key_slot_rad(b: BracketDimensions, motor: catalogue.Motor) -> float:
         "motor_cheek",
         "slot of the key",
         f"between {len(b.motor_screws_rad)} screws on a circle of {motor.mount_circle_mm:g} mm no key reaches the "
-        "pinion: another hardware.motor",
+        "pinion",
+        ways=another("motor"),
     )
     return min(free, key=abs)
 
@@ -370,11 +381,11 @@ def bracket_dimensions(
         "foot_block",
         "place",
         f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
-        f"it must stay at least {FOOT_INSIDE_MM:g} mm away: base_radius_mm = {u:g} must be at least "
-        f"{up(u + FOOT_INSIDE_MM - foot[0])} mm, or the cube.bottom_height_mm larger",
-        "mechanism.base_radius_mm",
+        f"it must stay at least {FOOT_INSIDE_MM:g} mm away",
+        BASE,
         u,
         u + FOOT_INSIDE_MM - foot[0],
+        ways=(*FARTHER_OUT, larger(BOTTOM)),
     )
     if capstan is not None:
 
@@ -393,7 +404,7 @@ def bracket_dimensions(
         "motor_cheek",
         "stop pins",
         f"a screw of the motor is {degrees(nearest):.1f} deg from a stop pin about the shoulder, at least "
-        f"{degrees(off_rad):.1f}: another hardware.motor",
+        f"{degrees(off_rad):.1f}",
         "hardware.motor",
     )
     return BracketDimensions(

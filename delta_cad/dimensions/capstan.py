@@ -8,7 +8,19 @@ from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
 from delta_cad import catalogue
 from delta_cad.dimensions.cable.run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, THREAD_WALL_MM, down, require, tenths_above, up
+from delta_cad.dimensions.rules import (
+    RATIO,
+    RUNNING_GAP_MM,
+    SECTOR,
+    STOP_MARGIN_RAD,
+    SWINGS_LESS,
+    THREAD_WALL_MM,
+    larger,
+    require,
+    smaller,
+    tenths_above,
+    up,
+)
 from delta_cad.mechanism.geometry import SIN_60
 
 SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
@@ -323,16 +335,15 @@ def capstan_dimensions(
     """
     d, pitch = cable.diameter_mm, run.sector_mm
     bore = motor.shaft_diameter_mm
-    wall, thinnest = run.pinion_mm - d / 2 - bore / 2, thinnest_pinion_mm(motor, d)
+    wall = run.pinion_mm - d / 2 - bore / 2
     require(
         wall >= PINION_WALL_MM,
         "pinion",
         "wall",
-        f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
-        f"hardware.capstan_ratio = {ratio:g} must be at most {down(pitch / thinnest)}",
-        "hardware.capstan_ratio",
+        f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm",
+        RATIO,
         ratio,
-        pitch / thinnest,
+        ways=(smaller(RATIO), larger(SECTOR)),
     )
     crest, collar = crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
     require(
@@ -340,24 +351,20 @@ def capstan_dimensions(
         "pinion",
         "collar",
         f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "
-        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws: another hardware.motor, "
-        f"with a pilot of at least {bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM):g} mm",
+        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws",
         "hardware.motor",
         motor.id,
-        bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM),
     )
     widest = widest_pinion_mm(motor, d)
     require(
         run.pinion_mm <= widest,
         "pinion",
         "beside the motor's screws",
-        f"hardware.sector_radius_mm = {pitch:g} must be at most {down(ratio * widest)}, or hardware.capstan_ratio = "
-        f"{ratio:g} at least {up(pitch / widest)}: the screws of {motor.id} are drawn out past its pinion, which "
-        f"must have a pitch radius of at most {widest:.2f} mm",
-        "hardware.sector_radius_mm",
+        f"a pitch radius of {run.pinion_mm:.2f} mm; {motor.id}'s screws are drawn out past at most {widest:.2f}",
+        SECTOR,
         pitch,
         ratio * widest,
-        ("hardware.capstan_ratio", pitch / widest),
+        ways=(smaller(SECTOR), larger(RATIO)),
     )
     middle = sum(layers.sector_mm) / 2
     half = tenths_above(run.grooved_mm / 2 + SHOULDER_MM)
@@ -369,12 +376,9 @@ def capstan_dimensions(
         engaged >= SHAFT_ENGAGEMENT_MM,
         "pinion",
         "bore",
-        f"hardware.motor = {motor.id}: its shaft of {motor.shaft_length_mm:g} mm must be at least "
-        f"{motor.shaft_length_mm + SHAFT_ENGAGEMENT_MM - engaged:.1f} mm long: it engages {engaged:.1f} mm; at least "
-        f"{SHAFT_ENGAGEMENT_MM:g}",
+        f"the motor's shaft of {motor.shaft_length_mm:g} mm engages {engaged:.1f} mm; at least {SHAFT_ENGAGEMENT_MM:g}",
         "hardware.motor",
         motor.id,
-        motor.shaft_length_mm + SHAFT_ENGAGEMENT_MM - engaged,
     )
     slot_width = stop_pin_mm + 1.0
     to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + SLOT_WALL_MM
@@ -386,9 +390,9 @@ def capstan_dimensions(
         pitch >= least,
         "sector",
         "slot",
-        f"hardware.sector_radius_mm = {pitch:g} must be at least {up(least)} mm, or the stop pin's slot on "
-        f"radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore",
-        "hardware.sector_radius_mm",
+        f"the stop pin's slot on radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore, at a pitch "
+        f"radius of {pitch:g} mm; at least {up(least)} mm",
+        SECTOR,
         pitch,
         least,
     )
@@ -401,6 +405,7 @@ def capstan_dimensions(
         "angle",
         f"the shoulder turns {(shoulder_rad[1] - shoulder_rad[0]) * 180 / pi:.1f} deg; the sector would span "
         f"{(rim[1] - rim[0]) * 180 / pi:.0f} deg, at most 250",
+        ways=SWINGS_LESS,
     )
     play = (slot_width - stop_pin_mm) / 2 / slot_radius_mm
     head = catalogue.screw(TENSION_SCREW).head_height_mm
@@ -426,11 +431,6 @@ def capstan_dimensions(
         slot_angles_rad=(reach[0] + play, reach[1] - play),
         keep_out_radius_mm=hypot(*lug),
     )
-
-
-def thinnest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:
-    """Gives the least pitch radius of a pinion, whose groove leaves a wall over the motor's shaft, mm."""
-    return motor.shaft_diameter_mm / 2 + PINION_WALL_MM + cable_mm / 2
 
 
 def widest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:

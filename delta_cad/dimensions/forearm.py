@@ -20,7 +20,7 @@ from delta_cad.dimensions.joint import (
     chosen_spring,
     joint_dimensions,
 )
-from delta_cad.dimensions.rules import require, up
+from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, larger, require, smaller, up
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
@@ -215,7 +215,7 @@ def _ball(diameter_mm: float) -> catalogue.Ball:
         diameter_mm in stock,
         "joint_ball",
         "diameter",
-        f"hardware.ball_diameter_mm = {diameter_mm:g} must be one of {', '.join(f'{v:g}' for v in stock)} mm",
+        f"the catalogue has no ball of {diameter_mm:g} mm; it has {', '.join(f'{v:g}' for v in stock)} mm",
         "hardware.ball_diameter_mm",
         diameter_mm,
         min(stock, key=lambda v: abs(v - diameter_mm)),
@@ -272,8 +272,8 @@ def forearm_dimensions(
         width_mm >= narrowest - 1e-9,
         "cross_bar",
         "length",
-        f"parallelogram_width_mm = {width_mm:g} must be at least {up(narrowest)} mm",
-        "mechanism.parallelogram_width_mm",
+        f"{width_mm:g} mm between its balls are too narrow for the elbow's boss; at least {up(narrowest)} mm",
+        WIDTH,
         width_mm,
         narrowest,
     )
@@ -291,11 +291,12 @@ def forearm_dimensions(
         length_mm - second >= end - 1e-9,
         "rod_eye",
         "springs",
-        f"forearm_length_mm = {length_mm:g} must be at least {up(second + end)} mm: rods that fold to "
-        f"{degrees(fold_rad):.1f} deg beside the arm leave its springs no room",
-        "mechanism.forearm_length_mm",
+        f"rods that fold to {degrees(fold_rad):.1f} deg beside the arm leave the eyes of its springs "
+        f"{length_mm - second:.2f} mm to the wrist; at least {end:.2f}",
+        FOREARM,
         length_mm,
         second + end,
+        ways=(larger(FOREARM), larger(BOTTOM), smaller(ARM)),
     )
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
     joint = joint_dimensions(
@@ -317,8 +318,8 @@ def forearm_dimensions(
         tube_length >= least,
         "rod_tube",
         "length",
-        f"forearm_length_mm = {length_mm:g} must be at least {least + 2 * shoulder:g} mm",
-        "mechanism.forearm_length_mm",
+        f"{tube_length:g} mm are left for a tube between its ends; at least {least:g}",
+        FOREARM,
         length_mm,
         least + 2 * shoulder,
     )

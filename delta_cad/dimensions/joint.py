@@ -23,7 +23,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.dimensions.rules import DimensionError, down, require, up
+from delta_cad.dimensions.rules import WIDTH, DimensionError, larger, require, smaller
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.drive import drive_friction_N_m, encoder_count_rad
 from delta_cad.mechanism.limits import HandleFriction
@@ -173,7 +173,7 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
         Of those within their own length and the preload's bounds the one with the least force: friction goes with it.
 
     Raises:
-        DimensionError: None is; the message names the nearest parallelogram width for which one is.
+        DimensionError: None is.
     """
     rows: Mapping[str, catalogue.TensionSpring] = catalogue.tension_spring.rows
     low, high = spring_range_N(force_N)
@@ -193,29 +193,24 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
             bool(ends),
             "rod_spring",
             "force",
-            f"force_N or peak_force_N = {force_N:g} must be at most {down(most, 3)} N: springs "
-            f"must give {low:g} N, the catalogue's strongest {most * PRELOAD_PER_N:.3g}",
+            f"for {force_N:g} N at the handle springs must give {low:g} N, the catalogue's strongest give "
+            f"{most * PRELOAD_PER_N:.3g}",
             "requirements.force_N",
             force_N,
             most,
         )
         ends = ends or [width]
         nearest = min(ends, key=lambda end: abs(end - width))
-        bound = f"at least {up(nearest)}" if nearest > width else f"at most {down(nearest)}"
-        reached = [row for row in rows.values() if row.free_length_mm <= between_eyes_mm]
-        pulls = [
-            row.force_N(between_eyes_mm) for row in reached if between_eyes_mm <= row.length_max_mm - SPRING_LEAN_MM
-        ]
-        held = max((pull for pull in pulls if PRELOAD_N[0] <= pull < low), default=0.0) / PRELOAD_PER_N
-        less = f", or force_N and peak_force_N at most {down(held, 3)} N" if held > 0.0 else ""
+        forces = "requirements.peak_force_N", "requirements.force_N"
         require(
             False,
             "rod_spring",
             "length",
-            f"parallelogram_width_mm = {width:g} must be {bound} mm for a spring of {low:g} to {high:g} N{less}",
-            "mechanism.parallelogram_width_mm",
+            f"at a width of {width:g} mm the catalogue has no spring of {low:g} to {high:g} N",
+            WIDTH,
             width,
             nearest,
+            ways=(larger(WIDTH), smaller(WIDTH), *map(smaller, forces), smaller(*forces)),
         )
         return min(rows.values(), key=lambda row: abs(row.free_length_mm - between_eyes_mm))  # in a search of reasons
     return min(fitting, key=lambda row: row.force_N(between_eyes_mm))

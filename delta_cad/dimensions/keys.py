@@ -6,7 +6,7 @@ from math import degrees, pi, radians, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions.layers import Layers, motor_thread_mm
-from delta_cad.dimensions.rules import require, up
+from delta_cad.dimensions.rules import RATIO, larger, require
 
 KEYS_MM = {  # width across flats: long and short leg
     0.9: (33.0, 11.0),
@@ -102,12 +102,11 @@ def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float], ratio: float
         high - low >= least,
         "pinion",
         "set screws",
-        f"hardware.capstan_ratio = {ratio:g} must be at least {up(ratio * least / max(high - low, 1e-9), 3)}: while "
-        f"the handle goes up and down in the middle the pinion turns by {degrees(high - low):.0f} deg, its two set "
-        f"screws come to the slot of their key within {degrees(least):.0f}",
-        "hardware.capstan_ratio",
+        f"while the handle goes up and down in the middle the pinion turns by {degrees(high - low):.0f} deg; its two "
+        f"set screws come to the slot of their key within {degrees(least):.0f}",
+        RATIO,
         ratio,
-        ratio * least / max(high - low, 1e-9),
+        ways=(larger(RATIO),),
     )
 
     def comes(screw: float) -> bool:

@@ -99,19 +99,17 @@ def layers(
             lacking <= 0.0,
             "upper_arm",
             "shaft bore",
-            f"hardware.motor = {motor.id}: its shaft of {motor.shaft_length_mm:g} mm must be at least "
-            f"{motor.shaft_length_mm + lacking:g} mm long, past a cheek of {plate:g} mm, which grows with the forces",
+            f"a motor's shaft of {motor.shaft_length_mm:g} mm lacks {lacking:g} mm past a cheek of {plate:g} mm, which "
+            "grows with the forces",
             "hardware.motor",
             motor.id,
-            motor.shaft_length_mm + lacking,
         )
         least = arm_thickness_mm + motor.shaft_diameter_mm / 2 - clamped
         require(
             arm_thickness_mm >= least or lacking > 0.0,
             "upper_arm",
             "shaft bore",
-            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} must be at least {least:g} mm: it leaves {clamped:g} mm "
-            "on the motor's shaft",
+            f"{clamped:g} mm of the motor's shaft are clamped; at least {motor.shaft_diameter_mm / 2:g}",
             "hardware.arm_thickness_mm",
             arm_thickness_mm,
             least,
@@ -121,8 +119,8 @@ def layers(
             arm_thickness_mm >= least,
             "foot_block",
             "thickness",
-            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} must be at least {least:g} mm: it leaves "
-            f"{arm_thickness_mm + 2 * RUNNING_GAP_MM:g} mm between the cheeks, too little for dowels from either side",
+            f"{arm_thickness_mm + 2 * RUNNING_GAP_MM:g} mm between the cheeks are too little for dowels from either "
+            f"side; at least {BLOCK_MM:g}",
             "hardware.arm_thickness_mm",
             arm_thickness_mm,
             least,

@@ -11,7 +11,17 @@ from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.bracket import BracketDimensions, Circle
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require, up
+from delta_cad.dimensions.rules import (
+    ARM,
+    BASE,
+    BOTTOM,
+    FARTHER_OUT,
+    RUNNING_GAP_MM,
+    STOP_MARGIN_RAD,
+    another,
+    larger,
+    require,
+)
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 BESIDE_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
@@ -40,7 +50,7 @@ def require_room_for_board(
         encoder: Row of the catalogue; its board stands upright.
 
     Raises:
-        DimensionError: It does; the message names the base radius on which it does not.
+        DimensionError: It does.
     """
 
     def room(radius_mm: float) -> float:
@@ -55,19 +65,22 @@ def require_room_for_board(
         return float(least)
 
     found = room(base_radius_mm)
+    if found >= BESIDE_MM:
+        return
     low, high = base_radius_mm, base_radius_mm + motor.diameter_mm + encoder.board_width_mm
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         low, high = (low, middle) if room(middle) >= BESIDE_MM else (middle, high)
     require(
-        found >= BESIDE_MM,
+        False,
         "encoder_board",
         "beside the neighbour's motor",
-        f"mechanism.base_radius_mm = {base_radius_mm:g} must be at least {up(high)} mm, or the motors meet the "
-        f"encoders' boards of the chains beside them: {found:.2f} mm apart, at least {BESIDE_MM:g}",
-        "mechanism.base_radius_mm",
+        f"the motors come within {found:.2f} mm of the encoders' boards of the chains beside them; at least "
+        f"{BESIDE_MM:g}",
+        BASE,
         base_radius_mm,
         high,
+        ways=FARTHER_OUT,
     )
 
 
@@ -84,7 +97,7 @@ def require_room_for_boss(
         board_mm: Half distances (x, z) of the encoder board's screws, and their radius; 0 where there is no board.
 
     Raises:
-        DimensionError: It does; the message names the length at which it does not, and the angle above which.
+        DimensionError: It does.
     """
     x, z, edge = board_mm
     corners = [(sx * x, sz * z, edge) for sx in (-1, 1) for sz in (-1, 1)]
@@ -106,17 +119,16 @@ def require_room_for_boss(
     found, clear = off.min(), off >= RUNNING_GAP_MM
     from_here = int(ANGLES - np.argmin(clear[::-1])) if clear[-1] else ANGLES  # the first angle above all that are not
     least = degrees(angles[from_here] + STOP_MARGIN_RAD) if from_here < ANGLES else None
-    swing = "" if least is None else f", or its arm swing no lower than {least:.1f} deg"
     require(
         found >= RUNNING_GAP_MM,
         "upper_arm",
         "beside its cheeks",
-        f"the elbow's boss comes within {found:.2f} mm of a cheek, at least {RUNNING_GAP_MM:g}: upper_arm_length_mm = "
-        f"{arm.length_mm:g} must be at least {up(enough)} mm, or hardware.motor smaller{swing}",
-        "mechanism.upper_arm_length_mm",
+        f"the elbow's boss comes within {found:.2f} mm of a cheek; at least {RUNNING_GAP_MM:g}",
+        ARM,
         arm.length_mm,
         enough,
         None if least is None else (SWING_FIELD, least),
+        (larger(ARM), larger(BOTTOM), *another("motor")),
     )
 
 

@@ -8,7 +8,7 @@ from math import atan2, ceil, cos, floor, hypot, pi, radians, sin, tan
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ForearmDimensions
-from delta_cad.dimensions.rules import DRILL_DIAMETERS, down, require, up
+from delta_cad.dimensions.rules import BASE, DRILL_DIAMETERS, PLATFORM, WIDTH, larger, require, smaller, up
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
 
@@ -131,7 +131,7 @@ def platform_dimensions(
         thickness_mm >= least,
         "platform",
         "wrist boss",
-        f"hardware.platform_thickness_mm = {thickness_mm:g} must be at least {least:g} mm around the cross-bar",
+        f"{thickness_mm:g} mm are too thin around the cross-bar; at least {least:g}",
         "hardware.platform_thickness_mm",
         thickness_mm,
         least,
@@ -142,8 +142,8 @@ def platform_dimensions(
         radius_mm >= hub + thickness_mm / 2 + 2.0,
         "platform",
         "wrist boss",
-        f"platform_radius_mm = {radius_mm:g} must be at least {hub + thickness_mm / 2 + 2.0:g} mm",
-        "mechanism.platform_radius_mm",
+        f"on a radius of {radius_mm:g} mm it meets the hub; at least {hub + thickness_mm / 2 + 2.0:g} mm",
+        PLATFORM,
         radius_mm,
         hub + thickness_mm / 2 + 2.0,
     )
@@ -151,11 +151,12 @@ def platform_dimensions(
         radius_mm >= forearm.wrist_radius_min_mm,
         "platform",
         "wrists",
-        f"platform_radius_mm = {radius_mm:g} must be at least {up(forearm.wrist_radius_min_mm)} mm, or neighbouring "
-        f"cups come within the clearance at parallelogram_width_mm = {forearm.width_mm:g}",
-        "mechanism.platform_radius_mm",
+        f"neighbouring cups come within the clearance on a radius of {radius_mm:g} mm; at least "
+        f"{up(forearm.wrist_radius_min_mm)} mm",
+        PLATFORM,
         radius_mm,
         forearm.wrist_radius_min_mm,
+        ways=(larger(PLATFORM), larger(BASE, PLATFORM), smaller(WIDTH)),
     )
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + forearm.room_mm
@@ -163,13 +164,12 @@ def platform_dimensions(
     length = forearm.width_mm - 2 * beside
     lacking = BOSS_LEAST_MM - length
     most, wider = thickness_mm - lacking / tan(tilt), forearm.width_mm + lacking
-    words = f"parallelogram_width_mm = {forearm.width_mm:g} must be at least {up(wider)} mm"
-    field, held, bound = "mechanism.parallelogram_width_mm", forearm.width_mm, wider
+    field, held, bound = WIDTH, forearm.width_mm, wider
+    ways = smaller("hardware.platform_thickness_mm"), larger(field)
     if most >= least:
-        words = f"hardware.platform_thickness_mm = {thickness_mm:g} must be at most {down(most)} mm, or {words}"
         field, held, bound = "hardware.platform_thickness_mm", thickness_mm, most
-    told = f"{words}: rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm of {BOSS_LEAST_MM:g}"
-    require(lacking <= LENGTH_MM, "platform", "wrist boss, length", told, field, held, bound)
+    message = f"rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm; at least {BOSS_LEAST_MM:g}"
+    require(lacking <= LENGTH_MM, "platform", "wrist boss, length", message, field, held, bound, ways=ways)
     bore = forearm.bar_diameter_mm + 2 * BAR_GLUE_MM
     return PlatformDimensions(
         radius_mm=radius_mm,
@@ -207,7 +207,7 @@ def base_dimensions(
         thickness_mm >= least,
         "base_plate",
         "counterbore",
-        f"hardware.base_plate_thickness_mm = {thickness_mm:g} must be at least {least:g} mm",
+        f"{thickness_mm:g} mm leave too little under the screws' heads; at least {least:g} mm",
         "hardware.base_plate_thickness_mm",
         thickness_mm,
         least,

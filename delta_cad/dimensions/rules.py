@@ -49,19 +49,54 @@ def _rounded(value: float, digits: int, way: Callable[[float], int], slack: floa
 
 
 @dataclass(frozen=True)
+class Way:
+    """Fields of a design that are changed together; how far is for a threshold search to find.
+
+    Attributes:
+        fields: Dotted paths.
+        larger: Whether they grow; None: either way, or another row of a family.
+    """
+
+    fields: tuple[str, ...]
+    larger: bool | None = None
+
+
+def larger(*fields: str) -> Way:
+    """Gives fields that grow together."""
+    return Way(fields, True)
+
+
+def smaller(*fields: str) -> Way:
+    """Gives fields that shrink together."""
+    return Way(fields, False)
+
+
+def another(*families: str) -> tuple[Way, ...]:
+    """Gives families of the catalogue of each of which another row may be taken."""
+    return tuple(Way((f"hardware.{name}",)) for name in families)
+
+
+BASE, PLATFORM = "mechanism.base_radius_mm", "mechanism.platform_radius_mm"
+ARM, FOREARM, WIDTH = (f"mechanism.{name}_mm" for name in ("upper_arm_length", "forearm_length", "parallelogram_width"))
+SECTOR, RATIO, BOTTOM = "hardware.sector_radius_mm", "hardware.capstan_ratio", "cube.bottom_height_mm"
+FARTHER_OUT = larger(BASE), larger(BASE, PLATFORM)  # what parts neighbouring chains
+SWINGS_LESS = larger(ARM), larger(BOTTOM)  # what lets an arm swing over a smaller angle
+
+
+@dataclass(frozen=True)
 class Reason:
-    """Why a part cannot be made, with what would do.
+    """Why a part cannot be made.
 
     Attributes:
         part: Part number.
         feature: What of the part.
-        message: Field, value and bound in words.
-        field: Dotted path of the design's field to change; "" where a feature follows from several.
+        message: What was computed and what it is held to, in words.
+        field: Dotted path of the design's field that a search changes; "" where a feature follows from several.
         value: Its value; None where there is no field.
-        bound: The value that would do, in the field's unit or as the id of a row; None where none is known.
-        beside: Fields that have to change with it, each with its value; where the bound is a figure of a row, the
-            field with such a row.
-        instead: A field that would do in its place, with its value.
+        bound: Estimate of the value that is enough, from this part alone, where a search starts; None where there is
+            none. Who reads a refusal reads thresholds of the whole, see `delta_cad.structure.hardware.thresholds`.
+        instead: Another field that a search changes, with such an estimate.
+        ways: What may be changed; none: the field.
     """
 
     part: str
@@ -70,11 +105,24 @@ class Reason:
     field: str = ""
     value: float | str | None = None
     bound: float | str | None = None
-    beside: tuple[tuple[str, float | str], ...] = ()
     instead: tuple[str, float] | None = None
+    ways: tuple[Way, ...] = ()
 
     def __str__(self) -> str:
         return f"{self.part}, {self.feature}: {self.message}"
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Which reason it is, whatever the figures."""
+        return self.part, self.feature
+
+    @property
+    def changes(self) -> tuple[Way, ...]:
+        """What may be changed: its ways, or its field."""
+        if self.ways or not self.field:
+            return self.ways
+        numbers = isinstance(self.bound, float) and isinstance(self.value, float | int)
+        return (Way((self.field,), self.bound > self.value if numbers else None),)  # pyright: ignore[reportOperatorIssue]
 
 
 class DimensionError(ValueError):
@@ -104,7 +152,7 @@ def require(
     value: float | str | None = None,
     bound: float | str | None = None,
     instead: tuple[str, float] | None = None,
-    beside: tuple[tuple[str, float | str], ...] = (),
+    ways: tuple[Way, ...] = (),
 ) -> None:
     """Raises a DimensionError unless `holds`; inside `all_reasons` it notes the reason and goes on.
 
@@ -112,16 +160,16 @@ def require(
         holds: The condition.
         part: As all that follows, of `Reason`.
         feature: What of the part.
-        message: Field, value and bound in words.
+        message: What was computed and what it is held to, in words.
         field: Dotted path of the design's field.
         value: Its value.
-        bound: What would do.
-        instead: Another field that would do.
-        beside: Fields that have to change with it.
+        bound: Estimate of what is enough.
+        instead: Another field, with such an estimate.
+        ways: What may be changed.
     """
     if holds:
         return
-    reason, collected = Reason(part, feature, message, field, value, bound, beside, instead), _COLLECTED.get()
+    reason, collected = Reason(part, feature, message, field, value, bound, instead, ways), _COLLECTED.get()
     if collected is None:
         raise DimensionError([reason])
     if reason not in collected:

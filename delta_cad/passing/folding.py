@@ -10,7 +10,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, link_placement
-from delta_cad.dimensions.rules import up
+from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, larger, smaller
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 from delta_cad.passing.moving import (
@@ -71,14 +71,15 @@ def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None)
     return apart
 
 
-def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
-    """Gives the reason why rods that fold onto their own drive are too near, with the height that is high enough.
+def folded(d: Dimensions, least_mm: float, estimated: bool = False) -> Iterator[Reason]:
+    """Gives the reason why rods that fold onto their own drive are too near.
 
     Off the shoulder's axis they are `L_A sin(elbow)`: what they lack there is what the angle is wider by.
 
     Args:
         d: The machine.
-        least_mm: What is to be between them.
+        least_mm: Least distance between them.
+        estimated: Whether a search's estimates of height and angle are computed.
     """
     cube, long, forearm = d.design.cube, d.arm.length_mm, d.forearm.length_mm
     drive = beside_own(d)
@@ -102,15 +103,14 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     if fold >= WIDEST_RAD or lacks(height(WIDEST_RAD)) > 0.0:
         return  # no height parts them: it is not for the fold
     needed = fold
-    while needed < WIDEST_RAD and still > 0.0:
+    while estimated and needed < WIDEST_RAD and still > 0.0:
         needed = min(asin(min(sin(needed) + (still + ON_MM) / long, 1.0)), WIDEST_RAD)
         still = lacks(height(needed))
-    bound = height(needed)
     own = f"what holds {d.motor.id}, or their arm" if d.capstan is None else "their own drive, its arm or its sector"
     message = (
         f"rods that fold to {degrees(fold):.1f} deg, or springs across them, come within {least_mm - lacking:.2f} mm "
-        f"of {own}, at least {least_mm:.2f}: cube.bottom_height_mm = {bottom:g} must be at least "
-        f"{up(bound)} mm, or with {ELBOW_FIELD} = {degrees(needed):.1f} other lengths"
+        f"of {own}; at least {least_mm:.2f}"
     )
-    field, instead = "cube.bottom_height_mm", (ELBOW_FIELD, degrees(needed))
-    yield Reason("rod_tube", "beside the drive", message, field, bottom, bound, instead=instead)
+    bound, instead = (height(needed), (ELBOW_FIELD, degrees(needed))) if estimated else (None, None)
+    ways = larger(BOTTOM), larger(FOREARM), smaller(ARM)
+    yield Reason("rod_tube", "beside the drive", message, BOTTOM, bottom, bound, instead, ways)

@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.dimensions import Dimensions, Reason
 from delta_cad.dimensions.forearm import ForearmDimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM
-from delta_cad.dimensions.rules import up
+from delta_cad.dimensions.rules import FOREARM, WIDTH, larger
 from delta_cad.passing.shapes import Bar, Block, Shape, off_all_mm
 
 RIM_POINTS = 48  # around a boss's end
@@ -55,23 +55,23 @@ def off_boss_mm(f: ForearmDimensions, radius_mm: float, length_mm: float, lean_r
     return float(off_all_mm(rod_end(f), np.concatenate(seen)).min())
 
 
-def hanging(d: Dimensions, least_mm: float, aim_mm: float = 0.0) -> Iterator[Reason]:
-    """Gives the reason why rods that lean and turn come too near to the elbow's boss, with the width that does.
+def hanging(d: Dimensions, least_mm: float) -> Iterator[Reason]:
+    """Gives the reason why rods that lean and turn come too near to the elbow's boss.
 
-    That of the wrist's follows from the same, see `delta_cad.dimensions.platform`.
+    The wrist's boss follows from the same, see `delta_cad.dimensions.platform`.
 
     Args:
         d: The machine.
-        least_mm: What is to be between them.
-        aim_mm: What the width that is told leaves beyond.
+        least_mm: Least distance between them.
     """
     f, (low, high), lean = d.forearm, d.layers.elbow_boss_mm, d.travel.lean_max.value
     near = off_boss_mm(f, d.arm.boss_radius_mm, high - low, lean)
     if near >= least_mm:
         return
-    wider = f.width_mm + 2.0 * (least_mm + aim_mm - near) / cos(lean)
+    wider = f.width_mm + 2.0 * (least_mm - near) / cos(lean)
     message = (
-        f"parallelogram_width_mm = {f.width_mm:g} must be at least {up(wider)} mm: rods that lean by "
-        f"{degrees(lean):.1f} deg come within {near:.2f} mm of the arm's boss, at least {least_mm:.2f}"
+        f"rods that lean by {degrees(lean):.1f} deg come within {near:.2f} mm of the arm's boss; at least "
+        f"{least_mm:.2f}"
     )
-    yield Reason("rod_cup", "beside its boss", message, "mechanism.parallelogram_width_mm", f.width_mm, wider)
+    ways = larger(WIDTH), larger(FOREARM)
+    yield Reason("rod_cup", "beside its boss", message, WIDTH, f.width_mm, wider, ways=ways)

@@ -1,15 +1,17 @@
-"""Why parts that come too close to others cannot do, and what would: chains farther out, as a rule."""
+"""Why parts that come too close to others of the machine are refused, one form a pair of things that pass."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from functools import partial
 from math import degrees, inf, sqrt
 
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions, spread
 from delta_cad.dimensions.bracket import MESHES_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.rules import up
+from delta_cad.dimensions.rules import BASE, BOTTOM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
 from delta_cad.mechanism import MechanismError
 from delta_cad.passing.folding import folded
 from delta_cad.passing.hanging import hanging
@@ -20,19 +22,21 @@ from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, 
 CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
 SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
 SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
-FARTHEST_MM = 32.0  # that chains may be asked to stand farther out
+FARTHEST_MM = 32.0  # that chains are estimated to stand farther out, at most
 NEAR_MM, NEAR_SHARE = 0.1, 0.07  # to which that is looked for, and of it for keys
 FASTEST = 2.0  # mm that neighbours part by at most, and some, for each by which they stand farther out
 SLOWEST = 0.7  # that is taken to be so, where what overlaps tells no distance
 ON_MM = 0.05
-WIDER, WIDEST = 1.02, 2.5  # steps of a sector's radius, and the most it is asked to grow
+WIDER, WIDEST = 1.02, 2.5  # steps of a sector's radius, and the most it is estimated to grow
 KEY_WIDER, KEY_WIDEST = 1.05, 1.6  # the same for keys
 
 Spare = Callable[[Dimensions, CapstanDimensions, int], float]
 """What a machine has more than it must, by so many positions along an edge of its cube; negative: what it lacks."""
+Form = Callable[[Dimensions, float, bool], Iterable[Reason]]
+"""A machine, what is to be left beyond what must be, mm, and whether a search's estimates are computed -> reasons."""
 
 
-def passing(d: Dimensions, spare_mm: float = 0.0, aim_mm: float = 0.0) -> list[Reason]:
+def passing(d: Dimensions, margin_mm: float = 0.0, estimated: bool = False) -> list[Reason]:
     """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and their drive cannot pass.
 
     All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what
@@ -40,14 +44,10 @@ def passing(d: Dimensions, spare_mm: float = 0.0, aim_mm: float = 0.0) -> list[R
 
     Args:
         d: The machine.
-        spare_mm: What is to be left beyond what must be.
-        aim_mm: What a value that is told leaves, where anything is refused.
+        margin_mm: What is to be left beyond what must be.
+        estimated: Whether reasons carry a search's estimates of what is enough.
     """
-    least = _least_mm(d) + spare_mm
-    own = [*hanging(d, least, max(aim_mm - spare_mm, 0.0)), *folded(d, least), *_cups(d, spare_mm, aim_mm)]
-    if (c := d.capstan) is None:
-        return own
-    return [*_sleeves(d, c), *_chains(d, c, spare_mm, aim_mm), *_platform(d, c, spare_mm, aim_mm), *own]
+    return [reason for form in PASSING.values() for reason in form(d, margin_mm, estimated)]
 
 
 def _least_mm(d: Dimensions) -> float:
@@ -70,7 +70,7 @@ def _springs(d: Dimensions, _: CapstanDimensions, count: int) -> float:
     return nearest(beside_springs(d), cube.bottom_height_mm, cube.half_side_mm, min(count, FEW)) - _least_mm(d)
 
 
-# Part, feature, in words, spare, whether it is an angle: what chains that stand farther out mend.
+# Part, feature, in words, spare, whether it is an angle: what chains that stand farther out pass.
 CHAINS_APART: tuple[tuple[str, str, str, Spare, bool], ...] = (
     ("pinion", "beside a neighbour's cheek", "mm apart", lambda d, c, _: pinion_off_mm(d, c) - _least_mm(d), False),
     ("sector", "beside a neighbour's cheek", "mm apart", lambda d, c, _: sector_off_mm(d, c) - _least_mm(d), False),
@@ -81,49 +81,37 @@ CHAINS_APART: tuple[tuple[str, str, str, Spare, bool], ...] = (
     ("sector", "beside a neighbour's springs", "mm apart", _over_cube("spring"), False),
     ("rod_spring", "beside a neighbour's", "mm apart", _springs, False),
 )
+APART: tuple[Way, ...] = larger(BASE, PLATFORM), smaller(SECTOR)
 
 
-def _chains(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: float) -> Iterator[Reason]:
+def _chains(
+    part: str, feature: str, words: str, spare: Spare, is_angle: bool, d: Dimensions, margin_mm: float, estimated: bool
+) -> Iterator[Reason]:
     """Drives, sectors, rods of neighbours: chains farther out, at base and platform alike, pass one another."""
-    m = d.design.mechanism
-    for part, feature, words, spare, is_angle in CHAINS_APART:
-        lacking = -spare(d, c, COUNT)
-        if lacking <= (0.0 if is_angle else -spare_mm):
-            continue
-        field, held = "mechanism.base_radius_mm", m.base_radius_mm
-        more = _farther_mm(d, spare, lacking, 0.0 if is_angle else aim_mm, is_angle)
-        lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
-        if more is None:
-            yield _covered(d, part, feature, lacks, spare) if is_angle else _too_large(d, part, feature, lacks)
-            continue
-        message = (
-            f"base_radius_mm = {held:g} must be at least {up(held + more)} mm with platform_radius_mm at least "
-            f"{up(m.platform_radius_mm + more)}, or the sector smaller: {lacks}"
-        )
-        beside = (("mechanism.platform_radius_mm", m.platform_radius_mm + more),)
-        yield Reason(part, feature, message, field, held, held + more, beside)
+    if d.capstan is None:
+        return
+    lacking, held = -spare(d, d.capstan, COUNT), d.design.mechanism.base_radius_mm
+    if lacking <= (0.0 if is_angle else -margin_mm):
+        return
+    lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
+    found = Reason(part, feature, lacks, BASE, held, ways=(*APART, larger(SECTOR)) if is_angle else APART)
+    if not estimated:
+        yield found
+    elif (more := _farther_mm(d, spare, lacking, is_angle)) is not None:
+        yield replace(found, bound=held + more)
+    elif is_angle:  # a motor that stands so near that its own arm's sector covers its screws at any angle
+        sector = d.design.hardware.sector_radius_mm
+        share = _growth(d.design, ("sector_radius_mm",), lambda d, c: spare(d, c, FEW) >= 0.0, KEY_WIDER, KEY_WIDEST)
+        covered = ("", None, None) if share is None else (SECTOR, sector, sector * share)
+        yield Reason(part, feature, lacks, *covered)
+    else:
+        yield Reason(part, feature, lacks)
 
 
-def _too_large(d: Dimensions, part: str, feature: str, lacks: str) -> Reason:
-    message = f"hardware.sector_radius_mm = {d.design.hardware.sector_radius_mm:g}: {lacks}; a smaller one, or "
-    return Reason(part, feature, f"{message}another hardware.motor")
-
-
-def _covered(d: Dimensions, part: str, feature: str, lacks: str, spare: Spare) -> Reason:
-    """A motor that stands so near that its own arm's sector covers its screws at any angle: a larger pinion."""
-    field, held = "hardware.sector_radius_mm", d.design.hardware.sector_radius_mm
-    share = _growth(d.design, ("sector_radius_mm",), lambda d, c: spare(d, c, FEW) >= 0.0, KEY_WIDER, KEY_WIDEST)
-    if share is None:
-        return Reason(part, feature, f"{field} = {held:g}: {lacks}; another hardware.motor")
-    message = f"{field} = {held:g} must be at least {up(held * share)} mm, or capstan_ratio less: {lacks}"
-    return Reason(part, feature, message, field, held, held * share)
-
-
-def _platform(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: float) -> Iterator[Reason]:
+def _platform(d: Dimensions, margin_mm: float, estimated: bool) -> Iterator[Reason]:
     """Arms and sectors that stand down beside the platform's wrists: a higher cube passes them."""
-    spare, field, bottom = _over_cube("platform"), "cube.bottom_height_mm", d.design.cube.bottom_height_mm
-    lacking = -spare(d, c, COUNT)
-    if lacking <= -spare_mm:
+    spare, bottom = _over_cube("platform"), d.design.cube.bottom_height_mm
+    if d.capstan is None or (lacking := -spare(d, d.capstan, COUNT)) <= -margin_mm:
         return
 
     def of(more_mm: float, count: int) -> float:
@@ -132,29 +120,25 @@ def _platform(d: Dimensions, c: CapstanDimensions, spare_mm: float, aim_mm: floa
             higher = dimensions(d.design.model_copy(update={"cube": cube}))
         except (DimensionError, MechanismError):
             return -inf
-        return -inf if higher.capstan is None else spare(higher, higher.capstan, count) - aim_mm
+        return -inf if higher.capstan is None else spare(higher, higher.capstan, count)
 
-    more = _first_distance(of, lacking + aim_mm)
+    more = _first_distance(of, lacking) if estimated else None
     lacks = f"the platform's wrists come {lacking:.2f} mm too near to arms with their sectors"
-    sector = f"hardware.sector_radius_mm = {d.design.hardware.sector_radius_mm:g}"
-    if more is None:
-        yield Reason("platform", "beside a sector", f"{sector}: {lacks}; a smaller one, or another cube", field)
-        return
-    message = f"{field} = {bottom:g} must be at least {up(bottom + more)} mm, or {sector} less: {lacks}"
-    yield Reason("platform", "beside a sector", message, field, bottom, bottom + more)
+    held, bound = (None, None) if more is None else (bottom, bottom + more)
+    yield Reason("platform", "beside a sector", lacks, BOTTOM, held, bound, ways=(larger(BOTTOM), smaller(SECTOR)))
 
 
-def _farther_mm(d: Dimensions, spare: Spare, lacking: float, aim: float, is_angle: bool) -> float | None:
-    """By how much chains must stand farther out for something to have what it must and more; None: by too much."""
+def _farther_mm(d: Dimensions, spare: Spare, lacking: float, is_angle: bool) -> float | None:
+    """By how much chains must stand farther out for something to have what it must; None: by too much."""
 
     def of(more_mm: float, count: int) -> float:
         try:
             farther = spread(d, more_mm)
         except DimensionError:
             return -inf
-        return -inf if farther.capstan is None else spare(farther, farther.capstan, count) - aim
+        return -inf if farther.capstan is None else spare(farther, farther.capstan, count)
 
-    high = _first_angle(of) if is_angle else _first_distance(of, lacking + aim)
+    high = _first_angle(of) if is_angle else _first_distance(of, lacking)
     if high is None:
         return None
     while (still := -of(high, COUNT)) > 0.0:  # what few positions did not see
@@ -193,25 +177,17 @@ def _first_distance(of: Callable[[float, int], float], lacking: float) -> float 
     return None
 
 
-def _sleeves(d: Dimensions, c: CapstanDimensions) -> Iterator[Reason]:
+def _sleeves(d: Dimensions, _margin_mm: float, estimated: bool) -> Iterator[Reason]:
     """Both sleeves of a cable on their ways to their seats, beside the arm: a larger sector passes them."""
-    spare = sleeves_off_mm(d, c) - SLEEVE_OFF_MM
-    if spare >= 0.0:
+    if d.capstan is None or (spare := sleeves_off_mm(d, d.capstan) - SLEEVE_OFF_MM) >= 0.0:
         return
-    h, part, feature = d.design.hardware, "crimp_sleeve", "beside the arm"
+    names, held, bound = ("sector_radius_mm", "capstan_ratio"), d.design.hardware.sector_radius_mm, None
+    if estimated:
+        share = _growth(d.design, names, lambda d, c: sleeves_off_mm(d, c) >= SLEEVE_OFF_MM)
+        held, bound = (None, None) if share is None else (held, held * share)
     lacks = f"a sleeve of the cable lacks {-spare:.2f} mm to pass the arm on its way to its seat"
-    share = _growth(d.design, ("sector_radius_mm", "capstan_ratio"), lambda d, c: sleeves_off_mm(d, c) >= SLEEVE_OFF_MM)
-    field = "hardware.sector_radius_mm"
-    if share is None:
-        yield Reason(part, feature, f"{field} = {h.sector_radius_mm:g}, a larger one: {lacks}", field)
-        return
-    radius, ratio = h.sector_radius_mm * share, h.capstan_ratio * share
-    message = (
-        f"{field} = {h.sector_radius_mm:g} must be at least {up(radius)} mm with capstan_ratio at least {up(ratio)}: "
-        f"{lacks}"
-    )
-    beside = (("hardware.capstan_ratio", ratio),)
-    yield Reason(part, feature, message, field, h.sector_radius_mm, radius, beside)
+    ways = larger(SECTOR, RATIO), larger(SECTOR)
+    yield Reason("crimp_sleeve", "beside the arm", lacks, SECTOR, held, bound, ways=ways)
 
 
 def _growth(
@@ -236,22 +212,24 @@ def _growth(
     return None
 
 
-def _cups(d: Dimensions, spare_mm: float, aim_mm: float) -> list[Reason]:
+def _cups(d: Dimensions, margin_mm: float, _estimated: bool) -> Iterator[Reason]:
     """Cups of neighbouring wrists, the rods turned about themselves."""
-    m, cube, clear = d.design.mechanism, d.design.cube, d.design.requirements.clearance_min_mm
+    cube, clear = d.design.cube, d.design.requirements.clearance_min_mm
+    spare = spare_of_cups(d, clear + CUPS_MM + margin_mm)
+    if (lacking := -nearest(spare, cube.bottom_height_mm, cube.half_side_mm, FEW)) <= 0.0:
+        return
+    held = d.design.mechanism.platform_radius_mm
+    message = f"cups of neighbouring rods that turn about themselves lack {lacking:.2f} mm of {clear + margin_mm:g}"
+    ways = larger(BASE, PLATFORM), larger(PLATFORM), smaller(WIDTH)
+    yield Reason("rod_cup", "beside a neighbour's", message, PLATFORM, held, held + lacking / sqrt(3.0), ways=ways)
 
-    def spare(more_mm: float) -> float:
-        needed = clear + CUPS_MM + more_mm
-        return nearest(spare_of_cups(d, needed), cube.bottom_height_mm, cube.half_side_mm, FEW)
 
-    if (lacking := -spare(0.0)) <= 0.0 and (not spare_mm or spare(spare_mm) >= 0.0):
-        return []
-    more = -spare(aim_mm) / sqrt(3.0)
-    field, held = "mechanism.platform_radius_mm", m.platform_radius_mm
-    message = (
-        f"platform_radius_mm = {held:g} must be at least {up(held + more)} mm with base_radius_mm at least "
-        f"{up(m.base_radius_mm + more)}: cups of neighbouring rods that turn about themselves lack {lacking:.2f} mm of "
-        f"{clear:g}"
-    )
-    beside = (("mechanism.base_radius_mm", m.base_radius_mm + more),)
-    return [Reason("rod_cup", "beside a neighbour's", message, field, held, held + more, beside)]
+PASSING: dict[str, Form] = {
+    "sleeves": _sleeves,
+    **{f"{one[0]} {one[1]}": partial(_chains, *one) for one in CHAINS_APART},
+    "platform": _platform,
+    "hanging": lambda d, margin_mm, _: hanging(d, _least_mm(d) + margin_mm),
+    "folded": lambda d, margin_mm, estimated: folded(d, _least_mm(d) + margin_mm, estimated),
+    "cups": _cups,
+}
+"""Every form, by its name."""

@@ -54,7 +54,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
          "[i - 2], self.forearm[i - 1]", "[i - 1], self.forearm[i]"),
         ("delta_cad/mechanism/limits/angles/lean.py", "rods lean to one side only",
          "for side in (1.0, -1.0)", "for side in (-1.0,)"),
-        (f"{CERTIFY}/gravity.py", "a rod's centre lies on its line",
+        ("delta_cad/drive/held.py", "a rod's centre lies on its line",
          "off = mass * math.hypot(y, z) / rods[0]", "off = 0.0"),
         (f"{CERTIFY}/gravity.py", "a smaller force passes",
          "Fraction(condition.force) < Fraction(self.force)", "Fraction(condition.force) < 0"),

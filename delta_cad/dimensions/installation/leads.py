@@ -18,7 +18,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.neighbours import PLUG_MM as ROOM_MM
-from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.rules import BASE, FARTHER_OUT, another, require
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 LEAD_MM = 2.3  # outside diameter of a silicone lead of 0.5 mm^2; makers' tables: 2.1 to 2.3; from memory
@@ -234,10 +234,9 @@ def _require_room(lead: SensorLeadDimensions, b: BracketDimensions, stack: Layer
         False,
         "sensor_lead",
         "beside the neighbour's motor",
-        f"mechanism.base_radius_mm = {b.shoulder_u_mm:g} must be at least {b.shoulder_u_mm + high:.2f} mm, or the "
-        f"motors meet the leads of the encoders beside them: {found:.2f} mm apart, at least {APART_LEAST_MM:g}; or "
-        "hardware.leads = none",
-        "mechanism.base_radius_mm",
+        f"the motors come within {found:.2f} mm of the leads of the encoders beside them; at least {APART_LEAST_MM:g}",
+        BASE,
         b.shoulder_u_mm,
         b.shoulder_u_mm + high,
+        ways=(*FARTHER_OUT, *another("motor", "leads")),
     )

@@ -16,7 +16,7 @@ from math import ceil, hypot, pi, sqrt
 from delta_cad import catalogue
 from delta_cad.design import Design
 from delta_cad.dimensions.platform import PlatformDimensions
-from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.rules import another, require
 from delta_cad.dimensions.tolerances import drilled_mm, tip_mm
 
 TEMPLATE = "panel_template"  # name of the files that a panel is cut by
@@ -193,12 +193,12 @@ def sleeve_mm(design: Design, foot: catalogue.Foot, circle_mm: float, spread_rad
     height = foot.height_mm - SQUEEZE_MM
     apart = circle_mm * spread_rad / 2.0 * 0.98  # the chord of a small angle
     least = foot.diameter_mm / 2 + hole_mm / 2 + SLEEVE_WALL_MM + SPARE_MM
-    words = f"hardware.mounting = both asks for sleeves beside the feet: foot = {foot.id}"
+    words, ways = "hardware.mounting = both asks for sleeves beside the feet", another("foot", "mounting")
     field, held = "hardware.mounting", "both"
-    low = f"{words} is {foot.height_mm:g} mm high and must be at least {SLEEVE_LEAST_MM + SQUEEZE_MM:g} mm"
-    require(height >= SLEEVE_LEAST_MM, "mount_sleeve", "height", low, field, held, "screws")
-    wide = f"{words} stands {apart:.1f} mm from them and must be at least {least:.1f} mm away"
-    require(apart >= least, "mount_sleeve", "room", wide, field, held, "screws")
+    low = f"{words}: a foot of {foot.height_mm:g} mm leaves them {height:g} mm; at least {SLEEVE_LEAST_MM:g}"
+    require(height >= SLEEVE_LEAST_MM, "mount_sleeve", "height", low, field, held, ways=ways)
+    wide = f"{words}: a foot stands {apart:.1f} mm from them; at least {least:.1f}"
+    require(apart >= least, "mount_sleeve", "room", wide, field, held, ways=ways)
     return height
 
 

@@ -1,6 +1,6 @@
-"""Why a design's hardware cannot do, in closed form and all at once: no solid is made, only samples are posed.
+"""Why a design's hardware is refused, in closed form and all at once: no solid is made, only samples are posed.
 
-Six kinds: a platform that hangs below its elbows, beside which nothing else is told; parts that cannot be given sound
+Six kinds: a platform that hangs below its elbows, after which nothing else is judged; parts that cannot be given sound
 dimensions; a drive that gives too little or breaks its cable; an outline that elbows or motors alone exceed; a cable
 whose plane or length no tolerances hold; loads that parts or drives may not bear even if what moves weighed
 as little as it can. Each is necessary: what passes here may still fail a check.
@@ -8,212 +8,182 @@ as little as it can. Each is necessary: what passes here may still fail a check.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import cos
 
 import numpy as np
 
-from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.design.record import CAPSTAN_RATIO_LEAST, CAPSTAN_RATIO_MOST, SECTOR_LEAST_MM, SECTOR_MOST_MM
+from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_LEAST_MM, SECTOR_MOST_MM
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
-from delta_cad.dimensions.capstan import ROPE_FACTOR, CapstanDimensions, thinnest_pinion_mm
-from delta_cad.dimensions.rules import down, up
+from delta_cad.dimensions.capstan import ROPE_FACTOR, CapstanDimensions
+from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, RATIO, SECTOR, another, larger, smaller, up
 from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
-from delta_cad.drive.report import BEND_LEAST_SHARE
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.refused import passing
+from delta_cad.passing.refused import PASSING
 from delta_cad.structure.hardware.overloads import overloads
-from delta_cad.structure.hardware.would_do import HEAVIER, border, named, one, rows
 from delta_cad.structure.loads import sampled_mm
 
-PROVEN_MM = 0.3  # beyond clearance and meshes: with 0.16 proofs were still undecided
+PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
+HEAVIER = 1.25  # times what `lightest` gives: only small sectors and long rods were built heavier
 COUNT = 5  # positions along an edge of the cube, its corners among them
 SCANNED = 100  # radii of a sector
-HEIGHTS = 41  # of a cube up to where it is out of reach
-WIDER = 1.5  # times a sector's radius that it may be asked to have
+WIDER = 1.5  # times a sector's radius that it is estimated to have
+HALVINGS = 30  # of a range in which a tolerance chain begins to hold
 
 
 @dataclass(frozen=True)
-class Asked:
+class Held:
     """What a machine is held to.
 
     Attributes:
         weighed: How many times what moves at least is taken to weigh; 0: nothing weighs anything.
-        spare_mm: What is to be left between what passes, beyond the clearance.
-        aim_mm: What values that are told leave there.
+        margin_mm: What is to be left between what passes, beyond the clearance.
+        estimated: Whether reasons carry a search's estimates of what is enough.
     """
 
     weighed: float
-    spare_mm: float
-    aim_mm: float
+    margin_mm: float
+    estimated: bool = False
 
 
-NECESSARY = Asked(1.0, 0.0, PROVEN_MM)
+NECESSARY = Held(1.0, 0.0)
 """What no machine does without: what is refused would fail."""
-SURE = Asked(HEAVIER, 2.0 / 3.0 * PROVEN_MM, PROVEN_MM)
-"""What values that are told are held to, so that solids pass, too."""
-LEARNT = Asked(0.0, 0.0, 0.0)
-"""What a search is told that learns weights and distances from solids."""
+SURE = Held(HEAVIER, PROVEN_MM)
+"""What a suggested design is held to, so that solids pass, too."""
+LEARNT = Held(0.0, 0.0, True)
+"""What a candidate is held to in a search that learns weights and distances from solids."""
+
+Form = Callable[[Dimensions, Held], Iterable[Reason]]
 
 
-def refusals(design: Design, asked: Asked = NECESSARY) -> tuple[Reason, ...]:
-    """Gives every reason why a design's hardware cannot do; none where it may.
+class Judged:
+    """What closed forms say of one design; each is computed when it is asked for first.
+
+    Args:
+        design: A design, each field within its own bounds.
+        held: What it is held to.
+    """
+
+    def __init__(self, design: Design, held: Held = NECESSARY) -> None:
+        self.design, self.held = design, held
+        self._known: dict[str, tuple[Reason, ...]] = {}
+
+    @cached_property
+    def _dimensioned(self) -> Dimensions | tuple[Reason, ...]:
+        try:
+            return dimensions(self.design)
+        except DimensionError as error:
+            return error.reasons
+
+    def of(self, form: str) -> tuple[Reason, ...] | None:
+        """Gives the reasons of one form, by its name; None where it cannot be judged for what comes before it.
+
+        Raises:
+            UnreachableError: A point of the cube is out of reach.
+        """
+        if form == MODE:
+            return self._once(form, lambda: _mode(self.design))
+        if self.of(MODE):  # parts and loads would be about another machine than the forward kinematics'
+            return None
+        if form in ALONE:
+            return self._once(form, lambda: ALONE[form](self.design))
+        d = self._dimensioned
+        if form == PARTS:
+            return () if isinstance(d, Dimensions) else d
+        return self._once(form, lambda: FORMS[form](d, self.held)) if isinstance(d, Dimensions) else None
+
+    def _once(self, form: str, judge: Callable[[], Iterable[Reason]]) -> tuple[Reason, ...]:
+        if form not in self._known:
+            self._known[form] = tuple(judge())
+        return self._known[form]
+
+    def forms(self) -> Iterator[tuple[str, tuple[Reason, ...]]]:
+        """Gives the reasons of form after form, by its name; those that cannot be judged are left out."""
+        for form in (MODE, *ALONE, PARTS, *FORMS):
+            if (found := self.of(form)) is not None:
+                yield form, found
+
+
+def refusals(design: Design, held: Held = NECESSARY) -> tuple[Reason, ...]:
+    """Gives every reason why a design's hardware is refused; none where it may pass.
 
     Args:
         design: A validated design.
-        asked: What it is held to.
-
-    Returns:
-        Reasons, each with the field to change, its value and what would do.
+        held: What it is held to.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
-    if hanging := _mode(design):  # parts, loads and advice would be about another machine than the forward kinematics'
-        return hanging
-    found = [*_turning(design), *_drive(design)]
-    try:
-        d = dimensions(design)
-    except DimensionError as error:
-        return (*(_with_motors(design, reason) for reason in error.reasons), *found)
-    return (
-        *found,
-        *_outline(d),
-        *_cable_plane(d),
-        *_cable_travel(d),
-        *passing(d, asked.spare_mm, asked.aim_mm),
-        *overloads(d, asked.weighed),
-    )
+    found = dict(Judged(design, held).forms())
+    first = found.pop(PARTS, ())  # what has no dimensions is listed first
+    return (*first, *(reason for reasons in found.values() for reason in reasons))
 
 
 def _mode(design: Design) -> tuple[Reason, ...]:
     """The assembly mode where it is not the machine's own, of a cube that can be reached."""
-    cube, field = design.cube, "cube.bottom_height_mm"
+    cube = design.cube
     positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, COUNT)
     margins = direct_margin(design.geometry, positions / MM_PER_M)
     if margins.min() > 0.0 or reach_excess(design.geometry, positions / MM_PER_M).max() > 0.0:
         return ()
     x, y, z = (round(float(v), 1) + 0.0 for v in positions[np.argmin(margins)])  # no -0.0
-    told = (
-        f"{field} = {cube.bottom_height_mm:g} must be higher, or the forearms longer: det S > 0, the platform above "
-        f"the elbows, is asked at every position, also at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+    message = (
+        f"det S > 0, the platform above the elbows, is asked at every position, but is {margins.min():.3g} m^3 at "
+        f"({x:.1f}, {y:.1f}, {z:.1f}) mm"
     )
-    return (Reason("cube", "assembly mode", told, field, cube.bottom_height_mm),)
+    ways = larger(BOTTOM), larger(FOREARM)
+    return (Reason("cube", "assembly mode", message, BOTTOM, cube.bottom_height_mm, ways=ways),)
 
 
 def _turning(design: Design) -> Iterator[Reason]:
     """A constraint singularity inside the cube, where no rod holds the platform against turning: a higher cube."""
-    cube, field = design.cube, "cube.bottom_height_mm"
-
-    def positions(bottom_mm: float) -> np.ndarray:
-        return sampled_mm(bottom_mm, cube.half_side_mm) / MM_PER_M
-
-    def turns_at(bottom_mm: float) -> bool:
-        """Whether the determinant of the couples that rods bear, README (48), changes its sign."""
-        rods = forearm_vectors(design.geometry, positions(bottom_mm))
-        (r1, r2, r3), (v1, v2, v3) = np.moveaxis((rods * RADIAL).sum(axis=-1), -1, 0), np.moveaxis(rods[..., 2], -1, 0)
-        held = r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3
-        return bool(held.min() <= 0.0 <= held.max())
-
-    if not turns_at(cube.bottom_height_mm):
-        return
-    top = MM_PER_M * (design.geometry.upper_arm_length + design.geometry.forearm_length)
-    bad, bound = cube.bottom_height_mm, None
-    for bottom in np.linspace(cube.bottom_height_mm, top, HEIGHTS)[1:].tolist():
-        if reach_excess(design.geometry, positions(bottom)).max() > 0.0:
-            break
-        if not turns_at(bottom):
-            bound = border(lambda mm: not turns_at(mm), bad, bottom)
-            break
-        bad = bottom
-    asked = "another cube" if bound is None else f"at least {up(bound)} mm"
-    told = f"{field} = {cube.bottom_height_mm:g} must be {asked}: somewhere in it rods let the platform turn"
-    yield Reason("platform", "turning", told, field, cube.bottom_height_mm, bound)
+    cube = design.cube
+    rods = forearm_vectors(design.geometry, sampled_mm(cube.bottom_height_mm, cube.half_side_mm) / MM_PER_M)
+    (r1, r2, r3), (v1, v2, v3) = np.moveaxis((rods * RADIAL).sum(axis=-1), -1, 0), np.moveaxis(rods[..., 2], -1, 0)
+    held = r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3  # determinant of the couples that rods bear, README (48)
+    if held.min() <= 0.0 <= held.max():
+        message = "somewhere in the cube rods let the platform turn"
+        yield Reason("platform", "turning", message, BOTTOM, cube.bottom_height_mm)
 
 
-def _drive(design: Design) -> list[Reason]:
+def _drive(design: Design) -> Iterator[Reason]:
     """Continuous and peak torque, the cable's strength and bend."""
     drive, h = drive_torque(design), design.hardware
-    found: list[Reason] = []
     asked = (
-        ("continuous", drive.continuous_torque_N_m, drive.required_torque_N_m, "nominal_torque_N_m"),
-        ("peak", drive.peak_torque_N_m, drive.required_peak_N_m, "peak_torque_N_m"),
+        ("continuous", drive.continuous_torque_N_m, drive.required_torque_N_m),
+        ("peak", drive.peak_torque_N_m, drive.required_peak_N_m),
     )
-    for words, value, required, column in asked:
-        if value >= required:
-            continue
-        needed = required / (drive.ratio * drive.efficiency)
-        others = rows("motor", design, lambda row, c=column, n=needed: getattr(row, c) >= n and h.drive in row.drives)
-        advice, beside = f"a motor of at least {up(needed)} N m {words}{named(others)}", ()
-        lasts = words == "continuous" or design.requirements.peak_torque_N_m is None
-        least = f"requirements.{'joint' if lasts else 'peak'}_torque_N_m"
-        ratio = drive.ratio * required / value
-        highest = _ratio_most(design) if h.drive == "capstan" else 0.0
-        if ratio <= highest:
-            message = f"hardware.capstan_ratio = {h.capstan_ratio:g} must be at least {up(ratio)}, or {advice}"
-            bound, field, held = ratio, "hardware.capstan_ratio", h.capstan_ratio
-        else:
-            if highest:
-                advice += f", for hardware.capstan_ratio = {ratio:.4g} is out of reach: "
-                advice += f"at most {down(highest)} on this sector"
-            bound, field, held, beside = needed, "hardware.motor", h.motor, one("motor", others)
-            message = f"hardware.motor = {h.motor} must be {advice}"
-        told = f"{message}, or {least} at most {down(value)}: {value:.4g} of {required:.4g} N m at the joint, {words}"
-        found.append(Reason("drive", f"{words} torque", told, field, held, bound, beside, (least, value)))
+    for words, value, required in asked:
+        if value < required:
+            lasts = words == "continuous" or design.requirements.peak_torque_N_m is None
+            less = smaller(f"requirements.{'joint' if lasts else 'peak'}_torque_N_m")
+            geared = (larger(RATIO), larger(RATIO, SECTOR)) if h.drive == "capstan" else ()
+            message = f"{value:.4g} of {required:.4g} N m at the joint, {words}"
+            field, held = (RATIO, h.capstan_ratio) if geared else ("hardware.motor", h.motor)
+            yield Reason("drive", f"{words} torque", message, field, held, ways=(*geared, *another("motor"), less))
     tension, ratio, least = drive.cable_tension_N, drive.bend_ratio, drive.bend_ratio_least
     if tension is None or ratio is None or least is None:
-        return found
-    cable = catalogue.cable.chosen(h)
-    if cable.breaking_load_N < ROPE_FACTOR * tension:
-        needed = ROPE_FACTOR * tension
-        others = rows("cable", design, lambda row: row.breaking_load_N >= needed)
-        told = f"hardware.cable = {h.cable} must have a breaking load of at least {up(needed)} N{named(others)}"
-        found.append(Reason("cable", "strength", told, "hardware.cable", h.cable, needed, one("cable", others)))
+        return
+    if (safety := drive.cable_safety_factor) is not None and safety < ROPE_FACTOR:
+        message = f"a breaking load of {safety:.3g} times its tension of {tension:.4g} N; at least {ROPE_FACTOR:g}"
+        yield Reason("cable", "strength", message, "hardware.cable", h.cable, ways=(*another("cable"), larger(SECTOR)))
     if ratio < least:
-        more = (least + 1.0) / (ratio + 1.0)
-        radius, less = h.sector_radius_mm * more, h.capstan_ratio / more
-        others = rows("cable", design, lambda row: _bend(h.sector_radius_mm / h.capstan_ratio, row) >= 0.0)
-        if radius <= SECTOR_MOST_MM:
-            field, held, bound, asked = (
-                "hardware.sector_radius_mm",
-                h.sector_radius_mm,
-                radius,
-                f"at least {up(radius)} mm",
-            )
-            beside = f"capstan_ratio = {h.capstan_ratio:g}"
+        message = f"its groove on the pinion is {ratio:.4g} times as wide as the cable; at least {least:g}"
+        held, bound = h.sector_radius_mm, h.sector_radius_mm * (least + 1.0) / (ratio + 1.0)
+        ways = larger(SECTOR), smaller(RATIO), *another("cable")
+        if bound <= SECTOR_MOST_MM:
+            yield Reason("cable", "bend ratio", message, SECTOR, held, bound, ways=ways)
         else:
-            field, held, bound, asked = "hardware.capstan_ratio", h.capstan_ratio, less, f"at most {down(less)}"
-            beside = f"sector_radius_mm = {h.sector_radius_mm:g}"
-        told = (
-            f"{field} = {held:g} must be {asked}, for a bend ratio of {least:g} at {beside} and cable = {h.cable}, "
-            f"or another cable{named(others)}"
-        )
-        found.append(Reason("cable", "bend ratio", told, field, held, bound))
-    return found
-
-
-def _with_motors(design: Design, reason: Reason) -> Reason:
-    """Names the motors whose shaft is as long as a pinion's bore asks for."""
-    bound = reason.bound
-    if (reason.part, reason.feature) != ("pinion", "bore") or not isinstance(bound, float):
-        return reason
-    others = rows("motor", design, lambda row: row.shaft_length_mm >= bound and "capstan" in row.drives)
-    return replace(reason, message=f"{reason.message}{named(others)}", beside=one("motor", others))
-
-
-def _ratio_most(design: Design) -> float:
-    """Computes the largest ratio whose pinion goes round its motor's shaft."""
-    h = design.hardware
-    pinion = thinnest_pinion_mm(catalogue.motor.chosen(h), catalogue.cable.chosen(h).diameter_mm)
-    return min(h.sector_radius_mm / pinion, CAPSTAN_RATIO_MOST)
+            yield Reason("cable", "bend ratio", message, RATIO, h.capstan_ratio, ways=ways)
 
 
 def least_outline_mm(d: Dimensions) -> np.ndarray:
@@ -240,70 +210,72 @@ def _outline(d: Dimensions) -> list[Reason]:
     asked = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}
     ways = ([*zip(asked, least, strict=True)], [*zip(asked, least[::-1], strict=True)])
     best = min(ways, key=lambda way: max(float(size) - asked[name] for name, size in way))
+    inwards = smaller(ARM), smaller(BASE)
+    what = "its feet stand", "elbows and motors reach"
     return [
         Reason(
             "base_plate" if size in plate else "assembly",
             name.replace("_mm", "").replace("_", " "),
-            f"requirements.{name} = {asked[name]:g} must be at least {up(size)} mm: "
-            f"{'its feet stand' if size in plate else 'elbows and motors reach'} so far out",
+            f"{what[size not in plate]} over {up(size)} mm; at most {asked[name]:g}",
             f"requirements.{name}",
             asked[name],
             float(size),
+            ways=(*inwards, larger(f"requirements.{name}")),
         )
         for name, size in best
         if size > asked[name]
     ]
 
 
-def _cable_plane(d: Dimensions) -> list[Reason]:
+def _cable_plane(d: Dimensions, held: Held) -> Iterator[Reason]:
     """A pinion so small that its groove's own climb leaves nothing of the fleet angle to tolerances."""
     if d.capstan is None:
-        return []
+        return
     c, sector = d.capstan, d.design.hardware.sector_radius_mm
-
-    def holds_at(radius: float, ratio: float) -> bool:
-        return plane_chain(d, _scaled(c, radius, ratio), CLASSES[0]).holds
-
-    if holds_at(sector, c.ratio):
-        return []
     chain = plane_chain(d, c, CLASSES[0])
-    told = f"it leaves its plane by {chain.rss[1]:.3f} mm of {chain.high:.3f} with the finest tolerances"
-    if holds_at(sector, CAPSTAN_RATIO_LEAST):
-        field, held = "hardware.capstan_ratio", c.ratio
-        bound = border(lambda ratio: holds_at(sector, ratio), c.ratio, CAPSTAN_RATIO_LEAST)
-        message = f"{field} = {held:g} must be at most {down(bound)}, or the cable a thinner one: {told}"
-    else:
-        field, held, bound = "hardware.cable", d.design.hardware.cable, c.cable_diameter_mm
-        message = f"{field} = {held} must be one thinner than {bound:g} mm: {told}"
+    if chain.holds:
+        return
+
+    def holds_at(radius: float) -> bool:
+        return plane_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds
+
+    message = f"it leaves its plane by {chain.rss[1]:.3f} mm with the finest tolerances; at most {chain.high:.3f}"
+    found = Reason("cable", "plane", message, RATIO, c.ratio, ways=(larger(SECTOR), smaller(RATIO), *another("cable")))
+    if not plane_chain(d, _scaled(c, sector, CAPSTAN_RATIO_LEAST), CLASSES[0]).holds:
+        found = replace(found, field="hardware.cable", value=d.design.hardware.cable)
     widest = min(WIDER * sector, SECTOR_MOST_MM)
-    if holds_at(widest, c.ratio):
-        radius = border(lambda radius: holds_at(radius, c.ratio), sector, widest)
+    if held.estimated and holds_at(widest):
+        radius = _border(holds_at, sector, widest)
         if travel_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds:
-            field, held, bound = "hardware.sector_radius_mm", sector, radius
-            message = f"{field} = {held:g} must be at least {up(bound)} mm, or {message}"
-    return [Reason("cable", "plane", message, field, held, bound)]
+            found = replace(found, field=SECTOR, value=sector, bound=radius)
+    yield found
 
 
-def _cable_travel(d: Dimensions) -> list[Reason]:
+def _cable_travel(d: Dimensions, held: Held) -> Iterator[Reason]:
     """A cable so long that what it stretches and what sector and pinion are off leave its carriage no travel."""
-    if d.capstan is None:
-        return []
-    c, sector = d.capstan, d.design.hardware.sector_radius_mm
+    if d.capstan is None or travel_chain(d, d.capstan, CLASSES[0]).holds:
+        return
+    c, sector, bound = d.capstan, d.design.hardware.sector_radius_mm, None
 
     def holds_at(radius: float) -> bool:
         return travel_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds
 
-    smaller = np.linspace(sector, SECTOR_LEAST_MM, SCANNED).tolist()  # the cable is cut in steps: may hold in between
-    first = next((k for k, radius in enumerate(smaller) if holds_at(radius)), 0)
-    if not first:
-        return []
-    bound = border(holds_at, smaller[first - 1], smaller[first])
-    field = "hardware.sector_radius_mm"
-    message = (
-        f"{field} = {sector:g} must be at most {down(bound)} mm: a cable of {c.cable_length_mm:.0f} mm stretches and "
-        f"differs by more than its carriage goes"
-    )
-    return [Reason("cable", "travel", message, field, sector, bound)]
+    if held.estimated:
+        radii = np.linspace(sector, SECTOR_LEAST_MM, SCANNED).tolist()  # the cable is cut in steps: may hold in between
+        first = next((k for k, radius in enumerate(radii) if holds_at(radius)), 0)
+        if not first:
+            return
+        bound = _border(holds_at, radii[first - 1], radii[first])
+    message = f"a cable of {c.cable_length_mm:.0f} mm stretches and differs by more than its carriage goes"
+    yield Reason("cable", "travel", message, SECTOR, sector, bound, ways=(smaller(SECTOR), *another("cable")))
+
+
+def _border(holds: Callable[[float], bool], bad: float, good: float) -> float:
+    """Finds where something begins to hold between a value at which it does not and one at which it does."""
+    for _ in range(HALVINGS):
+        middle = (bad + good) / 2.0
+        bad, good = (bad, middle) if holds(middle) else (middle, good)
+    return good
 
 
 def _scaled(c: CapstanDimensions, radius_mm: float, ratio: float) -> CapstanDimensions:
@@ -314,6 +286,14 @@ def _scaled(c: CapstanDimensions, radius_mm: float, ratio: float) -> CapstanDime
     return replace(c, run=run, rim_radius_mm=c.rim_radius_mm + wider)
 
 
-def _bend(pinion_mm: float, cable: catalogue.Cable) -> float:
-    """Bend ratio of a cable on a pinion less the least of its kind."""
-    return (2.0 * pinion_mm - cable.diameter_mm) / cable.diameter_mm - BEND_LEAST_SHARE * cable.min_bend_ratio
+MODE, PARTS = "assembly mode", "dimensions"
+ALONE: dict[str, Callable[[Design], Iterable[Reason]]] = {"turning": _turning, "drive": _drive}
+"""Forms that need no dimensions of parts."""
+FORMS: dict[str, Form] = {
+    "outline": lambda d, _: _outline(d),
+    "cable plane": _cable_plane,
+    "cable travel": _cable_travel,
+    **{name: lambda d, held, form=form: form(d, held.margin_mm, held.estimated) for name, form in PASSING.items()},
+    "overloads": lambda d, held: overloads(d, held.weighed, held.estimated),
+}
+"""Forms of a machine that has dimensions, in the order in which reasons are listed."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from delta_cad.commands.inspection import inspection
 from delta_cad.design import Design, design_from_dict, design_schema, load_design
 from delta_cad.mechanism.workspace import Cube, cube_extremes
 from delta_cad.structure.hardware.refusals import refusals
-from tests.committed import BEST, DATA, PUBLISHED, changed
+from tests.committed import BEST, DATA, PUBLISHED, ROOT, changed
 
 COMMANDS = ("build", "check", "drawings", "inspect")
 
@@ -254,24 +255,54 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     assert lines[0].startswith("thin.json: pinion, wall: ")
     assert "hardware.capstan_ratio = 11.5 must be at most 10.99" in lines[0]
     for reason in (
-        "hardware.platform_thickness_mm = 9 must be at least 10 mm",
-        "hardware.sector_radius_mm = 38.7 must be at least 52.79 mm",
+        "hardware.platform_thickness_mm = 9 must be at least 10",
+        "hardware.sector_radius_mm = 38.7 must be at least 52.79",
     ):
         assert sum(reason in line for line in lines) == 1
-    assert any(line.startswith("thin.json: then assembly, envelope depth: ") for line in lines[:-1])
-    assert lines[-1].startswith("thin.json: together hardware.capstan_ratio = ")
+    assert "--suggest FILE" in lines[-1]
     assert not (tmp_path / "out").exists()
-    assert main([command, "--design", str(file), "--json", *rest]) == 2
-    record = json.loads(capsys.readouterr().out)
-    assert record["passed"] is False
-    fields = {reason["field"]: (reason["value"], reason["bound"]) for reason in record["refused"]}
-    assert fields["hardware.platform_thickness_mm"] == (9.0, 10.0)
-    assert fields["hardware.capstan_ratio"][1] == pytest.approx(38.7 / (2.5 + 0.75 + 0.27))
-    told = json.loads(file.read_text())
-    for field, value in record["together"].items():
-        where, _, name = field.partition(".")
-        told[where][name] = value
-    assert not refusals(design_from_dict(told))
+
+
+@pytest.mark.parametrize("command", ["build", "check", "inspect"])
+def test_a_suggestion_is_a_design_that_nothing_refuses_with_the_requirements_of_the_first(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, better = tmp_path / "thin.json", tmp_path / "better.json"
+    data = changed(hardware__platform_thickness_mm=9.0)
+    file.write_text(json.dumps(data))
+    arguments = [command, "--design", str(file), "--suggest", str(better), "--json"]
+    assert main(arguments) == (0 if command == "inspect" else 2)
+    told = capsys.readouterr()
+    record = json.loads(told.out)
+    assert record["suggested"]["values"] == {"hardware.platform_thickness_mm": 10.0}
+    assert record["suggested"]["was"] == {"hardware.platform_thickness_mm": 9.0}
+    (reason,) = record["refused"]
+    assert (reason["part"], reason["feature"]) == ("platform", "wrist boss")
+    assert {
+        "was": {"hardware.platform_thickness_mm": 9.0},
+        "enough": {"hardware.platform_thickness_mm": 10.0},
+        "requirement": False,
+    } in reason["changes"]
+    assert "better.json: hardware.platform_thickness_mm = 10 (was 9)" in told.err
+    design = load_design(better)
+    assert refusals(design) == ()
+    assert design.requirements == design_from_dict(data).requirements
+    assert design.cube == design_from_dict(data).cube
+    text = better.read_text()
+    assert main(arguments) == 2  # it is there now
+    assert "better.json: exists" in capsys.readouterr().err
+    assert better.read_text() == text
+
+
+def test_a_suggestion_of_a_machine_of_own_parts_finds_them_from_its_own_folder(tmp_path: Path) -> None:
+    given = json.loads((ROOT / "examples" / "synthesized.json").read_text())
+    given["hardware"] |= {"catalogue": "my-parts", "platform_thickness_mm": 9.0}
+    shutil.copytree(ROOT / "examples" / "my-parts", tmp_path / "a" / "my-parts")
+    (tmp_path / "b").mkdir()
+    (tmp_path / "a" / "thin.json").write_text(json.dumps(given))
+    asked = ["check", "--design", str(tmp_path / "a" / "thin.json"), "--suggest", str(tmp_path / "b" / "better.json")]
+    assert main(asked) == 2
+    assert load_design(tmp_path / "b" / "better.json").hardware.catalogue == "../a/my-parts"
 
 
 def test_inspect_tells_why_no_machine_can_be_built_beside_the_mechanism_s_figures(
@@ -283,8 +314,8 @@ def test_inspect_tells_why_no_machine_can_be_built_beside_the_mechanism_s_figure
     told = capsys.readouterr()
     record = json.loads(told.out)
     assert {row["quantity"] for row in record["rows"]} >= {"kappa", "cube side 2 L"}
-    assert [reason["field"] for reason in record["refused"]] == ["hardware.platform_thickness_mm"]
-    assert told.err.startswith("thin.json: no build: platform, wrist boss: hardware.platform_thickness_mm = 9 must be")
+    assert [(one["part"], one["feature"]) for one in record["refused"]] == [("platform", "wrist boss")]
+    assert told.err.startswith("thin.json: no build: platform, wrist boss: ")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

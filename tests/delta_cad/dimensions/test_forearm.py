@@ -187,7 +187,7 @@ def test_springs_are_within_their_own_length(best_dimensions: Dimensions) -> Non
 def test_beyond_the_strongest_spring_none_is_chosen_at_any_width_and_below_it_one_is() -> None:
     most, widths = force_most_N(), np.linspace(5.0, 200.0, 1951).tolist()
     for width in widths:
-        with pytest.raises(DimensionError, match=r"must be at most 42\.6 N: springs must give .* strongest 44\.8$"):
+        with pytest.raises(DimensionError, match=r"springs must give .* strongest give 44\.8$"):
             chosen_spring(width, 3.0, 1.001 * most)
 
     def fits(width: float) -> bool:
@@ -203,7 +203,7 @@ def test_a_cross_bar_that_its_boss_does_not_leave_free_is_refused_with_its_bound
     """By hand: 7.1 mm of stand-off at either end, and 1 mm beside the boss."""
     tube, arm = catalogue.tube("cfrp-5x3"), best_dimensions.arm
     forearm_dimensions(120.0, 54.0, 8.0, 37.8 - 1e-9, arm, 0.8, tube, 3.0, 28.0, 2.0)
-    with pytest.raises(DimensionError, match=r"^cross_bar, length: parallelogram_width_mm = 54 .* 54\.2 mm$"):
+    with pytest.raises(DimensionError, match=r"^cross_bar, length: 54 mm .* 54\.2 mm$"):
         forearm_dimensions(120.0, 54.0, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0)
 
 
@@ -214,7 +214,7 @@ def test_a_cross_bar_is_bonded_over_its_boss_and_not_at_its_cones(best_dimension
     made = forearm_dimensions(120.0, least, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0, 9.0)
     assert made.cone_mm == pytest.approx(1.45)
     assert made.bar_length_mm - 2 * made.cone_mm == pytest.approx(38.0)
-    with pytest.raises(DimensionError, match=r"^cross_bar, length: .* must be at least 55\.1 mm$"):
+    with pytest.raises(DimensionError, match=r"^cross_bar, length: .*; at least 55\.1 mm$"):
         forearm_dimensions(120.0, least - 0.01, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0, 9.0)
 
 

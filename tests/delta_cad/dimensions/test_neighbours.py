@@ -62,7 +62,7 @@ def test_an_arm_that_is_too_short_is_long_enough_where_it_swings_no_lower_than_i
     def asked(low: float) -> None:
         require_room_for_boss(short, d.bracket, (low, high), d.layers, (*half, BOARD_EDGE_MM))
 
-    with pytest.raises(DimensionError, match="swing no lower than") as refused:
+    with pytest.raises(DimensionError) as refused:
         asked(d.extremes.shoulder_min.value)
     told = refused.value.reasons[0].instead
     assert told is not None

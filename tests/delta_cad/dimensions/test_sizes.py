@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -116,12 +117,11 @@ def test_machines_of_40_150_and_250_mm_are_not_refused() -> None:
     assert refusals(made("large-250", LARGE)) == ()
 
 
-def test_a_cube_of_250_mm_at_30_N_is_refused_with_all_that_would_do() -> None:
+def test_a_cube_of_250_mm_at_30_N_is_refused_at_once() -> None:
     """No motor of the catalogue gives 13 N m at such a ratio: told at once beside all that it would overload."""
     start = process_time()
-    found = {reason.field: reason for reason in refusals(made("large-250", LARGE, force_N=30.0, joint_torque_N_m=13.0))}
+    found = {
+        reason.feature: reason for reason in refusals(made("large-250", LARGE, force_N=30.0, joint_torque_N_m=13.0))
+    }
     assert process_time() - start < 3.0  # a third of it here; the bound is for a machine that is shared
-    motor = found["hardware.motor"]
-    assert motor.bound == pytest.approx(13.0 / (0.96 * 11.0))
-    assert "1.232 N m" in motor.message
-    assert f"{13.0 / (0.96 * 0.405):.4g} is out of reach" in motor.message
+    assert re.search(r"of 13 N m at the joint, continuous$", found["continuous torque"].message)

@@ -1,0 +1,148 @@
+"""Thresholds are the borders of refusals themselves, and suggestions are refused nothing."""
+
+from __future__ import annotations
+
+from math import floor, log10
+
+import pytest
+
+from delta_cad.design import Design, design_from_dict, design_to_dict
+from delta_cad.dimensions.rules import Way, larger
+from delta_cad.structure.hardware.refusals import Judged, refusals
+from delta_cad.structure.hardware.suggestion import _Search, suggestion
+from delta_cad.structure.hardware.thresholds import Threshold, along, changed, least, refused
+from tests.committed import changed as spoiled
+from tests.delta_cad.structure.hardware.broken import broken, ended, enough, of_family
+
+
+@pytest.mark.parametrize("border", [30.748, 30.0, 27.19, 60.0, 81.0])
+def test_the_least_value_is_found_to_a_unit_of_its_fourth_digit(border: float) -> None:
+    found = least(lambda value: value >= border, 27.182, True)
+    assert found is not None
+    assert border <= found < border + 0.01
+
+
+@pytest.mark.parametrize("border", [26.9, 20.004, 14.0])
+def test_the_largest_value_is_found_on_the_other_side(border: float) -> None:
+    found = least(lambda value: value <= border, 27.182, False)
+    assert found is not None
+    assert border - 0.01 < found <= border
+
+
+def test_a_value_beyond_the_steps_or_behind_what_cannot_be_judged_is_not_stated() -> None:
+    assert least(lambda value: value >= 100.0, 27.182, True) is None
+    assert least(lambda value: True if value >= 30.0 else None, 27.182, True) is None
+
+
+def test_a_value_is_judged_as_it_is_written() -> None:
+    """No value is judged that has more digits than are printed."""
+    judged = list[float]()
+    least(lambda value: judged.append(value) or value >= 30.748, 27.182, True)
+    assert judged
+    assert all(float(f"{value:.4g}") == value for value in judged)
+
+
+def test_radii_move_by_the_same_length_and_sector_and_ratio_by_the_same_share() -> None:
+    design = of_family("best.json")
+    m, h = design.mechanism, design.hardware
+    both = along(design, larger("mechanism.base_radius_mm", "mechanism.platform_radius_mm"), m.base_radius_mm + 1.5)
+    assert both["mechanism.platform_radius_mm"] == pytest.approx(m.platform_radius_mm + 1.5)
+    wheels = along(design, larger("hardware.sector_radius_mm", "hardware.capstan_ratio"), 1.1 * h.sector_radius_mm)
+    assert wheels["hardware.capstan_ratio"] == pytest.approx(1.1 * h.capstan_ratio, rel=1e-4)
+
+
+def keys(design: Design | None, form: str) -> set[tuple[str, str]]:
+    """What one form says of a design, judged anew."""
+    assert design is not None
+    found = Judged(design).of(form)
+    assert found is not None
+    return {one.key for one in found}
+
+
+def nearer(design: Design, one: Threshold) -> dict[str, float | str]:
+    """The values of a change one unit of the fourth digit nearer to the design's own, or these."""
+    field, value = next(iter(one.enough.items()))
+    own, found = float(one.own[field]), value
+    assert isinstance(found, float)
+    unit = 10.0 ** (floor(log10(abs(own))) - 3)
+    just = found - unit if found > own else found + unit
+    return along(design, Way(tuple(one.enough)), just if (just - own) * (found - own) > 0.0 else own)
+
+
+@pytest.mark.quick(10)
+@pytest.mark.parametrize("number", range(200))
+def test_just_below_each_threshold_the_reason_is_there_and_at_it_it_is_gone(number: int) -> None:
+    design = broken(number)
+    forms = {one.key: form for form, found in Judged(design).forms() for one in found}
+    found = list(refused(design))
+    assert {one.reason.key for one in found} == set(forms)
+    for one in found:
+        key, form = one.reason.key, forms[one.reason.key]
+        for change in one.thresholds:
+            gone = dict[str, float | str]()
+            for field, value in change.enough.items():
+                if isinstance(value, tuple):
+                    assert all(key not in keys(changed(design, {field: row}), form) for row in value)
+                else:
+                    gone[field] = value
+            if gone:
+                assert key not in keys(changed(design, gone), form), str(one)
+                assert key in keys(changed(design, nearer(design, change)), form), str(one)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(200))
+def test_a_suggestion_is_refused_nothing_and_asks_for_nothing_less(number: int) -> None:
+    design = broken(number)
+    found = suggestion(design)
+    if found is None:
+        return  # that is said, and nothing is written
+    assert refusals(found.design) == ()
+    assert found.values
+    again = design_from_dict(design_to_dict(found.design))
+    assert (again.requirements, again.panel) == (design.requirements, design.panel)
+    assert again.cube.half_side_mm == design.cube.half_side_mm
+
+
+def test_both_radii_4_mm_too_short_are_suggested_4_mm_longer() -> None:
+    """Bisection on the refusals by hand found 30.7 mm for the base alone, and 3.92 mm for both of `best.json`.
+
+    Its own radii are the smallest: 0.1 mm more hold the margin that solids take.
+    """
+    best = of_family("best.json")
+    m = best.mechanism
+    short = changed(
+        best,
+        {
+            "mechanism.base_radius_mm": m.base_radius_mm - 4.0,
+            "mechanism.platform_radius_mm": m.platform_radius_mm - 4.0,
+        },
+    )
+    assert short is not None
+    bases = [enough(one, "mechanism.base_radius_mm") for one in refused(short) if one.reason.feature != "wrists"]
+    assert max(bases) == pytest.approx(30.7, abs=0.06)
+    found = suggestion(short)
+    assert found is not None
+    assert set(found.values) == {"mechanism.base_radius_mm", "mechanism.platform_radius_mm"}
+    assert found.design.mechanism.base_radius_mm == pytest.approx(m.base_radius_mm, abs=0.2)
+    assert found.design.mechanism.platform_radius_mm == pytest.approx(m.platform_radius_mm, abs=0.2)
+    assert refusals(found.design) == ()
+
+
+def test_a_suggestion_is_the_smallest_in_each_of_its_fields() -> None:
+    """One unit of the last digit nearer to the refused design something refuses it."""
+    design = design_from_dict(spoiled(hardware__platform_thickness_mm=9.0))
+    search = _Search(design, margin=True)
+    values = search.found()
+    assert values
+    for field, value in values.items():
+        own = float(search.own(field))
+        unit = 10.0 ** (floor(log10(abs(float(value)))) - 3)
+        closer = float(value) - unit if float(value) > own else float(value) + unit
+        assert search.reasons({**values, field: round(closer, 6)})
+
+
+def test_a_requirement_that_would_have_to_change_is_said_to_be_one() -> None:
+    design = design_from_dict(spoiled(requirements__joint_torque_N_m=0.9, requirements__peak_torque_N_m=0.9))
+    lines = [f"{one}" for one in ended(design).values()]
+    assert any("where the requirement may change, requirements." in line for line in lines)
