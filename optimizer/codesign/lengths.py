@@ -153,6 +153,7 @@ def posed(
         },
         "bounds_mm": bounds,
         "limits": asked,
+        "hardware": {"ball_diameter_mm": ball},
         "inertia": {
             "carried_mass_kg": inertia.carried_mass,
             "elbow_mass_kg": inertia.elbow_mass,

@@ -19,8 +19,9 @@ from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInert
 from delta_cad.mechanism.limits.friction import Friction, HandleFriction
 from delta_cad.mechanism.limits.holding_torque import HeldMasses, HoldingTorque
 from delta_cad.mechanism.limits.kappa import Kappa
+from delta_cad.mechanism.limits.lengths.elbow_outside import ElbowOutside
 from delta_cad.mechanism.limits.lengths.outline import Outline
-from delta_cad.mechanism.limits.lengths.wrist_clearance import WristClearance
+from delta_cad.mechanism.limits.lengths.wrist_clearance import BallClearance, WristClearance
 from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, Limit, PoseLimit, Values
 from delta_cad.mechanism.limits.position_step import PositionStep
 from delta_cad.mechanism.limits.reach import Reach
@@ -43,6 +44,8 @@ LIMITS: tuple[type[Limit], ...] = (
     PositionStep,
     CoupleIndex,
     WristClearance,
+    BallClearance,
+    ElbowOutside,
 )
 """All there are, in the order in which they are tested and told."""
 
@@ -151,10 +154,12 @@ __all__ = [
     "LIMITS",
     "POSE_LIMITS",
     "AssemblyMode",
+    "BallClearance",
     "CoupleIndex",
     "DesignBounds",
     "EffectiveMass",
     "ElbowAngle",
+    "ElbowOutside",
     "Field",
     "FigureOfMerit",
     "Friction",
