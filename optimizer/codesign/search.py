@@ -14,7 +14,8 @@ from delta_cad.dimensions import CLEARANCE_MOST_MM, DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, hung, refused, rubbed, weigh, worst_torque
-from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, hopeless, motor_of, neighbours, ratios_of
+from optimizer.codesign.choice import SMALL, WIDTHS, Choice, cheapest, drives, hopeless, motor_of, neighbours, ratios_of
+from optimizer.codesign.exclusion import excluded
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
@@ -35,7 +36,6 @@ from optimizer.codesign.learning import (
 )
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import TORQUE_SPARE, TORQUE_SPARE_N_M, WEIGHED_AGAIN, Held, Lessons, Weighed
-from optimizer.codesign.price import cheapest
 from optimizer.codesign.tried import Posed, Tried
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -140,6 +140,9 @@ class Search:
         found: list[tuple[float, Choice]] = []
         failed: list[Choice] = []
         known: Lengths | None = None  # of another motor: a place to begin from
+        if told := excluded(self.brief, self.stop):
+            self.tried.stuck["all hardware"] = told
+            return found
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
         for motor, drive in sorted(drives(self.brief), key=self._unlikely):
             ratios = self._first_ratios(drive)

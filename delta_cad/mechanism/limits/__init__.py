@@ -31,6 +31,8 @@ Kind = TypeVar("Kind", bound=PoseLimit)
 
 LIMITS: tuple[type[Limit], ...] = (
     Outline,
+    ElbowOutside,
+    BallClearance,
     Reach,
     AssemblyMode,
     Torque,
@@ -44,8 +46,6 @@ LIMITS: tuple[type[Limit], ...] = (
     PositionStep,
     CoupleIndex,
     WristClearance,
-    BallClearance,
-    ElbowOutside,
 )
 """All there are, in the order in which they are tested and told."""
 

@@ -155,13 +155,11 @@ def _of_bound(bound: Bound) -> list[str]:
     return [
         "## What none exceeds",
         "",
-        f"No machine of this family has a cube of more than {bound.side_mm:.2f} mm, {100.0 * bound.gap:.2g} % more. "
-        "That is proved for every motor, ratio and length that the requirements allow, "
-        f"in {bound.intervals} intervals. What lies between:",
+        f"{bound.statement} What lies between:",
         "",
         *(f"- {part:.2f} mm: {what}" for what, part in bound.losses),
         "",
-        "Its machines have",
+        "Those machines also have",
         "",
         *(f"- {line}" for line in bound.family),
         "",

@@ -14,10 +14,9 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.cost.cost import machine_cost
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice
+from optimizer.codesign.choice import Choice, cheapest, price_EUR
 from optimizer.codesign.lengths import best_lengths
 from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.price import cheapest, price_EUR
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import changed

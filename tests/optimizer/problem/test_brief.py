@@ -318,21 +318,6 @@ REFUSED: list[tuple[dict[str, Any], list[str]]] = [
     ({"requirements": CUBE, "feel": {"kappa_max": 0.5}}, ["feel.kappa_max = 0.5: 1 1e+06"]),
     ({"requirements": CUBE, "feel": {"friction_max_N": 0}}, ["feel.friction_max_N = 0: 0 100"]),
     ({"requirements": CUBE, "feel": {"position_step_max_mm": True}}, ["feel.position_step_max_mm = true: 0 5"]),
-    (
-        {"requirements": {"envelope_width_mm": 0.27, "envelope_depth_mm": 0.22}},  # metres
-        ["requirements.envelope_width_mm = 0.27: 50 5000 m 270", "requirements.envelope_depth_mm = 0.22: 50 m 220"],
-    ),
-    ({"requirements": {"envelope_width_mm": 27, "envelope_depth_mm": 220}}, ["envelope_width_mm = 27: 50 cm 270"]),
-    ({"requirements": {"cube_side_mm": 0.075}}, ["requirements.cube_side_mm = 0.075: 1 m 75"]),
-    ({"requirements": CUBE, "feel": {"effective_mass_max_kg": 400}}, ["feel.effective_mass_max_kg = 400: 50 g 0.4"]),
-    ({"requirements": CUBE, "feel": {"friction_max_N": 700}}, ["feel.friction_max_N = 700: 100 mN 0.7"]),
-    ({"requirements": CUBE, "feel": {"stiffness_min_N_mm": 8000}}, ["feel.stiffness_min_N_mm = 8000: 1000 N/m 8"]),
-    ({"requirements": CUBE, "feel": {"position_step_max_mm": 50}}, ["feel.position_step_max_mm = 50: 5 um 0.05"]),
-    ({"requirements": CUBE | {"joint_torque_N_m": 400}}, ["requirements.joint_torque_N_m = 400: 100 mN m 0.4"]),
-    (
-        {"requirements": CUBE, "hardware": {"motor": "maxon-ec45"}},
-        ['hardware.motor = "maxon-ec45": did you mean maxon-ec45flat-411812'],
-    ),
     ({"requirements": CUBE, "bounds_mm": {"base_radius": [3, 2]}}, ["bounds_mm.base_radius = [3.0, 2.0]: "]),
     (
         {"requirements": CUBE, "bounds_mm": {"half_side": [0, 0]}},
