@@ -132,7 +132,8 @@ def allowed_drives(brief: DesignBrief) -> str:
     low, high = ratios_of(brief)
     ratios = f" of {low:g}:1" + (f" to {high:g}:1" if high > low else "")
     named = {"capstan": f"a capstan{ratios}", "direct": "a direct drive"}
-    motors = " or ".join(brief.choices["motor"]) if "motor" in brief.hardware else "any motor of the catalogue"
+    every = f"any motor of the catalogue{' or of own parts' if brief.own_parts else ''}"
+    motors = " or ".join(brief.choices["motor"]) if "motor" in brief.hardware else every
     return f"{motors} with {' or '.join(named[drive] for drive in brief.choices['drive'])}"
 
 

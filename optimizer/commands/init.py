@@ -15,7 +15,7 @@ TEXT = "write a commented requirements file to start from"
 PRESETS = {
     "dashboard": "the largest cube within 270 x 220 mm, 3 N",
     "desktop": "a cube of 150 mm, 10 N",
-    "pocket": "a cube of 40 mm, 1 N",
+    "pocket": "a cube of 40 mm, 3 N",
     "large": "a cube of 250 mm, 3 N",
 }
 FOLDER = Path(__file__).with_name("presets")

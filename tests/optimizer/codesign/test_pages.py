@@ -72,7 +72,7 @@ def test_it_says_what_binds_what_limits_cost_and_what_is_proved_and_runs_nothing
     assert next(e.attributes["href"] for e in found.all("a")) == "report.html"
     family = ("120 degrees, the cube on their axis", "50 mm wide", "30.74 mm", "9.8 and 12.9 mm", "small motors")
     assert all(words in found.one("tried").text for words in (*family, "kept limits", "alike"))
-    assert all(words not in page(POSED, None).one("tried").text for words in (*family, "no machine"))
+    assert all(words not in page(POSED, None).one("tried").text for words in (family[0], "no machine"))
 
 
 def test_where_nothing_failed_no_lesson_is_announced() -> None:
