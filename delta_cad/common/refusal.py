@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+import operator
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
+PREFIX = 3  # letters from which on the beginning of a name stands for it
+_PARTS = re.compile(r"[^\W_]+")
 LONGEST = 200  # characters of a field's path in a message; those of our files have forty
 
 
@@ -50,20 +55,58 @@ class RefusedError(ValueError):
         super().__init__(printable(": ".join(part for part in (file, what, allowed) if part)))
 
 
-def meant(word: str, known: Iterable[str]) -> str:
+def meant(word: str, known: Iterable[str], whole: bool = False) -> str:
     """Finds the known name that a wrong one was probably meant to be.
+
+    Names are compared part by part: each part of the word that distinguishes names must be, up to a few edits or what
+    is left out at its end, in the name. What most names share, such as a unit or a maker, distinguishes none.
 
     Args:
         word: The wrong name.
         known: All right ones.
+        whole: Whether the shared parts must be in the name, too.
 
     Returns:
         The closest; "" where none is close.
     """
-    from difflib import get_close_matches  # only where something is wrong
+    word, names = word[:LONGEST], list(dict.fromkeys(known))
+    parts = {name: _PARTS.findall(name.lower()) for name in names}
+    counted = Counter(part for each in parts.values() for part in set(each))
+    every = _PARTS.findall(word.lower())
+    own = every if whole else [part for part in every if counted[part] < 2] or every
+    joined = "".join(every)
 
-    found = get_close_matches(word[:LONGEST], list(known), n=1, cutoff=0.6)
-    return found[0] if found else ""
+    def distance(name: str) -> float:
+        letters = "".join(parts[name])
+        if (joined in letters and len(joined) >= PREFIX) or _apart(joined, letters, 6) < math.inf:
+            return 0.0
+        return sum(min((_apart(part, other) for other in parts[name]), default=math.inf) for part in own)
+
+    apart = {name: distance(name) for name in names} if every else {}
+    close = [name for name in apart if apart[name] < math.inf]
+    return min(close, key=lambda name: (apart[name], _edits(word, name)), default="")
+
+
+def _apart(part: str, other: str, letters: int = 3) -> float:
+    """Distance of two parts of names; infinite where it is more than one edit in so many letters."""
+    if len(part) >= PREFIX and other.startswith(part):
+        return 0.5 * (part != other)
+    most = len(part) // letters
+    edits = _edits(part, other) if abs(len(part) - len(other)) <= most else math.inf
+    return edits if edits <= most else math.inf
+
+
+def _edits(a: str, b: str) -> int:
+    """Counts the letters to change, insert, leave out or exchange with the next, to make a text of another."""
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a):
+        older, before, row = before, row, [i + 1]
+        for j, y in enumerate(b):
+            row.append(min(before[j + 1] + 1, row[j] + 1, before[j] + (x != y)))
+            if i and j and x == b[j - 1] and y == a[i - 1]:
+                row[-1] = min(row[-1], older[j - 1] + 1)
+    return row[-1]
 
 
 def unknown_key(word: str, known: Iterable[str], elsewhere: Iterable[str] = ()) -> str:
@@ -79,7 +122,8 @@ def unknown_key(word: str, known: Iterable[str], elsewhere: Iterable[str] = ()) 
     """
     names, other = list(known), list(elsewhere)
     found = next((name for name in other if name.rpartition(".")[2] == word), "")
-    found = found or meant(word, names) or meant(word, other)
+    last = {name.rpartition(".")[2]: name for name in reversed(other)}
+    found = found or meant(word, names) or last.get(meant(word, last, whole=True), "")
     hint = f"did you mean {found}? " if found else ""
     return f"unknown key; {hint}known here: {', '.join(names)}"
 
@@ -121,11 +165,21 @@ def _not_finite(data: object) -> tuple[str, float] | None:
     return None
 
 
+_SIGNS = {"gt": (">", operator.gt), "ge": (">=", operator.ge), "lt": ("<", operator.lt), "le": ("<=", operator.le)}
+
+
 def bounds_of(metadata: list[Any]) -> str:
     """Gives the bounds of a declared number, such as "> 0 and <= 100"; "" where it has none."""
-    bounds = []
+    return " and ".join(f"{sign} {bound:g}" for sign, _, bound in _bounds(metadata))
+
+
+def within(metadata: list[Any], value: float) -> bool:
+    """Decides whether a number is within the bounds of a declared one."""
+    return all(holds(value, bound) for _, holds, bound in _bounds(metadata))
+
+
+def _bounds(metadata: list[Any]) -> Iterator[tuple[str, Callable[[float, float], bool], float]]:
     for item in metadata:
-        for sign, attribute in ((">", "gt"), (">=", "ge"), ("<", "lt"), ("<=", "le")):
-            if getattr(item, attribute, None) is not None:
-                bounds.append(f"{sign} {getattr(item, attribute):g}")
-    return " and ".join(bounds)
+        for attribute, (sign, holds) in _SIGNS.items():
+            if (bound := getattr(item, attribute, None)) is not None:
+                yield sign, holds, bound

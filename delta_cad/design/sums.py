@@ -1,8 +1,9 @@
 """Closed-form conditions between the numbers of a design that no build can mend, each naming a field and its bound.
 
-They are necessary, not sufficient: reach over the whole cube is proven elsewhere. With a = R - r and, for chain i,
-u and v the radial and tangential coordinates of the platform, its wrist lies at v out of the plane in which the upper
-arm turns and at rho = |(u - a, z)| from the shoulder axis in it. The forearm closes the chain if and only if
+Those that the variables of a synthesis can break are limits of `delta_cad.mechanism.limits`, which a search asks by the
+same margin. They are necessary, not sufficient: reach over the whole cube is proven elsewhere. With a = R - r and, for
+chain i, u and v the radial and tangential coordinates of the platform, its wrist lies at v out of the plane in which
+the upper arm turns and at rho = |(u - a, z)| from the shoulder axis in it. The forearm closes the chain if and only if
 `v^2 + (rho - L_A)^2 <= L_B^2 <= v^2 + (rho + L_A)^2`, which is eq. (7) of [RCIM2018] factored.
 """
 
@@ -12,8 +13,16 @@ from itertools import product
 from math import cos, hypot, radians, sin, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from delta_cad import catalogue
-from delta_cad.design.record import Design
+from delta_cad.design.record import Design, Hardware
+from delta_cad.mechanism.limits import BallClearance, ElbowOutside, Limit
+
+SLACK = 1e-12
+"""Share within which a reach is met: what lies exactly at it carries a few roundings of 1e-16."""
+MET = -1e-9
+"""Margin of a limit at which it is met, as a search ends with it: `optimizer.search.active_set.ROUNDING`."""
 
 
 class Contradiction(NamedTuple):
@@ -32,10 +41,11 @@ def impossible_sums(design: Design, kinematics: bool = False) -> list[Contradict
         design: The design.
         kinematics: Whether to leave out what needs its hardware.
     """
-    conditions = [_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner]
+    conditions = (_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner)
+    found = [condition(design) for condition in conditions]
     if not kinematics:
-        conditions += [_clashing_wrists, _pinion, _panel]
-    return [fault for condition in conditions if (fault := condition(design)) is not None]
+        found += [_clashing_wrists(design), impossible_pinion(design.hardware), _panel(design)]
+    return [fault for fault in found if fault is not None]
 
 
 def _shoulder_range(design: Design) -> Contradiction | None:
@@ -58,16 +68,25 @@ def _peaks(design: Design) -> Contradiction | None:
 
 
 def _platform_size(design: Design) -> Contradiction | None:
+    if _margin(design, ElbowOutside()) >= MET:
+        return None
     m = design.mechanism
     bound = m.base_radius_mm + m.upper_arm_length_mm
-    if m.platform_radius_mm < bound:
-        return None
     return Contradiction(
         "mechanism.platform_radius_mm",
         m.platform_radius_mm,
         f"must be < {bound:g} mm, base_radius_mm + upper_arm_length_mm, or no elbow can stand outside its wrist",
         bound,
     )
+
+
+def _margin(design: Design, limit: Limit) -> float:
+    """The margin of a limit that a closed form of the lengths decides, without unit."""
+    m, cube = design.mechanism, design.cube
+    lengths = m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm
+    found = limit.design_margin(np.array([[*lengths, cube.bottom_height_mm, cube.half_side_mm]]).T)
+    assert found is not None
+    return float(found[0])
 
 
 def _fold(design: Design) -> Contradiction | None:
@@ -77,7 +96,7 @@ def _fold(design: Design) -> Contradiction | None:
     u = max(-cube.half_side_mm, min(cube.half_side_mm, a))
     stretch = abs(m.forearm_length_mm - m.upper_arm_length_mm)
     bound = sqrt(max(0.0, stretch**2 - (u - a) ** 2))
-    if cube.bottom_height_mm >= bound:
+    if cube.bottom_height_mm >= bound - SLACK * (m.upper_arm_length_mm + m.forearm_length_mm):
         return None
     return Contradiction(
         "cube.bottom_height_mm",
@@ -99,8 +118,7 @@ def _farthest_corner(design: Design) -> Contradiction | None:
         rho = hypot(u - a, z)
         low = max(low, (hypot(v, rho - arm), i, (x, y, z)))
         high = min(high, (hypot(v, rho + arm), i, (x, y, z)))
-    # a corner exactly at the edge of reach is allowed: the bounds carry a few roundings of 1e-16 relative
-    slack = 1e-12 * (arm + m.forearm_length_mm)
+    slack = SLACK * (arm + m.forearm_length_mm)
     if m.forearm_length_mm < low[0] - slack:
         sign, (bound, chain, corner) = ">=", low
     elif m.forearm_length_mm > high[0] + slack:
@@ -117,22 +135,26 @@ def _farthest_corner(design: Design) -> Contradiction | None:
 
 
 def _clashing_wrists(design: Design) -> Contradiction | None:
-    """Neighbouring chains' nearest wrists are sqrt(3) r - L_c / 2 apart; their balls must fit between the centres."""
-    m, ball = design.mechanism, design.hardware.ball_diameter_mm
-    bound = 2.0 * sqrt(3.0) * m.platform_radius_mm - 2.0 * ball
-    if m.parallelogram_width_mm < bound:
+    """The balls of neighbouring chains must fit between their centres at the platform."""
+    m = design.mechanism
+    limit = BallClearance(0.0, design.hardware.ball_diameter_mm, m.parallelogram_width_mm)
+    if _margin(design, limit) >= MET:
         return None
+    bound = limit.width_max_mm(m.platform_radius_mm)
     return Contradiction(
         "mechanism.parallelogram_width_mm",
         m.parallelogram_width_mm,
-        f"must be < {bound:.6g} mm, or the balls of neighbouring chains meet at the platform",
+        f"must be <= {bound:.6g} mm, or the balls of neighbouring chains meet at the platform",
         bound,
     )
 
 
-def _pinion(design: Design) -> Contradiction | None:
-    """The cable groove of the pinion must leave metal around the motor's shaft."""
-    h = design.hardware
+def impossible_pinion(h: Hardware) -> Contradiction | None:
+    """Finds a capstan whose pinion has no metal left between its cable's groove and the motor's shaft.
+
+    Args:
+        h: The hardware of a design.
+    """
     if h.drive != "capstan":
         return None
     shaft = catalogue.motor.chosen(h).shaft_diameter_mm

@@ -28,8 +28,8 @@ class Section(BaseModel):
 class Task(Section):
     """What the customer asks for: table `[requirements]`."""
 
-    envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
-    envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
+    envelope_width_mm: float = Field(ge=10, le=5000, description="W of the horizontal outline; may be turned")
+    envelope_depth_mm: float = Field(ge=10, le=5000, description="D of the horizontal outline; may be turned")
     force_N: float = Field(ge=LEAST, le=1000, description="force at the handle, any direction, anywhere in the cube")
     joint_torque_N_m: float = Field(
         ge=LEAST, le=100, description="continuous torque that each joint must give, weight included"
@@ -41,7 +41,7 @@ class Task(Section):
         default=None, gt=0, le=100, description="torque each joint must give for the motor's peak time"
     )
     stiffness_min_N_mm: float | None = Field(
-        default=None, gt=0, le=1e6, description="least stiffness at the knob, any direction, actuators held"
+        default=None, gt=0, le=1000, description="least stiffness at the knob, any direction, actuators held"
     )
 
 

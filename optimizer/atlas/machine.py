@@ -10,9 +10,9 @@ from typing import Any
 
 from delta_cad.design import design_to_json
 from optimizer.atlas.grid import MACHINES
+from optimizer.codesign.choice import price_EUR
 from optimizer.codesign.front import MachinePoint, best_machine
 from optimizer.codesign.lessons import reference
-from optimizer.codesign.price import price_EUR
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.evaluator import VARIABLES

@@ -93,6 +93,62 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Kind:
+    """Machines that a bound holds for; every sentence that states the bound names them by `words`.
+
+    Attributes:
+        width_mm: Width of their parallelograms.
+        drives: Motors, drives and ratios, in words.
+        limits: Limits that they keep, in words.
+        wider: Whether the parallelograms may be wider.
+        radius_mm: Least base radius, as hardware was found to need it; 0 for none.
+        overhead_mm: Least outline beyond eq. (1), along the longer and the shorter side.
+    """
+
+    width_mm: float
+    drives: str
+    limits: str
+    wider: bool = False
+    radius_mm: float = 0.0
+    overhead_mm: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def words(self) -> str:
+        """Names them, for a sentence that says what none of them has."""
+        along, across = self.overhead_mm
+        parts = (
+            "three equal chains at 120 degrees, the cube on their axis",
+            f"parallelograms {'at least ' if self.wider else ''}{self.width_mm:g} mm wide",
+            f"a base radius of at least {self.radius_mm:.2f} mm" if self.radius_mm > 0.0 else "",
+            f"at least {along:.1f} and {across:.1f} mm of outline beyond eq. (1)" if max(along, across) > 0.0 else "",
+            self.limits,
+            f"driven by {self.drives}",
+        )
+        return ", ".join(part for part in parts if part)
+
+
+def allowed_drives(brief: DesignBrief) -> str:
+    """Names the motors, drives and ratios that may be used."""
+    low, high = ratios_of(brief)
+    ratios = f" of {low:g}:1" + (f" to {high:g}:1" if high > low else "")
+    named = {"capstan": f"a capstan{ratios}", "direct": "a direct drive"}
+    every = f"any motor of the catalogue{' or of own parts' if brief.own_parts else ''}"
+    motors = " or ".join(brief.choices["motor"]) if "motor" in brief.hardware else every
+    return f"{motors} with {' or '.join(named[drive] for drive in brief.choices['drive'])}"
+
+
+def kept_limits(brief: DesignBrief) -> str:
+    """Names the limits on the mechanism that every candidate keeps: what is asked, or else the search's own."""
+    feel, limits = brief.feel, brief.limits
+    low, high = limits.shoulder_deg or SHOULDER_DEG
+    return (
+        f"a couple index of at least {max(feel.couple_index_min or 0.0, COUPLE_INDEX):g}, kappa of at most "
+        f"{min(feel.kappa_max or KAPPA, KAPPA):g}, rods that lean by at most {limits.lean_max_deg or LEAN_DEG:g} deg, "
+        f"shoulder angles from {low:g} to {high:g} deg"
+    )
+
+
+@dataclass(frozen=True)
 class Bound:
     """What is proved of a family.
 
@@ -100,15 +156,25 @@ class Bound:
         side_mm: No cube is larger.
         gap: Share by which that exceeds the cube of the machine.
         intervals: How many were looked at.
-        family: What the machines have in common, a line each.
+        kind: Which machines.
+        family: What else they have in common, a line each.
         losses: What lies between the machine's cube and that, mm each.
     """
 
     side_mm: float
     gap: float
     intervals: int
+    kind: Kind
     family: tuple[str, ...]
     losses: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def statement(self) -> str:
+        """States the bound, with the machines that it holds for."""
+        return (
+            f"It is proved that no machine with {self.kind.words} has a cube of more than {self.side_mm:.2f} mm, "
+            f"{100.0 * self.gap:.2g} % more than this one's."
+        )
 
 
 class Family:
@@ -135,18 +201,23 @@ class Family:
         self._proved: dict[tuple[object, ...], float] = {}
         self._balls = tuple(LIGHT * force for force in own.ball_friction_N)
 
+    @property
+    def kind(self) -> Kind:
+        """The machines, as a bound names them."""
+        return Kind(
+            self._machine.choice.width_mm,
+            allowed_drives(self._brief),
+            kept_limits(self._brief),
+            radius_mm=self._radius_mm(),
+            overhead_mm=self._overhead,
+        )
+
     def described(self) -> tuple[str, ...]:
-        """Says what the machines have in common."""
-        (along, across), (low, high) = self._overhead, SHOULDER_DEG
+        """Says what the machines have in common beyond their kind."""
         return (
-            f"parallelograms {self._machine.choice.width_mm:g} mm wide",
             f"parts and gravity's torque at least {100 * LIGHT:g} % of this machine's, rotors those of the motors",
-            f"at least {along:.1f} and {across:.1f} mm of outline beyond eq. (1)",
-            f"where nothing else is asked a couple index of {COUPLE_INDEX:g} or more, kappa of {KAPPA:g} or less, "
-            f"rods that lean by no more than {LEAN_DEG:g} deg, shoulder angles from {low:g} to {high:g} deg",
-            (f"base radius of at least {least:.2f} mm and " if (least := self._radius_mm()) > 0.0 else "")
-            + "no smaller a platform radius, as is asked of this machine's hardware: at other ratios and lengths it "
-            "was not asked",
+            "base and platform radii no smaller than this machine's hardware needs: other ratios and lengths may need "
+            "less",
             f"sectors that pass one another: of R >= {SECTOR_ROOM_MM:g} mm and half their radius",
             f"shafts of motors that bear at most {100 / LIGHT - 100:.0f} % more of a cable than was found",
         )
@@ -334,4 +405,4 @@ def bounded(
             value, one = heapq.heappop(open_)
             look_at(-value, one.halves())
     side = max([target, *(-value for value, _ in open_)])
-    return Bound(side, side / side_mm - 1.0, count, family.described(), family.losses(side_mm, side))
+    return Bound(side, side / side_mm - 1.0, count, family.kind, family.described(), family.losses(side_mm, side))

@@ -22,13 +22,13 @@ from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
 from optimizer.codesign.lessons import WEIGHED_AGAIN, Lessons, Weighed
-from optimizer.problem.brief import DesignBrief
+from optimizer.problem.brief import DesignBrief, Objective
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import SIDE
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
-    from delta_cad.commands.pipeline import BuiltMachine
+    from delta_cad.commands.pipeline import BuiltMachine, Outcome
     from delta_cad.dimensions import Reason
 
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
@@ -288,3 +288,21 @@ def weighed_of(design: Design, report: Mapping[str, Any]) -> Weighed:
     return Weighed(
         masses, max(most - least, 0.0), m.upper_arm_length_mm, m.forearm_length_mm, drive_torque(design).ratio, own=True
     )
+
+
+def reported(objective: Objective, outcome: Outcome) -> float | None:
+    """Gives what is reported of a machine that was built, of what is to be least.
+
+    Args:
+        objective: What is sought.
+        outcome: The machine.
+
+    Returns:
+        Width and depth of the swept machine together, mm; its worst effective mass, kg; its price, EUR. None where the
+        cube is sought, or that was not found.
+    """
+    if objective == "cost":
+        return outcome.cost_EUR
+    names = {"outline": ("envelope width", "envelope depth"), "effective_mass": ("effective mass",)}.get(objective, ())
+    values = [one.value for one in outcome.results if one.name in names and one.value is not None]
+    return sum(values) if names and len(values) == len(names) else None

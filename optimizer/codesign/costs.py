@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.lengths import best_lengths
+from optimizer.codesign.lengths import ENOUGH, SETTLED, best_lengths
 from optimizer.codesign.lessons import Lessons
 from optimizer.problem.brief import DesignBrief
 
@@ -21,6 +21,7 @@ WIDER = {
     ("limits", "lean_max_deg"): (1.0, 2.0),
     ("limits", "outline_radius_max_mm"): (1.0, 2.0),
 }
+RESOLUTION = max(ENOUGH, SETTLED)  # share of a score to which lengths are found
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def costs(brief: DesignBrief, candidate: Candidate, lessons: Lessons) -> list[Co
         lessons: What is known of it.
 
     Returns:
-        The limits that cost anything, the dearest first.
+        The limits that cost more than the search resolves, the dearest first.
     """
     start = candidate.lengths_mm
     now = best_lengths(brief, candidate.choice, lessons, start)
@@ -61,6 +62,6 @@ def costs(brief: DesignBrief, candidate: Candidate, lessons: Lessons) -> list[Co
         wider = asked * factor + added
         changed = getattr(brief, table).model_copy(update={name: wider})
         better = best_lengths(brief.model_copy(update={table: changed}), candidate.choice, lessons, start)
-        if better is not None and better.score > now.score:
+        if better is not None and better.score - now.score > RESOLUTION * abs(now.score):
             found.append(Cost(f"{table}.{name}", asked, wider, better.score - now.score))
     return sorted(found, key=lambda cost: -cost.gain)

@@ -7,15 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import PEAK_SPARE
-from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.choice import Choice, motor_of, price_EUR
 from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Lessons
-from optimizer.codesign.price import price_EUR
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_from_dict
@@ -60,8 +61,8 @@ class Found:
 
     Attributes:
         lengths_mm: (6) in the order of `VARIABLES`, to whole micrometres.
-        score: What is sought, larger is better: the cube's side, or the least R + L_A, mass felt or price with its
-            sign changed; mm, kg or EUR.
+        score: What is sought, larger is better: the cube's side, or the least width and depth together, effective
+            mass or price with its sign changed; mm, kg or EUR.
         reach_mm: R + L_A, where the outline is free.
     """
 
@@ -153,6 +154,7 @@ def posed(
         },
         "bounds_mm": bounds,
         "limits": asked,
+        "hardware": {"ball_diameter_mm": ball},
         "inertia": {
             "carried_mass_kg": inertia.carried_mass,
             "elbow_mass_kg": inertia.elbow_mass,
@@ -231,7 +233,8 @@ def best_lengths(
     low, high = (0.0, MOST_MASS_KG) if by_mass else (0.5 * side, FREE_OUTLINE_MM)
     knob = FIRST_MASS_KG if by_mass else REACH_SHARE * side
     if beats is not None:
-        knob = high = -beats
+        knob = high = -beats if by_mass else _reach_mm(choice, lessons, -beats)
+    first = knob
     best: tuple[float, Result] | None = None
     known: list[tuple[float, float]] = []
     for _ in range(KNOBS):
@@ -242,7 +245,7 @@ def best_lengths(
             if reached <= side * (1.0 + enough):
                 break
         else:
-            if beats is not None and knob == -beats:
+            if beats is not None and knob == first:
                 return None
             tried = known and knob > known[-1][0] and (reached > 0.0 or by_mass or knob > SMALL_MM)
             if best is None and tried and reached <= known[-1][1] * (1.0 + LITTLE):
@@ -256,8 +259,21 @@ def best_lengths(
         return None
     knob, result = best
     lengths = (*_rounded(result)[:SIDE], side / 2.0)
-    score = -price_EUR(brief, choice, lengths) if brief.objective == "cost" else -knob
-    return Found(lengths, score, None if brief.outline_mm else lengths[0] + lengths[2])
+    reach = lengths[0] + lengths[2]
+    sought = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, lessons, reach))}
+    return Found(lengths, -sought.get(brief.objective, knob), None if brief.outline_mm else reach)
+
+
+def _taken_mm(choice: Choice, lessons: Lessons, reach_mm: float) -> tuple[float, float]:
+    """Width and depth of a machine, motors and leads included: eq. (1) and what its hardware takes beyond."""
+    width, depth = Outline(0.0, 0.0, choice.width_mm, lessons.overhead_mm).size_mm(np.array(reach_mm))
+    return float(width), float(depth)
+
+
+def _reach_mm(choice: Choice, lessons: Lessons, sides_mm: float) -> float:
+    """R + L_A of a machine whose width and depth have a sum, which is linear in it."""
+    none, one = (sum(_taken_mm(choice, lessons, reach)) for reach in (0.0, 1.0))
+    return (sides_mm - none) / (one - none)
 
 
 def _rounded(result: Result) -> tuple[float, ...]:

@@ -13,8 +13,9 @@ from delta_cad.design import Design, DesignError, design_hash
 from delta_cad.dimensions import CLEARANCE_MOST_MM, DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
-from optimizer.codesign.candidate import Candidate, design_for, hung, refused, rubbed, weigh, worst_torque
-from optimizer.codesign.choice import SMALL, WIDTHS, Choice, drives, hopeless, motor_of, neighbours, ratios_of
+from optimizer.codesign.candidate import Candidate, design_for, hung, refused, reported, rubbed, weigh, worst_torque
+from optimizer.codesign.choice import SMALL, WIDTHS, Choice, cheapest, drives, hopeless, motor_of, neighbours, ratios_of
+from optimizer.codesign.exclusion import excluded
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
@@ -35,7 +36,6 @@ from optimizer.codesign.learning import (
 )
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import TORQUE_SPARE, TORQUE_SPARE_N_M, WEIGHED_AGAIN, Held, Lessons, Weighed
-from optimizer.codesign.price import cheapest
 from optimizer.codesign.tried import Posed, Tried
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -140,6 +140,9 @@ class Search:
         found: list[tuple[float, Choice]] = []
         failed: list[Choice] = []
         known: Lengths | None = None  # of another motor: a place to begin from
+        if told := excluded(self.brief, self.stop):
+            self.tried.stuck["all hardware"] = told
+            return found
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
         for motor, drive in sorted(drives(self.brief), key=self._unlikely):
             ratios = self._first_ratios(drive)
@@ -190,7 +193,7 @@ class Search:
         """Says what a score is."""
         words = {"cube_side": f"{score:.2f} mm of cube", "cost": f"{-score:.0f} EUR"}
         words["effective_mass"] = f"{-score:.4g} kg felt"
-        return words.get(self.brief.objective, f"{-score:.2f} mm of R + L_A")
+        return words.get(self.brief.objective, f"{-score:.2f} mm of width and depth")
 
     def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
@@ -313,17 +316,18 @@ class Search:
             if outcome is not None and not failed:
                 self.tried.stuck.pop(" ".join(key), None)  # of another ratio or width
                 self.tell(f"{named} passes every check")
-                return self._priced(candidate, outcome), outcome
+                return self._reported(candidate, outcome), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
             self.lessons[key] = from_checks(candidate, self.lessons[key], results)
         return None
 
-    def _priced(self, candidate: Candidate, outcome: Outcome) -> Candidate:
-        """A machine that passed with the price of its own parts, where that is what is sought."""
-        if self.brief.objective != "cost" or outcome.cost_EUR is None:
+    def _reported(self, candidate: Candidate, outcome: Outcome) -> Candidate:
+        """A machine that passed with the score that is reported of it, where that is not the cube."""
+        if (value := reported(self.brief.objective, outcome)) is None:
             return candidate
-        self.dearer = -outcome.cost_EUR / candidate.score
-        return replace(candidate, score=-outcome.cost_EUR)
+        if self.brief.objective == "cost":  # others are estimated with the machine's own solids, and as well as built
+            self.dearer = -value / candidate.score
+        return replace(candidate, score=-value)
 
     def settled(
         self,

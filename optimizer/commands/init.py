@@ -15,7 +15,7 @@ TEXT = "write a commented requirements file to start from"
 PRESETS = {
     "dashboard": "the largest cube within 270 x 220 mm, 3 N",
     "desktop": "a cube of 150 mm, 10 N",
-    "pocket": "a cube of 40 mm, 1 N",
+    "pocket": "a cube of 40 mm, 3 N",
     "large": "a cube of 250 mm, 3 N",
 }
 FOLDER = Path(__file__).with_name("presets")
@@ -53,7 +53,7 @@ def run(given: argparse.Namespace) -> int:
 
 
 def preset_text(preset: str, name: str | None = None) -> str:
-    """Writes a requirements file: what a preset states, and every other field commented out.
+    """Writes a requirements file: what a preset states, the default limits of feel, all other fields commented out.
 
     Args:
         preset: A key of `PRESETS`.
@@ -63,9 +63,12 @@ def preset_text(preset: str, name: str | None = None) -> str:
         Its text, TOML.
     """
     from delta_cad.design import NAME_PATTERN
+    from optimizer.problem.feel_defaults import feel_defaults
 
     title, *own = (FOLDER / f"{preset}.toml").read_text(encoding="utf-8").splitlines()
     stated = {(table, found[1]): found for table, found in _fields(own) if isinstance(found, re.Match)}
+    force = float(stated["requirements", "force_N"][2])
+    feel = {field: f"{value:g}" for field, value in feel_defaults(force).items() if ("feel", field) not in stated}
     lines = [title]
     for table, found in _fields((FOLDER / "fields.toml").read_text(encoding="utf-8").splitlines()):
         if isinstance(found, str):
@@ -75,9 +78,12 @@ def preset_text(preset: str, name: str | None = None) -> str:
         chosen = stated.get((table, field))
         if chosen is not None:
             value, told = chosen[2], chosen[3] or told
+        elif table == "feel" and field in feel:
+            value, told = feel[field], f"{told}; the default for this force"
         if field == NAME_FIELD and name is not None and re.fullmatch(NAME_PATTERN, name):
             value = f'"{name}"'
-        lines.append(f"{f'{field} = {value}' if chosen else f'# {field} = {value}':{WIDTH}} # {told}")
+        inert = "" if chosen or (table == "feel" and field in feel) else "# "
+        lines.append(f"{f'{inert}{field} = {value}':{WIDTH}} # {told}")
     return "\n".join(lines) + "\n"
 
 

@@ -35,13 +35,16 @@ def _design_cuts(pose, box, cube_limits, cuts, count):
     Args:
         pose: `cutting_points.table`, with the box's lengths in it.
         box: (2, 4) the box, m.
-        cube_limits: L; largest L_A + a, or infinity; least L_B for the lean; m, each rounded outwards.
+        cube_limits: L; largest L_A + a, or infinity; least L_B for the lean; least L_A + a, or minus infinity; m, each
+            rounded outwards.
         cuts: Room.
         count: How many cuts there are.
     """
     la, lb, height = at(pose, forms.UPPER_ARM), at(pose, forms.FOREARM_LENGTH), at(pose, HEIGHT)
     if cube_limits[1] < np.inf:
         count = keep(cuts, count, subtract(constant(cube_limits[1], 0.0), add(la, at(pose, RADII))))
+    if count != EXCLUDED and cube_limits[3] > -np.inf:
+        count = keep(cuts, count, subtract(add(la, at(pose, RADII)), constant(cube_limits[3], 0.0)))
     if count != EXCLUDED and cube_limits[2] > 0.0:
         count = keep(cuts, count, subtract(lb, constant(cube_limits[2], 0.0)))
     if count != EXCLUDED and max(abs(box[0, 2]), abs(box[1, 2])) <= FOLD * cube_limits[0]:
@@ -120,7 +123,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
         count: How many of them there are.
         hits: (POINTS,) how often each excluded a box.
         numbers: `cutting_points.numbers`.
-        cube_limits: (3,) see `_design_cuts`.
+        cube_limits: (4,) see `_design_cuts`.
         candidate: (4,) filled with the design of a question.
         budget: Boxes.
 

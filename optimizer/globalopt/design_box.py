@@ -23,6 +23,7 @@ class DesignBox(NamedTuple):
     Attributes:
         box: (2, 4) lower and upper ends of L_A, L_B, a, H, m, rounded outwards.
         sum_max: Largest L_A + a, m, rounded up; infinite where nothing asks for it.
+        sum_min: Least L_A + a, m, rounded down; minus infinity likewise.
         forearm_per_half_side_min: L_B is at least this times L; 0 without a limit of lean. Rounded down.
         reach_max_mm: Largest R + L_A, mm; infinite likewise.
         platform_min_mm: Least r, mm.
@@ -30,6 +31,7 @@ class DesignBox(NamedTuple):
 
     box: np.ndarray
     sum_max: float
+    sum_min: float
     forearm_per_half_side_min: float
     reach_max_mm: float
     platform_min_mm: float
@@ -54,7 +56,8 @@ def design_box(problem: Problem) -> DesignBox | None:
     if (box[0] > box[1]).any():
         return None
     total = (reach - least + OUTWARDS * abs(reach)) / MM_PER_M
-    return DesignBox(box, total, bounds.forearm_per_half_side_min, reach, least)
+    level = (bounds.level_elbow_min_mm - float(sizes.sum())) / MM_PER_M
+    return DesignBox(box, total, level, bounds.forearm_per_half_side_min, reach, least)
 
 
 def design_of(problem: Problem, designs: DesignBox, point: np.ndarray, half_side_mm: float) -> np.ndarray:

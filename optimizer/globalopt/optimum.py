@@ -361,7 +361,7 @@ class _Proof:
         flags, state = np.zeros(STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
         boxes[0] = space.box
         thresholds, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
-        cube_limits = np.array([side, space.sum_max, space.forearm_per_half_side_min * side])
+        cube_limits = np.array([side, space.sum_max, space.forearm_per_half_side_min * side, space.sum_min])
         begun = self.boxes
         opened = False
         while state[0] > 0:

@@ -34,6 +34,7 @@ from optimizer.problem.validation import RequirementsError, Validated, refuse, v
 
 Objective = Literal["cube_side", "effective_mass", "outline", "cost"]
 CAPSTAN = ("capstan_ratio", "sector_radius_mm", "cable")  # hardware that a direct drive has not
+LEAST_OUTLINE_MM = 50.0  # of a machine: less is another unit
 SIGNS = ("gt", "ge", "lt", "le")
 
 
@@ -53,12 +54,12 @@ class BriefRequirements(Section):
 
     envelope_width_mm: float | None = Field(
         default=None,
-        gt=0,
+        ge=LEAST_OUTLINE_MM,
         le=5000,
         description="largest width of the swept machine, motors and their leads included",
     )
     envelope_depth_mm: float | None = Field(
-        default=None, gt=0, le=5000, description="largest depth; width and depth may be exchanged"
+        default=None, ge=LEAST_OUTLINE_MM, le=5000, description="largest depth; width and depth may be exchanged"
     )
     force_N: float = Field(
         default=3.0,
@@ -70,7 +71,7 @@ class BriefRequirements(Section):
         default=None, gt=0, le=1000, description="force for the motor's peak time, any direction, anywhere in the cube"
     )
     cube_side_mm: float | None = Field(
-        default=None, gt=0, le=2 * LENGTH_MAX_MM, description="least side of the cube; left out: as large as it can be"
+        default=None, ge=1, le=2 * LENGTH_MAX_MM, description="least side of the cube; left out: as large as it can be"
     )
     clearance_min_mm: float = Field(default=2.0, ge=0, le=100, description="between bodies that are not neighbours")
     joint_torque_N_m: float | None = Field(
@@ -80,7 +81,7 @@ class BriefRequirements(Section):
         default=None, gt=0, le=100, description="torque of a joint for the peak time; left out: what the drive gives"
     )
     stiffness_min_N_mm: float | None = Field(
-        default=None, gt=0, le=1e6, description="as in [feel], where the record has it"
+        default=None, gt=0, le=1000, description="as in [feel], where the record has it"
     )
     gravity_m_s2: Gravity = DOWN
 

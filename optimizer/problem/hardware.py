@@ -14,6 +14,7 @@ from typing import Any, get_args
 from delta_cad import catalogue
 from delta_cad.common.refusal import short, unknown_key
 from delta_cad.design import DesignError, Hardware, hardware_from_dict
+from delta_cad.design.sums import impossible_pinion
 from optimizer.problem.validation import RequirementsError
 
 DRIVES: tuple[str, ...] = get_args(Hardware.model_fields["drive"].annotation)
@@ -44,14 +45,17 @@ def check_hardware(
 
     Returns:
         A fault for each entry that is none of a design's hardware or out of its bounds, part that is in no catalogue,
-        list that is empty; for own parts that are refused; for a first motor that is not for the first drive.
+        list that is empty; for own parts that are refused; for a first motor that is not for the first drive; for a
+        first ratio whose pinion cannot be made.
     """
     faults = list(_each(entries, file, folder, own_parts))
     if not faults:
         try:
-            hardware_from_dict(first_hardware(entries), file, folder, own_parts)
+            fault = impossible_pinion(hardware_from_dict(first_hardware(entries), file, folder, own_parts))
         except DesignError as error:
             faults.append(RequirementsError(error.file, error.field, error.value, error.allowed))
+        else:
+            faults += [] if fault is None else [RequirementsError(file, fault.field, short(fault.value), fault.allowed)]
     return faults
 
 

@@ -18,16 +18,17 @@ from pydantic import BaseModel, Field, JsonValue, PrivateAttr, create_model
 from delta_cad.common.reading import MOST_TOML_BYTES, ReadError, parse_toml, read_bounded
 from delta_cad.common.refusal import short
 from delta_cad.common.units import DOWN
-from delta_cad.design import NAME_PATTERN
+from delta_cad.design import NAME_PATTERN, Hardware
 from delta_cad.design.task import Gravity, Section, Task, limit_fields
 from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from optimizer.problem.contradictions import SHOULDER, Fault, Known, beyond_proof, peaks, swapped
-from optimizer.problem.hardware import check_hardware, own_folder, placed_hardware
+from optimizer.problem.hardware import check_hardware, first_hardware, own_folder, placed_hardware
 from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
 
 # Fields of the second edition alone (`optimizer.problem.brief`), which are told as such.
 SECOND = ("feel", "goal", *(f"requirements.{name}" for name in ("cube_side_mm", "clearance_min_mm", "gravity_m_s2")))
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
+BALL = "ball_diameter_mm"  # hardware that the lengths must leave room for
 CLEARANCE = "between bodies that are not neighbours; the search keeps it between neighbouring wrist joints"
 
 
@@ -134,6 +135,7 @@ class Requirements(Section):
             **self.requirements.model_dump(),
             **self.limits.model_dump(),
             **dict(zip(SHOULDER, (low, high), strict=True)),
+            BALL: first_hardware(self.hardware or {}).get(BALL, Hardware.model_fields[BALL].default),
             "inertia": inertia,
             **(self.joints or JointTable()).known,
         }

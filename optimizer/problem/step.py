@@ -10,18 +10,29 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.limits import LIMITS, AssemblyMode, Kappa, Limit, Limits, Outline, PoseLimit
+from delta_cad.mechanism.limits import (
+    LIMITS,
+    AssemblyMode,
+    Kappa,
+    Limit,
+    Limits,
+    Outline,
+    PoseLimit,
+    WristClearance,
+)
+from delta_cad.mechanism.limits.limit import Values
 from optimizer.problem.evaluator import VARIABLES, Figures, figures
 from optimizer.problem.requirements import Requirements
 
 # All constraints, in the order in which reports name them.
 CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
-SIDE = VARIABLES.index("half_side")
+SIDE, PLATFORM = VARIABLES.index("half_side"), VARIABLES.index("platform_radius")
 TINY_MM = 1e-3  # a half side below this is no cube: lengths are given in whole micrometres
 
 
@@ -231,6 +242,16 @@ def step_problem(
     values = given.values
     stated = {"half_side": step == 3 or low > 0.0}
     for limit in LIMITS:
-        stated[limit.name] = (step > 1 or limit.first_step) and limit.stated(values) is not None
+        asked = limit.stated(values) if step > 1 or limit.first_step else None
+        stated[limit.name] = asked is not None and not (limit.of_every_design and _kept(asked, bounds, step, values))
     names = tuple(name for name in CONSTRAINTS if stated.get(name) and name not in without)
     return Problem(given, step, tuple(b[0] for b in bounds), tuple(b[1] for b in bounds), names)
+
+
+def _kept(limit: Limit, bounds: list[tuple[float, float]], step: int, values: Values) -> bool:
+    """Whether bounds, or a clearance that is set, keep a limit of every design anyway."""
+    room = WristClearance.stated(values) if step > 1 else None
+    least = 0.0 if room is None else room.design_bounds().platform_radius_min_mm
+    ends = [(max(b[0], least), max(b[1], least)) if k == PLATFORM else b for k, b in enumerate(bounds)]
+    margins = limit.design_margin(np.array(list(product(*ends))).T)
+    return margins is not None and bool((margins >= 0.0).all())

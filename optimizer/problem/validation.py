@@ -8,10 +8,10 @@ from typing import Any, Generic, Literal, NoReturn, TypeVar, get_args, get_origi
 
 from pydantic import BaseModel, ValidationError
 
-from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short, unknown_key
+from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short, unknown_key, within
 from delta_cad.design import NAME_RULE, Hardware
 from delta_cad.design.file import UNITS
-from optimizer.problem.quantity import QuantityError, quantity
+from optimizer.problem.quantity import DEGREES, KINDS, QuantityError, quantity
 
 MOST_TOLD = 40  # faults of one file that are told, a line each: more scroll away what they begin with
 Loc = tuple[int | str, ...]
@@ -229,4 +229,17 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: ob
         return RequirementsError(file, field, "", f"is missing; {_allowed(model, loc)}")
     if kind == "finite_number":
         return RequirementsError(file, field, short(value), "must be finite")
-    return RequirementsError(file, field, short(value), _allowed(model, loc))
+    return RequirementsError(file, field, short(value), _allowed(model, loc) + _in_another_unit(model, loc, value))
+
+
+def _in_another_unit(model: type[BaseModel], loc: Loc, value: object) -> str:
+    """Says what to write where a number out of its bounds would be within them in another unit; else ""."""
+    table = _tables(model).get(str(loc[0]))
+    if table is None or len(loc) != 2 or isinstance(value, bool) or not isinstance(value, int | float):
+        return ""
+    unit, bounds = unit_of(*map(str, loc)), table.model_fields[str(loc[1])].metadata
+    for name, factor in KINDS.get(unit, ("", {}))[1].items():
+        meant = float(f"{value * float(factor or DEGREES):.6g}")
+        if name != unit and within(bounds, meant):
+            return f"; if {name} were meant write {meant:.6g}"
+    return ""

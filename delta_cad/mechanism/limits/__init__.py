@@ -19,8 +19,9 @@ from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInert
 from delta_cad.mechanism.limits.friction import Friction, HandleFriction
 from delta_cad.mechanism.limits.holding_torque import HeldMasses, HoldingTorque
 from delta_cad.mechanism.limits.kappa import Kappa
+from delta_cad.mechanism.limits.lengths.elbow_outside import ElbowOutside
 from delta_cad.mechanism.limits.lengths.outline import Outline
-from delta_cad.mechanism.limits.lengths.wrist_clearance import WristClearance
+from delta_cad.mechanism.limits.lengths.wrist_clearance import BallClearance, WristClearance
 from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, Limit, PoseLimit, Values
 from delta_cad.mechanism.limits.position_step import PositionStep
 from delta_cad.mechanism.limits.reach import Reach
@@ -30,6 +31,8 @@ Kind = TypeVar("Kind", bound=PoseLimit)
 
 LIMITS: tuple[type[Limit], ...] = (
     Outline,
+    ElbowOutside,
+    BallClearance,
     Reach,
     AssemblyMode,
     Torque,
@@ -162,10 +165,12 @@ __all__ = [
     "LIMITS",
     "POSE_LIMITS",
     "AssemblyMode",
+    "BallClearance",
     "CoupleIndex",
     "DesignBounds",
     "EffectiveMass",
     "ElbowAngle",
+    "ElbowOutside",
     "Field",
     "FigureOfMerit",
     "Friction",

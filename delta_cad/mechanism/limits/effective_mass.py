@@ -248,7 +248,7 @@ class EffectiveMass(PoseLimit):
     name: ClassVar = "effective_mass"
     keys: ClassVar = {"mass_max": "effective_mass_max_kg", "inertia": "inertia"}
     fields_: ClassVar = (
-        Field("effective_mass_max_kg", "largest effective mass at the handle, in any direction", gt=0, le=1000),
+        Field("effective_mass_max_kg", "largest effective mass at the handle, in any direction", gt=0, le=50),
     )
     figures: ClassVar = (
         FigureOfMerit("effective_mass", "effective mass", "kg", 1.0, True, True, _masses, "mass_max", RANGE),

@@ -178,7 +178,7 @@ class Friction(PoseLimit):
     level: float
 
     name: ClassVar = "friction"
-    fields_: ClassVar = (Field("friction_max_N", "largest friction at the handle, in any direction", gt=0, le=1000),)
+    fields_: ClassVar = (Field("friction_max_N", "largest friction at the handle, in any direction", gt=0, le=100),)
     keys: ClassVar = {
         "friction_max": "friction_max_N",
         "drive": "joint_friction_N_m",

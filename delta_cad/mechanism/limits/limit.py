@@ -113,11 +113,13 @@ class DesignBounds(NamedTuple):
         reach_max_mm: Largest R + L_A.
         platform_radius_min_mm: Smallest r.
         forearm_per_half_side_min: Smallest L_B / L.
+        level_elbow_min_mm: Least R + L_A - r: how far out of its wrist the elbow of a level upper arm is.
     """
 
     reach_max_mm: float = math.inf
     platform_radius_min_mm: float = 0.0
     forearm_per_half_side_min: float = 0.0
+    level_elbow_min_mm: float = -math.inf
 
     def both(self, other: DesignBounds) -> DesignBounds:
         """What two limits ask together."""
@@ -125,6 +127,7 @@ class DesignBounds(NamedTuple):
             min(self.reach_max_mm, other.reach_max_mm),
             max(self.platform_radius_min_mm, other.platform_radius_min_mm),
             max(self.forearm_per_half_side_min, other.forearm_per_half_side_min),
+            max(self.level_elbow_min_mm, other.level_elbow_min_mm),
         )
 
 
@@ -137,6 +140,8 @@ class Limit(ABC):
     """What requirements files may state for it."""
     first_step: ClassVar[bool] = False
     """Whether the paper's first step asks it."""
+    of_every_design: ClassVar[bool] = False
+    """Whether the design file's reader asks it, so that a search within bounds that can break it must ask it, too."""
     evaluates: ClassVar[tuple[str, ...]] = ()
     """Dear figures of a search that its margin reads: "quality", "angles"."""
     keys: ClassVar[Mapping[str, str]] = {}

@@ -117,7 +117,7 @@ class PositionStep(PoseLimit):
 
     name: ClassVar = "position_step"
     fields_: ClassVar = (
-        Field("position_step_max_mm", "largest movement of the handle that the encoders may miss", gt=0, le=100),
+        Field("position_step_max_mm", "largest movement of the handle that the encoders may miss", gt=0, le=5),
     )
     keys: ClassVar = {"step_max": "position_step_max_m", "count": "encoder_count_rad"}
     figures: ClassVar = (

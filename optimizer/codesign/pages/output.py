@@ -39,11 +39,12 @@ FIGURES = {
 """Name of a check -> key of its value among the facts."""
 UNITS = {
     "cube_side": "mm of cube",
-    "outline": "mm of R + L_A",
+    "outline": "mm of width and depth",
     "effective_mass": "kg felt",
     "cost": "EUR",
 }
 OUTLINE = ("envelope width", "envelope depth")
+NO_BOUND = "none"  # of a bound that is not proved
 
 
 def with_provenance(design: Design, brief: DesignBrief, command: str, seed: int) -> Design:
@@ -123,6 +124,7 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | 
         "cube_side_mm": 2.0 * design.cube.half_side_mm,
         "bound_mm": None if bound is None else bound.side_mm,
         "gap": None if bound is None else bound.gap,
+        "bound": NO_BOUND if bound is None else bound.statement,
         **figures,
         "outline_mm": outline,
         "cost_EUR": outcome.cost_EUR,
@@ -150,22 +152,24 @@ def figures_of(results: Iterable[CheckResult]) -> list[str]:
     return lines
 
 
-def _of_bound(bound: Bound) -> list[str]:
-    """Tells what is proved of a machine's family."""
-    return [
-        "## What none exceeds",
-        "",
-        f"No machine of this family has a cube of more than {bound.side_mm:.2f} mm, {100.0 * bound.gap:.2g} % more. "
-        "That is proved for every motor, ratio and length that the requirements allow, "
-        f"in {bound.intervals} intervals. What lies between:",
-        "",
-        *(f"- {part:.2f} mm: {what}" for what, part in bound.losses),
-        "",
-        "Its machines have",
-        "",
-        *(f"- {line}" for line in bound.family),
-        "",
-    ]
+def _of_bound(bound: Bound | None) -> list[str]:
+    """States what is proved of a machine's family, or that nothing is."""
+    title = ["## Proved bound", ""]
+    return (
+        [*title, NO_BOUND.capitalize() + ".", ""]
+        if bound is None
+        else [
+            *title,
+            f"{bound.statement} What lies between:",
+            "",
+            *(f"- {part:.2f} mm: {what}" for what, part in bound.losses),
+            "",
+            "Those machines also have",
+            "",
+            *(f"- {line}" for line in bound.family),
+            "",
+        ]
+    )
 
 
 def _price(cost_EUR: float | None) -> str:
@@ -195,7 +199,7 @@ def report(
         "",
         *figures_of(results),
         "",
-        *(_of_bound(bound) if bound else ()),
+        *_of_bound(bound),
         "## What binds",
         "",
         *(f"- {name}" for name in told["binding"]),

@@ -14,6 +14,7 @@ from types import ModuleType
 
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.commands import cli as delta_cad
 from delta_cad.common.arguments import actions, hint
 from delta_cad.common.console import Parser
@@ -145,6 +146,15 @@ def test_a_message_of_another_kind_gets_none() -> None:
 def test_what_is_meant_is_what_is_close() -> None:
     assert meant("cube_syde", ["clearance", "cube_side", "lean"]) == "cube_side"
     assert meant("k" * 100_000, ["cube_side"]) == ""
+    motors = list(catalogue.family("motor"))
+    assert meant("maxon-ec45", motors) == "maxon-ec45flat-411812"  # not the EC 60, as near by its letters
+    assert meant("ec60flat", motors).startswith("maxon-ec60flat")
+    assert meant("408057", motors) == "maxon-ec60flat-408057"
+    heights = ["envelope_width_mm", "envelope_depth_mm"]
+    assert meant("envelope_hight_mm", heights) == ""  # no height can be set: a width is not meant
+    assert meant("envelope_hight_mm", [*heights, "height_max_mm"]) == "height_max_mm"
+    assert meant("envelope_widht_mm", heights) == "envelope_width_mm"
+    assert meant("peek_force_N", ["force_N", "peak_force_N"]) == "peak_force_N"
     assert unknown_key("motor", ["name"], ["hardware.motor"]).startswith("unknown key; did you mean hardware.motor?")
     assert unknown_key("zzz", ["name", "cube"]) == "unknown key; known here: name, cube"
 

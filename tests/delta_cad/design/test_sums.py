@@ -60,7 +60,7 @@ def test_a_refused_cube_has_a_point_the_mechanism_cannot_reach(
     [
         ("mechanism.forearm_length_mm", 60.0, r">= 73\.1547 mm"),
         ("mechanism.platform_radius_mm", 122.0, "< 122 mm"),
-        ("mechanism.parallelogram_width_mm", 87.93, r"< 87\.923 mm"),
+        ("mechanism.parallelogram_width_mm", 87.93, r"<= 87\.923 mm"),
         ("hardware.capstan_ratio", 14.5, r"< 14\.4404"),
     ],
 )

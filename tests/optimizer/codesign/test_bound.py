@@ -143,7 +143,16 @@ def test_what_is_stopped_tells_what_is_proved() -> None:
     found = bounded(family, one.side_mm, lambda: True)
     assert math.isfinite(found.side_mm)
     assert found.side_mm > 2.0 * one.side_mm  # nothing was
-    assert any("parallelograms 50 mm" in line for line in found.family)
+    for words in (
+        "three equal chains at 120 degrees, the cube on their axis",
+        "parallelograms 50 mm wide",
+        "a base radius of at least 31.00 mm",  # what was learnt
+        "at least 9.8 and 13.3 mm of outline",  # of 10 and 13.5, less `SPARE_MM`
+        "kappa of at most 2.27",
+        f"driven by {MOTOR} with a capstan of 3:1 to 12:1",
+        f"more than {found.side_mm:.2f} mm",
+    ):
+        assert words in found.statement
 
 
 @pytest.mark.parametrize("close", [0.12, 1e-3])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -124,11 +125,25 @@ def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     found = best_lengths(asked, CHOICE, LESSONS)
     assert found is not None
     assert found.side_mm == 80.0
-    assert found.reach_mm == pytest.approx(-found.score, rel=1e-3)
+    # eq. (1) and what the hardware takes beyond: width and depth are what is ranked
+    assert found.reach_mm is not None
+    along, across = LESSONS.overhead_mm
+    width, depth = 25.0 + math.sqrt(3.0) * found.reach_mm + along, 12.5 * math.sqrt(3.0) + 1.5 * found.reach_mm + across
+    assert -found.score == pytest.approx(width + depth)
     wide = {"envelope_width_mm": 900.0, "envelope_depth_mm": 900.0}
-    back = best_lengths(brief(wide, limits={"outline_radius_max_mm": -found.score}), CHOICE, LESSONS)
+    back = best_lengths(brief(wide, limits={"outline_radius_max_mm": 1.0005 * found.reach_mm}), CHOICE, LESSONS)
     assert back is not None
     assert 80.0 <= back.side_mm <= 80.0 * 1.003
+
+
+def test_hardware_that_takes_less_beside_the_chains_beats_a_shorter_reach() -> None:
+    """A score to beat is a sum of width and depth: with more overhead it takes a shorter reach, or cannot be beaten."""
+    asked = brief({"cube_side_mm": 40.0}, goal={"minimize": "outline"})
+    slim = best_lengths(asked, CHOICE, LESSONS)
+    assert slim is not None
+    assert best_lengths(asked, CHOICE, LESSONS, slim.lengths_mm, beats=1.01 * slim.score) is not None
+    bulky = replace(LESSONS, overhead_mm=(40.0, 40.0))
+    assert best_lengths(asked, CHOICE, bulky, slim.lengths_mm, beats=1.01 * slim.score) is None
 
 
 def test_a_small_cube_has_lengths_though_the_first_outline_that_is_tried_leaves_its_parts_no_room() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from delta_cad.checks.report import CheckResult
-from optimizer.codesign.bound import Bound
+from optimizer.codesign.bound import Bound, Kind
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.costs import Cost
 from optimizer.codesign.pages.design import design_page
@@ -28,6 +28,7 @@ TOLD: dict[str, Any] = {
     "tried": 31,
     "built": 2,
 }
+BOUND = Bound(83.61, 0.0132, 12, Kind(50.0, "small motors", "kept limits", False, 30.74, (9.8, 12.9)), ("alike",))
 POSED = [
     Posed(Choice("large", "capstan", 4.0, 50.0), 70.0),
     Posed(Choice("small", "capstan", 5.0, 50.0), 82.0),
@@ -46,7 +47,7 @@ def page(
 
 
 def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
-    found = page(POSED, Bound(83.61, 0.0132, 12, ("alike",)))
+    found = page(POSED, BOUND)
     dots = [e for e in found.all("circle") if "cx" in e.attributes][: len(POSED)]
     assert [e.attributes["class"] for e in dots] == ["posed", "posed", "failed", "passed"]
     assert "small capstan at 5.1:1, 50 mm wide: 82.9 mm of cube; fails clearance, <b>&'\"" in dots[2].text
@@ -62,14 +63,16 @@ def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
 
 
 def test_it_says_what_binds_what_limits_cost_and_what_is_proved_and_runs_nothing() -> None:
-    found = page(POSED, Bound(83.61, 0.0132, 12, ("alike",)))
+    found = page(POSED, BOUND)
     assert [row[:3] for row in found.rows("binds")[1:]] == [["Conditioning, worst in the cube", "2.268", "≤ 2.27"]]
     assert found.rows("costs")[1][:4] == ["feel.kappa_max", "2.27", "2.38", "1.5"]
     assert "83.61 mm, 1.3 % more" in found.one("tried").text
     assert "it was tight" in found.one("learnt").text
     assert found.all("script") == found.all("b") == []
     assert next(e.attributes["href"] for e in found.all("a")) == "report.html"
-    assert "No machine of this family" not in page(POSED, None).one("tried").text
+    family = ("120 degrees, the cube on their axis", "50 mm wide", "30.74 mm", "9.8 and 12.9 mm", "small motors")
+    assert all(words in found.one("tried").text for words in (*family, "kept limits", "alike"))
+    assert all(words not in page(POSED, None).one("tried").text for words in (family[0], "no machine"))
 
 
 def test_where_nothing_failed_no_lesson_is_announced() -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -14,12 +15,12 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.cost.cost import machine_cost
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.lengths import best_lengths
+from optimizer.codesign.choice import Choice, cheapest, price_EUR
+from optimizer.codesign.costs import RESOLUTION, costs
+from optimizer.codesign.lengths import Found, best_lengths
 from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.price import cheapest, price_EUR
 from optimizer.codesign.search import Search
-from optimizer.problem.brief import DesignBrief, brief_from_dict
+from optimizer.problem.brief import DesignBrief, Goal, brief_from_dict
 from tests.committed import changed
 from tests.delta_cad.catalogue.offered import offered
 
@@ -124,3 +125,54 @@ def test_a_cost_goal_finds_a_cheaper_machine_than_the_default() -> None:
     assert search.dearer == pytest.approx(1.1)
     default = Choice("maxon-re30-310007", "capstan", 4.8, 50.0)
     assert -candidate.score / 1.1 < price_EUR(asked, default, candidate.lengths_mm)
+
+
+@pytest.mark.parametrize(
+    ("objective", "names", "unit"),
+    [("outline", ("envelope width", "envelope depth"), "mm"), ("effective_mass", ("effective mass",), "kg")],
+)
+def test_what_is_reported_of_a_build_ranks_it(objective: str, names: tuple[str, ...], unit: str) -> None:
+    """The likelier motor turns out worse as a machine than by its lengths: the other one is the answer."""
+    motors = ["maxon-re30-310007", "faulhaber-3257g024cr"]
+    asked = brief(motor=motors, drive="capstan").model_copy(update={"goal": Goal(minimize=objective)})  # type: ignore[arg-type]
+    at = {motors[0]: (1.0, 1.2), motors[1]: (1.05, 1.0)}  # estimate, and what its build reports for each
+
+    class Known(Search):
+        def settled(self, choice: Choice, *_: object, **__: object) -> Candidate | None:
+            lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
+            named = SimpleNamespace(
+                hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0)
+            )
+            score = -len(names) * at[choice.motor][0] * (1.0 + 0.01 * abs(choice.ratio - 4.8))
+            return Candidate(cast(Design, named), choice, lengths, Lessons(self.first), score)
+
+        def _estimate(self, choice: Choice, start_mm: Any = None) -> Any:
+            del start_mm
+            return self.settled(choice)
+
+    def build(design: Design) -> Outcome:
+        value = at[design.hardware.motor][1]
+        return Outcome(design, [CheckResult(name, True, value, 9.0, unit) for name in names], {}, None, ())
+
+    search = Known(asked, build, lambda _: [], reference())
+    best = search.best()
+    assert best is not None
+    assert best[0].choice.motor == motors[1]
+    assert -best[0].score == pytest.approx(len(names) * 1.0)
+
+
+def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = brief().model_copy(update={"goal": Goal(minimize="outline")})
+    lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
+    candidate = Candidate(
+        cast(Design, None), Choice("maxon-re30-310007", "capstan", 4.8, 50.0), lengths, Lessons(reference()), -400.0
+    )
+    gains = {"feel.kappa_max": 1.9 * RESOLUTION * 400.0, "requirements.force_N": 0.9 * RESOLUTION * 400.0}
+
+    def sought(task: DesignBrief, *_: object) -> Found:
+        more = (asked.feel.kappa_max != task.feel.kappa_max, asked.requirements.force_N != task.requirements.force_N)
+        return Found(lengths, -400.0 + sum(gain for gain, eased in zip(gains.values(), more, strict=True) if eased))
+
+    monkeypatch.setattr("optimizer.codesign.costs.best_lengths", sought)
+    (one,) = costs(asked, candidate, Lessons(reference()))
+    assert (one.field, one.gain) == ("feel.kappa_max", pytest.approx(gains["feel.kappa_max"]))

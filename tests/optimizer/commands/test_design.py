@@ -200,7 +200,7 @@ def test_stopped_while_the_bound_is_sought_the_machine_is_written(
         os.kill(os.getpid(), signal.SIGINT)
         while not (listens and stop()):
             sleep(0.01)
-        return Bound(1.2 * side_mm, 0.2, 1, family.described())
+        return Bound(1.2 * side_mm, 0.2, 1, family.kind, family.described())
 
     finds(monkeypatch)
     monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
@@ -209,13 +209,13 @@ def test_stopped_while_the_bound_is_sought_the_machine_is_written(
     assert "the best machine so far stands in" in capsys.readouterr().err
     folder = tmp_path / "out/synthesized"
     assert (folder / "design.json").exists()
-    assert ("No machine of this family" in (folder / "design.md").read_text(encoding="utf-8")) is listens
+    assert ("It is proved that no machine" in (folder / "design.md").read_text(encoding="utf-8")) is listens
 
 
 @pytest.mark.usefixtures("paper_build")
 def test_a_bound_that_says_nothing_is_not_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def bounded(family: Family, side_mm: float, *_: object) -> Bound:
-        return Bound(600.0, 600.0 / side_mm - 1.0, 18, family.described())
+        return Bound(600.0, 600.0 / side_mm - 1.0, 18, family.kind, family.described())
 
     finds(monkeypatch)
     monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)

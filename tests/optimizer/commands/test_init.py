@@ -15,6 +15,7 @@ from delta_cad.design import Hardware
 from optimizer.commands import cli
 from optimizer.commands.init import PRESETS, preset_text
 from optimizer.problem.brief import MOVED, UNUSED, DesignBrief, load_brief
+from optimizer.problem.feel_defaults import feel_defaults
 from tests.committed import ROOT
 from tests.delta_cad.design.json_schema import violations
 
@@ -46,7 +47,16 @@ def test_presets_ask_what_they_are_named_after() -> None:
     assert feel["kappa_max"] == joystick["limits"]["kappa_max"]
     assert feel["stiffness_min_N_mm"] == joystick["requirements"]["stiffness_min_N_mm"]
     cubes = {preset: (task.get("cube_side_mm"), task["force_N"]) for preset, task in tasks.items()}
-    assert cubes == {"dashboard": (None, 3), "desktop": (150, 10), "pocket": (40, 1), "large": (250, 3)}
+    assert cubes == {"dashboard": (None, 3), "desktop": (150, 10), "pocket": (40, 3), "large": (250, 3)}
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_preset_sets_limits_of_feel_no_looser_than_the_defaults(preset: str) -> None:
+    given = tomllib.loads(preset_text(preset))
+    force, feel = given["requirements"]["force_N"], given["feel"]
+    assert feel["friction_max_N"] <= 0.2 * force + 1e-12
+    for field, default in feel_defaults(force).items():
+        assert feel[field] >= default if field.endswith("_min") else feel[field] <= default + 1e-12, field
 
 
 @pytest.mark.parametrize("preset", PRESETS)

@@ -198,23 +198,23 @@ def test_design_cuts_are_outline_lean_and_the_fold() -> None:
     rng, kinds = np.random.default_rng(3), [0, 0]
     for _ in range(2_000):
         la, lb, a, h, side = rng.uniform([0.05, 0.06, -0.03, 0.02, 0.01], [0.1, 0.2, 0.03, 0.1, 0.05])
-        sum_max, lean = rng.uniform(0.05, 0.12), rng.uniform(0.0, 0.15)
+        sum_max, sum_min, lean = rng.uniform(0.05, 0.12), rng.uniform(0.0, 0.08), rng.uniform(0.0, 0.15)
         box = np.array([[la, lb, a, h]] * 2)
         pose = table()
         fill_lengths(box, pose)
-        found = _design_cuts(pose, box, np.array([side, sum_max, lean]), np.empty((8, 6)), 0)
+        found = _design_cuts(pose, box, np.array([side, sum_max, lean, sum_min]), np.empty((8, 6)), 0)
         # fold: the point of the bottom face above the shoulder of chain 0, or of chain 1, must be reached
         over = []
         for u in ([a / side, 0.0], [-a / side / 2.0, a / side * math.sqrt(0.75)]):
             if max(map(abs, u)) <= 1.0:
                 design = np.array([[la, lb, a + 0.05, 0.05, h, side]])
                 over.append(figures_numpy(design, np.array([[*u, -1.0]])).closure[0, 0])
-        broken = la + a > sum_max or lb < lean or min(over, default=1.0) < 0.0
+        broken = not sum_min <= la + a <= sum_max or lb < lean or min(over, default=1.0) < 0.0
         assert (found == EXCLUDED) <= broken  # never a design that holds
         if found != EXCLUDED:
             near = abs(a) > 1.154 * side or h > abs(la - lb) - 1e-12
             assert near
-            assert la + a <= sum_max + 1e-12
+            assert sum_min - 1e-12 <= la + a <= sum_max + 1e-12
             assert lb >= lean - 1e-12
         kinds[found == EXCLUDED] += 1
     assert min(kinds) > 200

@@ -142,7 +142,7 @@ def test_a_file_of_the_first_edition_is_a_brief_too(path: Path) -> None:
     assert new.limits.parallelogram_width_mm == old.limits.parallelogram_width_mm
     assert new.objective == "cube_side"
     assert any("limits.joint_diameter_mm" in note for note in new.notes)
-    unused = {"outline_overhead_mm", "joint_diameter_mm", "gravity_torque_N_m"}
+    unused = {"outline_overhead_mm", "joint_diameter_mm", "gravity_torque_N_m", "ball_diameter_mm"}
     ours = {name: value for name, value in old.values.items() if value is not None and name != "shoulder_deg"}
     assert new.values == {name: value for name, value in ours.items() if name not in unused}
 
@@ -316,8 +316,8 @@ REFUSED: list[tuple[dict[str, Any], list[str]]] = [
     ({"requirements": CUBE | {"force_N": "3 kg"}}, ['requirements.force_N = "3 kg": 29.43']),
     ({"requirements": CUBE | {"speed": 1}}, ["requirements.speed = 1: cube_side_mm"]),
     ({"requirements": CUBE, "feel": {"kappa_max": 0.5}}, ["feel.kappa_max = 0.5: 1 1e+06"]),
-    ({"requirements": CUBE, "feel": {"friction_max_N": 0}}, ["feel.friction_max_N = 0: 0 1000"]),
-    ({"requirements": CUBE, "feel": {"position_step_max_mm": True}}, ["feel.position_step_max_mm = true: 0 100"]),
+    ({"requirements": CUBE, "feel": {"friction_max_N": 0}}, ["feel.friction_max_N = 0: 0 100"]),
+    ({"requirements": CUBE, "feel": {"position_step_max_mm": True}}, ["feel.position_step_max_mm = true: 0 5"]),
     ({"requirements": CUBE, "bounds_mm": {"base_radius": [3, 2]}}, ["bounds_mm.base_radius = [3.0, 2.0]: "]),
     (
         {"requirements": CUBE, "bounds_mm": {"half_side": [0, 0]}},

@@ -82,7 +82,9 @@ def test_a_task_without_hardware_stays_the_task_that_it_was() -> None:
 
 def test_another_motor_is_another_task(tmp_path: Path) -> None:
     keys = [key for key, row in catalogue.motor.rows.items() if "capstan" in row.drives]
-    assert len({requirements_hash(load_requirements(task(tmp_path, f'motor = "{key}"'))) for key in keys}) == len(keys)
+    assert len(
+        {requirements_hash(load_requirements(task(tmp_path, f'motor = "{key}"\ncapstan_ratio = 5'))) for key in keys}
+    ) == len(keys)
 
 
 @pytest.mark.parametrize(
@@ -91,6 +93,7 @@ def test_another_motor_is_another_task(tmp_path: Path) -> None:
         ('motor = "unobtainium"', "hardware.motor", ["unobtainium", "maxon-re30-310007"]),
         ('motor = ["maxon-re30-310007", "unobtainium"]', "hardware.motor", ["unobtainium"]),
         ('motor = "maxon-ec60flat-625858"', "hardware.motor", ["capstan"]),
+        ('motor = "maxon-re50-370354"\ncapstan_ratio = 9.4', "hardware.capstan_ratio", ["9.4", "< 9.36768"]),
         ("motor = []", "hardware.motor", ["at least one"]),
         ('belt = "x"', "hardware.belt", ["unknown key", "motor"]),
         ("capstan_ratio = 1.0", "hardware.capstan_ratio", ["1.0", ">= 2"]),

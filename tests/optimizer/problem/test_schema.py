@@ -122,7 +122,7 @@ def test_every_bound_is_the_readers(change: int, schema: dict[str, Any]) -> None
                     math.nextafter(bound, bound + change),
                     math.nextafter(bound, bound - change),
                 ):
-                    data = named({"requirements": {"cube_side_mm": 1e-9, "clearance_min_mm": 0.0}})
+                    data = named({"requirements": {"cube_side_mm": 1.0, "clearance_min_mm": 0.0}})
                     data[table] = data.get(table, {}) | {field: value}
                     if field.startswith("envelope"):
                         data[table] |= {"envelope_width_mm": value, "envelope_depth_mm": value}

@@ -1,0 +1,41 @@
+"""Elbows outside their wrists, as the inverse kinematics takes them: R + L_A > r at least, with level upper arms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from delta_cad.mechanism.limits.limit import DesignBounds, Limit, Values
+
+APART = 1e-6
+"""Share of R + L_A that an elbow is farther out than its wrist: at 0 the mechanism is singular."""
+
+
+@dataclass(frozen=True)
+class ElbowOutside(Limit):
+    """Largest platform radius, by the reach of level upper arms; every design file is held to it."""
+
+    name: ClassVar = "elbow_outside"
+    first_step: ClassVar = True
+    of_every_design: ClassVar = True
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self:
+        """Asks for it of every design."""
+        del values, strict
+        return cls()
+
+    def describe(self, values: Values) -> str:
+        """Says what is required."""
+        del values
+        return "elbows outside their wrists (r < R + L_A)"
+
+    def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray:
+        """Computes how far an elbow can be outside its wrist, as a share of R + L_A."""
+        return 1.0 - lengths_mm[3] / (lengths_mm[2] + lengths_mm[0]) - APART
+
+    def design_bounds(self) -> DesignBounds:
+        """Gives the least R + L_A - r."""
+        return DesignBounds(level_elbow_min_mm=0.0)

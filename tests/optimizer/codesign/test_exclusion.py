@@ -1,0 +1,108 @@
+"""Requirements that a proof excludes: never what a machine can do, and with a bound that is one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from delta_cad.common.units import MM_PER_M
+from delta_cad.design import load_design
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.exclusion import excluded, relaxed
+from optimizer.codesign.lengths import best_lengths
+from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.search import Search
+from optimizer.problem.brief import DesignBrief, brief_from_dict, load_brief
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.extremes import design_worst
+from optimizer.search.active_set import ROUNDING
+from tests.committed import COMMITTED, ROOT
+
+GALLERY, SIZES = ROOT / "docs/gallery", ROOT / "tests/references/sizes"
+
+
+def brief(width: float, depth: float, **asked: Any) -> DesignBrief:
+    outline = {"envelope_width_mm": width, "envelope_depth_mm": depth}
+    feel = {"feel": asked.pop("feel")} if "feel" in asked else {}
+    return brief_from_dict({"name": "b", "requirements": outline | asked} | feel)
+
+
+def least_margin(given: DesignBrief, lengths_mm: tuple[float, ...]) -> float:
+    """The least of all margins of a machine in the problem that is to exclude no machine."""
+    problem, design = relaxed(given), np.array(lengths_mm) / MM_PER_M
+    closed = [float(margin[0]) for margin in problem.design_margins(design[None]).values()]
+    worst = [float(one.values[0]) for one in design_worst(problem, design, 9).values()]
+    inside = np.minimum(lengths_mm - np.array(problem.lower), np.array(problem.upper) - lengths_mm)
+    return min(*closed, *worst, float(inside.min()) / MM_PER_M)
+
+
+@pytest.mark.parametrize(
+    ("task", "design"),
+    [
+        (ROOT / "joystick.toml", COMMITTED),
+        (SIZES / "pocket-40.toml", GALLERY / "pocket-40.json"),
+        (SIZES / "desk-150.toml", GALLERY / "desk-150.json"),
+    ],
+)
+def test_no_machine_that_was_built_is_excluded(task: Path, design: Path) -> None:
+    made = load_design(design)
+    m, cube = made.mechanism, made.cube
+    lengths = tuple(getattr(m if k < 4 else cube, f"{name}_mm") for k, name in enumerate(VARIABLES))
+    given = load_brief(task)
+    asked = given.requirements.model_copy(update={"cube_side_mm": 2.0 * cube.half_side_mm})
+    assert least_margin(given.model_copy(update={"requirements": asked}), lengths) >= -ROUNDING
+
+
+@pytest.mark.parametrize(
+    ("motor", "drive", "ratio", "width"),
+    [
+        ("maxon-re30-310007", "capstan", 4.0, 50.0),
+        ("faulhaber-3257g024cr", "capstan", 9.0, 36.0),
+        ("maxon-ec60flat-625858", "direct", 1.0, 50.0),
+    ],
+)
+def test_no_lengths_that_a_search_finds_are_excluded(motor: str, drive: str, ratio: float, width: float) -> None:
+    given = brief(300, 250, force_N=2.0, feel={"effective_mass_max_kg": 0.6, "friction_max_N": 1.0})
+    found = best_lengths(given, Choice(motor, drive, ratio, width), Lessons(reference()), rounds=1)
+    assert found is not None
+    assert least_margin(given, found.lengths_mm) >= -ROUNDING
+    at_most = found.side_mm / 2.0
+    assert at_most > 20.0  # a machine, and not the next to nothing that any outline holds
+
+
+@pytest.mark.parametrize(
+    ("given", "field", "asked"),
+    [
+        (brief(80, 70), "requirements.envelope_width_mm", 80.0),
+        (brief(80, 70, cube_side_mm=60), "requirements.envelope_width_mm", 80.0),
+        (brief(240, 200, cube_side_mm=150), "requirements.cube_side_mm", 150.0),
+    ],
+)
+def test_what_is_excluded_is_told_with_field_bound_and_family(given: DesignBrief, field: str, asked: float) -> None:
+    told = excluded(given)
+    assert told.startswith(f"{field} ")
+    bound = float(re.findall(r"must be [<>] ([0-9.]+)", told)[0])
+    assert bound > asked if "> " in told else bound < asked
+    for words in ("three equal chains at 120 degrees", "any motor of the catalogue", "at least 21 mm wide"):
+        assert words in told
+    if field.endswith("cube_side_mm"):  # a little more than the bound is excluded, too, and a good deal less is not
+        task = given.requirements
+        for side, none in ((bound * 1.001, True), (0.75 * bound, False)):
+            changed = given.model_copy(update={"requirements": task.model_copy(update={"cube_side_mm": side})})
+            assert bool(excluded(changed)) == none
+
+
+def test_nothing_is_excluded_where_the_outline_is_free_or_a_machine_stands() -> None:
+    assert excluded(brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 290.0}})) == ""
+    assert excluded(load_brief(ROOT / "joystick.toml")) == ""
+
+
+def test_a_search_ends_at_once_with_what_is_excluded() -> None:
+    search = Search(brief(80, 70), cast(Any, None), cast(Any, None), reference())
+    assert search.best() is None
+    assert search.tried.candidates == 0
+    assert list(search.tried.stuck) == ["all hardware"]
