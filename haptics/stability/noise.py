@@ -39,7 +39,8 @@ POINTS = 600  # Frequencies of the band, even: the loop's response is smooth ove
 SPRING = (400.0, 20.0)  # N/m and N s/m of the spring that is held
 # A handle all but let go of: what keeps it from wandering along a wall, a five-hundredth of the wall's own stiffness.
 BARELY = Hand(mass=0.0, damping=0.5, stiffness=10.0)
-MOST_DAMPING = 1e3  # N s/m; beyond what any loop here bears
+# N s/m: beyond what any loop here bears; less than a spring of `SPRING` needs to stand; steps from one to the other
+MOST_DAMPING, LEAST_DAMPING, STEPS = 1e3, 1e-2, 41
 # Share of critical up to which a structure's damping is asked for, and to what share of itself it is found.
 MOST_LOSS, FOUND_TO = 1.0, 0.03
 
@@ -182,14 +183,17 @@ class NoisyLoop:
         Returns:
             N s/m; 0 where none is quiet enough.
         """
-        low, high = 0.0, MOST_DAMPING
 
         def quiet(damping: float) -> bool:
             return self.figures(stiffness, damping).force <= force
 
-        if not quiet(1e-2):
+        high = MOST_DAMPING
+        for low in np.geomspace(MOST_DAMPING, LEAST_DAMPING, STEPS).tolist():
+            if quiet(low):
+                break
+            high = low
+        else:
             return 0.0
-        low = 1e-2
         while high > 1.005 * low:
             middle = math.sqrt(low * high)
             low, high = (middle, high) if quiet(middle) else (low, middle)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from textwrap import wrap
 from typing import Any
 
+from haptics.model.hands import CORNERS
 from haptics.simulation.loops import LoopChoice
 from haptics.stability.passivity import Verdict
 from haptics.stability.stiffness import CEILING, PLACES, AxisWall, End, Range, Stiffness
@@ -192,10 +193,15 @@ def walls_text(loop: LoopChoice, walls: Mapping[str, Walls]) -> list[str]:
         f"{'axis':<6}{'own damping':>13}{'passive':>10}{'worst hand':>12}{'nominal hand':>14}{'formula':>9}",
         *(
             f"{axis:<6}{w.own * N_PER_MM:13.2f}{w.passive * N_PER_MM:10.2f}{w.worst * N_PER_MM:12.2f}"
-            f"{w.nominal * N_PER_MM:14.2f}{w.formula * N_PER_MM:9.2f}   worst: {w.worst_hand}"
+            f"{w.nominal * N_PER_MM:14.2f}{w.formula * N_PER_MM:9.2f}   worst: {_who(w)}"
             for axis, w in walls.items()
         ),
     ]
+
+
+def _who(walls: Walls) -> str:
+    known = walls.worst_hand not in CORNERS
+    return walls.worst_hand if known else f"corner {walls.worst_hand} of the hands' ranges"
 
 
 def _span(result: Range) -> str:
