@@ -36,10 +36,12 @@ class BuiltStructure:
 
     def at(self, p: np.ndarray) -> np.ndarray:
         """Flexibility at a position (3,) of the cube, m: (3, 3) m/N, linear between the positions of the grid."""
-        from scipy.interpolate import interpn
-
-        low, high = ([axis[k] for axis in self.places] for k in (0, -1))
-        return interpn(self.places, self.flexibility, np.clip(p, low, high))[0]
+        found = self.flexibility
+        for places, place in zip(self.places, p, strict=True):
+            k = int(np.clip(np.searchsorted(places, place, side="right") - 1, 0, len(places) - 2))
+            share = np.clip((place - places[k]) / (places[k + 1] - places[k]), 0.0, 1.0)
+            found = (1.0 - share) * found[k] + share * found[k + 1]
+        return found
 
 
 def built_structure(folder: Path, design: Design) -> BuiltStructure | None:

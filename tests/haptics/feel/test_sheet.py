@@ -24,20 +24,20 @@ from haptics.feel.holds import hold_facts, hold_markdown, holds
 from haptics.feel.loop_page import quantum_bound
 from haptics.feel.loops import DEFINITIONS, LoopSheet, loop_sheet
 from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
-from haptics.feel.reference_devices import LABELS, reference_devices
+from haptics.feel.reference_devices import reference_devices
 from haptics.feel.sheet import (
     HARD,
     MASS_ERROR,
     RIGID,
     Feel,
     buzzes,
-    cube_points,
     feel,
     hard,
     joint_drive,
     stays,
 )
-from haptics.feel.summary import QUANTITIES, summarise
+from haptics.feel.summary import QUANTITIES
+from haptics.model.ball_joints import ball_friction_N
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
 from haptics.model.motor_heat import hold_time, motor_heat
@@ -89,25 +89,6 @@ def test_summary_is_of_the_cube(machine: MachineModel, found: Feel) -> None:
     for axis in "xyz":
         assert lightest.best[0] <= found.summaries[f"mass_{axis}"].best[0]
         assert found.summaries[f"mass_{axis}"].worst[0] <= heaviest.worst[0]
-
-
-def test_best_and_worst_with_their_places() -> None:
-    values = np.array([[3.0, 1.0], [2.0, 5.0]])
-    positions = np.arange(12.0).reshape(2, 2, 3)
-    small, large = QUANTITIES[0], replace(QUANTITIES[0], small=False)
-    one = summarise(small, 2.5, values, positions)
-    assert (one.best[0], one.worst[0], one.centre) == (1.0, 5.0, 2.5)
-    assert one.best[1].tolist() == [3.0, 4.0, 5.0]
-    assert summarise(large, 2.5, values, positions).best[1].tolist() == [9.0, 10.0, 11.0]
-
-
-def test_points_fill_the_cube(machine: MachineModel) -> None:
-    p = cube_points(machine, 3, 4, 2)
-    assert p.shape == (2, 4, 3, 3)
-    half, low = machine.design.cube.half_side_mm, machine.design.cube.bottom_height_mm
-    assert p.reshape(-1, 3).min(axis=0) * 1e3 == pytest.approx([-half, -half, low])
-    assert p.reshape(-1, 3).max(axis=0) * 1e3 == pytest.approx([half, half, low + 2.0 * half])
-    assert (np.ptp(p[0, 0], axis=0) > 0.0).tolist() == [True, False, False]  # the last index runs along x
 
 
 def test_the_wall_that_is_told_is_the_one_that_the_tick_renders(machine: MachineModel, found: Feel) -> None:
@@ -225,14 +206,14 @@ def test_the_range_of_impedance_is_from_the_mass_to_the_wall(found: Feel) -> Non
 
 
 def test_counts_limit_walls_by_twice_the_friction_over_the_quantum(machine: MachineModel, found: Feel) -> None:
-    """2 f_c / quantum by hand: of one joint that turns alone c / |J| over count |J|, without the ball joints."""
-    by_hand = min(
-        2.0 * found.drive.coulomb / (found.drive.count * float(np.square(column).sum()))
-        for p in (machine.centre + machine.half_side * np.array(s) for s in product((-1.0, 1.0), repeat=3))
-        for column in jacobian(machine.geometry, p).T
-    )
+    """2 f_c / quantum by hand where a count moves the handle most: one joint turns alone, drive and ball joints rub."""
+    p = found.summaries["position_step"].worst[1]
+    lever = max(jacobian(machine.geometry, p).T, key=lambda column: float(np.linalg.norm(column)))
+    reach = float(np.linalg.norm(lever))
+    rubs = found.drive.coulomb / reach + float(ball_friction_N(machine.design, p, lever / reach))
     bound = quantum_bound(found.summaries)
-    assert by_hand < bound < 2.0 * by_hand
+    # the least friction of the cube is elsewhere, a few per cent less
+    assert 0.9 < bound / (2.0 * rubs / (found.drive.count * reach)) <= 1.0 + 1e-9
     assert f"Counts limit no wall up to {1e-3 * bound:.0f} N/mm" in feel_markdown(found)
 
 
@@ -342,20 +323,6 @@ def test_maps_are_of_the_slices(found: Feel) -> None:
     assert z == pytest.approx([low, low + half, low + 2.0 * half])
     assert values[1, len(y) // 2, len(x) // 2] == pytest.approx(found.summaries["force_continuous"].centre, rel=1e-9)
     assert np.abs(values[:, ::-1] - values).max() < 1e-9  # the mechanism is its own mirror image in y
-
-
-def test_figures_of_other_devices_have_sources_that_were_opened() -> None:
-    rows = reference_devices()
-    assert {row.device.split()[-1] for row in rows} == {"omega.3", "Falcon", "Touch", "Inverse3"}
-    for row in rows:
-        assert row.device
-        assert row.quantity in LABELS
-        assert row.bound in ("", "<", ">", "~")
-        assert (row.value is None) == bool(row.text)
-        assert row.test.startswith("unknown")
-        assert "memory" not in row.source
-        assert row.source.startswith(("github.com/", "no figure was found: "))
-        assert row.shown
 
 
 @pytest.fixture(scope="module")
