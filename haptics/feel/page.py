@@ -22,7 +22,7 @@ from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import joint_friction
 from haptics.simulation.hardware import reading_age
 
-SCHEMA = "delta-feel/1"
+SCHEMA = "delta-feel/2"
 MAPS = (
     *("mass_max", "isotropy", "friction_max", "force_continuous", "force_peak", "acceleration"),
     *("position_step", "wall", "gravity"),

@@ -13,7 +13,7 @@ from haptics.stability.stiffness import CEILING, PLACES, AxisWall, End, Range, S
 from haptics.stability.wall_limit import START
 from haptics.stability.walls import SHARE, Walls
 
-SCHEMA = "delta-stiffness/1"
+SCHEMA = "delta-stiffness/2"
 N_PER_MM = 1e-3  # N/m in N/mm
 WIDTH = 110
 FOUR = ("own", "passive", "worst", "nominal")  # walls of a loop, as `Walls` names them

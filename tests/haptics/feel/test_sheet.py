@@ -358,7 +358,7 @@ def test_files_and_table(
     for name in DRAWN:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     facts = json.loads((folder / "feel.json").read_text())
-    assert facts["schema"] == "delta-feel/1"
+    assert facts["schema"] == "delta-feel/2"
     (folder / "stray").write_text("of somebody")
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 2
     assert "holds stray, which no run wrote here" in capsys.readouterr().err
