@@ -21,5 +21,6 @@ from delta_cad.design.record import (
     DesignCube,
     DesignRequirements,
     Hardware,
+    Loop,
     Mechanism,
 )

@@ -26,6 +26,7 @@ from delta_cad.design.record import (
     DesignCube,
     DesignRequirements,
     Hardware,
+    Loop,
     Mechanism,
     Panel,
 )
@@ -39,6 +40,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "requirements": DesignRequirements,
     "hardware": Hardware,
     "panel": Panel,
+    "loop": Loop,
 }
 # What a mechanism alone need not state: limits so wide that they bound nothing, and the unit of force.
 KINEMATICS: dict[str, dict[str, float]] = {
@@ -64,6 +66,9 @@ UNITS = {
     "_m_s2": "m/s^2",
     "_kg": "kg",
     "_kg_m2": "kg m^2",
+    "_N_s_m": "N s/m",
+    "_Hz": "Hz",
+    "_ticks": "ticks",
 }
 
 
@@ -249,9 +254,11 @@ def design_to_json(design: Design) -> str:
 def design_hash(design: Design) -> str:
     """Computes the SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, all defaults.
 
-    Of the user's own parts the rows count that the design names, not the folder that they stand in.
+    Of the user's own parts the rows count that the design names, not the folder that they stand in. The controller's
+    loop does not count: a build is the same with any.
     """
     data = design_to_dict(design)
+    data.pop("loop", None)
     data["hardware"].pop("catalogue", None)
     if rows := own_rows(design):
         data["own_parts"] = {entry: asdict(row) for entry, row in rows.items()}

@@ -116,6 +116,28 @@ class Panel(Section):
     )
 
 
+class Loop(Section):
+    """The sampled loop of the controller; what is left out is as in the board loop of `haptics/simulation/loops.py`."""
+
+    rate_Hz: float | None = Field(default=None, ge=100, le=1e5, description="ticks of the controller a second")
+    delay_ticks: float | None = Field(
+        default=None,
+        ge=0,
+        le=4,
+        description="nominal delay from reading to torque; it ranges from half to 1.5 times that",
+    )
+    damping_N_s_m: float | None = Field(
+        default=None, ge=0, le=100, description="damping of every virtual wall, computed by the controller"
+    )
+    drive_damping: float | None = Field(
+        default=None,
+        ge=0,
+        le=1,
+        description="share of the motors' short-circuit damping that the amplifiers add while a wall is touched, "
+        "without delay; 0: none, as amplifiers on sale",
+    )
+
+
 class Design(Section):
     """One design: everything the CAD, the checks, the optimiser and the controller start from."""
 
@@ -126,6 +148,7 @@ class Design(Section):
     requirements: DesignRequirements
     hardware: Hardware = Field(default_factory=Hardware)
     panel: Panel | None = Field(default=None, description="left out: there is none over the machine")
+    loop: Loop | None = Field(default=None, description="left out: the board loop; no part of what is built")
     provenance: dict[str, JsonValue] = Field(default_factory=dict, description="where the dimensions come from")
 
     @property

@@ -8,7 +8,7 @@ import os
 
 from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
-from haptics.commands.device import device_arguments, refusing
+from haptics.commands.device import device_arguments, loop_options, refusing
 
 NAME = "feel"
 TEXT = "predict the feel over the cube: mass, friction, force, resolution, walls; writes OUT/NAME-feel"
@@ -17,6 +17,7 @@ TEXT = "predict the feel over the cube: mass, friction, force, resolution, walls
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
+    loop_options(command)
     out_option(command)
     json_option(command)
 
@@ -27,19 +28,20 @@ def run(given: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import require_room, whole_folder
     from delta_cad.mechanism import MechanismError
+    from haptics.feel.loops import loop_sheet
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import feel
-    from haptics.feel.structure import built_structure
     from haptics.feel.summary import QUANTITIES
-    from haptics.model.machine import load_machine, masses_file
+    from haptics.model.machine import load_machine
+    from haptics.simulation.loops import chosen_loop
 
     machine = load_machine(given.design, given.masses, given.catalogue)
+    loop = chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
     place = given.out / f"{machine.design.name}-feel"
     require_room(place, folder=True)
     try:
         with Line() as line:
-            built = built_structure((given.masses or masses_file(machine.design)).parent, machine.design)
-            sheet = feel(machine, built=built, say=line.show)
+            sheet = feel(machine, lambda m: loop_sheet(m, loop, line.show), line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
             from haptics.feel.loop_pictures import impedance, z_width
             from haptics.feel.maps import feel_map
@@ -59,14 +61,15 @@ def run(given: argparse.Namespace) -> int:
                     save(draw(sheet.loop, machine.design.name), folder / f"{draw.__name__}.png")
     except MechanismError as error:
         return refuse(f"{given.design}: cube: {error}", BAD_INPUT)
+    except ValueError as error:
+        return refuse(f"{given.design}: {error}; a higher --rate, or --drive-damping, may bear one", BAD_INPUT)
     print(facts if given.json else feel_text(sheet))
     force, wanted = sheet.summaries["force_continuous"].worst[0], machine.design.requirements.force_N
     if force < wanted:
         return refuse(
             f"the joints give {force:.2f} N continuously in every direction, {wanted:g} N are required", NOT_MET
         )
-    shaken = sheet.loop.shaken or sheet.stiffness.shaken
-    if shaken:
-        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)
+    if sheet.loop.shaken:
+        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in sheet.loop.shaken)
         return refuse(f"the default wall oscillates: {says}", NOT_MET)
     return DONE

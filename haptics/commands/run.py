@@ -71,7 +71,7 @@ def run(given: argparse.Namespace) -> int:
     from haptics.devices.device import DeviceError
     from haptics.devices.recording import RecordingError
     from haptics.model.machine import load_machine
-    from haptics.simulation.loops import at_rate
+    from haptics.simulation.loops import chosen_loop
 
     machine = load_machine(given.design, given.masses, given.catalogue)
     if given.record is not None:
@@ -80,7 +80,9 @@ def run(given: argparse.Namespace) -> int:
         if given.record.suffix not in (".csv", ".npz"):
             return refuse(f"--record {given.record}: a recording ends in .csv or .npz", BAD_INPUT)
         require_room(given.record, folder=False)
-    laws_of(machine, given.scene, at_rate(given.rate))  # compiled and looked up before a board waits for it
+    laws_of(
+        machine, given.scene, chosen_loop(machine.design, given.rate)
+    )  # compiled and looked up before a board waits for it
     try:
         device = opened_device(
             machine, given.device, host=given.host, port=given.port, recording=given.recording,
@@ -111,7 +113,7 @@ def _driven(machine: MachineModel, device: Device, given: argparse.Namespace) ->
     from haptics.stability.wall_share import proven_cap
 
     period = _period(device, given)
-    loop = loop_of(device, period)
+    loop = loop_of(machine.design, device, period)
     controller = board_controller(machine, loop)._replace(walls=proven_cap(machine, loop))
     host = Host(controller, laws_of(machine, given.scene, loop))
     host.enable()

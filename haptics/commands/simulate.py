@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
-from haptics.commands.device import device_arguments, number, refusing
+from haptics.commands.device import device_arguments, loop_given, loop_options, number, refusing
 
 if TYPE_CHECKING:
     from haptics.model.machine import MachineModel
     from haptics.scenes.record import Scene
+    from haptics.simulation.loops import LoopChoice
 
 NAME = "simulate"
 TEXT = "simulate a scene: operating resistance, way home, virtual walls, or encoder noise"
@@ -30,6 +31,7 @@ MS_PER_S = 1000.0
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
+    loop_options(command)
     command.add_argument("--scene", required=True, choices=SCENES, help="scene to simulate")
     command.add_argument("--hand", choices=HANDS, help="who holds the handle, scene wall only; default: medium")
     why = "repeat the scene with one assumption changed at a time, to explain differences from the paper; not for noise"
@@ -40,7 +42,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         type=delay,
         default=DELAY_MS,
         metavar="MS",
-        help=f"delay from reading to torque, ms; default: {DELAY_MS:g}",
+        help=f"delay of the paper loop from reading to torque, ms; default: {DELAY_MS:g}",
     )
     command.add_argument(
         "--seed", type=natural, default=0, metavar="N", help="random seed, of the encoder counts; default: 0"
@@ -57,23 +59,27 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
     if given.differs and given.scene == "noise":
         return refuse("--differs: not of the scene noise, which is none of the paper's", BAD_INPUT)
-    if given.delay != DELAY_MS and given.scene == "noise":
-        return refuse(f"--delay {given.delay:g}: the scene noise has the delay of the board's loop", BAD_INPUT)
+    chosen = loop_given(given)
+    if given.delay != DELAY_MS and (given.scene == "noise" or chosen):
+        return refuse(f"--delay {given.delay:g}: of the paper loop only; another has loop.delay_ticks", BAD_INPUT)
+    if chosen and (given.differs or given.scene not in ("wall", "noise")):
+        return refuse("--rate, --damping, --drive-damping: of the scenes wall and noise, without --differs", BAD_INPUT)
     if given.plot:
         import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
     from delta_cad.common.files import require_room
     from haptics.model.machine import load_machine
 
     machine = load_machine(given.design, given.masses, given.catalogue)
+    loop = _loop(machine, given)
     folder = given.out / f"{machine.design.name}-{given.scene}"
     require_room(folder, folder=True)
     with Line() as line:
         line.show(f"{given.scene}: simulating")
-        scene = _scene(machine, given)
+        scene = _scene(machine, given, loop)
         if given.differs:
             scene = _differs(machine, given, scene, line)
         line.show(f"{given.scene}: writing")
-        facts = _plain(_facts(machine, given, scene))
+        facts = _plain(_facts(machine, given, scene, loop))
         facts["files"] = _write(folder, machine, scene, facts, given.plot)
     if given.json:
         print(json.dumps(facts, indent=1, allow_nan=False))
@@ -82,7 +88,18 @@ def run(given: argparse.Namespace) -> int:
     return DONE if scene.kept else NOT_MET
 
 
-def _scene(machine: MachineModel, given: argparse.Namespace) -> Scene:
+def _loop(machine: MachineModel, given: argparse.Namespace) -> LoopChoice:
+    """The paper loop for its figures unless an option chooses another; the device's own for noise."""
+    from dataclasses import replace
+
+    from haptics.simulation.loops import PAPER, chosen_loop
+
+    if given.scene == "noise" or loop_given(given):
+        return chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
+    return replace(PAPER, delays=(0.0, given.delay / MS_PER_S / PAPER.period, 1.0))
+
+
+def _scene(machine: MachineModel, given: argparse.Namespace, loop: LoopChoice) -> Scene:
     delay = given.delay / MS_PER_S
     if given.scene == "resistance":
         from haptics.scenes.resistance import resistance
@@ -95,10 +112,11 @@ def _scene(machine: MachineModel, given: argparse.Namespace) -> Scene:
     if given.scene == "noise":
         from haptics.scenes.noise import noise
 
-        return noise(machine, seed=given.seed)
+        return noise(machine, loop=loop, seed=given.seed)
     from haptics.scenes.wall import wall
 
-    return wall(machine, hand=given.hand or "medium", delay=delay, seed=given.seed)
+    other = loop if loop_given(given) else None
+    return wall(machine, hand=given.hand or "medium", delay=delay, seed=given.seed, loop=other)
 
 
 def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, line: Line) -> Scene:
@@ -132,10 +150,10 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
+def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene, loop: LoopChoice) -> dict[str, Any]:
     from delta_cad.design import design_hash
-    from haptics.scenes.bench import PERIOD
-    from haptics.simulation.assumptions import CORNER, CURRENT_LAG, encoder_count, nominal_plant
+    from haptics.gravity.published import of_published_lengths
+    from haptics.simulation.assumptions import encoder_count, nominal_plant
     from haptics.simulation.loop import SUBSTEPS
 
     par = nominal_plant(machine)
@@ -145,13 +163,15 @@ def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene) -> di
         "design_sha256": design_hash(machine.design),
         "scene": scene.name,
         "paper_figures": scene.figures,
+        "published_lengths": of_published_lengths(machine.geometry),
         "assumptions": {
-            "period_s": PERIOD,
+            "loop": loop.label,
+            "period_s": loop.period,
             "substeps": SUBSTEPS,
-            "delay_s": given.delay / MS_PER_S,
+            "delay_s": loop.delay,
             "seed": given.seed,
-            "current_lag_s": CURRENT_LAG,
-            "velocity_filter_Hz": CORNER,
+            "current_lag_s": loop.current_lag,
+            "velocity_filter_Hz": loop.corner,
             "encoder_count_rad": encoder_count(machine),
             "coulomb_friction_N_m": par.coulomb,
             "viscous_friction_N_m_s_per_rad": par.viscous,
@@ -190,12 +210,12 @@ def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, A
 
 
 def _print(facts: dict[str, Any], folder: Path) -> None:
-    a = facts["assumptions"]
-    print(
-        f"{facts['name']}: {facts['scene']}, beside {facts['paper_figures']} of [RCIM2018]; "
-        f"{1e-3 / a['period_s']:g} kHz, delay "
-        f"{a['delay_s'] * MS_PER_S:g} ms, seed {a['seed']}"
-    )
+    paper = ""
+    if facts["scene"] != "noise":
+        machine = "its lengths" if facts["published_lengths"] else "another machine: other lengths"
+        paper = f" for {facts['paper_figures']} of [RCIM2018], {machine}"
+    assumed = facts["assumptions"]
+    print(f"{facts['name']}: {facts['scene']}{paper}; {assumed['loop']}; seed {assumed['seed']}")
     printers = {"resistance": _print_resistance, "home": _print_home, "wall": _print_wall, "noise": _print_noise}
     printers[facts["scene"]](facts)
     print()

@@ -8,7 +8,7 @@ import os
 
 from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
-from haptics.commands.device import device_arguments, number, refusing
+from haptics.commands.device import device_arguments, loop_options, number, refusing
 
 NAME = "stiffness"
 TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and passivity"
@@ -17,14 +17,13 @@ TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges an
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
+    loop_options(command, "0 in the paper loop, 2 in the board loop, 0.17 with drives that damp")
     at_least_0, period = number("number of at least 0", 0.0), number("period from 0.05 to 10 ms", 0.05, 10.0)
     command.add_argument(
-        "--damping", type=at_least_0, default=0.0, metavar="B", help="damping of the wall, N s/m; default: 0"
+        "--period", type=period, default=1.0, metavar="MS", help="period of the paper loop, ms; default: 1"
     )
-    command.add_argument("--period", type=period, default=1.0, metavar="MS", help="period of the loop, ms; default: 1")
-    command.add_argument(
-        "--delay", type=at_least_0, metavar="MS", help="delay from reading to torque, ms; default: from 0 to one period"
-    )
+    text = "delay of the paper loop from reading to torque, ms; default: from 0 to one period"
+    command.add_argument("--delay", type=at_least_0, metavar="MS", help=text)
     out_option(command)
     json_option(command)
 
@@ -36,8 +35,8 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.common.files import require_room, write_whole
     from haptics.model.machine import load_machine
     from haptics.rendering.laws.virtual_wall import AXES
-    from haptics.simulation.loops import BOARD
-    from haptics.stability.page import board_facts, board_text, stiffness_facts, stiffness_text
+    from haptics.simulation.loops import chosen_loop, other_drives
+    from haptics.stability.page import FOUR_TEXT, stiffness_facts, stiffness_text, walls_facts, walls_text
     from haptics.stability.stiffness import largest_walls
     from haptics.stability.walls import WallAt
 
@@ -46,24 +45,29 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"--delay {given.delay:g} ms: must be at most 20 periods of {given.period:g} ms", BAD_INPUT)
     machine = load_machine(given.design, given.masses, given.catalogue)
     name = machine.design.name
+    chosen = chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
     place = given.out / f"{name}-stiffness.json"
     require_room(place)
     try:
         with Line() as line:
-            line.show("walls of the board's loop")
-            four = {axis: WallAt(machine, normal=normal).four() for axis, normal in AXES.items()}
+            four = []
+            for loop in (chosen, other_drives(chosen)):
+                line.show(f"walls of the {loop.name} loop")
+                four.append((loop, {a: WallAt(machine, loop, normal=n).walls() for a, n in AXES.items()}))
             walls = largest_walls(
                 machine,
-                damping=given.damping,
+                damping=given.damping or 0.0,
                 period=given.period / 1e3,
                 delay=delay,
                 say=lambda axis: line.show(f"wall across {axis}"),
             )
     except ValueError as error:
         return refuse(f"{given.design}: {error}", BAD_INPUT)
-    facts = json.dumps(stiffness_facts(name, walls) | {"board_loop": board_facts(BOARD, four)}, indent=1)
-    write_whole(place, facts + "\n")
-    print(facts if given.json else "\n".join([stiffness_text(name, walls), "", *board_text(BOARD, four)]))
+    facts = stiffness_facts(name, walls) | {"loops": [walls_facts(loop, found) for loop, found in four]}
+    written = json.dumps(facts, indent=1)
+    write_whole(place, written + "\n")
+    tables = [line for loop, found in four for line in ("", *walls_text(loop, found))]
+    print(written if given.json else "\n".join([stiffness_text(name, walls), *tables, FOUR_TEXT]))
     if not walls.shaken:
         return DONE
     says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.shaken)

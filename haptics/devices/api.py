@@ -14,6 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from delta_cad.design import Design
 from haptics.calibration.record import load_calibration
 from haptics.control.controller import VELOCITY, Controller, Memory, tick
 from haptics.control.pose import POSITION
@@ -28,7 +29,7 @@ from haptics.devices.simulated import simulated_machine
 from haptics.model.machine import MachineModel, load_machine
 from haptics.rendering.laws.constant_force import FORCE, ConstantForce
 from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import LoopChoice, at_rate
+from haptics.simulation.loops import LoopChoice, chosen_loop
 
 KINDS = ("simulated", "socket", "recorded")
 WAIT_S = 0.1  # for a board's STATE; a program that is slower than a period is late, not lost
@@ -193,7 +194,7 @@ def open_device(
     )  # fmt: skip
     try:
         period = getattr(opened, "period", 1.0 / rate_Hz)
-        controller = board_controller(machine, loop_of(opened, period))
+        controller = board_controller(machine, loop_of(machine.design, opened, period))
     except BaseException:
         opened.close()
         raise
@@ -243,7 +244,7 @@ def opened_device(
         if not (isinstance(port, int) and 0 < port < 65536):
             raise ValueError(f"port is {port!r}; a board's is from 1 to 65535, and `haptics board` prints its own")
         # all that is compiled is, before the board's watchdog begins to wait for it
-        Host(board_controller(machine, at_rate(rate_Hz)), ConstantForce(np.zeros(3)))
+        Host(board_controller(machine, chosen_loop(machine.design, rate_Hz)), ConstantForce(np.zeros(3)))
         opened = RemoteDevice(UdpLink(host, port, allow_remote=allow_remote), timeout=timeout)
     elif device == "recorded":
         if recording is None:
@@ -254,14 +255,15 @@ def opened_device(
     return opened if known is None else CalibratedDevice(opened, machine.geometry, known.unknowns)
 
 
-def loop_of(device: Device, period: float) -> LoopChoice:
+def loop_of(design: Design, device: Device, period: float) -> LoopChoice:
     """Gives the loop that a device closes: what its walls are held to.
 
     Args:
+        design: Whose `loop` says how its drives damp.
         device: The device; a board says itself whether its drives damp more at a wall, and is a period late.
         period: Of its tick, s.
     """
-    loop = at_rate(1.0 / period)
+    loop = chosen_loop(design, 1.0 / period)
     damps = getattr(device, "damps_at_walls", None)  # of a board
     if damps is not None:
         loop = loop.linked

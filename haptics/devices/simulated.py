@@ -17,7 +17,7 @@ from haptics.model.sensor import EXACT, SensorErrors, reading
 from haptics.simulation.assumptions import encoder_count
 from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
 from haptics.simulation.loop import timing
-from haptics.simulation.loops import LoopChoice, at_rate
+from haptics.simulation.loops import chosen_loop
 
 STEP_S = 5e-5  # of the simulation, somewhat less than in `stability.wall_trial`
 MIDDLE = 0.5  # place of the encoders' counts: a count is read about its middle
@@ -150,7 +150,7 @@ def simulated_machine(machine: MachineModel, period: float = 1e-3, *, linked: bo
     Returns:
         The device, its handle in the middle of the cube.
     """
-    loop: LoopChoice = at_rate(1.0 / period)
+    loop = chosen_loop(machine.design, 1.0 / period)
     loop = loop.linked if linked else loop
     return SimulatedDevice(
         real_plant(machine, loop),

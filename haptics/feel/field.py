@@ -11,6 +11,8 @@ With `torque = J^T force`, `v = J theta_dot` and G the inverse Jacobian, rows G_
   `G^T (+-l - h)`, and the farthest is the most that any direction gets.
 - Accelerations of the free handle that torques within +-l give beside gravity's: `tau_i = (M J_i) . a`, so that the
   ball about 0 has the radius `min (l - |h_i|) / |M J_i|`.
+- Errors e_i of the joints' torques, whatever their signs, are a force of at most `max |sum +-e_i G_i|`: ripple, a share
+  of each torque, and cogging.
 - A step of one encoder moves the handle by `count |J_i|`; one of a torque changes the force by `step |G_i|`.
 
 Source:
@@ -54,6 +56,8 @@ class Drive:
         coulomb: Friction of the drive; the ball joints' is added at the handle.
         count: Count of the encoder, rad.
         step: Step of the torque command.
+        ripple: Largest deviation of a torque from its command, as a share.
+        cogging: Largest torque without a command.
     """
 
     continuous: float
@@ -62,6 +66,8 @@ class Drive:
     coulomb: float
     count: float
     step: float
+    ripple: float
+    cogging: float
 
 
 @dataclass(frozen=True)
@@ -87,6 +93,8 @@ class FeelField:
         acceleration: Of the free handle for a moment that is there in every direction, m/s^2.
         dynamic_range: Continuous force in every direction over friction in the worst.
         gravity: Largest torque of a joint that holds the weight, N m.
+        ripple_still: Largest ripple at the handle in any direction while the weight alone is held, N.
+        ripple_force: The same at the continuous torque of all joints, N.
     """
 
     position: np.ndarray
@@ -105,6 +113,8 @@ class FeelField:
     acceleration: np.ndarray
     dynamic_range: np.ndarray
     gravity: np.ndarray
+    ripple_still: np.ndarray
+    ripple_force: np.ndarray
 
     def named(self) -> dict[str, np.ndarray]:
         """Each figure's array by its name, the axes' masses as three."""
@@ -176,7 +186,14 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
         acceleration=inscribed_ball(columns @ mass, gravity, drive.peak),
         dynamic_range=continuous / friction,
         gravity=np.abs(gravity).max(axis=-1),
+        ripple_still=_in_phase(drive.ripple * np.abs(gravity) + drive.cogging, rows),
+        ripple_force=_in_phase(np.full(gravity.shape, drive.ripple * drive.continuous + drive.cogging), rows),
     )
+
+
+def _in_phase(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Largest force (...) at the handle of torques (..., 3 chains) whose signs are not known, rows G_i."""
+    return np.linalg.norm((SIGNS[:4] * errors[..., None, :]) @ rows, axis=-1).max(axis=-1)
 
 
 def least_friction(machine: MachineModel, p: np.ndarray, columns: np.ndarray, coulomb: float) -> np.ndarray:

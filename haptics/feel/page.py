@@ -12,17 +12,17 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS
 from haptics.feel.holds import DEFINITION, hold_facts, hold_markdown
-from haptics.feel.loop_page import loop_facts, loop_markdown, loop_text
+from haptics.feel.loop_page import loop_markdown, loop_text, sheet_facts
+from haptics.feel.loops import DEFINITIONS
 from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
 from haptics.feel.sheet import MASS_ERROR, Feel
 from haptics.feel.summary import QUANTITIES, Quantity, Summary
 from haptics.model.hands import HAND_MODELS
 from haptics.model.machine import MachineModel
-from haptics.simulation.assumptions import CURRENT_LAG, DELAY, joint_friction
+from haptics.simulation.assumptions import joint_friction
 from haptics.simulation.hardware import reading_age
-from haptics.stability.wall_limit import START
 
-SCHEMA = "delta-feel/1"
+SCHEMA = "delta-feel/2"
 MAPS = (
     *("mass_max", "isotropy", "friction_max", "force_continuous", "force_peak", "acceleration"),
     *("position_step", "wall", "gravity"),
@@ -47,15 +47,8 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
         "answers": [asdict(answer) for answer in sheet.answers],
         "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
         "hold": {"definition": DEFINITION, "forces": hold_facts(sheet.holds)},
-        "loop": loop_facts(sheet.loop, sheet.built),
-        "simulated_wall_N_per_mm": {
-            wall.axis: {
-                "nominal": wall.nominal.bisection * 1e-3,
-                "lowest": wall.simulated.lowest.stiffness * 1e-3,
-                "highest": wall.simulated.highest.stiffness * 1e-3,
-            }
-            for wall in sheet.stiffness.axes
-        },
+        "loop": sheet_facts(sheet.loop, sheet.machine),
+        "rendered_wall_N_per_mm": {name: _summary_facts(over) for name, over in sheet.rendered.items()},
         "beside": [
             {
                 "device": row.device,
@@ -71,8 +64,8 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
             "joint_friction_coulomb_N_m": list(friction.coulomb),
             "drive_friction_coulomb_N_m": list(friction.drive),
             "joint_friction_viscous_N_m_s_per_rad": list(friction.viscous),
-            "delay_periods": list(DELAY),
-            "current_lag_ms": CURRENT_LAG * 1e3,
+            "torque_ripple_share": sheet.drive.ripple,
+            "cogging_N_m": sheet.drive.cogging,
             "command_steps": COMMAND_STEPS,
             "mass_error": MASS_ERROR,
             "continuous_torque_N_m": sheet.drive.continuous,
@@ -118,7 +111,7 @@ def feel_text(sheet: Feel) -> str:
         f"{_number(s, s.worst[0]):>9}   {_place(s.worst[1])}"
         for s in sheet.summaries.values()
     ]
-    return "\n".join([*lines, "", head, *rows, "", *loop_text(sheet.loop)])
+    return "\n".join([*lines, "", head, *rows, "", *loop_text(sheet.loop, sheet.rendered, sheet.machine)])
 
 
 def _number(summary: Summary, value: float) -> str:
@@ -160,29 +153,11 @@ def feel_markdown(sheet: Feel) -> str:
         "rods' ball joints included, against a steady motion (the limit `friction_max_N` is proved of a bound, which "
         "lies above it); in the best direction it is also the smallest force that moves a handle at rest, and hides "
         "smaller forces from a resting hand. Force in every direction: the largest ball in the polytope of "
-        f"forces that the joints give beside the weight. {_stops(sheet)}",
+        f"forces that the joints give beside the weight. {_stops(sheet)} Torque ripple: "
+        f"{DEFINITIONS['ripple']}.",
         "",
         *hold_markdown(sheet.machine, sheet.holds),
-        *loop_markdown(sheet.loop, sheet.summaries, sheet.built),
-        "## Walls by the paper's protocol, in the paper's loop of 1 kHz, simulated",
-        "",
-        "| axis | paper, its prototype | protocol | bisection | range over hands, friction, delay | passivity |",
-        "|---|---:|---:|---:|---|---|",
-    ]
-    for wall in sheet.stiffness.axes:
-        protocol = "-" if wall.nominal.protocol is None else f"{wall.nominal.protocol / MM_PER_M:.1f}"
-        lines.append(
-            f"| {wall.axis} | {wall.published / MM_PER_M:.1f} | {protocol} | {wall.nominal.bisection / MM_PER_M:.2f} | "
-            f"{wall.simulated.lowest.stiffness / MM_PER_M:.2f} ({wall.simulated.lowest.corner}) to "
-            f"{wall.simulated.highest.stiffness / MM_PER_M:.1f} ({wall.simulated.highest.corner}) | "
-            f"{wall.default_verdict.kind.value} |"
-        )
-    lines += [
-        "",
-        f"N/mm; nominal: {sheet.stiffness.axes[0].corner}. The verdict is on "
-        f"{START / MM_PER_M:g} N/mm; no friction that sticks counts. "
-        "FAILS: a hand of the set makes the linear loop swing.",
-        "",
+        *loop_markdown(sheet.loop, sheet.summaries, sheet.rendered, sheet.machine),
         "## Beside devices on the market",
         "",
         *_comparison(sheet, reference_devices()),
@@ -215,8 +190,10 @@ def feel_markdown(sheet: Feel) -> str:
         "",
         f"- Coulomb friction of a joint {usual:.1f} mN m ({low:.1f} to {most:.1f}), from the motor's idle current; it "
         "scales all friction figures.",
-        f"- In the paper's loop: delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag "
-        f"{CURRENT_LAG * 1e3:g} ms, period {sheet.stiffness.period * 1e3:g} ms, no damping in the wall.",
+        f"- Loop: {sheet.loop.loop.label}; the delay is {sheet.loop.loop.delays[0]:g} to "
+        f"{sheet.loop.loop.delays[2]:g} ticks, currents follow within {1e3 * sheet.loop.loop.current_lag:g} ms.",
+        f"- A motor's torque is off its current's by {100.0 * sheet.drive.ripple:g} %, and cogs by "
+        f"{1e3 * sheet.drive.cogging:.2g} mN m at the joint.",
         f"- An encoder's reading has {math.degrees(sheet.loop.noise_rad):.2g} degrees rms of noise; where the "
         "catalogue tells none of its row, a count of 18 bits, with a quarter to four times that as its range: "
         f"figures of noise go with it. A reading's age: {_age(machine)}.",
@@ -261,7 +238,7 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
         "force_continuous_N": f"{sheet.summaries['force_continuous'].worst[0]:.1f} everywhere, any direction",
         "force_peak_N": f"{sheet.summaries['force_peak'].worst[0]:.1f} likewise, as the controller gives it",
         "stiffness_N_per_mm": f"{1e-3 * sheet.summaries['wall'].worst[0]:.1f} worst, "
-        f"{1e-3 * sheet.summaries['wall'].centre:.1f} centre",
+        f"{1e-3 * sheet.summaries['wall'].centre:.1f} centre, where {sheet.loop.loop.condition}",
         "apparent_mass_g": f"{1e3 * mass.centre:.0f} centre, {1e3 * mass.worst[0]:.0f} worst",
         "friction_N": f"{friction.centre:.2f} centre, {friction.worst[0]:.2f} worst",
         "resolution_mm": f"{MM_PER_M * sheet.summaries['position_step'].worst[0]:.1g}, a count; its reading's noise is "

@@ -1,7 +1,7 @@
 """What a device will feel like: figures over its cube, their summary, and three answers to a designer's questions.
 
 Whether the handle stays where it is left, whether a wall is hard, whether it buzzes: each follows from the figures of
-`feel_field` and the walls of `stiffness`, with the assumptions of `assumptions`. Importing this module loads numba.
+`feel_field` and the walls of `loops`, with the assumptions of `assumptions`. Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -16,15 +16,14 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian
 from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
 from haptics.feel.holds import Hold, holds
-from haptics.feel.loops import DEFAULT_WALL, LoopSheet, loop_sheet
-from haptics.feel.structure import BuiltStructure
-from haptics.feel.summary import QUANTITIES, Summary, summarise
+from haptics.feel.loops import DEFAULT_WALL, LoopSheet, LoopWalls, loop_sheet
+from haptics.feel.summary import QUANTITIES, WALL, Summary, summarise
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import encoder_count, joint_friction
+from haptics.simulation.hardware import real_plant
 from haptics.stability.noise import FORCE, MOTION
-from haptics.stability.stiffness import Stiffness, largest_walls
-from haptics.stability.wall_share import proven_cap, rendered
+from haptics.stability.wall_share import rendered
 
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
 # nothing is proven between them.
@@ -70,11 +69,11 @@ class Feel:
         summaries: By name, one for each of `QUANTITIES`.
         slices: Figures on three planes of the cube, (3 heights, SLICE y, SLICE x).
         walls: Walls that are rendered on these planes in the worst direction, N/m.
-        stiffness: The simulated and linear walls at the centre, in the paper's loop.
-        loop: The loop on the board.
+        rendered: Name of a loop -> the walls that it renders over the cube: the loop that is chosen, and the same with
+            drives of the other kind.
+        loop: The device in its loop.
         holds: How long forces may be held.
         answers: To a designer's questions.
-        built: What the build computed of its structure; None where that is not at hand.
     """
 
     machine: MachineModel
@@ -82,11 +81,10 @@ class Feel:
     summaries: dict[str, Summary]
     slices: FeelField
     walls: np.ndarray
-    stiffness: Stiffness
+    rendered: dict[str, Summary]
     loop: LoopSheet
     holds: tuple[Hold, ...]
     answers: tuple[Answer, ...]
-    built: BuiltStructure | None
 
 
 def joint_drive(machine: MachineModel) -> Drive:
@@ -95,7 +93,7 @@ def joint_drive(machine: MachineModel) -> Drive:
     Both torques are those of the drive as far as the peak that the design asks for, at which the controller stops, lets
     them; the drive's own peak stands beside them.
     """
-    drive = machine.drive
+    drive, par = machine.drive, real_plant(machine)
     return Drive(
         continuous=min(drive.continuous_torque_N_m, drive.controlled_torque_N_m),
         peak=drive.controlled_torque_N_m,
@@ -103,6 +101,8 @@ def joint_drive(machine: MachineModel) -> Drive:
         coulomb=joint_friction(machine).drive[1],
         count=encoder_count(machine),
         step=2.0 * drive.peak_torque_N_m / COMMAND_STEPS,
+        ripple=par.ripple,
+        cogging=par.cogging,
     )
 
 
@@ -116,19 +116,14 @@ def cube_points(machine: MachineModel, nx: int, ny: int, nz: int) -> np.ndarray:
 
 def feel(
     machine: MachineModel,
-    *,
-    walls: Callable[[MachineModel], Stiffness] = largest_walls,
     loops: Callable[[MachineModel], LoopSheet] = loop_sheet,
-    built: BuiltStructure | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> Feel:
     """All figures of a device.
 
     Args:
         machine: The device.
-        walls: Function that finds its largest walls by the paper's protocol, in the paper's loop.
-        loops: Function that finds what it renders in the loop on its board.
-        built: What its build computed of its structure.
+        loops: Function that computes the device in its loop.
         say: Called with the step that begins.
 
     Returns:
@@ -137,32 +132,30 @@ def feel(
     Raises:
         UnreachableError: A point of the cube cannot be reached.
         SingularError: The forearms lie in one plane at one.
+        ValueError: The loop bears no wall somewhere.
     """
     drive = joint_drive(machine)
     say("figures over the cube")
     field = feel_at(machine, drive, cube_points(machine, GRID, GRID, GRID))
     middle, held = feel_at(machine, drive, machine.centre), holds(machine, drive, field.position)
     slices = feel_at(machine, drive, cube_points(machine, SLICE, SLICE, 3))
-    say("walls over the cube")
-    cap = proven_cap(machine)
-
-    def wall(p: np.ndarray) -> np.ndarray:
-        return rendered(cap, jacobian(machine.geometry, p))[0]
-
-    say("the loop on the board")
     loop = loops(machine)
-    say("largest walls")
-    stiffness = walls(machine)
-    summaries: dict[str, Summary] = {}
-    for quantity in QUANTITIES:
-        if quantity.name == "wall":
-            middle_wall = float(wall(machine.centre))
-            summaries["wall"] = summarise(quantity, middle_wall, wall(field.position), field.position)
-        else:
-            value = float(middle.named()[quantity.name])
-            summaries[quantity.name] = summarise(quantity, value, field.named()[quantity.name], field.position)
-    answers = (stays(machine, drive, summaries), hard(loop, summaries["wall"]), buzzes(loop, summaries))
-    return Feel(machine, drive, summaries, slices, wall(slices.position), stiffness, loop, held, answers, built)
+
+    def wall(one: LoopWalls, p: np.ndarray) -> np.ndarray:
+        return rendered(one.cap, jacobian(machine.geometry, p))[0]
+
+    over = {
+        one.loop.name: summarise(WALL, float(wall(one, machine.centre)), wall(one, field.position), field.position)
+        for one in (loop.walls, loop.other)
+    }
+    summaries = {
+        quantity.name: over[loop.loop.name]
+        if quantity is WALL
+        else summarise(quantity, float(middle.named()[quantity.name]), field.named()[quantity.name], field.position)
+        for quantity in QUANTITIES
+    }
+    answers = (stays(machine, drive, summaries), hard(loop, over), buzzes(loop, summaries))
+    return Feel(machine, drive, summaries, slices, wall(loop.walls, slices.position), over, loop, held, answers)
 
 
 def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:
@@ -185,21 +178,31 @@ def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) ->
     return Answer("Will the handle stay where it is left?", good, short, text)
 
 
-def hard(loop: LoopSheet, wall: Summary) -> Answer:
-    """Compares the wall that is rendered everywhere with what passes for hard and for rigid."""
-    axis, walls = loop.worst
-    limit = wall.worst[0]
-    kind = "nobody tells it from rigid" if limit >= RIGID else "it feels hard" if limit >= HARD else "it feels soft"
-    who = "a corner of the ranges" if walls.worst_hand in CORNERS else walls.worst_hand
-    text = (
-        f"The wall that is rendered has {limit / MM_PER_M:.1f} N/mm at the worst pose and "
-        f"{wall.centre / MM_PER_M:.1f} at the centre: {kind} (hard from about {HARD / MM_PER_M:.0f} N/mm, rigid from "
-        f"about {RIGID / MM_PER_M:.0f} N/mm). Across {axis} at the centre it is steady up to "
-        f"{walls.worst / MM_PER_M:.1f} N/mm with the worst of all hands ({who}) and {walls.nominal / MM_PER_M:.1f} "
-        f"with the nominal one; passive as measured up to {walls.port / MM_PER_M:.1f}, by the device's own damping "
-        f"up to {walls.own / MM_PER_M:.1f}."
-    )
-    return Answer("Is the wall hard?", limit >= HARD, "Yes." if limit >= HARD else "No.", text)
+def hard(loop: LoopSheet, over: dict[str, Summary]) -> Answer:
+    """Compares the wall that is rendered everywhere with what passes for hard and for rigid, for both kinds of drives.
+
+    Args:
+        loop: The device in its loop.
+        over: Name of a loop -> the walls that it renders over the cube.
+    """
+    text = []
+    for one in (loop.walls, loop.other):
+        axis, walls = one.worst
+        wall = over[one.loop.name]
+        limit = wall.worst[0]
+        kind = "nobody tells it from rigid" if limit >= RIGID else "it feels hard" if limit >= HARD else "it feels soft"
+        who = "a corner of the ranges" if walls.worst_hand in CORNERS else walls.worst_hand
+        text.append(
+            f"{one.loop.label}: the wall that is rendered has {limit / MM_PER_M:.1f} N/mm at the worst pose and "
+            f"{wall.centre / MM_PER_M:.1f} at the centre: {kind}. Across {axis} at the centre it is stable up to "
+            f"{walls.worst / MM_PER_M:.1f} N/mm with the worst of all hands ({who}) and {walls.nominal / MM_PER_M:.1f} "
+            f"with the nominal one; passive up to {walls.passive / MM_PER_M:.1f}, by the device's own damping up to "
+            f"{walls.own / MM_PER_M:.2f}."
+        )
+    good = over[loop.loop.name].worst[0] >= HARD
+    short = f"{'Yes' if good else 'No'}, where {loop.loop.condition}."
+    scale = f"Hard from about {HARD / MM_PER_M:.0f} N/mm, rigid from about {RIGID / MM_PER_M:.0f} N/mm."
+    return Answer("Is the wall hard?", good, short, " ".join([*text, scale]))
 
 
 def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:

@@ -1,49 +1,27 @@
-"""What gives way as a person meets it: structural stiffness, first resonance, bandwidth of the force on a held handle.
+"""What gives way as a person meets it: first resonance, and bandwidth of the force on a held handle.
 
-The build writes the stiffness of its exact structure; this project's loops take one spring as stiff as the design asks
-for. Both are told. Importing this module loads numba.
+The structure is that of the build where `structure.json` is at hand, else as stiff as the design requires. Importing
+this module loads numba.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from delta_cad.common.reading import ReadError, read_json
-from delta_cad.design import Design, design_hash
 from haptics.model.machine import MachineModel
-from haptics.model.plant import FREE, Plant
-from haptics.simulation.hardware import STIFFER, real_plant, structured
+from haptics.model.plant import FREE
+from haptics.simulation.hardware import LOSS, real_plant
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.bodies import continuous, loaded
-from haptics.stability.linear import linearise
-from haptics.stability.walls import WallAt
+from haptics.stability.linear import linearise, structure_at
+from haptics.stability.noise import shares
 
-FILE, SCHEMA = "structure.json", "delta-structure/1"
 FIXED = 1e9  # N m/rad that hold a motor whose structure alone is to swing, and N/m that hold a handle
 LEVEL = 10.0 ** (3.0 / 20.0)  # 3 dB
 SWEEP_Hz = np.geomspace(1.0, 3000.0, 3000)
-
-
-@dataclass(frozen=True)
-class BuiltStructure:
-    """What the build computed of its structure, motors held, cable included.
-
-    Attributes:
-        centre: Least stiffness at the knob of all directions, in the cube's centre, N/m.
-        softest: The same at the softest of its positions, N/m.
-        mode: First mode in the centre, Hz.
-        slowest: The lowest over the cube, Hz.
-    """
-
-    centre: float
-    softest: float
-    mode: float
-    slowest: float
 
 
 class Bandwidth(NamedTuple):
@@ -58,23 +36,9 @@ class Bandwidth(NamedTuple):
     less: float
 
 
-def built_structure(folder: Path, design: Design) -> BuiltStructure | None:
-    """Reads `structure.json` of a design's build; None where it is missing, of another design, or cannot be read."""
-    try:
-        data = read_json(folder / FILE)
-        if data["schema"] != SCHEMA or data["input_sha256"] != design_hash(design):
-            return None
-        stiffness = (1e3 * float(data[place]["softest_N_mm"]) for place in ("centre", "softest"))
-        modes = (float(data[place]["first_mode_Hz"]) for place in ("centre", "slowest"))
-        found = BuiltStructure(*stiffness, *modes)
-    except (ReadError, KeyError, TypeError, ValueError):
-        return None
-    return found if all(math.isfinite(v) and v > 0.0 for v in vars(found).values()) else None
-
-
-def first_resonance(machine: MachineModel, loop: LoopChoice = BOARD) -> float:
-    """Lowest mode at the centre with the motors held, of the loop's model, Hz."""
-    here = WallAt(machine, replace(loop, drive_damping=0.0, contact_damping=0.0)).here
+def first_resonance(machine: MachineModel) -> float:
+    """Lowest mode at the centre with the motors held, as the walls' model has it, Hz."""
+    here = linearise(real_plant(machine, BOARD), machine.centre, structure_at(machine, machine.centre))
     body, _ = here.body(FREE)
     motors = here.ports(np.eye(3), len(body.mass)).push.T @ np.eye(len(body.mass))
     held = loaded(body, motors, stiffness=FIXED)
@@ -83,21 +47,21 @@ def first_resonance(machine: MachineModel, loop: LoopChoice = BOARD) -> float:
 
 
 def held_force(
-    machine: MachineModel, par: Plant, normal: np.ndarray, frequency: np.ndarray, loop: LoopChoice = BOARD
+    machine: MachineModel, normal: np.ndarray, frequency: np.ndarray, loop: LoopChoice = BOARD, share: float = 1.0
 ) -> np.ndarray:
     """Force on a handle that is held still over the force commanded, at the cube's centre.
 
     Args:
         machine: The device.
-        par: Its plant.
         normal: (3,) direction of the force.
         frequency: (n,) Hz.
         loop: Whose hold and current loop stand between.
+        share: Of the structure's stiffness.
 
     Returns:
         (n,) complex, dimensionless; without the delay, which turns its phase alone.
     """
-    here = linearise(par, machine.centre)
+    here = linearise(real_plant(machine, loop), machine.centre, structure_at(machine, machine.centre, LOSS[1], share))
     body, place = here.body(FREE)
     n = len(body.mass)
     rate, asked = continuous(
@@ -109,18 +73,16 @@ def held_force(
 
 
 def force_bandwidth(machine: MachineModel, normal: np.ndarray, loop: LoopChoice = BOARD) -> tuple[Bandwidth, Bandwidth]:
-    """Bandwidth of the force on a held handle, with the structure as soft as the design asks for, and the stiffest.
+    """Bandwidth of the force on a held handle, with the softest and the stiffest structure of `shares`.
 
     Args:
         machine: The device.
         normal: (3,) direction of the force.
         loop: The loop.
     """
-    plain = real_plant(machine, loop)
     found = []
-    for share in (STIFFER[0], STIFFER[-1]):
-        par = structured(plain, share * plain.structure_stiffness)
-        level = np.abs(held_force(machine, par, normal, SWEEP_Hz, loop))
+    for share in (shares(machine)[0], shares(machine)[-1]):
+        level = np.abs(held_force(machine, normal, SWEEP_Hz, loop, share))
         off, less = np.flatnonzero(np.abs(np.log(level)) > math.log(LEVEL)), np.flatnonzero(level >= 1.0 / LEVEL)
         within = SWEEP_Hz[off[0]] if len(off) else SWEEP_Hz[-1]
         found.append(Bandwidth(float(within), float(SWEEP_Hz[less[-1]])))

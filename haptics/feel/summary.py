@@ -34,6 +34,7 @@ class Quantity:
         return f"{self.name}_{unit}" if unit else self.name
 
 
+WALL = Quantity("wall", "wall that is rendered, worst direction", "N/mm", 1e-3, 1, False)
 QUANTITIES = (
     Quantity("mass_max", "effective mass, heaviest direction", "g", 1e3, 0, True),
     Quantity("mass_min", "effective mass, lightest direction", "g", 1e3, 0, True),
@@ -44,6 +45,8 @@ QUANTITIES = (
     Quantity("friction_max", "friction at the handle, worst direction", "N", 1.0, 2, True),
     Quantity("friction_min", "friction at the handle, best direction", "N", 1.0, 2, True),
     Quantity("force_step", "force step of the command", "mN", 1e3, 0, True),
+    Quantity("ripple_still", "torque ripple, weight alone held", "N", 1.0, 3, True),
+    Quantity("ripple_force", "torque ripple, at the continuous torque", "N", 1.0, 2, True),
     Quantity("position_step", "handle's way for one count", "um", 1e6, 2, True),
     Quantity("force_continuous", "force in every direction, continuous", "N", 1.0, 1, False),
     Quantity("force_peak", "force in every direction, peak", "N", 1.0, 1, False),
@@ -51,7 +54,7 @@ QUANTITIES = (
     Quantity("force_peak_best", "force in the best direction, peak", "N", 1.0, 1, False),
     Quantity("dynamic_range", "dynamic range, continuous force over friction", "", 1.0, 1, False),
     Quantity("acceleration", "acceleration in every direction, peak", "m/s^2", 1.0, 0, False),
-    Quantity("wall", "wall that is rendered, worst direction", "N/mm", 1e-3, 1, False),
+    WALL,
     Quantity("gravity", "gravity torque, largest joint", "mN m", 1e3, 0, True),
 )
 

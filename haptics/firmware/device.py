@@ -16,7 +16,7 @@ from haptics.firmware.translate import Translation
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, advance, angles
 from haptics.simulation.hardware import real_plant
-from haptics.simulation.loops import BOARD
+from haptics.simulation.loops import LoopChoice
 
 STEPS = 4  # Of the integrator in a period of an eighth of a millisecond
 HEADER = """\
@@ -73,17 +73,18 @@ void device_angles(double angle[3])
 """
 
 
-def device_files(machine: MachineModel) -> dict[str, str]:
+def device_files(machine: MachineModel, loop: LoopChoice) -> dict[str, str]:
     """The figures of a device, and the device itself for a port without one.
 
     Args:
         machine: The device; it must have stops.
+        loop: How its drives damp.
 
     Returns:
         File name -> text.
     """
     motor, drive = catalogue.motor.chosen(machine.design.hardware), machine.drive
-    par, vector = real_plant(machine), typeof(np.zeros(3))
+    par, vector = real_plant(machine, loop), typeof(np.zeros(3))
     translation = Translation(DOUBLE)
     room = typeof(np.zeros((13, STATES)))
     hand = (typeof(FREE), vector, vector, vector)
@@ -109,8 +110,8 @@ def device_files(machine: MachineModel) -> dict[str, str]:
         counts=round(joint_counts_per_turn(machine.design)),
         count=literal(encoder_count_rad(machine.design)),
         centre=literal(float(machine.centre[2])),
-        damping=literal(BOARD.drive_damping),
-        contact=literal(BOARD.contact_damping),
+        damping=literal(loop.drive_damping),
+        contact=literal(loop.contact_damping),
         constant=literal(motor.torque_constant_N_m_A),
         resistance=literal(motor.resistance_ohm),
         ratio=literal(drive.ratio),

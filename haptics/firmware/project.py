@@ -13,7 +13,7 @@ from haptics.firmware.ports import files_of_ports
 from haptics.firmware.precision import DOUBLE, MIXED
 from haptics.model.machine import MachineModel
 from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import at_rate
+from haptics.simulation.loops import chosen_loop
 from haptics.simulation.start_up import start_up
 from haptics.stability.wall_share import proven_cap
 
@@ -45,12 +45,12 @@ def firmware(
     Raises:
         ValueError: The loop bears no wall somewhere, or the design has no stops.
     """
-    loop = at_rate(rate_Hz)
+    loop = chosen_loop(machine.design, rate_Hz)
     start = start_up(machine, loop.period, absolute=False if homing else None)
     controller = board_controller(machine, loop, stale=stale)._replace(walls=proven_cap(machine, loop))
     made = None if known is None else correction(machine.geometry, known)
     written = sources(controller, machine.design.name, MIXED if single else DOUBLE, start, made)
-    return {**written, **device_files(machine), **files_of_ports()}
+    return {**written, **device_files(machine, loop), **files_of_ports()}
 
 
 def write_firmware(files: dict[str, str], folder: Path) -> None:

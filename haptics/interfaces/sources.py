@@ -12,7 +12,7 @@ from delta_cad.common.files import whole_folder
 from delta_cad.design import design_hash
 from haptics.control.pose import model
 from haptics.model.machine import MachineModel
-from haptics.simulation.loops import BOARD, at_rate
+from haptics.simulation.loops import chosen_loop
 from haptics.stability.walls import SHARE, computed_wall
 
 FILES = (
@@ -46,7 +46,7 @@ def machine_header(machine: MachineModel) -> str:
     """
     design = machine.design
     known = model(machine.geometry, machine.masses, design.requirements.gravity_m_s2)
-    loop = at_rate(HOST_RATE_Hz).linked.untouched
+    loop = chosen_loop(design, HOST_RATE_Hz).linked.untouched
     wall = SHARE * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
         *(known.radius_difference, known.upper_arm_length, known.forearm_length),
@@ -54,7 +54,7 @@ def machine_header(machine: MachineModel) -> str:
     )
     gravity = (known.gravity_x, known.gravity_y, known.gravity_z)
     force = max(design.requirements.force_N, design.requirements.peak_force_N or 0.0)
-    rest = (machine.drive.controlled_torque_N_m, force, BOARD.corner, RAMP_S, WATCHDOG_S, TIMEOUT_S)
+    rest = (machine.drive.controlled_torque_N_m, force, loop.corner, RAMP_S, WATCHDOG_S, TIMEOUT_S)
     numbers = [*map(_c, config), "{" + ", ".join(map(_c, gravity)) + "}", *map(_c, rest), "0"]
     lines = [
         f"/* {design.name}, design {design_hash(design)[:12]}: numbers for delta_device.h, SI. */",

@@ -1,8 +1,8 @@
-"""One device to be driven: its design file and the masses from its build."""
+"""One device to be driven: its design file, and masses and structure from its build."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from delta_cad.drive import DriveReport, drive_torque
 from delta_cad.drive.masses import MassError, Masses, load_masses
 from delta_cad.mechanism import DeltaGeometry, closure_margin, direct_margin
 from delta_cad.mechanism.workspace import Cube, CubeSearch
+from haptics.model.built import BuiltStructure, built_structure
 
 FILE = "mass_properties.json"
 GRID = 15  # points along an edge from which the search over the cube starts: reach and det S are smooth
@@ -26,11 +27,13 @@ class MachineModel:
         design: The design.
         masses: Masses of the moving bodies, rotor and pinion included.
         drive: What the drive gives at the joint.
+        structure: Of the build that wrote the masses; None where that is not at hand.
     """
 
     design: Design
     masses: Masses
     drive: DriveReport
+    structure: BuiltStructure | None = field(default=None, compare=False)
 
     @property
     def geometry(self) -> DeltaGeometry:
@@ -58,7 +61,8 @@ def load_machine(design_file: Path, masses: Path | None = None, own_parts: Path 
 
     Args:
         design_file: Design file, `delta-design/1`.
-        masses: `mass_properties.json` of its build; None for `out/<name>/mass_properties.json`.
+        masses: `mass_properties.json` of its build; None for `out/<name>/mass_properties.json`. `structure.json` is
+            read from the same folder where it is of this design.
         own_parts: Folder of the user's own parts, in place of the one that the design names.
 
     Returns:
@@ -78,7 +82,7 @@ def load_machine(design_file: Path, masses: Path | None = None, own_parts: Path 
             "",
             f"is missing; run `python -m delta_cad build --design {design_file}` or give --mass-properties",
         )
-    return MachineModel(design, load_masses(path, design), drive_torque(design))
+    return MachineModel(design, load_masses(path, design), drive_torque(design), built_structure(path.parent, design))
 
 
 def require_assembled(design: Design, file: Path) -> None:

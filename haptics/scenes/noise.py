@@ -1,8 +1,8 @@
 """What the noise of the encoders does: a spring that is held, and a wall that is leant on, with three encoders.
 
-The board's loop and the device with all that gives way. The design's own encoder stands beside a coarse one of the
-catalogue and one without any error; each figure beside what the covariance of the linear loop predicts
-(`stability/noise.py`), which knows no friction that sticks and no counts.
+The board loop, or the one that is chosen, and the device with all that gives way. The design's own encoder stands
+with a coarse one of the catalogue and one without any error; each figure with the prediction by the covariance of the
+linear loop (`stability/noise.py`), which knows no friction that sticks and no counts.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.scenes.bench import motors_force
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
+from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors, structure_text
 from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.noise import FORCE, MOTION, SPRING, BAND_Hz, NoisyLoop
@@ -89,7 +89,7 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
         ),
         Promise("the supervisor finds nothing", not any(run.facts["supervisor_bits"] for run in mine)),
     ]
-    return Scene("noise", "no figure", runs, facts, promises, _discussion(runs, asked, limit))
+    return Scene("noise", "no figure", runs, facts, promises, _discussion(machine, runs, asked, limit))
 
 
 def _with_encoder(machine: MachineModel, name: str) -> Any:
@@ -100,6 +100,7 @@ def _with_encoder(machine: MachineModel, name: str) -> Any:
 def _assumptions(machine: MachineModel, loop: LoopChoice, seed: int) -> dict[str, Any]:
     errors = sensor_errors(machine, loop)
     return {
+        "loop": loop.label,
         "period_s": loop.period,
         "delay_s": loop.delay + reading_age(machine, loop),
         "seed": seed,
@@ -122,7 +123,10 @@ def _run(
     late = recording.time >= READY
     width = math.hypot(errors.noise, count / math.sqrt(12.0))
     normal = None if held else np.array([1.0, 0.0, 0.0])
-    told = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal).figures(stiffness, damping)
+    same = real_plant(machine, loop)  # its structure alike in all directions
+    told = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal, par=same).figures(
+        stiffness, damping
+    )
     bits = int(np.bitwise_or.reduce(recording.bits[1:]))
     facts: dict[str, Any] = {
         "law": law,
@@ -198,7 +202,7 @@ def _noisiest(series: np.ndarray) -> float:
     return math.sqrt(max(0.0, float(np.linalg.eigvalsh(np.cov(series.T, bias=True))[-1])))
 
 
-def _discussion(runs: list[SceneRun], asked: float, limit: float) -> list[str]:
+def _discussion(machine: MachineModel, runs: list[SceneRun], asked: float, limit: float) -> list[str]:
     by = {(run.facts["law"], run.facts["encoder"]): run.facts for run in runs}
     force, motion = (by["wall", "coarse"][f"{what}_rms"] for what in ("force_predicted_N", "motion_predicted_um"))
     said = [
@@ -206,8 +210,8 @@ def _discussion(runs: list[SceneRun], asked: float, limit: float) -> list[str]:
         f"With the {COARSE} noise is predicted to command {force:.2f} N rms in a wall of {WALL / MM_PER_M:g} N/mm, "
         f"and to move the handle by {motion:.2f} um rms in the band.",
         "Predictions leave out friction that sticks: it stiffens a handle at rest, and changes its motion by a third.",
-        "The structure is as soft as the design asks for. A stiffer one may ring within 150 to 500 Hz and move the "
-        "handle ten times as far: `feel` tells the range.",
+        f"{structure_text(machine)}, its softest direction in all. Where it rings within 150 to 500 Hz it moves the "
+        "handle ten times as far: `feel` gives the range.",
     ]
     for law in ("spring", "wall"):
         bits = by[law, "coarse"]["supervisor_bits"]

@@ -17,6 +17,7 @@ from haptics.rendering.laws.virtual_wall import AXES
 from haptics.scenes.bench import PERIOD, motors_force
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import DELAY
+from haptics.simulation.loops import LoopChoice
 from haptics.stability.wall_limit import START, WallSearch, search
 from haptics.stability.wall_trial import READY, WallBench, WallTrial
 
@@ -27,14 +28,22 @@ ABOVE = 1.3  # Times the limit: clearly beyond it
 VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
 
 
-def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+def wall(
+    machine: MachineModel,
+    *,
+    hand: str = "medium",
+    delay: float = DELAY[1] * PERIOD,
+    seed: int = 0,
+    loop: LoopChoice | None = None,
+) -> Scene:
     """Three walls across each axis: the paper's first, the paper's largest, and one above our own limit.
 
     Args:
         machine: The device.
         hand: Name in `HAND_MODELS`.
-        delay: s.
+        delay: Of the paper loop, s.
         seed: Seed of the places of the encoders' counts.
+        loop: In place of the paper loop, with all that the device has; see `WallBench`.
 
     Returns:
         The scene: 9 runs.
@@ -43,7 +52,7 @@ def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1]
     runs: list[SceneRun] = []
     limits: dict[str, dict[str, Any]] = {}
     for axis in AXES:
-        bench = WallBench(machine, axis, who.hand, delay=delay, seed=seed)
+        bench = WallBench(machine, axis, who.hand, delay=delay, seed=seed, loop=loop)
         limit_search = search(bench.stands, step=STEP, ceiling=CEILING, tolerance=TOLERANCE)
         published = MM_PER_M * STIFFNESS_N_PER_MM[axis]
         limits[axis] = {

@@ -6,7 +6,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from delta_cad.common.units import MM_PER_M
@@ -17,7 +17,7 @@ from haptics.model.plant import Hand
 from haptics.rendering.laws.virtual_wall import AXES
 from haptics.scenes.bench import PERIOD
 from haptics.simulation.assumptions import CURRENT_LAG
-from haptics.simulation.loops import BOARD, PAPER
+from haptics.simulation.loops import BOARD, DAMPED, PAPER
 from haptics.stability.wall_limit import search
 from haptics.stability.wall_trial import WallBench
 
@@ -83,7 +83,8 @@ def _benches(
     yield "largest friction", lambda axis: WallBench(machine, axis, who, "largest", delay, seed=seed)
     whole = replace(PAPER, delays=(0.0, delay / PERIOD, 1.0))
     yield "noise, cable, structure", lambda axis: WallBench(machine, axis, who, seed=seed, loop=whole)
-    yield "the board's loop", lambda axis: WallBench(machine, axis, who, seed=seed, loop=BOARD)
+    for loop in (BOARD, DAMPED):
+        yield loop.label, lambda axis, one=loop: WallBench(machine, axis, who, seed=seed, loop=one)
 
 
 def _without_grasp(hand: Hand) -> Hand:
@@ -101,25 +102,30 @@ def discussion(found: list[WallCase], hand: str, delay: float) -> list[str]:
     who, own = HANDS[hand], found[0]
     needs = {axis: damping_needed(STIFFNESS_N_PER_MM[axis], delay) for axis in AXES}
     said = [
-        f"Table 13 again: {_range(own)} N/mm where the paper has {_spread(STIFFNESS_N_PER_MM)}. In this loop its walls "
-        f"take {_spread(needs)} N s/m, K (T/2 + delay + lag); the grasp gives {who.grasp_damping:g}, and what friction "
-        f"takes comes on top. The arm's {who.damping:g} N s/m is behind the grasp's spring, where a loop feels little."
+        f"Table 13 again: {_by_axis(own.limits_N_per_mm)} N/mm where the paper has {_by_axis(STIFFNESS_N_PER_MM)}; "
+        f"from the softest axis on {_order(own.limits_N_per_mm)} here, {_order(STIFFNESS_N_PER_MM)} there. In this "
+        f"loop the paper's walls take {_by_axis(needs)} N s/m, K (T/2 + delay + lag); the grasp gives "
+        f"{who.grasp_damping:g}, and what friction takes comes on top. The arm's {who.damping:g} N s/m is behind the "
+        "grasp's spring, where a loop feels little."
     ]
     reach = [one.name for one in found[1:] if one.reaches_published]
     if reach:
-        said.append(f"The paper's walls stand along every axis with: {', '.join(reach)}.")
+        said.append(f"The paper's walls stand along every axis with: {'; '.join(reach)}.")
+    cases = (
+        f"{one.name}: {_by_axis(one.limits_N_per_mm)}{' and more' if one.never_oscillated else ''}" for one in found[1:]
+    )
     said.append(
-        "One change alone: " + "; ".join(f"{one.name} {_range(one)}" for one in found[1:]) + " N/mm. "
-        "Which of them the paper had it does not say, so that nothing is fitted to it."
+        f"One change alone, N/mm: {'; '.join(cases)}. Which of them the paper had it does not say, so that nothing is "
+        "fitted to it."
     )
     return said
 
 
-def _spread(values: dict[str, float]) -> str:
-    least, most = min(values.values()), max(values.values())
-    return f"{least:.1f} to {most:.1f}"
+def _by_axis(values: Mapping[str, float]) -> str:
+    """Each axis with its value, in the paper's order."""
+    return ", ".join(f"{axis} {values[axis]:.1f}" for axis in AXES)
 
 
-def _range(case: WallCase) -> str:
-    """Least to largest over the axes, with a sign where a search met its ceiling."""
-    return _spread(case.limits_N_per_mm) + (" and more" if case.never_oscillated else "")
+def _order(values: Mapping[str, float]) -> str:
+    """The axes from the least value to the largest."""
+    return ", ".join(sorted(AXES, key=lambda axis: values[axis]))

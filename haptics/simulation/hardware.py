@@ -9,10 +9,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
+from delta_cad.mechanism import jacobian
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
 from haptics.control.wall_cap import SHARE, WallCap
@@ -37,12 +40,14 @@ ROPE_N_mm2 = 42.4e3
 # Share of critical damping of cable and structure, least, nominal, largest: wire rope with grease and bolted aluminium;
 # loss factors of 0.02 to 0.1, from memory.
 LOSS = (0.01, 0.02, 0.05)
-# Structures that a device may have, as multiples of the stiffness that its design asks for: the asked one is the least
-# that a build passes, and without the cable, which is a spring of its own, joints, rods and arms of the committed
+# Structures that a device without a build may have, as multiples of the stiffness that its design requires: that is the
+# least that a build passes, and without the cable, which is a spring of its own, joints, rods and arms of the committed
 # design come to ten times that in the cube's centre. Each a third stiffer than the last: what noise moves jumps where
 # the knob begins to ring within the band, and falls slowly beyond; between two of them it is up to 6 % more.
 STIFFER = tuple(10.0 ** (k / 8.0) for k in range(9))
-# Least stiffness at the knob, N/m, of a design that asks for none: what omega.3's maker is said to claim, from memory.
+# The same of the structure that a build computed: a fifth softer to a fifth stiffer.
+BUILT_SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)
+# Least stiffness at the knob, N/m, of a design that requires none: what omega.3's maker is said to claim, from memory.
 STRUCTURE = 14.5e3
 # Deviation of a motor's torque from its current's, as a share, where its row tells none, from memory: 1 to 5 % is the
 # range. Its waves a turn: of a brushed motor those of its commutator, maxon's 13 segments where its row tells none; of
@@ -50,6 +55,7 @@ STRUCTURE = 14.5e3
 RIPPLE, SEGMENTS, POLE_WAVES = 0.02, 13, 48.0
 STOP_STIFFNESS, STOP_RATIO = 500.0, 0.3  # N m/rad of an arm's steel pin on its stop, share of critical damping: guesses
 BEZEL_STIFFNESS = 2e5  # N/m of a stem on a bezel of polyacetal, with the arms' share of damping: a guess
+LEAST_LEFT = 0.01  # Of the largest flexibility, that of the stiffest direction, at least
 # Way of a strand from the sector's rim to where it is held, mean of both, m: nose, anchor and carriage.
 BEYOND = 10.7e-3
 RIM = 2.7  # Angle of a sector's rim where the design cannot be built, rad
@@ -61,7 +67,7 @@ class Compliance:
 
     Attributes:
         cable: Stiffness of a joint's cable, N m/rad; 0 for a direct drive.
-        structure: Stiffness of the rest at the knob in its softest direction, N/m.
+        structure: Stiffness of the rest at the knob in its softest direction in the cube's centre, N/m.
         knob: Mass that swings on it, kg: the platform with all it carries, since most of what gives way are joints,
             rods and bars under it.
     """
@@ -72,24 +78,57 @@ class Compliance:
 
 
 def compliance(machine: MachineModel) -> Compliance:
-    """Computes what gives way: two strands of rope on the sector, and the stiffness that the design asks for.
+    """Computes what gives way: two strands of rope on the sector, and the structure, as `structure_stiffness` has it.
 
     The strands are taken as equal, at the middle of the sector's turn, where the cable is softest; the sector's rim and
-    the motor's shaft take some 3 % off. The structure is as stiff as `stiffness_min_N_mm`, which the build checks.
+    the motor's shaft take some 3 % off.
     """
+    softest = float(np.linalg.eigvalsh(structure_stiffness(machine, machine.centre))[0])
+    return Compliance(cable_stiffness(machine), softest, machine.masses.platform)
+
+
+def structure_stiffness(machine: MachineModel, p: np.ndarray) -> np.ndarray:
+    """Stiffness at the knob of what gives way besides the cable: as built, or as the design requires without a build.
+
+    Args:
+        machine: The device.
+        p: (3,) position, m.
+
+    Returns:
+        (3, 3) N/m; alike in all directions, `stiffness_min_N_mm`, where no build is at hand.
+    """
+    if machine.structure is None:
+        required = machine.design.requirements.stiffness_min_N_mm
+        return (STRUCTURE if required is None else required * MM_PER_M) * np.eye(3)
+    cable = cable_stiffness(machine)
+    columns = jacobian(machine.geometry, p)
+    flexibility = machine.structure.at(p) - (columns @ columns.T / cable if cable > 0.0 else 0.0)
+    values, axes = np.linalg.eigh(flexibility)
+    # the two cables differ by some per cent: where little else gives way, what is left may not be negative
+    return (axes / np.maximum(values, LEAST_LEFT * values[-1])) @ axes.T
+
+
+def structure_text(machine: MachineModel) -> str:
+    """Where the structure's stiffness comes from."""
+    if machine.structure is not None:
+        return "Structure as built (structure.json)"
+    required = machine.design.requirements.stiffness_min_N_mm
+    what = f"assumed, {STRUCTURE / MM_PER_M:g} N/mm" if required is None else f"required, {required:g} N/mm"
+    return f"Structure as {what}: no structure.json of a build is at hand"
+
+
+def cable_stiffness(machine: MachineModel) -> float:
+    """Stiffness of a joint's cable, N m/rad; 0 for a direct drive."""
     design = machine.design
-    asked = design.requirements.stiffness_min_N_mm
-    structure = STRUCTURE if asked is None else asked * MM_PER_M
-    knob = machine.masses.platform
     if design.hardware.drive != "capstan":
-        return Compliance(0.0, structure, knob)
+        return 0.0
     row = catalogue.cable.chosen(design.hardware)
     pull = row.axial_stiffness_N or ROPE_N_mm2 * math.pi / 4.0 * row.diameter_mm**2
     sizes = _sizes(machine)
     low, high = (0.0, RIM) if sizes is None or sizes.capstan is None else sizes.capstan.rim_angles_rad
     radius = design.hardware.sector_radius_mm / MM_PER_M
     strand = radius * (high - low) / 2.0 + BEYOND
-    return Compliance(2.0 * pull / strand * radius**2, structure, knob)
+    return 2.0 * pull / strand * radius**2
 
 
 # The last design and its dimensions: walls are asked for at many poses, and a direct drive's dimensions take a second.
@@ -223,18 +262,6 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
         cable_stiffness=gives.cable,
         cable_damping=2.0 * LOSS[place] * math.sqrt(gives.cable * both),
     )
-
-
-def structured(par: Plant, stiffness: float, loss: float = LOSS[1]) -> Plant:
-    """The plant with another structure between platform and knob.
-
-    Args:
-        par: A plant of `real_plant`.
-        stiffness: Of the structure, N/m.
-        loss: Share of critical that it damps.
-    """
-    damping = 2.0 * loss * math.sqrt(stiffness * par.knob)
-    return par._replace(structure_stiffness=stiffness, structure_damping=damping)
 
 
 def board_controller(machine: MachineModel, loop: LoopChoice = BOARD, **limits: float) -> Controller:

@@ -8,6 +8,7 @@ module loads numba.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,7 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.model.drive_train import STATES
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand, Plant, motion
+from haptics.simulation.hardware import LOSS, structure_stiffness
 from haptics.stability.bodies import Ports, SampledBody, attached, held, loaded
 from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
@@ -43,11 +46,13 @@ class Linearised:
         jacobian: (3 axes, 3 chains), m/rad: `v = J theta_dot`.
         mass: (3, 3) mass matrix of the platform's coordinates, kg, all of the device as if rigid, without a hand.
         plant: The device.
+        structure: What gives way under the knob; None for the plant's, alike in all directions.
     """
 
     jacobian: np.ndarray
     mass: np.ndarray
     plant: Plant
+    structure: Structure | None = None
 
     @property
     def viscous(self) -> float:
@@ -119,18 +124,17 @@ class Linearised:
         on_rotor[(slice(3, 6) if self.plant.cable_stiffness > 0.0 else slice(0, 3))] = through
         return Ports(on_rotor, on_rotor.T if at_motor else on_arm.T)
 
-    def body(self, hand: Hand, structure: Structure | None = None) -> tuple[SampledBody, np.ndarray]:
+    def body(self, hand: Hand) -> tuple[SampledBody, np.ndarray]:
         """Device and hand: the arms' angles, then the rotors' where the cable gives way, the knob's place where the
         structure does, the arm's mass behind a grasp; kg m^2, N m s/rad, N m/rad, and kg, N s/m, N/m.
 
         Args:
             hand: Who holds it.
-            structure: What gives way under the knob; the plant's, alike in all directions, if left out.
 
         Returns:
             The body, and (3, n) the place of what the hand holds.
         """
-        j, par = self.jacobian, self.plant
+        j, par, structure = self.jacobian, self.plant, self.structure
         if structure is None:
             structure = Structure(par.structure_stiffness * np.eye(3), par.structure_damping * np.eye(3))
         arms = SampledBody(j.T @ self.mass @ j, np.zeros((3, 3)), np.zeros((3, 3)))
@@ -146,12 +150,28 @@ class Linearised:
         return held_body, np.pad(place, ((0, 0), (0, len(held_body.mass) - place.shape[1])))
 
 
-def linearise(par: Plant, p: ArrayLike) -> Linearised:
+def structure_at(machine: MachineModel, p: ArrayLike, loss: float = LOSS[1], share: float = 1.0) -> Structure:
+    """What gives way under the knob at a position: as built, each direction its own, or as the design requires.
+
+    Args:
+        machine: The device.
+        p: (3,) m.
+        loss: Share of critical that each direction's own swing of the knob damps.
+        share: Of the stiffness.
+    """
+    stiffness = share * structure_stiffness(machine, np.asarray(p, dtype=float))
+    values, turns = np.linalg.eigh(stiffness)
+    root = turns * np.sqrt(values) @ turns.T
+    return Structure(stiffness, 2.0 * loss * math.sqrt(machine.masses.platform) * root)
+
+
+def linearise(par: Plant, p: ArrayLike, structure: Structure | None = None) -> Linearised:
     """The device at rest at a pose.
 
     Args:
         par: The plant.
         p: (3,) platform centre, m.
+        structure: What gives way under the knob; the plant's, alike in all directions, if left out.
 
     Returns:
         Its Jacobian, mass matrix and friction.
@@ -167,7 +187,7 @@ def linearise(par: Plant, p: ArrayLike) -> Linearised:
     mass += par.knob * np.eye(3) + par.rotor_inertia * inverse.T @ inverse
     if not (np.isfinite(mass).all() and np.linalg.cond(inverse) < 1e12):  # beyond, no digit of J would be left
         raise ValueError(f"the device cannot be linearised at {np.asarray(p).tolist()} m: out of reach, or singular")
-    return Linearised(np.linalg.inv(inverse), mass, par)
+    return Linearised(np.linalg.inv(inverse), mass, par, structure)
 
 
 def _unit(normal: ArrayLike) -> np.ndarray:

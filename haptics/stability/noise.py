@@ -26,11 +26,11 @@ from haptics.control.filters import low_pass
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
 from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import LOSS, STIFFER, reading_age, real_plant, sensor_errors, structured
+from haptics.simulation.hardware import BUILT_SHARES, LOSS, STIFFER, reading_age, real_plant, sensor_errors
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
-from haptics.stability.linear import Structure, linearise
+from haptics.stability.linear import Structure, linearise, structure_at
 
 # What a hand may not notice: force that is commanded, N rms, and motion of the handle in the band in which skin feels
 # most, m rms.
@@ -39,7 +39,8 @@ POINTS = 600  # Frequencies of the band, even: the loop's response is smooth ove
 SPRING = (400.0, 20.0)  # N/m and N s/m of the spring that is held
 # A handle all but let go of: what keeps it from wandering along a wall, a five-hundredth of the wall's own stiffness.
 BARELY = Hand(mass=0.0, damping=0.5, stiffness=10.0)
-MOST_DAMPING = 1e3  # N s/m; beyond what any loop here bears
+# N s/m: beyond what any loop here bears; less than a spring of `SPRING` needs to stand; steps from one to the other
+MOST_DAMPING, LEAST_DAMPING, STEPS = 1e3, 1e-2, 41
 # Share of critical up to which a structure's damping is asked for, and to what share of itself it is found.
 MOST_LOSS, FOUND_TO = 1.0, 0.03
 
@@ -133,8 +134,8 @@ class NoisyLoop:
         kept: Share of it that is in the next reading; the design's own encoder's if left out.
         corner: Of the velocity filter, Hz; the loop's if left out.
         normal: (3,) of a wall; a spring in all directions if left out.
-        par: The plant; the design's with nominal friction and the structure that it asks for if left out.
-        structure: What gives way under the knob, where it differs by direction; the plant's if left out.
+        par: The plant; the design's with nominal friction if left out.
+        structure: What gives way under the knob; that of a plant that is given, else that of the device, if left out.
     """
 
     def __init__(
@@ -151,9 +152,11 @@ class NoisyLoop:
         par: Plant | None = None,
         structure: Structure | None = None,
     ) -> None:
-        par = real_plant(machine, loop) if par is None else par
-        here = linearise(par if normal is None else par.in_contact, machine.centre if p is None else p)
-        body, self.place = here.body(hand, structure)
+        at = machine.centre if p is None else p
+        if par is None:
+            par, structure = real_plant(machine, loop), structure or structure_at(machine, at)
+        here = linearise(par if normal is None else par.in_contact, at, structure)
+        body, self.place = here.body(hand)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
         errors, count = sensor_errors(machine, loop), encoder_count(machine)
         deviation = math.hypot(errors.noise, count / math.sqrt(12.0)) if noise is None else noise
@@ -180,14 +183,17 @@ class NoisyLoop:
         Returns:
             N s/m; 0 where none is quiet enough.
         """
-        low, high = 0.0, MOST_DAMPING
 
         def quiet(damping: float) -> bool:
             return self.figures(stiffness, damping).force <= force
 
-        if not quiet(1e-2):
+        high = MOST_DAMPING
+        for low in np.geomspace(MOST_DAMPING, LEAST_DAMPING, STEPS).tolist():
+            if quiet(low):
+                break
+            high = low
+        else:
             return 0.0
-        low = 1e-2
         while high > 1.005 * low:
             middle = math.sqrt(low * high)
             low, high = (middle, high) if quiet(middle) else (low, middle)
@@ -212,10 +218,15 @@ class NoiseRange:
     loss: float
 
 
+def shares(machine: MachineModel) -> tuple[float, ...]:
+    """Structures that a device may have, as shares of what is known of it: as built, or as its design requires."""
+    return STIFFER if machine.structure is None else BUILT_SHARES
+
+
 def noise_range(
     machine: MachineModel, loop: LoopChoice, p: np.ndarray, walls: Sequence[tuple[np.ndarray, float, float]]
 ) -> NoiseRange:
-    """What noise does at a pose, all but let go of, over walls, structures (`STIFFER`) and what these and cables damp.
+    """What noise does at a pose, all but let go of, over walls, structures (`shares`) and what these and cables damp.
 
     A hand takes a few per cent off what a handle let go of moves by.
 
@@ -232,9 +243,11 @@ def noise_range(
     plain = [real_plant(machine, loop, place) for place in range(len(LOSS))]
 
     def over(par: Plant, loss: float) -> list[NoiseFigures]:
-        stiffer = [structured(par, share * par.structure_stiffness, loss) for share in STIFFER]
+        structures = [structure_at(machine, p, loss, share) for share in shares(machine)]
         return [
-            NoisyLoop(machine, loop, p, BARELY, normal=n, par=s).figures(k, b) for s in stiffer for n, k, b in walls
+            NoisyLoop(machine, loop, p, BARELY, normal=n, par=par, structure=s).figures(k, b)
+            for s in structures
+            for n, k, b in walls
         ]
 
     found = [one for par, loss in zip(plain, LOSS, strict=True) for one in over(par, loss)]

@@ -6,15 +6,22 @@ from collections.abc import Mapping
 from textwrap import wrap
 from typing import Any
 
+from haptics.model.hands import CORNERS
 from haptics.simulation.loops import LoopChoice
 from haptics.stability.passivity import Verdict
 from haptics.stability.stiffness import CEILING, PLACES, AxisWall, End, Range, Stiffness
 from haptics.stability.wall_limit import START
-from haptics.stability.walls import SHARE, FourWalls
+from haptics.stability.walls import SHARE, Walls
 
-SCHEMA = "delta-stiffness/1"
+SCHEMA = "delta-stiffness/2"
 N_PER_MM = 1e-3  # N/m in N/mm
 WIDTH = 110
+FOUR = ("own", "passive", "worst", "nominal")  # walls of a loop, as `Walls` names them
+FOUR_TEXT = (
+    "own damping: passive with any hand by the device alone, B = 0; passive: with any passive hand and the wall's "
+    "damping; worst and nominal hand: stable; formula: (b + B) / (T / 2 + delay + lag). Rendered at a pose is "
+    f"{SHARE:g} of the formula with the least friction and the largest delay"
+)
 NOTE = (
     "friction: least, nominal and largest also differ in how far and how damped a joint gives way before it slips "
     "(assumptions.py), a guess on which stiff walls and grasps that damp little depend more than on all else",
@@ -110,7 +117,7 @@ def stiffness_text(name: str, result: Stiffness) -> str:
     applied = result.cap.applied(result.damping)
     delays = ", ".join(f"{delay * 1e3:g}" for delay in sorted(set(result.delays)))
     lines = [
-        f"{name}: largest stable wall, N/mm; period {result.period * 1e3:g} ms, delay {delays} ms, "
+        f"{name}: largest stable wall in the paper loop, N/mm; period {result.period * 1e3:g} ms, delay {delays} ms, "
         f"damping {result.damping:g} N s/m asked, {applied:.3g} applied",
         "",
         f"{'':6}{'paper':>7}{'simulated':>11}{'':>10}{'':>22}{'linear':>9}",
@@ -151,42 +158,50 @@ def stiffness_text(name: str, result: Stiffness) -> str:
     return "\n".join([*lines, "", *notes])
 
 
-def board_facts(loop: LoopChoice, walls: Mapping[str, FourWalls]) -> dict[str, Any]:
-    """The four walls in the loop on the board, axis by axis, as facts."""
+def loop_facts(loop: LoopChoice) -> dict[str, Any]:
+    """A loop as facts: its name, and what decides its walls."""
     return {
-        "period_ms": loop.period * 1e3,
-        "damping_N_s_per_m": loop.damping,
-        "allowed_share": SHARE,
-        "axes": {
-            axis: {
-                "own_damping_N_per_mm": wall.own * N_PER_MM,
-                "averaged_port_N_per_mm": wall.port * N_PER_MM,
-                "worst_hand_N_per_mm": wall.worst * N_PER_MM,
-                "worst_hand": wall.worst_hand,
-                "nominal_hand_N_per_mm": wall.nominal * N_PER_MM,
-                "formula_N_per_mm": wall.formula * N_PER_MM,
-                "device_friction_N_s_per_m": wall.friction,
-            }
-            for axis, wall in walls.items()
-        },
+        "loop": loop.label,
+        "rate_Hz": 1.0 / loop.period,
+        "delay_ticks": list(loop.delays),
+        "current_lag_ms": 1e3 * loop.current_lag,
+        "velocity_filter_Hz": loop.corner,
+        "wall_damping_N_s_per_m": loop.damping,
+        "drive_damping_share_of_short_circuit": loop.drive_damping,
+        "drive_damping_at_a_wall_share_of_short_circuit": loop.contact_damping,
     }
 
 
-def board_text(loop: LoopChoice, walls: Mapping[str, FourWalls]) -> list[str]:
+def walls_facts(loop: LoopChoice, walls: Mapping[str, Walls]) -> dict[str, Any]:
+    """The four walls in a loop, axis by axis, as facts."""
+    axes = {
+        axis: {f"{name}_N_per_mm": getattr(wall, name) * N_PER_MM for name in FOUR}
+        | {
+            "worst_hand": wall.worst_hand,
+            "formula_N_per_mm": wall.formula * N_PER_MM,
+            "device_friction_N_s_per_m": wall.friction,
+        }
+        for axis, wall in walls.items()
+    }
+    return loop_facts(loop) | {"rendered_share": SHARE, "axes": axes}
+
+
+def walls_text(loop: LoopChoice, walls: Mapping[str, Walls]) -> list[str]:
     """The same as lines of text."""
-    head = f"{'axis':<6}{'own damping':>13}{'averaged port':>15}{'worst hand':>12}{'nominal hand':>14}{'formula':>9}"
-    rows = [
-        f"{axis:<6}{w.own * N_PER_MM:13.2f}{w.port * N_PER_MM:15.2f}{w.worst * N_PER_MM:12.2f}"
-        f"{w.nominal * N_PER_MM:14.2f}{w.formula * N_PER_MM:9.2f}   worst: {w.worst_hand}"
-        for axis, w in walls.items()
-    ]
     return [
-        f"In the loop on the board, {1e-3 / loop.period:g} kHz, damping {loop.damping:g} N s/m, four walls, N/mm:",
-        head,
-        *rows,
-        f"own damping: passive with any hand, B = 0; averaged port: passive as measured; rendered is {SHARE:g} of the "
-        "worst at its pose",
+        f"{loop.label}: walls at the centre, N/mm:",
+        f"{'axis':<6}{'own damping':>13}{'passive':>10}{'worst hand':>12}{'nominal hand':>14}{'formula':>9}",
+        *(
+            f"{axis:<6}{w.own * N_PER_MM:13.2f}{w.passive * N_PER_MM:10.2f}{w.worst * N_PER_MM:12.2f}"
+            f"{w.nominal * N_PER_MM:14.2f}{w.formula * N_PER_MM:9.2f}   worst: {_who(w)}"
+            for axis, w in walls.items()
+        ),
     ]
+
+
+def _who(walls: Walls) -> str:
+    known = walls.worst_hand not in CORNERS
+    return walls.worst_hand if known else f"corner {walls.worst_hand} of the hands' ranges"
 
 
 def _span(result: Range) -> str:

@@ -1,8 +1,8 @@
-"""Four answers to "how stiff a wall": they are told apart, since each promises something else.
+"""Four answers to "how stiff a wall", which promise different things, and the formula behind them.
 
 - own: passive by the device's own damping alone, B = 0: whatever passive hand, exact (`port.strain`). It belongs to the
-  device.
-- port: passive as measured at the handle, averaged, with the loop's damping B (`port.impedance`).
+  device and its drives.
+- passive: the same with the loop's damping B.
 - worst: stable with each hand of the set and with none, with B.
 - nominal: stable with the nominal hand, with B.
 
@@ -33,26 +33,25 @@ from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws.virtual_wall import VirtualWall
-from haptics.simulation.hardware import reading_age, real_plant, sensor_errors, stiff_plant
+from haptics.simulation.hardware import LOSS, reading_age, real_plant, sensor_errors, stiff_plant
 from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.discrete import Timing, limits
 from haptics.stability.estimator_models import LinearEstimator, linear_models
-from haptics.stability.linear import Linearised, linearise
-from haptics.stability.port import Handle, handle, impedance, strain
+from haptics.stability.linear import Linearised, linearise, structure_at
+from haptics.stability.port import Handle, handle, strain
 
 NOBODY = "nobody"
 # Softest and stiffest wall that is looked at, N/m; points of the scan and rounds of the bisections, which leave 0.1 %.
 SOFTEST, STIFFEST, POINTS, ROUNDS = 10.0, 300e3, 40, 9
-ACTIVE = -1e-6  # Re Z as a share of |Z| that rounding may cause
 
 
 @dataclass(frozen=True)
-class FourWalls:
+class Walls:
     """Largest walls across one direction at a pose, N/m.
 
     Attributes:
         own: Passive by the device's own damping, B = 0.
-        port: Passive at the handle, averaged.
+        passive: Passive with the loop's damping B.
         worst: Stable with every hand.
         worst_hand: With whom that is; "nobody" for a handle let go of.
         nominal: Stable with the nominal hand.
@@ -62,7 +61,7 @@ class FourWalls:
     """
 
     own: float
-    port: float
+    passive: float
     worst: float
     worst_hand: str
     nominal: float
@@ -98,8 +97,9 @@ class WallAt:
         delay: float | None = None,
         rigid: bool = False,
     ) -> None:
+        at = machine.centre if p is None else p
         par = (stiff_plant if rigid else real_plant)(machine, loop, place).in_contact
-        self.here: Linearised = linearise(par, machine.centre if p is None else p)
+        self.here: Linearised = linearise(par, at, None if rigid else structure_at(machine, at, LOSS[place]))
         self.normal, self.damping = np.asarray(normal, dtype=float), loop.damping
         self.friction = self.here.effective_friction(self.normal)
         late = (loop.delay if delay is None else delay) + reading_age(machine, loop)
@@ -127,30 +127,19 @@ class WallAt:
         return handle(body, ports, self.normal @ place, self.timing)
 
     def passive(self, damping: float = 0.0, at: Handle | None = None) -> float:
-        """Largest wall that is passive with any passive hand, N/m, exact for the sampled loop."""
+        """Largest wall that is passive with any passive hand and stable with none, N/m, exact for the sampled loop."""
         at = self.at_handle() if at is None else at
-        return _largest(lambda k: float(strain(at, self.estimator, k, damping).max()) <= 1.0)
+        passive = _largest(lambda k: float(strain(at, self.estimator, k, damping).max()) <= 1.0)
+        return min(passive, self.stable(FREE, damping)) if passive > 0.0 else 0.0
 
-    def averaged(self, damping: float | None = None, at: Handle | None = None) -> float:
-        """Largest wall whose averaged impedance at the handle takes energy at all frequencies, N/m."""
-        at = self.at_handle() if at is None else at
-        b = self.damping if damping is None else damping
-
-        def takes(stiffness: float) -> bool:
-            z = impedance(at, self.estimator, stiffness, b)
-            return bool((np.real(z) >= ACTIVE * np.abs(z)).all())
-
-        return _largest(takes)
-
-    def four(self, hands: Mapping[str, Hand] = HANDS, nominal: str = "medium") -> FourWalls:
+    def walls(self, hands: Mapping[str, Hand] = HANDS, nominal: str = "medium") -> Walls:
         """All four, with a set of hands by name, and nobody."""
         at = self.at_handle()
         by_hand = {name: self.stable(hand) for name, hand in {NOBODY: FREE, **hands}.items()}
         worst = min(by_hand, key=lambda name: by_hand[name])
-        nobody = by_hand[NOBODY]
-        return FourWalls(
-            own=min(self.passive(0.0, at), self.stable(FREE, 0.0)),
-            port=min(self.averaged(None, at), nobody),
+        return Walls(
+            own=self.passive(0.0, at),
+            passive=self.passive(self.damping, at),
             worst=by_hand[worst],
             worst_hand=worst,
             nominal=by_hand[nominal],

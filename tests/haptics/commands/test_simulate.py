@@ -10,20 +10,23 @@ from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import haptics.model.machine
-from delta_cad.design import Design
+from delta_cad.design import Design, load_design
 from haptics.commands.cli import main
+from haptics.gravity.published import of_published_lengths
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
 from haptics.scenes.bench import GUIDE, Assumed
 from haptics.scenes.home import home
 from haptics.scenes.record import Promise, Scene
 from haptics.simulation.assumptions import nominal_plant
-from tests.committed import BEST
+from haptics.simulation.loops import BOARD, DAMPED, LoopChoice, at_rate
+from tests.committed import BEST, ROOT
 from tests.haptics.scene_machine import scene_machine
 
 
@@ -171,6 +174,34 @@ def test_the_delay_is_told_as_it_was_given(
     assert asked == pytest.approx([0.33e-3])
 
 
+@pytest.mark.parametrize("scene", ["wall", "noise"])
+def test_options_choose_the_loop(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, scene: str
+) -> None:
+    loops: list[LoopChoice | None] = []
+
+    def nothing(_: MachineModel, *, loop: LoopChoice | None, **__: Any) -> Scene:
+        loops.append(loop)
+        return Scene(scene, "", [], {}, [Promise("", True)], [])
+
+    monkeypatch.setattr(f"haptics.scenes.{scene}.{scene}", nothing)
+    assert call("--scene", scene, "--rate", "4000", "--drive-damping", "0.62", "--json") == 0
+    assert call("--scene", scene, "--json") == 0
+    told = capsys.readouterr().out
+    assert loops == [at_rate(4000.0, DAMPED), BOARD if scene == "noise" else None]
+    assert at_rate(4000.0, DAMPED).label in told
+    assert (BOARD.label in told) == (scene == "noise")
+
+
+def test_the_paper_s_figures_are_of_its_machine_or_another(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("haptics.scenes.wall.wall", lambda *_, **__: Scene("wall", "", [], {}, [], []))
+    assert call("--scene", "wall", "--json") == 0
+    assert not json.loads(capsys.readouterr().out)["published_lengths"]
+    assert of_published_lengths(load_design(ROOT / "docs" / "gallery" / "published-75.json").geometry)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -182,6 +213,9 @@ def test_the_delay_is_told_as_it_was_given(
         (("--scene", "home", "--delay", "11"), "delay in ms, 0 to 10"),
         (("--scene", "home", "--delay", "nan"), "delay in ms, 0 to 10"),
         (("--scene", "home", "--seed", "-1"), "whole number"),
+        (("--scene", "home", "--rate", "8000"), "of the scenes wall and noise, without --differs"),
+        (("--scene", "wall", "--differs", "--damping", "1"), "of the scenes wall and noise, without --differs"),
+        (("--scene", "wall", "--rate", "8000", "--delay", "0.2"), "--delay 0.2: of the paper loop only"),
     ],
 )
 def test_bad_usage_is_one_line_and_exit_2(

@@ -16,6 +16,7 @@ from haptics.commands.cli import main
 from haptics.commands.stiffness import NAME
 from haptics.model.hands import HANDS
 from haptics.model.plant import Hand
+from haptics.simulation.loops import BOARD, DAMPED
 from tests.committed import BEST, Built
 from tests.terminal import interrupted
 
@@ -54,13 +55,17 @@ def test_table_and_file(
     assert quick
     assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new") == 0
     told = capsys.readouterr()
-    assert "largest stable wall, N/mm" in told.out
+    assert "largest stable wall in the paper loop, N/mm" in told.out
     assert told.err == ""
     (file,) = (tmp_path / "new").iterdir()
     assert file.name == "synthesized-stiffness.json"
     facts = json.loads(file.read_text())
     assert facts["axes"]["x"]["simulated_N_per_mm"]["protocol"] == pytest.approx(4.3)
     assert facts["default_wall_oscillates_with"] == []
+    board, damped = facts["loops"]  # without and with drives that damp, each with its condition
+    assert (board["loop"], damped["loop"]) == (BOARD.label, DAMPED.label)
+    assert board["axes"]["x"]["own_N_per_mm"] < 0.1 < 5.0 < damped["axes"]["x"]["own_N_per_mm"]
+    assert min(one["axes"][axis]["worst_N_per_mm"] for one in (board, damped) for axis in "xyz") > 5.0
     assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new", "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
 
@@ -86,6 +91,13 @@ def test_options_reach_the_search(
     assert facts["period_ms"] == 0.5
     assert facts["delay_ms"] == [0.25, 0.25, 0.25]
     assert facts["damping_applied_N_s_per_m"] == 7.0
+    more = ["--rate", 4000, "--damping", 1, "--drive-damping", 0.3, "--json", "--out", tmp_path]
+    assert call(NAME, "--design", BEST, "--mass-properties", masses, *more) == 0
+    chosen, other = json.loads(capsys.readouterr().out)["loops"]
+    assert (chosen["rate_Hz"], other["rate_Hz"]) == (4000.0, 4000.0)
+    assert chosen["wall_damping_N_s_per_m"] == 1.0
+    assert chosen["drive_damping_at_a_wall_share_of_short_circuit"] == 0.3
+    assert other["drive_damping_at_a_wall_share_of_short_circuit"] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -93,6 +105,8 @@ def test_options_reach_the_search(
     [
         (["--damping", "-1"], "argument --damping"),
         (["--damping", "nan"], "argument --damping"),
+        (["--rate", "50"], "argument --rate"),
+        (["--drive-damping", "1.5"], "argument --drive-damping"),
         (["--period", "0"], "argument --period"),
         (["--delay", "x"], "argument --delay"),
         (["--delay", "30"], "--delay 30 ms"),

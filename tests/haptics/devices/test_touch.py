@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
+from delta_cad.design.record import Loop
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
 from haptics.control.pose import model
@@ -20,7 +21,7 @@ from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
 from haptics.model.plant import Hand
 from haptics.rendering.laws.virtual_wall import axis_wall
-from haptics.simulation.loops import at_rate
+from haptics.simulation.loops import DAMPED, at_rate
 from haptics.stability.walls import computed_wall
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
 from tests.haptics.devices.test_remote import Wire, remote
@@ -114,7 +115,9 @@ def test_a_board_says_whether_its_drives_damp_at_walls_and_walls_are_held_to_tha
     says, without = remote(Wire(Board(Watched(), 1e-3, 0.8, 16384))), remote(Wire(Board(FakeDevice([]), 1e-3, 0.8, 64)))
     old = remote(Wire(Board(Watched(), 1e-3, 0.8, 16384), down=silent))
     assert [far.damps_at_walls for far in (says, without, old)] == [True, False, False]
-    near, loops = at_rate(1000.0), [loop_of(device, 1e-3) for device in (Watched(), FakeDevice([]), says, without, old)]
+    design = best.model_copy(update={"loop": Loop(drive_damping=0.62)})
+    near = at_rate(1000.0, DAMPED)
+    loops = [loop_of(design, device, 1e-3) for device in (Watched(), FakeDevice([]), says, without, old)]
     # a board applies a torque at the tick after its reading, a whole period late, where one at hand takes it at once
     assert loops == [near, near.untouched, near.linked, near.linked.untouched, near.linked.untouched]
     assert near.linked.delays[1] == 1.0

@@ -22,7 +22,7 @@ from haptics.model.plant import energy, plant
 from haptics.stability.linear import linearise
 from tests.haptics.scene_machine import MASSES, scene_machine
 
-DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3)
+DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3, ripple=0.02, cogging=0.001)
 GRAVITY = (0.0, 0.0, -9.81)
 
 
@@ -200,3 +200,15 @@ def test_a_third_of_a_turn_changes_nothing(machine: MachineModel, positions: np.
     for name, values in field.named().items():
         if name not in ("mass_x", "mass_y"):
             assert turned.named()[name] == pytest.approx(values, rel=1e-9), name
+
+
+def test_no_ripple_of_joints_is_felt_as_more(machine: MachineModel, positions: np.ndarray, field: FeelField) -> None:
+    """Torque errors drawn within ripple and cogging, as forces by `torque = J^T force`: one corner reaches the most."""
+    rng = np.random.default_rng(7)
+    for k, p in enumerate(positions):
+        held = gravity_torque(machine.geometry, MASSES, p, GRAVITY)
+        for told, torque in ((field.ripple_still[k], held), (field.ripple_force[k], np.full(3, DRIVE.continuous))):
+            within = DRIVE.ripple * np.abs(torque) + DRIVE.cogging
+            drawn = within * np.vstack([rng.uniform(-1.0, 1.0, (500, 3)), rng.choice([-1.0, 1.0], (100, 3))])
+            force = np.linalg.norm(np.linalg.solve(jacobian(machine.geometry, p).T, drawn.T), axis=0)
+            assert force.max() == pytest.approx(told)

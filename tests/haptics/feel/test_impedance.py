@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import haptics.feel.loops
 from delta_cad.design import Design
+from delta_cad.mechanism import jacobian
 from haptics.control.wall_cap import UNCAPPED
-from haptics.feel.loops import DEFAULT_WALL, PlaceImpedance, impedance_at, places
+from haptics.feel.loops import DEFAULT_WALL, LoopWalls, Plane, places, plane
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
 from haptics.rendering import law_table
@@ -15,8 +17,8 @@ from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.hardware import board_controller, reading_age, real_plant
 from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import BOARD
-from haptics.stability.wall_share import proven_cap
+from haptics.simulation.loops import BOARD, DAMPED
+from haptics.stability.wall_share import closed_form, proven_cap
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
@@ -31,10 +33,10 @@ def machine(best: Design) -> MachineModel:
     return scene_machine(best)
 
 
-def simulated(machine: MachineModel, place: PlaceImpedance, frequency: float, wall: bool) -> float:
+def simulated(machine: MachineModel, place: Plane, frequency: float, wall: bool) -> float:
     """|Z| from the Fourier coefficient of the handle's way, nothing linearised; no friction that sticks."""
     inwards = -1.0 if place.position[0] > 0.0 else 1.0
-    period = BOARD.period
+    period = DAMPED.period
     cycle = round(1.0 / (frequency * period))
     let_go = round(HELD / period)
     settles = let_go + round(SETTLES / period)
@@ -47,12 +49,12 @@ def simulated(machine: MachineModel, place: PlaceImpedance, frequency: float, wa
         push[let_go:, 0] += inwards * LEAN
         name = "+x" if inwards > 0.0 else "-x"
         law = law_table(axis_wall(name, place.position[0], stiffness=place.wall, damping=place.damping, blend=2e-5))
-    plain = real_plant(machine)._replace(coulomb=0.0, arm_coulomb=0.0, ripple=0.0, cogging=0.0)
+    plain = real_plant(machine, DAMPED)._replace(coulomb=0.0, arm_coulomb=0.0, ripple=0.0, cogging=0.0)
     run = simulate(
         plain,
-        board_controller(machine)._replace(walls=UNCAPPED),
+        board_controller(machine, DAMPED)._replace(walls=UNCAPPED),
         law,
-        timing(period, BOARD.delay + reading_age(machine), LOOP_SUBSTEPS),
+        timing(period, DAMPED.delay + reading_age(machine), LOOP_SUBSTEPS),
         place.position,
         hand=HOLD,
         held=np.arange(ticks) < let_go,
@@ -67,23 +69,34 @@ def simulated(machine: MachineModel, place: PlaceImpedance, frequency: float, wa
     return held * SWING / (w * abs(2.0 * np.mean(way * turns)))
 
 
+def plane_at(machine: MachineModel, name: str) -> Plane:
+    """Impedance along x at a place, drives that damp and a wall of `DEFAULT_WALL` at most; no K-B plane."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(haptics.feel.loops, "RATES_Hz", ())
+        patch.setattr(haptics.feel.loops, "DAMPINGS", (0.0,))
+        cap, p = proven_cap(machine, DAMPED), places(machine, DAMPED)[name]
+        stiffest = closed_form(cap, jacobian(machine.geometry, p), np.array([1.0, 0.0, 0.0]))[0]
+        held = cap._replace(share=cap.share * min(1.0, DEFAULT_WALL / stiffest))
+        return plane(machine, LoopWalls(DAMPED, {}, held), BOARD, p, "x")
+
+
 def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
     found = places(machine)
     assert np.abs(found["worst corner"] - machine.centre) == pytest.approx(np.full(3, machine.half_side))
     assert found["floor's middle"] == pytest.approx(machine.centre - [0.0, 0.0, machine.half_side])
-    one = impedance_at(machine, found["worst corner"], proven_cap(machine))
+    one = plane_at(machine, "worst corner")
     mass = WallAt(machine, p=one.position).here.effective_mass([1.0, 0.0, 0.0])
     w = 2.0 * np.pi * 10.0
-    low = np.interp(10.0, WallAt(machine).at_handle().frequency / (2.0 * np.pi), one.free)
-    assert low == pytest.approx(w * mass, rel=0.25)  # and the drives' damping
-    assert one.wall <= DEFAULT_WALL
+    low = np.interp(10.0, WallAt(machine).at_handle().frequency / (2.0 * np.pi), one.lower)
+    assert low == pytest.approx(w * mass, rel=0.25)  # and the joints' damping
+    assert one.wall <= DEFAULT_WALL * (1.0 + 1e-12)
 
 
 @pytest.mark.parametrize("frequency", [40.0, 100.0])
 @pytest.mark.parametrize("wall", [False, True])
 @pytest.mark.parametrize("name", ["floor's middle", "worst corner"])
 def test_the_simulated_loop_has_that_impedance(machine: MachineModel, name: str, wall: bool, frequency: float) -> None:
-    place = impedance_at(machine, places(machine)[name], proven_cap(machine))
+    place = plane_at(machine, name)
     known = WallAt(machine).at_handle().frequency / (2.0 * np.pi)
-    told = np.interp(frequency, known, place.at_wall if wall else place.free)
+    told = np.interp(frequency, known, place.upper if wall else place.lower)
     assert simulated(machine, place, frequency, wall) == pytest.approx(told, rel=0.03)

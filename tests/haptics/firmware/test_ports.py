@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
+from delta_cad.design.record import Loop
 from haptics.control.startup.record import Refusal, Step
 from haptics.control.supervisor.faults import FaultCode, State
 from haptics.control.supervisor.memory import LATCHED
@@ -29,7 +30,7 @@ from haptics.model.machine import MachineModel
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.simulation.assumptions import encoder_count
 from haptics.simulation.hardware import board_controller, real_plant
-from haptics.simulation.loops import BOARD
+from haptics.simulation.loops import DAMPED
 from tests.haptics.firmware.rig import FLAGS, compile_bare, emulate, tool
 from tests.haptics.scene_machine import scene_machine
 
@@ -40,11 +41,12 @@ REFUSED, CODE = 3, 4  # Events of delta_run.h
 
 @pytest.fixture(scope="module")
 def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
+    """With drives that damp at a wall, as its design says."""
+    return scene_machine(best.model_copy(update={"loop": Loop(drive_damping=DAMPED.contact_damping)}))
 
 
 def written(machine: MachineModel, folder: Path, single: bool) -> Path:
-    write_firmware(firmware(machine, 1.0 / BOARD.period, single=single), folder)
+    write_firmware(firmware(machine, 1.0 / DAMPED.period, single=single), folder)
     return folder
 
 
@@ -130,7 +132,7 @@ def test_the_device_at_the_other_end_is_the_simulated_one(
     device.touch(touched)
     far = run(device, wavy, ticks=400)
     count = encoder_count(machine)
-    twin = SimulatedDevice(real_plant(machine), machine.centre, period=BOARD.period, count=count, steps=STEPS)
+    twin = SimulatedDevice(real_plant(machine, DAMPED), machine.centre, period=DAMPED.period, count=count, steps=STEPS)
     twin.touch(touched)
     near = run(twin, wavy, ticks=400)
     assert np.ptp(near.angles, axis=0).min() > (20.0 if touched else 30.0) * count
@@ -150,7 +152,7 @@ def test_a_paced_board_keeps_its_period(program: Path) -> None:
     device.close()
     assert started.wait(timeout=30) == 0
     started.stdout.close()
-    assert 38 * BOARD.period < last <= 2.0 * took + 0.1  # nobody commands: it ticks all the same, no faster than time
+    assert 38 * DAMPED.period < last <= 2.0 * took + 0.1  # nobody commands: it ticks all the same, no faster than time
 
 
 def test_our_host_renders_on_it_and_its_stop_stops(
@@ -284,14 +286,14 @@ def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str],
         refused = ask(first, encode(Packet(PacketKind.HELLO, 7, 1, 0, 0, (0.01,)), version=2))
         assert refused is not None
         assert (refused.kind, refused.values) == (PacketKind.REFUSED, (Reason.VERSION, 1))
-        for watchdog in (0.5, 0.5 * BOARD.period):
+        for watchdog in (0.5, 0.5 * DAMPED.period):
             refused = ask(first, hello(7, watchdog))
             assert refused is not None
             assert refused.values == (Reason.WATCHDOG, 1)
         welcome = ask(first, good)
         assert welcome is not None
         assert welcome.kind is PacketKind.WELCOME
-        assert welcome.values[:2] == (BOARD.period, 1e-3)
+        assert welcome.values[:2] == (DAMPED.period, 1e-3)
         state = answer(first)
         assert state is not None
         assert (state.kind, state.flags) == (PacketKind.STATE, 0)
@@ -350,7 +352,7 @@ def test_the_figures_of_the_drive_damp_the_joint_as_the_model_does(machine: Mach
     lines = [line.split()[1:3] for line in (folder / "delta_device.h").read_text().splitlines() if " DELTA_" in line]
     told = {name: float(value) for name, value in (line for line in lines if len(line) == 2)}
     short = (told["DELTA_RATIO"] * told["DELTA_TORQUE_CONSTANT"]) ** 2 / told["DELTA_RESISTANCE_OHM"]
-    par = real_plant(machine)
+    par = real_plant(machine, DAMPED)
     more = told["DELTA_CONTACT_DAMPING"] - told["DELTA_DAMPING"]
     assert more * short == pytest.approx(par.contact_damping, rel=1e-12)
     ampere = told["DELTA_TORQUE_CONSTANT"] * told["DELTA_RATIO"] * machine.drive.efficiency

@@ -26,13 +26,13 @@ from haptics.rendering.laws.virtual_wall import VirtualWall, axis_wall
 from haptics.simulation.assumptions import encoder_count
 from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors, stiff_plant
 from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import BOARD
+from haptics.simulation.loops import DAMPED
 from haptics.stability.linear import linearise
 from haptics.stability.wall_share import closed_form
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from tests.haptics.scene_machine import scene_machine
 
-T, WALL = BOARD.period, 5000.0
+T, WALL = DAMPED.period, 5000.0
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def machine(best: Design) -> MachineModel:
 
 @pytest.fixture(scope="module")
 def controller(machine: MachineModel) -> Controller:
-    return board_controller(machine, energy=1e3, energy_start=1e3, ramp_power=1e3)
+    return board_controller(machine, DAMPED, energy=1e3, energy_start=1e3, ramp_power=1e3)
 
 
 def touched(controller: Controller, machine: MachineModel, p: np.ndarray, *laws: ForceLaw, gain: float = 1.0) -> float:
@@ -110,7 +110,8 @@ def test_the_handle_slows_down_as_the_drives_damp(floating: MachineModel, inside
     p, v = floating.centre, np.array([0.0, 2e-3, 1e-3])
     still = np.zeros((ticks, 3))
     run = simulate(
-        par, board_controller(floating), law_table(axis_wall("+x", p[0] + (-1e-3 if inside else 1e-3), stiffness=0.0)),
+        par, board_controller(floating, DAMPED),
+        law_table(axis_wall("+x", p[0] + (-1e-3 if inside else 1e-3), stiffness=0.0)),
         timing(T, 1.5 * T, 8), np.concatenate([p, v]), hand=FREE, anchor=still, push=still, count=0.0,
     )  # fmt: skip
     here, back = linearise(par, p), np.linalg.inv(jacobian(floating.geometry, p))
@@ -139,17 +140,17 @@ def left_over(
     it meets and leaves at each turn; `noisy` with the encoders' counts, noise and age, and the work of the force that
     the spring gives since its reading is off.
     """
-    controller = board_controller(floating, energy=1e3, energy_start=1e3, ramp_power=1e3)._replace(force=100.0)
+    controller = board_controller(floating, DAMPED, energy=1e3, energy_start=1e3, ramp_power=1e3)._replace(force=100.0)
     held, ticks, p = round(0.7 / T), round(1.6 / T), floating.centre + floating.half_side * np.array(place)
     time, push, normal = T * np.arange(ticks - held), np.zeros((ticks, 3)), np.eye(3)[axis]
     push[held:, axis] = 0.3 + np.sign(np.sin(2.0 * np.pi * time / cycle))
     push[held:, axis] += 0.3 * np.random.default_rng(1).normal(size=ticks - held)
-    cap = closed_form(controller.walls, jacobian(floating.geometry, p), normal, BOARD.damping)[0]
+    cap = closed_form(controller.walls, jacobian(floating.geometry, p), normal, DAMPED.damping)[0]
     stiffness = min(WALL, 0.8 * cap)  # the same all around, where a cap would change with the pose
     age = reading_age(floating) if noisy else 0.0
     run = simulate(
-        par, controller, law_table(axis_wall(f"+{'xyz'[axis]}", p[axis], stiffness=stiffness, damping=BOARD.damping)),
-        timing(T, BOARD.delay + age, LOOP_SUBSTEPS), p, hand=Hand(mass=0.0, stiffness=2000.0, damping=20.0),
+        par, controller, law_table(axis_wall(f"+{'xyz'[axis]}", p[axis], stiffness=stiffness, damping=DAMPED.damping)),
+        timing(T, DAMPED.delay + age, LOOP_SUBSTEPS), p, hand=Hand(mass=0.0, stiffness=2000.0, damping=20.0),
         anchor=np.tile(p, (ticks, 1)), push=push, count=encoder_count(floating) if noisy else 0.0,
         errors=sensor_errors(floating) if noisy else EXACT, held=np.arange(ticks) < held,
     )  # fmt: skip
@@ -168,7 +169,7 @@ def left_over(
 def test_meeting_and_leaving_a_wall_gives_no_energy(
     floating: MachineModel, place: tuple[float, ...], axis: int, noisy: bool
 ) -> None:
-    par = smooth(real_plant(floating, BOARD, 0))
+    par = smooth(real_plant(floating, DAMPED, 0))
     least = min(left_over(floating, par, cycle, place, axis, noisy) for cycle in CYCLES)
     assert least >= (
         -1e-7 if noisy else 0.0
@@ -179,5 +180,5 @@ def test_meeting_and_leaving_a_wall_gives_no_energy(
 def test_without_that_damping_the_wall_gives_energy(
     floating: MachineModel, place: tuple[float, ...], axis: int
 ) -> None:
-    par = smooth(real_plant(floating, BOARD, 0))._replace(contact_damping=0.0)
+    par = smooth(real_plant(floating, DAMPED, 0))._replace(contact_damping=0.0)
     assert min(left_over(floating, par, cycle, place, axis, noisy=True) for cycle in CYCLES) < -1e-5

@@ -16,7 +16,7 @@ from haptics.model.plant import FREE
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import AXES, VirtualWall, axis_wall
 from haptics.simulation.hardware import board_controller, wall_cap
-from haptics.simulation.loops import BOARD, at_rate
+from haptics.simulation.loops import BOARD, DAMPED, LoopChoice, at_rate
 from haptics.stability import wall_share
 from haptics.stability.bodies import Ports
 from haptics.stability.discrete import sampled_loop
@@ -32,7 +32,8 @@ def machine(best: Design) -> MachineModel:
 
 def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineModel) -> None:
     rng = np.random.default_rng(3)
-    for loop in (BOARD, at_rate(4000.0)):
+    # a damping that is all computed, through the filter of the rates, bears 2 % less on a rigid device
+    for loop, most in ((DAMPED, 1.001), (at_rate(4000.0, DAMPED), 1.001), (BOARD, 1.025)):
         cap = wall_cap(machine, loop)
         for _ in range(8):
             pose = machine.centre + machine.half_side * rng.uniform(-1.0, 1.0, 3)
@@ -44,7 +45,7 @@ def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineMo
             # on a rigid device, up to 6 % where it is most of it; cable and structure in series give 1 to 4 % back
             there, late = replace(loop, damping=damping), loop.delays[2] * loop.period
             rigid = wall_share.WallAt(machine, there, pose, normal, place=0, delay=late, rigid=True)
-            assert 0.94 < ours / (SHARE * rigid.stable(FREE)) < 1.001
+            assert 0.94 < ours / (SHARE * rigid.stable(FREE)) < most
             assert ours == pytest.approx(SHARE * computed_wall(machine, pose, normal, there), rel=0.05)
 
 
@@ -58,14 +59,14 @@ def test_the_proven_cap_holds_between_the_poses_that_were_tried(machine: Machine
         normal /= np.linalg.norm(normal)
         at = wall_share.WallAt(machine, BOARD, pose, normal, place=0, delay=BOARD.delays[2] * BOARD.period)
         assert wall_share._stands(at, cap._replace(share=0.97 * cap.share / SHARE))  # between: 3 %
-    assert closed_form(cap, jacobian(machine.geometry, machine.centre), np.array(AXES["x"]))[0] > 5000.0
+    assert closed_form(cap, jacobian(machine.geometry, machine.centre), np.array(AXES["x"]))[0] > 4500.0
 
 
 @pytest.mark.parametrize(("name", "rate_Hz", "least"), [("pocket-40", 8e3, 0.94), ("direct-83", 8e3, 0.95),
                                                         ("desk-150", 8e3, 0.5), ("desk-150", 1e3, 0.91)])  # fmt: skip
 def test_the_cap_is_proven_for_other_machines(name: str, rate_Hz: float, least: float) -> None:
     """A small one, a direct drive, a large one whose drives damp so much that walls of 60 N/mm meet the structure."""
-    machine, loop = gallery_machine(name), at_rate(rate_Hz)
+    machine, loop = gallery_machine(name), at_rate(rate_Hz, DAMPED)
     cap = proven_cap(machine, loop)
     assert least * SHARE <= cap.share <= SHARE
     rng = np.random.default_rng(6)
@@ -145,24 +146,39 @@ def radius(at: wall_share.WallAt, cap: WallCap, normals: tuple[np.ndarray, ...],
     return float(loop.radius(1.0, (figures[:, 1] / figures[:, 0]).min()))
 
 
+def test_a_large_device_without_drive_damping_keeps_its_walls_and_less_of_their_damping() -> None:
+    """The damping that a wall may ask for is held down, not its stiffness: at 60 N s/m the structure would swing."""
+    machine = gallery_machine("desk-150")
+    cap, whole = proven_cap(machine), wall_cap(machine)
+    assert cap.share == whole.share == SHARE
+    assert cap.inertia == 0.25 * whole.inertia
+    at = wall_share.WallAt(machine, BOARD, machine.centre, X, place=0, delay=BOARD.delays[2] * BOARD.period)
+    assert wall_share._stands(at, cap._replace(share=1.0))
+    assert not wall_share._stands(at, cap._replace(share=1.0, inertia=whole.inertia))
+
+
+@pytest.mark.parametrize("loop", [BOARD, DAMPED], ids=["board", "damped"])
 @pytest.mark.parametrize("name", ["", "desk-150"])
-def test_walls_that_are_touched_at_once_stand_together(machine: MachineModel, name: str) -> None:
+def test_walls_that_are_touched_at_once_stand_together(machine: MachineModel, name: str, loop: LoopChoice) -> None:
     """With the least friction and the largest delay; as each is borne alone some of them would not."""
     device = gallery_machine(name) if name else machine
-    cap, alone = proven_cap(device), []
+    cap, alone = proven_cap(device, loop), []
     for pose in centre_and_corners(device)[::2]:
-        at = wall_share.WallAt(device, BOARD, pose, X, place=0, delay=BOARD.delays[2] * BOARD.period)
+        at = wall_share.WallAt(device, loop, pose, X, place=0, delay=loop.delays[2] * loop.period)
         columns = np.ascontiguousarray(at.here.jacobian.T)
         for normals in TOGETHER:
             factor = rendered_together(cap, columns, normals)
             assert radius(at, cap, normals, factor) < 1.0
             alone.append(radius(at, cap, normals, 1.0))
+            if loop is BOARD:  # each wall's own damping pays for it: nothing of the joints' friction is shared
+                assert factor == pytest.approx(1.0, rel=1e-12)
+                continue
             # the joints' stiffness by its eigenvalues, which the tick bounds to 7 %
             through = columns @ np.stack(normals, axis=1)
             cost = [max(0.0, k * cap.cost - b) for k, b in (closed_form(cap, columns.T, n) for n in normals)]
             needed = np.linalg.eigvalsh(through * cost @ through.T)[-1] / (cap.share * cap.friction)
             assert 0.93 * min(1.0, JOINTLY / needed) <= factor <= min(1.0, JOINTLY / needed) * (1.0 + 1e-9)
-    assert name or max(alone) > 1.0
+    assert name or loop is BOARD or max(alone) > 1.0
     first = np.ascontiguousarray(jacobian(device.geometry, device.centre).T)
     assert rendered_together(cap, first, (X, Y, Z)) == pytest.approx(1.0, rel=1e-12)  # at the centre each has its own
     assert rendered_together(cap, first, (X,)) == pytest.approx(1.0, rel=1e-12)

@@ -18,11 +18,12 @@ from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
 from haptics.scenes.noise import in_band
-from haptics.simulation.hardware import LOSS, UNKNOWN_NOISE, reading_age, real_plant, sensor_errors, structured
-from haptics.simulation.loops import BOARD, LoopChoice, at_rate
+from haptics.simulation.hardware import LOSS, UNKNOWN_NOISE, reading_age, real_plant, sensor_errors
+from haptics.simulation.loops import DAMPED, LoopChoice, at_rate
 from haptics.stability.noise import MOTION, NoisyLoop
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
+from tests.haptics.stability.noise.built import structured
 
 NEUTRAL = 1e-9  # Distance from 1 within which an eigenvalue stands for a way along the wall
 
@@ -175,9 +176,11 @@ def machine(best: Design) -> MachineModel:
 )
 def test_the_largest_wall(machine: MachineModel, place: str, normal: np.ndarray, rate: float, hand: str | None) -> None:
     p = machine.centre + machine.half_side * np.array(PLACES[place])
-    loop = at_rate(rate)
+    loop = at_rate(rate, DAMPED)
     held = HANDS[hand] if hand else None
-    other = WholeLoop(machine, real_plant(machine), p, normal, held, loop.period, loop.corner, lag(loop, machine))
+    other = WholeLoop(
+        machine, real_plant(machine, DAMPED), p, normal, held, loop.period, loop.corner, lag(loop, machine)
+    )
     told = WallAt(machine, loop, p, normal).stable(HANDS[hand] if hand else FREE)
     # 2 % is asked; the two agree to the 0.1 % that the search for the limit leaves
     assert other.radius(0.997 * told, loop.damping) < 1.0 < other.radius(1.003 * told, loop.damping)
@@ -190,11 +193,15 @@ def test_the_largest_wall(machine: MachineModel, place: str, normal: np.ndarray,
 def test_what_noise_commands_and_moves(machine: MachineModel, place: str, normal: np.ndarray, hand: str | None) -> None:
     p = machine.centre + machine.half_side * np.array(PLACES[place])
     held = HANDS[hand] if hand else None
-    other = WholeLoop(machine, real_plant(machine), p, normal, held, BOARD.period, BOARD.corner, lag(BOARD, machine))
-    told = NoisyLoop(machine, BOARD, p, held or FREE, noise=UNKNOWN_NOISE, kept=0.0, normal=normal).figures(3000.0, 2.0)
+    other = WholeLoop(
+        machine, real_plant(machine, DAMPED), p, normal, held, DAMPED.period, DAMPED.corner, lag(DAMPED, machine)
+    )
+    told = NoisyLoop(machine, DAMPED, p, held or FREE, noise=UNKNOWN_NOISE, kept=0.0, normal=normal).figures(
+        3000.0, 2.0
+    )
     force, ways = other.shaken(3000.0, 2.0, UNKNOWN_NOISE, 24_000, MANY, 3000)
     assert force == pytest.approx(told.force, rel=0.02)
-    narrow = in_band(ways, BOARD.period).reshape(-1, 3, MANY).swapaxes(1, 2).reshape(-1, 3)
+    narrow = in_band(ways, DAMPED.period).reshape(-1, 3, MANY).swapaxes(1, 2).reshape(-1, 3)
     moved = np.sqrt(np.linalg.eigvalsh(narrow.T @ narrow / len(narrow))[-1])
     assert moved == pytest.approx(told.motion, rel=0.02)
 
@@ -202,16 +209,16 @@ def test_what_noise_commands_and_moves(machine: MachineModel, place: str, normal
 @pytest.mark.parametrize(("share", "loss", "as_read"), [(1.78, LOSS[0], True), (4.0, 0.1, False), (8.0, LOSS[0], True)])
 def test_what_noise_moves_where_the_knob_rings(machine: MachineModel, share: float, loss: float, as_read: bool) -> None:
     """At the centre in the default wall, by readings that err independently, or as the encoder's filter leaves them."""
-    plain, errors, x = real_plant(machine, place=0), sensor_errors(machine), np.eye(3)[0]
+    plain, errors, x = real_plant(machine, DAMPED, 0), sensor_errors(machine), np.eye(3)[0]
     par, kept = structured(plain, share * plain.structure_stiffness, loss), errors.kept if as_read else 0.0
-    other = WholeLoop(machine, par, machine.centre, x, None, BOARD.period, BOARD.corner, lag(BOARD, machine))
+    other = WholeLoop(machine, par, machine.centre, x, None, DAMPED.period, DAMPED.corner, lag(DAMPED, machine))
     barely = Hand(mass=0.0, damping=0.05, stiffness=1.0)  # keeps it from wandering along the wall
-    told = NoisyLoop(machine, hand=barely, noise=errors.noise, kept=kept, normal=x, par=par).figures(
-        5000.0, BOARD.damping
+    told = NoisyLoop(machine, DAMPED, hand=barely, noise=errors.noise, kept=kept, normal=x, par=par).figures(
+        5000.0, DAMPED.damping
     )
-    force, ways = other.shaken(5000.0, BOARD.damping, errors.noise, 24_000, MANY, 3000, kept)
+    force, ways = other.shaken(5000.0, DAMPED.damping, errors.noise, 24_000, MANY, 3000, kept)
     assert force == pytest.approx(told.force, rel=0.02)
-    narrow = in_band(ways, BOARD.period).reshape(-1, 3, MANY).swapaxes(1, 2).reshape(-1, 3)
+    narrow = in_band(ways, DAMPED.period).reshape(-1, 3, MANY).swapaxes(1, 2).reshape(-1, 3)
     moved = np.sqrt(np.linalg.eigvalsh(narrow.T @ narrow / len(narrow))[-1])
     assert moved == pytest.approx(told.motion, rel=0.03)  # a narrow line: the estimate deviates by 1 %
     assert (moved <= MOTION) == (not as_read or share == 8.0)

@@ -25,10 +25,9 @@ from haptics.simulation.hardware import (
     reading_age,
     real_plant,
     sensor_errors,
-    structured,
 )
 from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import BOARD, at_rate
+from haptics.simulation.loops import DAMPED, at_rate
 from haptics.stability.bodies import axis, loaded
 from haptics.stability.discrete import Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
@@ -36,8 +35,9 @@ from haptics.stability.noise import BARELY, FORCE, MOTION, NoisyLoop, covariance
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
+from tests.haptics.stability.noise.built import structured
 
-T = BOARD.period
+T = DAMPED.period
 
 
 @pytest.fixture(scope="module")
@@ -66,16 +66,16 @@ def test_the_simulated_device_shakes_as_the_covariance_says(
     machine: MachineModel, stiffness: float, damping: float, noise: float, kept: float
 ) -> None:
     """Monte Carlo: the whole nonlinear device in time, but friction that sticks; force and motion to 2 %."""
-    ticks, skip, late = 200_000, 8_000, BOARD.delay + reading_age(machine)
-    par = real_plant(machine)._replace(coulomb=0.0, arm_coulomb=0.0)
-    controller = board_controller(machine, energy=1e3, energy_start=1e3, ramp_power=1e3)
+    ticks, skip, late = 200_000, 8_000, DAMPED.delay + reading_age(machine)
+    par = real_plant(machine, DAMPED)._replace(coulomb=0.0, arm_coulomb=0.0)
+    controller = board_controller(machine, DAMPED, energy=1e3, energy_start=1e3, ramp_power=1e3)
     laws = law_table(SpringDamper(stiffness=stiffness, damping=damping, point=machine.centre))
     still = np.tile(machine.centre, (ticks, 1))
     record = simulate(
         par, controller, laws, timing(T, late, LOOP_SUBSTEPS), machine.centre, hand=FREE, anchor=still,
         push=np.zeros((ticks, 3)), count=0.0, errors=SensorErrors(noise=noise, kept=kept), seed=3,
     )  # fmt: skip
-    loop = NoisyLoop(machine, noise=noise, kept=kept)
+    loop = NoisyLoop(machine, DAMPED, noise=noise, kept=kept)
     state, command = covariance(loop.loop, stiffness, damping, loop.error, kept)
     force = np.cov(record.force[skip:].T, bias=True)
     assert np.sqrt(np.diag(force)) == pytest.approx(np.sqrt(np.diag(command)), rel=0.02)
@@ -90,19 +90,19 @@ def test_the_simulated_device_shakes_as_the_covariance_says(
 
 
 def test_figures_grow_with_noise_and_damping(machine: MachineModel) -> None:
-    fine, coarse = (NoisyLoop(machine, noise=noise).figures(400.0, 5.0) for noise in (UNKNOWN_NOISE, 1e-3))
+    fine, coarse = (NoisyLoop(machine, DAMPED, noise=noise).figures(400.0, 5.0) for noise in (UNKNOWN_NOISE, 1e-3))
     assert coarse.force / fine.force == pytest.approx(1e-3 / UNKNOWN_NOISE)
     assert coarse.motion / fine.motion == pytest.approx(1e-3 / UNKNOWN_NOISE)
     assert fine.quiet
     assert not coarse.quiet
-    loop = NoisyLoop(machine)
+    loop = NoisyLoop(machine, DAMPED)
     limit = loop.damping_limit(400.0)
     assert loop.figures(400.0, 0.98 * limit).force < FORCE < loop.figures(400.0, 1.02 * limit).force
-    assert NoisyLoop(machine, noise=0.1).damping_limit(400.0) == 0.0
+    assert NoisyLoop(machine, DAMPED, noise=0.1).damping_limit(400.0) == 0.0
 
 
 def test_a_loop_that_is_not_stable_has_no_figures(machine: MachineModel) -> None:
-    figures = NoisyLoop(machine, at_rate(1000.0)).figures(400.0, 60.0)
+    figures = NoisyLoop(machine, at_rate(1000.0, DAMPED)).figures(400.0, 60.0)
     assert not figures.steady
     assert not figures.quiet
     assert figures.force == figures.motion == np.inf
@@ -110,36 +110,40 @@ def test_a_loop_that_is_not_stable_has_no_figures(machine: MachineModel) -> None
 
 def test_the_filter_is_chosen_for_the_noise(machine: MachineModel) -> None:
     """500 Hz: a spring may damp more than with 300 Hz and the encoders as the maker sets them; faster, far less."""
-    allowed = NoisyLoop(machine).damping_limit(400.0)
-    assert allowed > 1.2 * NoisyLoop(machine, replace(BOARD, corner=300.0, sensing=1.0)).damping_limit(400.0)
-    assert NoisyLoop(machine, replace(BOARD, corner=1000.0)).damping_limit(400.0) < 0.6 * allowed
-    assert WallAt(machine).stable(FREE) > 0.97 * WallAt(machine, replace(BOARD, corner=1000.0)).stable(FREE)
+    allowed = NoisyLoop(machine, DAMPED).damping_limit(400.0)
+    assert allowed > 1.2 * NoisyLoop(machine, replace(DAMPED, corner=300.0, sensing=1.0)).damping_limit(400.0)
+    assert NoisyLoop(machine, replace(DAMPED, corner=1000.0)).damping_limit(400.0) < 0.6 * allowed
+    assert WallAt(machine, DAMPED).stable(FREE) > 0.97 * WallAt(machine, replace(DAMPED, corner=1000.0)).stable(FREE)
 
 
 def test_the_default_wall_is_quiet_with_every_hand(machine: MachineModel) -> None:
     """5 N/mm at the centre, the structure as soft as asked: at most 0.05 N rms and 0.05 um rms in 150 to 500 Hz."""
     for hand in HANDS.values():
         for normal in np.eye(3):
-            assert NoisyLoop(machine, hand=hand, normal=normal).figures(5000.0, BOARD.damping).quiet
+            assert NoisyLoop(machine, DAMPED, hand=hand, normal=normal).figures(5000.0, DAMPED.damping).quiet
 
 
 def test_the_range_of_noise_holds_structures_and_damping(machine: MachineModel) -> None:
     """A knob that rings within the band moves far more than one on the softest structure, which rings below it."""
-    walls = [(np.eye(3)[0], 5000.0, BOARD.damping)]
-    found = noise_range(machine, BOARD, machine.centre, walls)
-    soft = NoisyLoop(machine, normal=np.eye(3)[0]).figures(5000.0, BOARD.damping)
+    walls = [(np.eye(3)[0], 5000.0, DAMPED.damping)]
+    found = noise_range(machine, DAMPED, machine.centre, walls)
+    soft = NoisyLoop(machine, DAMPED, normal=np.eye(3)[0]).figures(5000.0, DAMPED.damping)
     assert found.least.motion < soft.motion < 0.3 * found.most.motion
     assert found.most.force == pytest.approx(soft.force, rel=0.1)  # which the structure hardly changes
     noise = sensor_errors(machine).noise
     assert found.reading < noise  # the default encoder's noise is not below what that asks for
     here = math.hypot(noise, encoder_count(machine) / math.sqrt(12.0))
     assert found.reading / here == pytest.approx(MOTION / found.most.motion)
-    plain, x = real_plant(machine, place=0), np.eye(3)[0]
+    plain, x = real_plant(machine, DAMPED, 0), np.eye(3)[0]
     for share in np.geomspace(1.0, 10.0, 41):  # between the structures of the range, too, where it is 5.1 % more
 
         def moved(loss: float, noise: float | None = None, share: float = share) -> float:
             par = structured(plain, share * plain.structure_stiffness, loss)
-            return NoisyLoop(machine, noise=noise, hand=BARELY, normal=x, par=par).figures(5000.0, BOARD.damping).motion
+            return (
+                NoisyLoop(machine, DAMPED, noise=noise, hand=BARELY, normal=x, par=par)
+                .figures(5000.0, DAMPED.damping)
+                .motion
+            )
 
         assert moved(LOSS[0]) <= 1.06 * found.most.motion
         assert moved(LOSS[0], found.reading) <= 1.06 * MOTION
