@@ -235,7 +235,7 @@ def build(
     out: Path,
     progress: Progress = quiet,
     schema: str = "AP242",
-    beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
+    beside: Callable[[Path, Outcome], str] = lambda _folder, _outcome: "",
     drawings: bool = True,
     report: bool = True,
     made: BuiltMachine | None = None,
@@ -248,7 +248,8 @@ def build(
         out: Parent folder.
         progress: Told what is being done.
         schema: STEP schema, "AP242" or "AP214".
-        beside: Called with the folder and what came of the machine, to write more files before the manifest.
+        beside: Called with the folder and what came of the machine, to write more files before the manifest; gives in
+            what a machine that passes is poor.
         drawings: Whether drawings are made and checked, and the manual, too.
         report: Whether the page and the pictures are made.
         made: The design made solid, where that is known; None: it is made.
@@ -298,10 +299,10 @@ def build(
             if narrator is not None:
                 progress("manual")
                 manual.written(narrator)
-            beside(folder.path, outcome)
+            poor = beside(folder.path, outcome)
             if report:
                 progress("report.html")
-                _report(machine, sweep, outcome, folder.path)
+                _report(machine, sweep, outcome, folder.path, poor)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
             write_manifest(
@@ -378,7 +379,7 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: Progr
     return fingerprint
 
 
-def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path) -> None:
+def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path, poor: str) -> None:
     """Writes the page of a build into its folder, which holds all else but the manifest."""
     subject = Subject(
         dimensions=machine.dimensions,
@@ -392,7 +393,7 @@ def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path)
         unverified=outcome.unverified,
         near=sweep.over,
     )
-    write_report(subject, folder, versions())
+    write_report(subject, folder, versions(), poor)
 
 
 def _stage(machine: BuiltMachine, sweep: Sweep) -> Stage:

@@ -23,6 +23,7 @@ from delta_cad.common.arguments import Completion, Version, hint
 from delta_cad.common.refusal import not_installed, printable
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
+CUT_SHORT = 4  # a search ended before it knew: its time was over, or it was stopped
 LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 NO_MEMORY = "the memory that this process may have is not enough"
@@ -294,7 +295,7 @@ def refuse_all(messages: Sequence[str], code: int) -> int:
 
 
 class Interrupt:
-    """Hears Ctrl-C: a `KeyboardInterrupt`, which comes again for as long as the block goes on.
+    """Hears Ctrl-C and SIGTERM: a `KeyboardInterrupt`, which comes again for as long as the block goes on.
 
     One that strikes in a callback from C is lost, and who called, such as a compiler, fails for what it did not get:
     an error after Ctrl-C is taken for its consequence. One that would strike while a module in C or C++ begins comes
@@ -309,18 +310,19 @@ class Interrupt:
 
     def __init__(self) -> None:
         self._asked = False
-        self._before: list[Any] = []
+        self._before: dict[int, Any] = {}
         self._hook = sys.unraisablehook
 
     def __enter__(self) -> Callable[[], bool]:
         self._hook, sys.unraisablehook = sys.unraisablehook, self._lost
-        self._before = [signal.signal(signal.SIGINT, self._take), signal.signal(signal.SIGALRM, _interrupt)]
+        handlers = {signal.SIGALRM: _interrupt, signal.SIGINT: self._take, signal.SIGTERM: self._take}
+        self._before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
         return lambda: self._asked
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, self._before[1])
-        signal.signal(signal.SIGINT, self._before[0])
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
         sys.unraisablehook = self._hook
         if self._asked and isinstance(error, Exception):
             raise KeyboardInterrupt from error

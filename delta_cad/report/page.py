@@ -40,13 +40,14 @@ SPECIFIED = ("material", "standard", "order_code")  # told in one column, which 
 SOURCES = ("source", "cost_source")
 
 
-def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
+def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: str = "") -> Path:
     """Writes the page of a build into its folder, where all other files but the manifest are.
 
     Args:
         s: The machine and its checks.
         folder: Holds `assembly.glb` and `bom.json`; its files are linked.
         versions: Program -> version, as the manifest tells them.
+        poor: In what a machine that passes is poor; "" for nothing.
 
     Returns:
         The file.
@@ -69,6 +70,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
     certified = certificate(s.design, folder / CERTIFICATE)
     text = environment.get_template("page.html").render(
         name=s.design.name,
+        poor=poor,
         passed=all(result.passed for result in s.results),
         counted=(sum(result.passed for result in s.results), len(s.results)),
         headline=headline(s, over),

@@ -11,9 +11,9 @@ from typing import Any
 from delta_cad.design import design_to_json
 from optimizer.atlas.grid import MACHINES
 from optimizer.codesign.choice import price_EUR
-from optimizer.codesign.front import MachinePoint, best_machine
 from optimizer.codesign.lessons import reference
 from optimizer.codesign.search import Search
+from optimizer.codesign.variants.front import MachinePoint, best_machine
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.evaluator import VARIABLES
 
@@ -35,7 +35,7 @@ def machine_row(one: Mapping[str, Any]) -> dict[str, Any]:
     search = Search(brief, _nothing, _nothing, reference(), one["seed"])
     point = best_machine(search)
     if point is None:
-        row["message"] = "; ".join(f"{hardware}: {why}" for hardware, why in search.tried.stuck.items())
+        row["message"] = "; ".join(search.tried.reasons)
     else:
         name = f"{brief.name[:NAME_ROOM]}-set-{one['index']}"
         row |= {"feasible": True, "machine": _columns(point), "steps": [_step(brief, point)]}

@@ -29,10 +29,11 @@ from optimizer.codesign.choice import (
     ratios_of,
 )
 from optimizer.codesign.lengths import WIDE_MM, lasting_torque_N_m, posed
-from optimizer.codesign.lessons import COUPLE_INDEX, KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
+from optimizer.codesign.lessons import KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.feel_defaults import COUPLE_INDEX
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search import sqp
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,6 +45,7 @@ class Candidate:
         lengths_mm: (6) in the order of `VARIABLES`.
         lessons: What was known of it: what closed forms asked for, and weights, once it is weighed of its own solids.
         score: What is sought, larger is better.
+        weighed: Whether its weights pass, too.
     """
 
     design: Design
@@ -52,6 +53,7 @@ class Candidate:
     lengths_mm: tuple[float, ...]
     lessons: Lessons
     score: float
+    weighed: bool = False
 
     @property
     def side_mm(self) -> float:
@@ -211,11 +213,12 @@ def hung(design: Design, lessons: Lessons) -> Lessons:
     return lessons.taught(why, weighed=replace(known, gravity_torque_N_m=least))
 
 
-def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
+def weigh(design: Design, begin: Callable[[str], None]) -> tuple[Weighed, list[CheckResult]]:
     """Makes the solids of a design, weighs them and takes their outline; loads the CAD kernel.
 
     Args:
         design: One that closed forms pass.
+        begin: Called before each part that is made.
 
     Returns:
         weighed: What they weigh.
@@ -226,7 +229,7 @@ def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
     """
     from delta_cad.commands.pipeline import check_weighed
 
-    machine = solid(design)
+    machine = solid(design, begin)
     return weighed_of(design, machine.masses), check_weighed(machine)
 
 
@@ -254,14 +257,19 @@ _MADE: dict[str, BuiltMachine] = {}
 """The machine made last, by its design's hash: what is weighed is looked at next."""
 
 
-def solid(design: Design) -> BuiltMachine:
-    """Makes the solids of a design, once for one after the other that are equal; raises as `make_machine`."""
+def solid(design: Design, begin: Callable[[str], None]) -> BuiltMachine:
+    """Makes the solids of a design, once for one after the other that are equal; raises as `make_machine`, and `begin`.
+
+    Args:
+        design: The design.
+        begin: Called before each part that is made.
+    """
     from delta_cad.commands.pipeline import make_machine
 
     key = design_hash(design)
     if key not in _MADE:
         _MADE.clear()
-        _MADE[key] = make_machine(design)
+        _MADE[key] = make_machine(design, begin)
     return _MADE[key]
 
 

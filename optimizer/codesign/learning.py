@@ -71,7 +71,11 @@ HELD = "torque with gravity"
 
 
 class StuckError(Exception):
-    """Nothing that is known would make a choice pass; the message says what stands in the way."""
+    """No further candidate of a choice is left to try: limits, closed forms or parts refuse it, and which."""
+
+
+class GaveUpError(StuckError):
+    """A candidate failed in a way that shows nothing of others: the search has no next one, but there may be some."""
 
 
 def from_reasons(
@@ -268,18 +272,18 @@ def from_kernel(lessons: Lessons, lengths_mm: tuple[float, ...], error: BuildErr
         What is known now.
 
     Raises:
-        StuckError: A stock length ends there, chains cannot stand farther out, or it failed as often where they did.
+        GaveUpError: A stock length ends there, chains cannot stand farther out, or it failed as often where they did.
     """
     if isinstance(error, DimensionError):
-        raise StuckError(str(error)) from error
+        raise GaveUpError(str(error)) from error
     return _farther_out(lessons, lengths_mm, str(error))
 
 
 def _farther_out(lessons: Lessons, lengths_mm: tuple[float, ...], why: str) -> Lessons:
-    """Asks for chains a little farther out, so often as that may help; raises `StuckError`."""
+    """Asks for chains a little farther out, so often as that may help; raises `GaveUpError`."""
     radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in lessons.why)
     if failed >= KERNEL_TRIES or lessons.least("base_radius") > radius + ROUNDED_MM:
-        raise StuckError(why)
+        raise GaveUpError(why)
     return lessons.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {why}")
 
 
@@ -295,7 +299,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         What is known now.
 
     Raises:
-        StuckError: A check failed that teaches nothing.
+        GaveUpError: A check failed that teaches nothing.
     """
     results = list(results)
     failed = [result for result in results if not result.passed]
@@ -339,7 +343,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
                 step = max(step, short)
             lessons = lessons.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step * again, why)
     if failed and lessons == before:
-        raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
+        raise GaveUpError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
 
 

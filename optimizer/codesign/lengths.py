@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -198,6 +198,7 @@ def best_lengths(
     seed: int = 0,
     rounds: int = ROUNDS,
     beats: float | None = None,
+    tick: Callable[[], None] = lambda: None,
 ) -> Found | None:
     """Finds the lengths of the largest cube, or of the least machine with the cube that is asked.
 
@@ -212,6 +213,7 @@ def best_lengths(
         seed: Of these.
         rounds: Of lengths and the inertia estimated for them; one, and no score to beat, is a rough estimate.
         beats: A score: lengths that are no better need not be found.
+        tick: Called after each start of SQP; what it raises ends the search.
 
     Returns:
         The lengths; None where there are none, or none that beat the score.
@@ -223,7 +225,7 @@ def best_lengths(
         return None  # no spring holds rods on their balls
     side = asked.cube_side_mm
     if brief.objective == "cube_side" or side is None:
-        result = _largest(brief, choice, lessons, start_mm, seed, rounds, None)
+        result = _largest(brief, choice, lessons, start_mm, seed, rounds, None, tick)
         if result is None or result.tiny:
             return None
         lengths = _rounded(result)
@@ -238,7 +240,7 @@ def best_lengths(
     best: tuple[float, Result] | None = None
     known: list[tuple[float, float]] = []
     for _ in range(KNOBS):
-        result = _largest(brief, choice, lessons, start_mm, seed, rounds, knob)
+        result = _largest(brief, choice, lessons, start_mm, seed, rounds, knob, tick)
         reached = 0.0 if result is None else 2.0 * result.design_mm[SIDE]
         if result is not None and reached >= side:
             best, start_mm, high = (knob, result), result.design_mm, knob
@@ -304,6 +306,7 @@ def _largest(
     seed: int,
     rounds: int,
     knob: float | None,
+    tick: Callable[[], None],
 ) -> Result | None:
     """The largest cube of a choice, what is to be least having a value; None where there is none.
 
@@ -311,7 +314,7 @@ def _largest(
     couple index the cube is the least of what it holds and of what it leaves, and best where both are one.
     """
     if not lessons.couple_per_mm:
-        return _largest_held(brief, choice, lessons, start_mm, seed, rounds, knob)
+        return _largest_held(brief, choice, lessons, start_mm, seed, rounds, knob, tick)
     asked = (knob is None and brief.requirements.cube_side_mm) or 0.0
     low, high = lessons.couple_index_min, COUPLE_MOST
     best: Result | None = None
@@ -322,7 +325,7 @@ def _largest(
             low = index
             continue
         known = replace(lessons, couple_index_min=index, side_most_mm=held)
-        found = _largest_held(brief, choice, known, best.design_mm if best else start_mm, seed, rounds, knob)
+        found = _largest_held(brief, choice, known, best.design_mm if best else start_mm, seed, rounds, knob, tick)
         if found is None:
             high = index
             continue
@@ -341,11 +344,16 @@ def _largest_held(
     seed: int,
     rounds: int,
     knob: float | None,
+    tick: Callable[[], None],
 ) -> Result | None:
     """The same with one couple index for all sides of the cube."""
     at = start_mm or (lessons.weighed.upper_arm_mm, lessons.weighed.forearm_mm)
     start, previous = start_mm, 0.0
     result: Result | None = None
+
+    def ticks(*_: object) -> None:
+        tick()
+
     for _ in range(rounds):
         inertia = lessons.weighed.inertia(at[0], at[1], choice.ratio)
         try:
@@ -354,12 +362,13 @@ def _largest_held(
             return None
         best = None
         if start is not None:
-            near = sqp.search(problem, problem.scaled(start)[None])
+            near = sqp.search(problem, problem.scaled(start)[None], ticks)
             best = near.best
             if best is None and result is None and near.endings[0].level < -FAR:
                 return None
         if best is None:
-            best = sqp.search(problem, sqp.start_points(problem, seed)[: STARTS if start is None else MORE_STARTS]).best
+            starts = sqp.start_points(problem, seed)[: STARTS if start is None else MORE_STARTS]
+            best = sqp.search(problem, starts, ticks).best
         if best is None:
             return result  # of the inertia before, if there was one
         result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
+from optimizer.problem.feel_defaults import COUPLE_INDEX
 
 ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
 HANGING_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
-COUPLE_INDEX = 0.4  # least hold against turning where none is asked: below it the floor of a cube is soft
 COUPLE_MOST = 0.75  # that is asked for at most: more costs nearly all of the cube
 KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
 LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for

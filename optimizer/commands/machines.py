@@ -6,13 +6,13 @@ import argparse
 import json
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, refuse, refuse_all
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, Line, Request, refuse, refuse_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from optimizer.codesign.front import MachinePoint
+    from optimizer.codesign.variants.front import MachinePoint
 
 
 def run(given: argparse.Namespace) -> int:
@@ -28,10 +28,12 @@ def run(given: argparse.Namespace) -> int:
 
     folder = given.out / f"{brief.name}-machines"
     require_room(folder, folder=True)
-    from optimizer.codesign.front import front, marked
     from optimizer.codesign.lessons import reference
     from optimizer.codesign.pages.front import record
     from optimizer.codesign.search import Search
+    from optimizer.codesign.tried import verdict
+    from optimizer.codesign.variants.front import front, marked
+    from optimizer.search.clock import OutOfTimeError
 
     def nothing(_: object) -> None:
         raise AssertionError  # a front builds no machine
@@ -42,9 +44,8 @@ def run(given: argparse.Namespace) -> int:
     try:
         with Request() as stop, Line() as line:
             search.stop, search.report, search.tell = stop, line.show, line.keep
-            front(search, found, stop)
-            interrupted = stop()
-    except KeyboardInterrupt:
+            front(search, found)
+    except (KeyboardInterrupt, OutOfTimeError):
         interrupted = True
     points = marked(found)
     if points:
@@ -60,8 +61,8 @@ def run(given: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             interrupted = True
     if not points and not interrupted:
-        reasons = [f"{hardware}: {reason}" for hardware, reason in search.tried.stuck.items()]
-        return refuse_all([f"{given.requirements.name}: no machine does all that is asked", *reasons], NOT_MET)
+        ends, why = verdict(search.tried, "done", stands=False)
+        return refuse_all([f"{ends}: {given.requirements.name}: {why}", *search.tried.reasons], ends.code)
     if given.json:
         print(json.dumps(record(points, brief.name), indent=1, allow_nan=False))
     elif points:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 
 from delta_cad.common.picture_style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, styled
-from optimizer.codesign.front import MachinePoint, hardware_of
+from optimizer.codesign.variants.front import MachinePoint, hardware_of
 from optimizer.pictures.style import pretty
 
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)

@@ -162,6 +162,7 @@ class DesignBrief(Section):
     _own_folder: Path | None = PrivateAttr(default=None)
     _own_parts: catalogue.OwnParts | None = PrivateAttr(default=None)
     _notes: tuple[str, ...] = PrivateAttr(default=())
+    _stated: frozenset[str] = PrivateAttr(default=frozenset())
 
     @property
     def outline_mm(self) -> tuple[float, float] | None:
@@ -198,6 +199,17 @@ class DesignBrief(Section):
     def notes(self) -> tuple[str, ...]:
         """What the file states and `design` does not use, a line each, with the reason."""
         return self._notes
+
+    @property
+    def stated(self) -> frozenset[str]:
+        """Table and field of what the file sets, where a brief has it; all else is a default."""
+        return self._stated
+
+    def value(self, field: str) -> float | None:
+        """Gives the value of a table and field; None where nothing is set and there is no default."""
+        table, name = field.split(".")
+        value: float | None = getattr(getattr(self, table), name)
+        return value
 
     def hardware_from(self, folder: Path, chosen: Mapping[str, Any]) -> dict[str, Any]:
         """Makes the hardware of a design file.
@@ -256,6 +268,7 @@ def brief_from_dict(
     brief._own_folder = own_folder(brief.hardware, folder, own_parts)
     if brief._own_folder is not None:
         brief._own_parts = catalogue.own_parts(brief._own_folder)
+    brief._stated = frozenset(MOVED.get(one, one) for one in found.stated)
     brief._notes = (*_notes(found.stated), *_of_no_capstan(brief))
     return brief
 

@@ -7,15 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.checks.report import CheckResult
-from delta_cad.report.figures import binding
 from delta_cad.report.page import ASSETS, FILE_NAME, page_policy
 from optimizer.codesign.costs import Cost
+from optimizer.codesign.pages.figures import FIGURES, binding
+from optimizer.codesign.pages.output import judged
 from optimizer.codesign.pages.plot import Scale
 from optimizer.codesign.tried import Posed, Tried
 
 if TYPE_CHECKING:
     from optimizer.codesign.bound import Bound
+    from optimizer.problem.brief import DesignBrief
 
 WIDTH, LEFT, ROW, TOP = 960, 250, 26, 34
 STYLE = """
@@ -33,8 +34,8 @@ meter { width: 12rem; }
 
 
 def design_page(
+    brief: DesignBrief,
     told: dict[str, Any],
-    results: Sequence[CheckResult],
     tried: Tried,
     why: Sequence[str],
     notes: Sequence[str],
@@ -45,8 +46,8 @@ def design_page(
     """Writes the page.
 
     Args:
+        brief: The requirements.
         told: The facts of the run.
-        results: All checks of the machine.
         tried: What the search went through, this machine last.
         why: What was learnt of its hardware.
         notes: Of the requirements.
@@ -62,7 +63,8 @@ def design_page(
         plot=_plot(tried.posed, bound, unit),
         stuck=tried.stuck,
         bound=bound,
-        binding=binding(results),
+        binding=binding(brief, told),
+        poor=judged(told),
         costs=costs,
         dearest=max((one.gain for one in costs), default=1.0),
         unit=unit,
@@ -96,6 +98,11 @@ def _cards(told: dict[str, Any]) -> list[tuple[str, str, str, str]]:
         ("Cube", f"{told['cube_side_mm']:.2f}", "mm", ""),
         ("Drive", f"{told['ratio']:g}", ": 1", told["motor"]),
         ("Swept outline", f"{width:.1f} × {depth:.1f}", "mm", "as built"),
+        *(
+            (f"{one.words[:1].upper()}{one.words[1:]}", f"{told[one.key]:.3g}", one.unit, "")
+            for one in FIGURES
+            if one.head and told[one.key] is not None
+        ),
     ]
     if told["bound_mm"] is not None:
         cards.insert(1, ("Proved bound", f"{told['bound_mm']:.2f}", "mm", f"{100.0 * told['gap']:.2g} % more"))

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from delta_cad.design import design_to_json
-from optimizer.codesign.front import AXES, MachinePoint, hardware_of
+from optimizer.codesign.variants.front import AXES, MachinePoint, hardware_of
 
 DESIGNS = "designs"
 UNITS = {"effective_mass": "kg", "friction": "N", "stiffness": "N/mm", "outline": "mm wide", "cube": "mm"}

@@ -13,10 +13,10 @@ from delta_cad.common.ours import RECORD, record_with
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.design import Design, design_hash
 from delta_cad.report.page import FILE_NAME
-from optimizer.codesign.front import Figures, MachinePoint, hardware_of
 from optimizer.codesign.pages.design import rendered
 from optimizer.codesign.pages.front import DESIGNS, in_order, limit_of
 from optimizer.codesign.pages.plot import Scale
+from optimizer.codesign.variants.front import Figures, MachinePoint, hardware_of
 
 PAGE = "machines.html"
 WIDTH, HEIGHT, LEFT, BELOW = 460, 340, 44, 300

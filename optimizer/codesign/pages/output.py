@@ -15,35 +15,20 @@ from optimizer.certify.certificate import Certificate, certify, limits_of
 from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import share_of_masses
 from optimizer.codesign.costs import Cost
-from optimizer.codesign.tried import Tried
+from optimizer.codesign.pages.figures import FIGURES, binding, poor, results_of, set_limits
+from optimizer.codesign.tried import Tried, Verdict
 from optimizer.problem.brief import DesignBrief, brief_hash
 
 if TYPE_CHECKING:
-    from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import Outcome
     from optimizer.codesign.bound import Bound
 
-BINDS = 0.01  # share of a limit within which it binds
-FIGURES = {
-    "effective mass": "effective_mass_max_kg",
-    "structure stiffness at the knob": "stiffness_min_N_mm",
-    "envelope width": "envelope_width_mm",
-    "envelope depth": "envelope_depth_mm",
-    "clearance": "clearance_mm",
-    "torque with gravity": "holding_torque_N_m",
-    "structure first mode": "first_mode_Hz",
-    "friction": "friction_max_N",
-    "position step": "position_step_max_mm",
-    "kappa": "kappa_max",
-}
-"""Name of a check -> key of its value among the facts."""
 UNITS = {
     "cube_side": "mm of cube",
     "outline": "mm of width and depth",
     "effective_mass": "kg felt",
     "cost": "EUR",
 }
-OUTLINE = ("envelope width", "envelope depth")
 NO_BOUND = "none"  # of a bound that is not proved
 
 
@@ -93,17 +78,6 @@ def write_beside(folder: Path, design: Design, text: str, page: str, certificate
     (folder / "certificate.json").write_text(text, encoding="utf-8")
 
 
-def binding(results: Iterable[CheckResult]) -> list[str]:
-    """Names the checks whose value is within a hundredth of its limit; at it stands what was stated or counted."""
-    found = []
-    for one in results:
-        if one.value is None or not one.limit or one.name.startswith(("solid ", "running gap")):
-            continue
-        if 0.0 < abs(one.value - one.limit) <= BINDS * abs(one.limit):
-            found.append(one.name)
-    return found
-
-
 def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | None) -> dict[str, Any]:
     """Gives what came of a run as JSON types.
 
@@ -113,26 +87,25 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | 
         tried: What the search went through.
         bound: What is proved of the machine's family; None where the cube is not what is sought.
     """
-    design, values = outcome.design, {one.name: one.value for one in outcome.results}
-    figures = {key: values.get(name) for name, key in FIGURES.items() if name not in OUTLINE}
-    outline = [values.get(name) for name in OUTLINE]
+    design, values = outcome.design, results_of(outcome)
     drive = drive_torque(design)
     return {
         "name": brief.name,
+        "verdict": str(Verdict.BUILT),
         "passed": outcome.passed,
         "objective": brief.objective,
-        "cube_side_mm": 2.0 * design.cube.half_side_mm,
         "bound_mm": None if bound is None else bound.side_mm,
         "gap": None if bound is None else bound.gap,
         "bound": NO_BOUND if bound is None else bound.statement,
-        **figures,
-        "outline_mm": outline,
+        **{one.key: values.get(one.key) for one in FIGURES},
+        "outline_mm": [values.get(f"outline_{side}_mm") for side in ("width", "depth")],
         "cost_EUR": outcome.cost_EUR,
         "motor": drive.motor,
         "ratio": drive.ratio,
         "moving_mass_kg": outcome.masses["moving_mass_kg"],
         "total_mass_kg": outcome.masses["total_mass_kg"],
-        "binding": binding(outcome.results),
+        "binding": [one.figure.field for one in binding(brief, values)],
+        "poor": [str(one) for one in poor(brief, values)],
         "folder": None if outcome.folder is None else str(outcome.folder),
         "tried": tried.candidates,
         "built": len(tried.built),
@@ -140,16 +113,42 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | 
     }
 
 
-def figures_of(results: Iterable[CheckResult]) -> list[str]:
-    """Lists what is felt of a machine and what it leaves, beside what was asked, a line each."""
-    known = {one.name: one for one in results}
-    lines = []
-    for name in FIGURES:
-        if (one := known.get(name)) is None or one.value is None:
-            continue
-        asked = "" if one.limit is None else f", {one.limit:.4g} asked"
-        lines.append(f"- {name.removeprefix('structure ')}: {one.value:.4g} {one.unit}".rstrip() + asked)
-    return lines
+EMPTY = ("cube_side_mm", "bound_mm", "gap", *(one.key for one in FIGURES), "outline_mm", "motor", "ratio", "folder")
+"""Keys of the facts that have no value where no machine stands."""
+
+
+def no_facts(name: str, ends: Verdict, tried: Tried, nearest: dict[str, Any]) -> dict[str, Any]:
+    """Gives what came of a run without a machine as JSON types.
+
+    Args:
+        name: Of the requirements.
+        ends: The verdict.
+        tried: What the search went through.
+        nearest: Facts of the machine of the nearest requirements that have one; {} for none.
+    """
+    facts: dict[str, Any] = {"name": name, "verdict": str(ends), "passed": False} | dict.fromkeys(EMPTY)
+    return facts | {"binding": [], "poor": [], "tried": tried.candidates, "nearest": nearest or None}
+
+
+def headline(facts: dict[str, Any]) -> str:
+    """Gives the figures that are always told first in one line."""
+    told = (f"{one.words} {facts[one.key]:.3g} {one.unit}" for one in FIGURES if one.head and facts[one.key])
+    return ", ".join(told)
+
+
+def judged(facts: dict[str, Any]) -> str:
+    """Says how good a machine is that keeps all set limits; "" where it is no worse than any default of feel."""
+    return f"holds, but poor as a haptic device: {'; '.join(facts['poor'])}" if facts["poor"] else ""
+
+
+def _lines_of(brief: DesignBrief, facts: dict[str, Any]) -> list[str]:
+    """Lists the results, each with the limit that is set, a line each."""
+    limits = {one.figure.key: one for one in set_limits(brief, facts)}
+    return [
+        f"- {limits[one.key]} set" if one.key in limits else f"- {one.words} {facts[one.key]:.4g} {one.unit}".rstrip()
+        for one in FIGURES
+        if facts[one.key] is not None
+    ]
 
 
 def _of_bound(bound: Bound | None) -> list[str]:
@@ -178,8 +177,8 @@ def _price(cost_EUR: float | None) -> str:
 
 
 def report(
+    brief: DesignBrief,
     told: dict[str, Any],
-    results: Iterable[CheckResult],
     tried: Tried,
     why: Iterable[str],
     notes: Iterable[str],
@@ -194,15 +193,17 @@ def report(
         "",
         f"A cube of {told['cube_side_mm']:.2f} mm, with {told['motor']} at {told['ratio']:g}:1, within "
         f"{width:.1f} x {depth:.1f} mm as built{_price(told['cost_EUR'])}.",
+        f"{headline(told)[:1].upper()}{headline(told)[1:]}.",
         "",
-        "## Figures",
+        *((f"**{judged(told)}**", "") if told["poor"] else ()),
+        "## Results",
         "",
-        *figures_of(results),
+        *_lines_of(brief, told),
         "",
         *_of_bound(bound),
         "## What binds",
         "",
-        *(f"- {name}" for name in told["binding"]),
+        *(f"- {one.figure.field} = {one.limit:g}: {one.value:.4g}" for one in binding(brief, told)),
         "",
         "## What each limit costs",
         "",

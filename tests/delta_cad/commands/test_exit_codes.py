@@ -9,13 +9,13 @@ from collections.abc import Callable
 import pytest
 
 from delta_cad.commands import cli as delta_cad
-from delta_cad.common.console import INTERRUPTED
+from delta_cad.common.console import CUT_SHORT, INTERRUPTED
 from haptics.commands import cli as haptics
 from optimizer.commands import cli as optimizer
 
 PARSERS = [
     (delta_cad.parser, {0, 1, 2, 3, INTERRUPTED}),
-    (optimizer.parser, {0, 1, 2, INTERRUPTED}),
+    (optimizer.parser, {0, 1, 2, CUT_SHORT, INTERRUPTED}),
     (haptics.parser, {0, 1, 2, INTERRUPTED}),
 ]
 

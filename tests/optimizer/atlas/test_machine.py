@@ -15,8 +15,8 @@ from optimizer.atlas.grid import MACHINES, Grid, grid_from_dict
 from optimizer.atlas.machine import machine_row
 from optimizer.atlas.page import mapped, page
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.front import Figures, MachinePoint
 from optimizer.codesign.search import Search
+from optimizer.codesign.variants.front import Figures, MachinePoint
 from optimizer.pictures.atlas import cells, png
 from tests.committed import BEST
 

@@ -1,14 +1,34 @@
-"""Candidates before any solid of them is made."""
+"""Candidates before any solid of them is made: gravity, and inertia by hand."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design
+from delta_cad.drive.masses import Masses
 from delta_cad.export.mass_properties import mass_report
 from optimizer.codesign.candidate import hung, weighed_of
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.lessons import Lessons, Weighed, reference
+
+WEIGHED = Weighed(
+    Masses(
+        platform=0.06,
+        arm_along=0.0,
+        arm_across=0.0,
+        arm_inertia=2e-4,
+        rod_elbow=0.004,
+        rod_cross=0.002,
+        rod_wrist=0.003,
+        rotor_inertia=8e-5,
+    ),
+    gravity_torque_N_m=0.03,
+    upper_arm_mm=80.0,
+    forearm_mm=120.0,
+    ratio=4.0,
+)
 
 
 def test_gravity_is_known_at_least_before_anything_is_weighed(best: Design, best_assembly: Assembly) -> None:
@@ -20,3 +40,23 @@ def test_gravity_is_known_at_least_before_anything_is_weighed(best: Design, best
     assert 0.75 * solid < learnt.weighed.gravity_torque_N_m < solid
     assert hung(best, learnt) is learnt
     assert hung(best, heavy) is heavy
+
+
+def test_a_rotor_is_felt_by_the_square_of_its_ratio() -> None:
+    """8e-5 kg m^2 at 4:1 are 5e-6 at the motor and 1.8e-4 at 6:1, 2e-5 at 2:1; the arm's 2e-4 stay."""
+    for ratio, rotor in ((4.0, 8e-5), (6.0, 1.8e-4), (2.0, 2e-5)):
+        assert WEIGHED.inertia(80.0, 120.0, ratio).joint_inertia == pytest.approx(2e-4 + rotor, rel=1e-12)
+
+
+def test_half_of_a_rod_grows_with_its_length() -> None:
+    """Rods of 180 instead of 120 mm have 1 - 0.5 + 0.5 * 1.5 = 1.25 of the mass: 0.06 + 3 * 0.00375 kg are carried."""
+    longer = WEIGHED.inertia(80.0, 180.0, 4.0)
+    assert longer.carried_mass == pytest.approx(0.07125, rel=1e-12)
+    assert longer.elbow_mass == pytest.approx(0.005, rel=1e-12)
+    assert longer.cross_mass == pytest.approx(0.0025, rel=1e-12)
+
+
+def test_an_arm_twice_as_long_has_3_7_times_the_inertia() -> None:
+    """2^1.9 = 3.7321; without a rotor."""
+    bare = replace(WEIGHED, masses=replace(WEIGHED.masses, rotor_inertia=0.0))
+    assert bare.inertia(160.0, 120.0, 4.0).joint_inertia == pytest.approx(7.4643e-4, rel=1e-4)

@@ -16,11 +16,11 @@ from delta_cad.design import NAME_LONGEST, Design, design_hash, load_design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.front import AXES, Figures, MachinePoint, figures_of, front, marked
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.pages.front import design_files, page, record
 from optimizer.codesign.pages.machines import PAGE, build_front, machines_page, standing
 from optimizer.codesign.search import Search
+from optimizer.codesign.variants.front import AXES, Figures, MachinePoint, figures_of, front, marked
 from optimizer.commands import cli
 from optimizer.pictures.machines import machines
 from optimizer.pictures.style import save
@@ -98,11 +98,11 @@ def test_a_front_that_is_cut_off_leaves_the_points_it_has(
     task = tmp_path / "b.toml"
     task.write_text('name = "b"\n[requirements]\nenvelope_width_mm = 270\nenvelope_depth_mm = 220\n', encoding="utf-8")
 
-    def cut_off(_: Search, points: list[MachinePoint], __: object) -> None:
+    def cut_off(_: Search, points: list[MachinePoint]) -> None:
         points += known[:2]
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("optimizer.codesign.front.front", cut_off)
+    monkeypatch.setattr("optimizer.codesign.variants.front.front", cut_off)
     assert cli.main(["front", str(task), "--machines", "--out", str(tmp_path)]) == 130
     assert capsys.readouterr().err.endswith(f"interrupted; 2 machines stand in {tmp_path}/b-machines\n")
     assert len(json.loads((tmp_path / "b-machines" / "machines.json").read_text())["points"]) == 2

@@ -110,7 +110,7 @@ def test_a_journal_of_another_run_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_search_asks_for_no_lengths_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from optimizer.codesign import search as module
+    from optimizer.codesign import settling as module
 
     calls: list[Any] = []
     monkeypatch.setattr(module, "best_lengths", lambda *given: calls.append(given) or FOUND)

@@ -11,8 +11,8 @@ from delta_cad.design import Design
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.nearest import FINE, MOST, Relief, reliefs, strongest
 from optimizer.codesign.search import Search
+from optimizer.codesign.variants.nearest import FINE, MOST, Relief, reliefs, strongest
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 
 MOTORS = ["maxon-re30-310007", "maxon-ec60flat-625858"]

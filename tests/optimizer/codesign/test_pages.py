@@ -6,17 +6,18 @@ from typing import Any
 
 import pytest
 
-from delta_cad.checks.report import CheckResult
 from optimizer.codesign.bound import Bound, Kind
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.costs import Cost
 from optimizer.codesign.pages.design import design_page
+from optimizer.codesign.pages.figures import FIGURES
 from optimizer.codesign.pages.plot import round_values
 from optimizer.codesign.tried import Posed, Tried
+from optimizer.problem.brief import brief_from_dict
 from tests.delta_cad.report.reading import Page
 
 BAD = "<b>&'\""
-TOLD: dict[str, Any] = {
+TOLD: dict[str, Any] = dict.fromkeys(one.key for one in FIGURES) | {
     "name": BAD,
     "outline_mm": [248.3, 219.9],
     "cube_side_mm": 82.52,
@@ -27,8 +28,20 @@ TOLD: dict[str, Any] = {
     "cost_EUR": None,
     "tried": 31,
     "built": 2,
+    "poor": [],
+    "force_N": 3.004,
+    "kappa_max": 2.268,
+    "friction_max_N": 0.1,
+    "height_mm": 271.3,
 }
 BOUND = Bound(83.61, 0.0132, 12, Kind(50.0, "small motors", "kept limits", False, 30.74, (9.8, 12.9)), ("alike",))
+BRIEF = brief_from_dict(
+    {
+        "name": "b",
+        "requirements": {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0},
+        "feel": {"kappa_max": 2.27, "friction_max_N": 0.8},
+    }
+)
 POSED = [
     Posed(Choice("large", "capstan", 4.0, 50.0), 70.0),
     Posed(Choice("small", "capstan", 5.0, 50.0), 82.0),
@@ -38,12 +51,15 @@ POSED = [
 
 
 def page(
-    posed: list[Posed], bound: Bound | None, unit: str = "mm of cube", why: tuple[str, ...] = ("it was tight",)
+    posed: list[Posed],
+    bound: Bound | None,
+    unit: str = "mm of cube",
+    why: tuple[str, ...] = ("it was tight",),
+    **told: Any,
 ) -> Page:
     tried = Tried(31, posed, [], {f"weak {BAD}": "too weak"})
-    results = [CheckResult("kappa", True, 2.268, 2.27, ""), CheckResult("friction", True, 0.1, 0.8, "N")]
     cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
-    return Page(design_page(TOLD, results, tried, why, [], cost, bound, unit))
+    return Page(design_page(BRIEF, TOLD | told, tried, why, [], cost, bound, unit))
 
 
 def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
@@ -64,7 +80,7 @@ def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
 
 def test_it_says_what_binds_what_limits_cost_and_what_is_proved_and_runs_nothing() -> None:
     found = page(POSED, BOUND)
-    assert [row[:3] for row in found.rows("binds")[1:]] == [["Conditioning, worst in the cube", "2.268", "≤ 2.27"]]
+    assert [row[:3] for row in found.rows("binds")[1:]] == [["feel.kappa_max", "2.268", "≤ 2.27"]]
     assert found.rows("costs")[1][:4] == ["feel.kappa_max", "2.27", "2.38", "1.5"]
     assert "83.61 mm, 1.3 % more" in found.one("tried").text
     assert "it was tight" in found.one("learnt").text
@@ -94,3 +110,16 @@ def test_ticks_are_round(low: float, high: float, first: float, step: float) -> 
     assert ticks[0] == pytest.approx(first)
     assert ticks[1] - ticks[0] == pytest.approx(step)
     assert low <= ticks[0] <= ticks[-1] <= high
+
+
+def test_a_machine_that_is_poor_has_an_amber_badge_that_says_in_what() -> None:
+    good, poor = page(POSED, None), page(POSED, None, poor=["friction 0.9 N, at most 0.6"])
+    assert [len(one.all("p", **{"class": "badge holds"})) for one in (good, poor)] == [1, 0]
+    (badge,) = poor.all("p", **{"class": "badge poor"})
+    assert "friction 0.9 N, at most 0.6" in badge.text
+
+
+def test_force_friction_and_height_stand_in_the_headline_whether_a_limit_is_set_or_not() -> None:
+    cards = " ".join(e.text for e in page(POSED, None).all("div", **{"class": "card"}))
+    for words in ("Continuous force3 N", "Friction0.1 N", "Height271 mm"):
+        assert words in "".join(cards.split("\n"))

@@ -11,17 +11,22 @@ import pytest
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design, design_from_dict
+from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import UnreachableError
 from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.hardware import refusals
 from optimizer.codesign import search as module
+from optimizer.codesign import settling
 from optimizer.codesign.candidate import Candidate, refused
 from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
 from optimizer.codesign.learning import KERNEL_TRIES, StuckError
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.search import LEAST_SIDE_MM, Search
+from optimizer.codesign.search import Search
+from optimizer.codesign.settling import LEAST_SIDE_MM
+from optimizer.codesign.tried import Verdict, verdict
 from optimizer.problem.brief import DesignBrief, brief_from_dict
+from optimizer.search.clock import HalfTimeError, OutOfTimeError
 from tests.committed import changed
 
 MOTORS = ["maxon-re30-310007", "faulhaber-3257g024cr"]
@@ -176,8 +181,8 @@ def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.Mon
     for asked, found in (({}, False), ({"cube_side_mm": side}, True)):
         search = Search(brief(**asked), cast(Any, None), cast(Any, None), reference())
         monkeypatch.setattr(search, "_lengths", lambda *_: lengths)
-        monkeypatch.setattr(module, "refused", lambda _: ())
-        monkeypatch.setattr(module, "too_soft", lambda _: None)
+        monkeypatch.setattr(settling, "refused", lambda _: ())
+        monkeypatch.setattr(settling, "too_soft", lambda _: None)
         assert (search.settled(one, weighing=False) is not None) == found
         assert ("5.0 mm" in search.tried.stuck.get(f"{MOTORS[0]} capstan", "")) != found
         assert search._estimate(one) is lengths
@@ -227,9 +232,13 @@ def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pyt
     assert found.choice.width_mm == 50.0
     assert found.choice.wider_mm == pytest.approx(0.17, abs=0.02)
     assert weighed[-1] == found.choice
-    search.hurried = lambda: True  # it is built as it is
+
+    def hurried(*_: object, **__: object) -> Candidate:
+        raise HalfTimeError
+
     start = settled(Choice(MOTORS[0], "capstan", 5.0, 50.0))
-    assert search._polished(start) is start
+    monkeypatch.setattr(search, "settled", hurried)
+    assert search._polished(start) is start  # it is built as it is
 
 
 def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -270,7 +279,8 @@ def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> N
     paper = Paper({MOTORS[0]: [[PASSED]]})
     search = searched(paper, {MOTORS[0]: [84.0]}, monkeypatch)
     search.stop = lambda: True
-    assert search.best() is None
+    with pytest.raises(OutOfTimeError):
+        search.best()
     assert paper.moved == []
 
 
@@ -305,7 +315,7 @@ class Estimates:
 
 def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
     run = Estimates(monkeypatch, set(MOTORS), motor=MOTORS, drive="capstan")
-    assert run.search.ranked() == []
+    assert list(run.search.ranked()) == []
     strongest = max(MOTORS, key=lambda name: motor_of(run.search.brief, name).nominal_torque_N_m)
     assert set(run.asked) == {strongest}
     assert set(run.search.tried.stuck) == {f"{motor} capstan" for motor in MOTORS}
@@ -314,7 +324,7 @@ def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: 
 def test_hardware_is_ranked_by_what_its_parts_leave(monkeypatch: pytest.MonkeyPatch) -> None:
     """Estimates are alike; closed forms are not."""
     run = Estimates(monkeypatch, set(), motor=MOTORS, drive="capstan")
-    ranked = run.search.ranked()
+    ranked = list(run.search.ranked())
     assert [choice.motor for _, choice in ranked] == sorted(MOTORS, key=len)
     assert [score for score, _ in ranked] == [-130.0 - len(motor) / 100.0 for motor in sorted(MOTORS, key=len)]
 
@@ -326,7 +336,7 @@ def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.M
     def lengths(_brief: object, _choice: object, lessons: Lessons, *_: object) -> None:
         taken.append(lessons.spare_torque_N_m)
 
-    monkeypatch.setattr(module, "best_lengths", lengths)
+    monkeypatch.setattr(settling, "best_lengths", lengths)
     search = Search(brief(), cast(Any, None), cast(Any, None), reference())
     for motor, ratio in (("maxon-re50-370354", 6.0), ("maxon-re30-310007", 3.0)):
         assert search.settled(Choice(motor, "capstan", ratio, 50.0), weighing=False) is None
@@ -334,11 +344,23 @@ def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.M
 
 
 def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "best_lengths", lambda *_: pytest.fail("was estimated"))
+    monkeypatch.setattr(settling, "best_lengths", lambda *_: pytest.fail("was estimated"))
     search = Search(brief(clearance_min_mm=2.5), cast(Any, None), cast(Any, None), reference())
     assert search.best() is None
-    (why,) = search.tried.stuck.values()
+    (why,) = search.tried.impossible
     assert "requirements.clearance_min_mm = 2.5 must be at most 2.4 mm" in why
+    assert verdict(search.tried, "done", stands=False) == (Verdict.INFEASIBLE, "a closed form shows it")
+
+
+def test_a_force_that_no_spring_holds_is_refused_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(settling, "best_lengths", lambda *_: pytest.fail("was estimated"))
+    most = force_most_N()
+    for forces, name in (({"force_N": 1.01 * most}, "force_N"), ({"peak_force_N": 1.01 * most}, "peak_force_N")):
+        search = Search(brief(**forces), cast(Any, None), cast(Any, None), reference())
+        assert search.best() is None
+        (why,) = search.tried.impossible
+        assert why.startswith(f"requirements.{name} = ")
+    assert not list(module._impossible(brief(force_N=most)))
 
 
 def test_what_gravity_takes_is_posed_before_anything_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:

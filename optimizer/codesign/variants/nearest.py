@@ -1,8 +1,9 @@
-"""Why there is no machine: the limits that are in one another's way, and how far one of them would have to give."""
+"""Of which limits closed forms have a machine: of each alone how far it would have to give, or of several together."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import sqrt
 
@@ -13,6 +14,7 @@ from optimizer.codesign.journal import start_read, start_told
 from optimizer.codesign.search import Search
 from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
+from optimizer.search.clock import OutOfTimeError
 
 OUTLINE = "requirements.envelope_width_mm", "requirements.envelope_depth_mm"
 LEAN = ("limits.lean_max_deg",)
@@ -75,8 +77,8 @@ class Relief:
 def reliefs(search: Search) -> list[Relief]:
     """Finds the limits of which each alone would be enough to give, with how much, the least change first.
 
-    These are what contradicts: without any one of them there is a machine, with all of them there is none. Where no
-    limit alone is enough within `MOST`, some that give by one factor together, none of which can be left out.
+    Closed forms have a machine with any one of them given up. Where no limit alone is enough within `MOST`, some that
+    give by one factor together, none of which can be left out. Where the time is over, those that were found.
 
     Args:
         search: One that found no machine; its time and its reports are used.
@@ -85,11 +87,13 @@ def reliefs(search: Search) -> list[Relief]:
     groups = [fields for fields in EASED if all(_gives(search.brief, name) for name in fields)]
     beyond = search.brief.requirements.clearance_min_mm > CLEARANCE_MOST_MM  # which no other limit makes up for
     only = [(CLEARANCE,)] if beyond else groups
-    alone = [one for fields in only if (one := _relief(search, fields, hardware)) is not None]
-    if alone or len(groups) < 2:
-        return sorted(alone, key=lambda one: one.share)
-    together = _together(search, groups, hardware)
-    return [] if together is None else [together]
+    found: list[Relief] = []
+    with suppress(OutOfTimeError):
+        for fields in only:
+            found += [one for one in (_relief(search, fields, hardware),) if one is not None]
+        if not found and len(groups) > 1:
+            found += [one for one in (_together(search, groups, hardware),) if one is not None]
+    return sorted(found, key=lambda one: one.share)
 
 
 def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choice]) -> Relief | None:
@@ -107,14 +111,14 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choi
     if not (left := able(groups)):
         return None
     for group in list(groups):  # what is not needed is left out; of two both are, since none alone is enough
-        if len(groups) > 2 and not search.stop() and (does := able(rest := [one for one in groups if one != group])):
+        if len(groups) > 2 and (does := able(rest := [one for one in groups if one != group])):
             groups, left = rest, does
     return _relief(search, fields(groups), left)
 
 
 def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> Relief | None:
     """Finds how much is enough of limits that give together, of the hardware that needs least; None: more than MOST."""
-    search.report(f"what {' and '.join(fields)} cost")
+    search.begin(f"what {' and '.join(fields)} cost")
     asked = _asked(search, fields)
     relief: Relief | None = None
 
@@ -122,24 +126,25 @@ def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> 
         nonlocal relief
         task = _eased(search.brief, fields, asked, factor)
         if (found := _possible(search, task, choice, near)) is not None:
-            enough = tuple(float(_value(task, name) or 0.0) for name in fields)
+            enough = tuple(float(task.value(name) or 0.0) for name in fields)
             relief = Relief(fields, asked, enough, task, found)
         return found is not None
 
     high, steps = MOST, WIDER if fields in (OUTLINE, LEAN) else ()
-    for choice in hardware:
-        least = high if relief is None else high / FINE  # of another hardware: only what needs less
-        low = 1.0
-        for factor in (*(step for step in steps if step < least), least):
-            if not search.stop() and factor > 1.0 and tried(choice, factor):
-                break
-            low = factor
-        else:
-            continue
-        high = factor
-        while high / low > FINE and not search.stop():
-            middle = sqrt(low * high)
-            low, high = (low, middle) if tried(choice, middle, relief and relief.start) else (middle, high)
+    with suppress(OutOfTimeError):
+        for choice in hardware:
+            least = high if relief is None else high / FINE  # of another hardware: only what needs less
+            low = 1.0
+            for factor in (*(step for step in steps if step < least), least):
+                if factor > 1.0 and tried(choice, factor):
+                    break
+                low = factor
+            else:
+                continue
+            high = factor
+            while high / low > FINE:
+                middle = sqrt(low * high)
+                low, high = (low, middle) if tried(choice, middle, relief and relief.start) else (middle, high)
     return relief
 
 
@@ -158,7 +163,7 @@ def strongest(brief: DesignBrief) -> Iterator[Choice]:
 
 def _gives(brief: DesignBrief, name: str) -> bool:
     """Whether a limit may give: one that is asked, of the clearance what is more than usual."""
-    value = _value(brief, name)
+    value = brief.value(name)
     return value is not None and (name != CLEARANCE or value > _usual_clearance_mm(brief))
 
 
@@ -167,14 +172,8 @@ def _usual_clearance_mm(brief: DesignBrief) -> float:
     return usual
 
 
-def _value(brief: DesignBrief, name: str) -> float | None:
-    table, field = name.split(".")
-    value: float | None = getattr(getattr(brief, table), field)
-    return value
-
-
 def _asked(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
-    return tuple(float(_value(search.brief, name) or 0.0) for name in fields)
+    return tuple(float(search.brief.value(name) or 0.0) for name in fields)
 
 
 def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...], factor: float) -> DesignBrief:

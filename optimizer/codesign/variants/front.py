@@ -6,7 +6,7 @@ the other; what closed forms pass becomes a design file with all its figures, wh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from delta_cad.mechanism.limits.limit import PoseLimit
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.search import Lengths, Search
+from optimizer.codesign.search import MOTORS, Lengths, Search
 from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
 
@@ -108,23 +108,27 @@ class MachinePoint:
         return _name(self.choice, self.axis, self.limit)
 
 
-def front(search: Search, points: list[MachinePoint], stop: Callable[[], bool] = bool) -> None:
+def front(search: Search, points: list[MachinePoint]) -> None:
     """Traces the front of a task.
 
     Args:
         search: One of the task; its reports and its journal are used.
         points: Takes the points as they come, hardware after hardware; `marked` tells which of them are on the front.
-        stop: True ends it with what there is.
+
+    Raises:
+        OutOfTimeError: The time of the search is over; `points` has those so far.
     """
-    for _, choice in search.ranked():
-        if stop():
+    for number, (_, choice) in enumerate(search.ranked()):
+        if number >= MOTORS and points:
             break
         candidate = search.refined(choice)
+        search.tried.ended(f"{choice.motor} {choice.drive}")
         if candidate is None:
             continue
         points.append(_point(search, "asked", None, candidate, search.brief))
         for axis in AXES:
-            points += _along(search, axis, points, candidate, stop)
+            for point in _along(search, axis, points, candidate):
+                points.append(point)
 
 
 def best_machine(search: Search) -> MachinePoint | None:
@@ -134,10 +138,11 @@ def best_machine(search: Search) -> MachinePoint | None:
         search: One of the task; its reports and its journal are used.
     """
     best: Candidate | None = None
-    for score, choice in search.ranked():
-        if best is not None and score <= best.score:
+    for number, (score, choice) in enumerate(search.ranked()):
+        if best is not None and (number >= MOTORS or score <= best.score):
             break
         found = search.refined(choice)
+        search.tried.ended(f"{choice.motor} {choice.drive}")
         if found is not None and (best is None or found.score > best.score):
             best = found
     return None if best is None else _point(search, "asked", None, best, search.brief)
@@ -151,23 +156,19 @@ def hardware_of(points: Iterable[MachinePoint]) -> list[Choice]:
     return found
 
 
-def _along(
-    search: Search, axis: Axis, points: list[MachinePoint], candidate: Candidate, stop: Callable[[], bool]
-) -> Iterator[MachinePoint]:
+def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Candidate) -> Iterator[MachinePoint]:
     """The points of one hardware along one axis."""
     (asked,) = (p for p in points if p.axis == "asked" and p.choice == candidate.choice)
-    values = [_value(search.brief, name) for name in axis.fields]
+    values = [search.brief.value(name) for name in axis.fields]
     if axis.figure is not None:
         values = [getattr(asked.figures, axis.figure)]
     if any(value is None for value in values):
         return
     start: Lengths | None = candidate.lengths_mm
     for factor in axis.factors:
-        if stop():
-            return
         moved = [float(value) * factor for value in values if value is not None]
         brief = _with(search.brief, axis.fields, moved)
-        search.report(f"{candidate.choice.motor}, {axis.name} {moved[0]:.4g}")
+        search.begin(f"{candidate.choice.motor}, {axis.name} {moved[0]:.4g}")
         trial = replace(search, brief=brief, tried=Tried(), lessons=dict(search.lessons), standing=None)
         found = trial.settled(candidate.choice, start, weighing=False)
         if found is None and axis.figure is not None:
@@ -228,12 +229,6 @@ def marked(points: list[MachinePoint]) -> list[MachinePoint]:
         beaten = (merits >= own).all(axis=1) & (merits > own).any(axis=1)
         told.append(replace(point, on_front=not beaten.any()))
     return told
-
-
-def _value(brief: DesignBrief, name: str) -> float | None:
-    table, field = name.split(".")
-    value: float | None = getattr(getattr(brief, table), field)
-    return value
 
 
 def _with(brief: DesignBrief, fields: tuple[str, ...], values: list[float]) -> DesignBrief:

@@ -1,0 +1,257 @@
+"""Candidates of given hardware: lengths that closed forms pass, with the masses of their own solids."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.design import Design, DesignError, design_hash
+from delta_cad.dimensions import DimensionError
+from delta_cad.mechanism import MechanismError
+from delta_cad.solids.primitive import BuildError
+from optimizer.codesign.candidate import Candidate, design_for, hung, refused, rubbed, weigh, worst_torque
+from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
+from optimizer.codesign.learning import (
+    PULLED,
+    GaveUpError,
+    StuckError,
+    borne_of,
+    by_weight,
+    from_checks,
+    from_kernel,
+    from_pull,
+    from_reasons,
+    from_stiffness,
+    too_soft,
+    with_outline,
+    with_room,
+)
+from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
+from optimizer.codesign.lessons import TORQUE_SPARE, TORQUE_SPARE_N_M, WEIGHED_AGAIN, Held, Lessons, Weighed
+from optimizer.codesign.tried import Posed, Tried
+from optimizer.problem.brief import DesignBrief
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.search.clock import HalfTimeError, OutOfTimeError
+
+if TYPE_CHECKING:
+    from delta_cad.commands.pipeline import Outcome
+
+TRIES = 16  # closed forms and weights of one choice, until they agree
+LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
+ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
+
+T = TypeVar("T")
+Lengths = tuple[float, ...]
+"""(6) in the order of `VARIABLES`, mm."""
+
+
+@dataclass
+class Candidates:
+    """Candidates of a task: lengths that closed forms and weights pass, of given hardware.
+
+    Attributes:
+        brief: What the customer asks.
+        build: (design) -> what came of it.
+        moving: (design) -> the checks of what moves.
+        first: Masses to begin from.
+        seed: Of everything random.
+        stop: True ends the search: no step begins any more.
+        hurried: True builds what there is: nothing passed yet, and half of the time is over.
+        report: Told what is being done.
+        tell: Told what was found.
+        standing: The candidate that the last `build` is of.
+        once: Keeps what lengths and weights came to, as `Journal.once` does.
+        dearer: Price of the machine that passed last over its estimate, where prices are compared.
+        finely: Whether ratio, pinion and width are improved before a machine is built, beyond what passes.
+        ready: A candidate that closed forms and its weights pass, which is built where the time is short.
+    """
+
+    brief: DesignBrief
+    build: Callable[[Design], Outcome]
+    moving: Callable[[Design], list[CheckResult]]
+    first: Weighed
+    seed: int = 0
+    stop: Callable[[], bool] = bool
+    hurried: Callable[[], bool] = bool
+    report: Callable[[str], None] = lambda _: None
+    tell: Callable[[str], None] = lambda _: None
+    tried: Tried = field(default_factory=Tried)
+    lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
+    standing: Candidate | None = None
+    once: Callable[..., Any] = at_once
+    dearer: float = 1.0
+    finely: bool = True
+    ready: Candidate | None = None
+
+    def begin(self, step: str) -> None:
+        """Reports a step, or ends what goes on where there is no time for it.
+
+        Args:
+            step: What is being done.
+
+        Raises:
+            OutOfTimeError: The time is over.
+            HalfTimeError: Half of it is over, and of the candidates that could be built none is.
+        """
+        self._require_time()
+        self.report(step)
+
+    def _require_time(self) -> None:
+        if self.stop():
+            raise OutOfTimeError
+        if self.ready is not None and self.hurried():
+            raise HalfTimeError
+
+    def _lengths(
+        self, choice: Choice, lessons: Lessons, start_mm: Lengths | None, rounds: int, beats: float | None = None
+    ) -> Found | None:
+        """The best lengths of a choice with what is known of it; None where none are, or none beat a score."""
+
+        def compute() -> Found | None:
+            return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds, beats, self._require_time)
+
+        of = self.brief, choice, replace(lessons, why=()), start_mm, rounds, beats
+        found = self.once("lengths", of, compute, found_told, found_read)
+        if found is not None:
+            self.tried.posed.append(Posed(choice, found.score))
+        return found
+
+    def _first(self, choice: Choice) -> Lessons:
+        """What is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
+        row = motor_of(self.brief, choice.motor)
+        masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
+        spare = max(TORQUE_SPARE_N_M, TORQUE_SPARE * choice.torque_N_m(row))
+        return Lessons(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=spare)
+
+    def _or_stuck(self, choice: Choice, find: Callable[[], T | None]) -> T | None:
+        """What is found; None where nothing is, which `tried.stuck` explains."""
+        try:
+            return find()
+        except StuckError as error:
+            self.tried.stuck[f"{choice.motor} {choice.drive}"] = str(error)
+            if isinstance(error, GaveUpError):
+                self.tried.gave_up.add(f"{choice.motor} {choice.drive}")
+            return None
+
+    def settled(
+        self,
+        choice: Choice,
+        start: Lengths | None = None,
+        held: Held = (0.0, 0.0, 0.0),
+        weighing: bool = True,
+        beats: float | None = None,
+    ) -> Candidate | None:
+        """Finds the best lengths of a choice that closed forms pass, with the masses of its own solids.
+
+        Args:
+            choice: Hardware.
+            start: Lengths to begin from.
+            held: To begin from: near by closed forms asked for it.
+            weighing: Whether solids are made where the masses known are of another machine.
+            beats: A score: a candidate that is no better need not be found.
+
+        Returns:
+            The candidate; None where there is none, which `tried.stuck` explains, or none that beats the score.
+        """
+        return self._or_stuck(choice, lambda: self._settled(choice, start, held, weighing, beats))
+
+    def _settled(
+        self, choice: Choice, start: Lengths | None, held: Held, weighing: bool, beats: float | None
+    ) -> Candidate | None:
+        """As `settled`; raises where there is no candidate, and says why."""
+        key = choice.motor, choice.drive
+        built = self.lessons.get(key) or self._first(choice)
+        lessons = built.holding(held)
+        geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
+        roomy = False  # whether an outline was found to have room
+        for _ in range(TRIES):
+            self.tried.candidates += 1
+            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats)
+            if found is None:
+                raise StuckError("no lengths meet the limits with its torque, masses and rods' springs")
+            if beats is not None and found.score <= beats:
+                return None
+            start = lengths = found.lengths_mm
+            try:
+                design = design_for(self.brief, choice, lengths, lessons.hanging(lengths[0]))
+                reasons = refused(design)
+                if geared and (pulled := [one for one in reasons if one.part == PULLED]):
+                    bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
+                    sector = design.hardware.sector_radius_mm
+                    lessons = from_pull(lessons, sector, self._moment(bare, lengths), borne_of(pulled[0]))
+                    reasons = tuple(one for one in reasons if one not in pulled)
+                    if not reasons:
+                        continue
+                if reasons:
+                    choice, lessons = from_reasons(self.brief, choice, lessons, reasons, found.side_mm)
+                    continue
+                if (soft := too_soft(design)) is not None:
+                    lessons = from_stiffness(lessons, *soft, design)
+                    continue
+            except (DesignError, MechanismError) as error:
+                raise GaveUpError(str(error)) from error
+            candidate = Candidate(design, choice, lengths, lessons, found.score)
+            if self.brief.requirements.cube_side_mm is None and candidate.side_mm < LEAST_SIDE_MM:
+                raise StuckError(
+                    f"it leaves a cube of {candidate.side_mm:.1f} mm; under {LEAST_SIDE_MM:g} is no answer"
+                )
+            if not weighing:
+                return candidate
+            if not lessons.weighed.own and (heavier := hung(design, lessons)) is not lessons:
+                lessons = heavier
+                continue
+            near = self._known(lessons.weighed, lengths, choice)
+            self.begin(f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1: its masses")
+            try:
+                weighed, results, rubbing = self._weighed(design)
+            except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
+                lessons = from_kernel(lessons, lengths, error)
+                continue
+            lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbing)
+            candidate = replace(candidate, lessons=lessons, weighed=True)
+            when = "" if self.brief.requirements.peak_force_N is None else ", peak"
+            if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
+                sector = design.hardware.sector_radius_mm
+                lessons = from_pull(lessons, sector, self._moment(lessons, lengths), borne_of(pull))
+            if near and all(result.passed for result in results):
+                closer = with_outline(candidate, lessons, results)
+                spares = [a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True)]
+                lessons, left = with_room(candidate, closer, results)
+                if roomy or max(*spares, left) < ROOMY_MM:
+                    # what closed forms ask of this choice they do not ask of another
+                    self.lessons[key] = built.with_shares_of(lessons)
+                    return candidate
+                roomy = True
+                continue
+            results = [result for result in results if not (geared and result.name.startswith(f"structure {PULLED}"))]
+            if not near:  # what failed by its weight may do so no longer: that is known now
+                results = [result for result in results if not by_weight(result.name)]
+            lessons = from_checks(candidate, lessons, results)
+            if lessons.crowded != built.crowded:  # of use to other widths, whatever comes of this one
+                built = replace(built, crowded=lessons.crowded)
+                self.lessons[key] = built
+        raise GaveUpError("closed forms and weights did not come to agree")
+
+    def _weighed(self, design: Design) -> tuple[Weighed, list[CheckResult], tuple[float, float]]:
+        """Weighs a design, and what its ball joints rub with; raises as `weigh`."""
+        return self.once(
+            "weighed",
+            design_hash(design),
+            lambda: (*weigh(design, self.begin), rubbed(design)),
+            weighed_told,
+            weighed_read,
+        )
+
+    def _moment(self, lessons: Lessons, lengths: Lengths) -> float:
+        """The most torque of a joint for a moment, N m."""
+        force = self.brief.requirements.peak_force_N or self.brief.requirements.force_N
+        return worst_torque(dict(zip(VARIABLES, lengths, strict=True)), force) + lessons.weighed.gravity_torque_N_m
+
+    @staticmethod
+    def _known(weighed: Weighed, lengths: tuple[float, ...], choice: Choice) -> bool:
+        """Whether masses are those of a machine so near that another weighing would change nothing."""
+        pairs = (weighed.upper_arm_mm, lengths[0]), (weighed.forearm_mm, lengths[1]), (weighed.ratio, choice.ratio)
+        return weighed.own and all(abs(a - b) <= WEIGHED_AGAIN * b for a, b in pairs)

@@ -1,0 +1,217 @@
+"""The verdict on a search, and its time: no machine exists only where closed forms or the exhausted search show it."""
+
+from __future__ import annotations
+
+from itertools import product
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.design import Design
+from optimizer.codesign import search as module
+from optimizer.codesign import settling
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice, drives
+from optimizer.codesign.learning import GaveUpError, StuckError
+from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.search import Search
+from optimizer.codesign.tried import End, Tried, Verdict, verdict
+from optimizer.problem.brief import DesignBrief, brief_from_dict
+from optimizer.search.clock import OutOfTimeError
+from tests.optimizer.codesign.test_search import MOTORS, PASSED, Paper, brief
+
+ENDS: tuple[End, ...] = ("done", "time", "stopped")
+HARDWARE = "a capstan", "b direct"
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("stands", [True, False])
+def test_a_search_is_infeasible_only_where_that_is_shown(end: End, stands: bool) -> None:
+    """Over all states of two motors: refused, given up, not looked at to the end, and of closed forms."""
+    states = "refused", "gave up", "left"
+    for first, second, impossible in product(states, states, ([], ["force_N must be at most 20 N"])):
+        tried = Tried(impossible=impossible)
+        for name, state in zip(HARDWARE, (first, second), strict=True):
+            if state == "left":
+                tried.left.append(name)
+            else:
+                tried.stuck[name] = "no lengths"
+            if state == "gave up":
+                tried.gave_up.add(name)
+        ends, why = verdict(tried, end, stands)
+        if end == "stopped":
+            assert ends is Verdict.STOPPED
+        elif stands:
+            assert ends is Verdict.BUILT
+        else:
+            shown = bool(impossible) or first == second == "refused"
+            assert ends is (Verdict.INFEASIBLE if shown else Verdict.NOT_FOUND)
+            assert why
+            assert all(name in why for name in tried.left if not shown)
+
+
+def test_each_has_its_exit_code() -> None:
+    assert {str(one): one.code for one in Verdict} == {
+        "built": 0,
+        "infeasible": 1,
+        "not found in time": 4,
+        "stopped": 4,
+    }
+
+
+def test_hardware_that_ended_is_no_longer_left() -> None:
+    tried = Tried(left=list(HARDWARE))
+    tried.ended(HARDWARE[0])
+    assert tried.left == [HARDWARE[1]]
+
+
+class Timed:
+    """A search whose candidates are given, on a clock that each step moves by a second."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, minutes_s: float, half_s: float, steps: int = 4) -> None:
+        self.now, self.paper, self.weighed = 0.0, Paper({motor: [[PASSED]] for motor in MOTORS}), list[float]()
+        self.search = search = Search(brief(), self.paper.build, self.paper.moving, reference())
+        search.stop = lambda: self.now > minutes_s
+        search.hurried = lambda: self.now > half_s and not self.paper.built
+        search.report = self.step
+
+        def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
+            for k in range(steps):
+                search.begin(f"part {k} of {choice.motor}")
+            if weighing:
+                self.weighed.append(self.now)
+                search.lessons.setdefault((choice.motor, choice.drive), Lessons(reference()))
+            return found(choice, 84.0 - abs(choice.ratio - 4.0), weighing)
+
+        ranked = [(90.0, Choice(motor, "capstan", 5.0, 50.0)) for motor in MOTORS]
+        monkeypatch.setattr(search, "_rough", lambda: ranked)
+        monkeypatch.setattr(search, "settled", settled)
+
+    def step(self, _: str) -> None:
+        self.now += 1.0
+
+
+def found(choice: Choice, score: float, weighed: bool = True) -> Candidate:
+    design = SimpleNamespace(hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0))
+    return Candidate(cast(Design, design), choice, (90.0,) * 6, Lessons(reference()), score, weighed)
+
+
+@pytest.mark.parametrize("half_s", [14.0, 20.0, 40.0, 70.0])
+def test_at_half_of_the_time_what_was_weighed_is_built_at_once(monkeypatch: pytest.MonkeyPatch, half_s: float) -> None:
+    """Two steps after half of the time a machine is being built, wherever the search was; it was weighed before."""
+    run = Timed(monkeypatch, 2.0 * half_s, half_s)
+    moving = run.paper.moving
+
+    def begun(design: Design) -> list[CheckResult]:
+        assert run.weighed[0] <= half_s
+        assert run.now <= half_s + 3.0
+        return moving(design)
+
+    run.search.moving = begun
+    with pytest.raises(OutOfTimeError):
+        run.search.best()
+    assert run.paper.built[0] == MOTORS[0]
+    assert run.now <= 2.0 * half_s + 1.0  # inside a candidate, too
+
+
+def test_hardware_that_the_time_did_not_reach_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = Timed(monkeypatch, 12.0, 100.0)
+    with pytest.raises(OutOfTimeError):
+        run.search.best()
+    assert run.search.tried.left == [f"{motor} capstan" for motor in MOTORS]
+    assert verdict(run.search.tried, "time", stands=False)[0] is Verdict.NOT_FOUND
+
+
+def test_an_estimate_that_was_cut_off_is_no_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The time ends within the first motor: nothing is known of it, nor of the other."""
+    left, search = [2], Search(brief(), cast(Any, None), cast(Any, None), reference())
+    monkeypatch.setattr(settling, "best_lengths", lambda *_: None)
+
+    def stop() -> bool:
+        left[0] -= 1
+        return left[0] < 0
+
+    search.stop = stop
+    with pytest.raises(OutOfTimeError):
+        search.best()
+    assert search.tried.stuck == {}
+    assert len(search.tried.left) == len(MOTORS)
+
+
+def test_a_step_ends_between_the_starts_of_its_lengths() -> None:
+    """The time is over while lengths are sought: after one more start of SQP it ends."""
+    search, asked = Search(brief(), cast(Any, None), cast(Any, None), reference()), [0]
+
+    def stop() -> bool:
+        asked[0] += 1
+        return asked[0] > 1
+
+    search.stop = stop
+    with pytest.raises(OutOfTimeError):
+        search._estimate(Choice(MOTORS[0], "capstan", 5.0, 50.0))
+    assert asked == [2]
+
+
+@pytest.mark.parametrize("error", [StuckError("too soft"), GaveUpError("no agreement")])
+def test_only_refusals_of_all_hardware_are_infeasible(monkeypatch: pytest.MonkeyPatch, error: StuckError) -> None:
+    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+
+    def fails(*_: object) -> Candidate:
+        raise error
+
+    monkeypatch.setattr(search, "_rough", lambda: [(80.0, Choice(motor, "capstan", 5.0, 50.0)) for motor in MOTORS])
+    monkeypatch.setattr(search, "_settled", fails)
+    assert search.best() is None
+    assert set(search.tried.stuck) == {f"{motor} capstan" for motor in MOTORS}
+    ends = Verdict.NOT_FOUND if isinstance(error, GaveUpError) else Verdict.INFEASIBLE
+    assert verdict(search.tried, "done", stands=False)[0] is ends
+
+
+def test_hardware_beyond_the_likeliest_is_gone_through_before_there_is_no_machine(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of more motors than are ranked by their parts the last one has a machine."""
+    motors = [motor for motor, drive in drives(brief_of_all()) if drive == "capstan"]
+    monkeypatch.setattr(module, "RANKED", 2)
+    monkeypatch.setattr(module, "MOTORS", 1)
+    search = Search(brief_of_all(), cast(Any, None), lambda _: [PASSED], reference())
+    search.build = lambda design: cast(Any, SimpleNamespace(results=[PASSED], design=design))
+
+    def settled(choice: Choice, *_: object, **__: object) -> Candidate:
+        if choice.motor != motors[-1]:
+            raise StuckError("too weak")
+        search.lessons[choice.motor, choice.drive] = Lessons(reference())
+        return found(choice, 80.0)
+
+    monkeypatch.setattr(search, "_rough", lambda: [(80.0, Choice(motor, "capstan", 5.0, 50.0)) for motor in motors])
+    monkeypatch.setattr(search, "_settled", settled)
+    best = search.best()
+    assert best is not None
+    assert best[0].choice.motor == motors[-1]
+    assert len(search.tried.stuck) == len(motors) - 1
+
+
+def brief_of_all() -> DesignBrief:
+    return brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 60.0}, "hardware": {"drive": "capstan"}})
+
+
+def test_of_machines_as_small_that_of_the_lowest_ratio_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cube that is asked, and R + L_A of 120 mm at every ratio, off by less than lengths are found to."""
+    search = Search(brief_of_all(), cast(Any, None), cast(Any, None), reference())
+
+    def settled(choice: Choice, *_: object, **__: object) -> Candidate:
+        return found(choice, -120.0 - 0.1 * np.sin(50.0 * choice.ratio) - 2.0 * max(4.0 - choice.ratio, 0.0))
+
+    monkeypatch.setattr(search, "settled", settled)
+    best = search._climbed(settled(Choice(MOTORS[0], "capstan", 6.23, 50.0)), range(3))
+    assert 3.9 < best.choice.ratio < 4.2
+
+
+def test_a_larger_cube_is_not_given_for_a_lower_ratio(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    monkeypatch.setattr(search, "settled", lambda choice, *_, **__: found(choice, 80.0 + 0.01 * choice.ratio))
+    best = search._climbed(found(Choice(MOTORS[0], "capstan", 6.23, 50.0), 80.0623), range(3))
+    assert best.choice.ratio == 6.23

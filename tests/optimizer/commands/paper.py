@@ -1,0 +1,107 @@
+"""`design` with the search and the build put in place: a machine of paper, its folder and its files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.report import CheckResult
+from delta_cad.commands import pipeline
+from delta_cad.commands.pipeline import Outcome
+from delta_cad.common.ours import write_record
+from delta_cad.design import Design, design_hash, load_design
+from delta_cad.export.mass_properties import mass_report
+from optimizer.certify.certificate import Certificate
+from optimizer.codesign.bound import Bound, Family
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.pages import output
+from optimizer.codesign.pages.figures import FIGURES
+from optimizer.codesign.pages.output import certificate_of
+from optimizer.codesign.search import Search
+from optimizer.commands import cli
+from tests.committed import BEST
+
+BRIEF = """
+name = "synthesized"
+[requirements]
+envelope_width_mm = 270
+envelope_depth_mm = 220
+[feel]
+kappa_max = 2.27
+[hardware]
+motor = "maxon-re30-310007"
+drive = "capstan"
+"""
+LENGTHS = (91.0, 143.196, 31.0, 24.0, 64.37, 43.165)
+CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+
+
+def call(*words: str | Path) -> int:
+    return cli.main(["design", *map(str, words)])
+
+
+def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The masses of the one assembly stand for what is built; what is proved and computed of it is made up."""
+
+    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], str], **_k: object) -> Outcome:
+        folder = out / design.name
+        folder.mkdir(parents=True)
+        checks = [
+            CheckResult("kappa", True, 2.2699, 2.27, ""),
+            CheckResult("effective mass", True, 0.46, None, "kg"),
+            CheckResult("envelope width", True, 247.9, 270.0, "mm"),
+            CheckResult("envelope depth", True, 219.5, 220.0, "mm"),
+        ]
+        masses = mass_report(best_assembly) | {"input_sha256": design_hash(design)}
+        (folder / "mass_properties.json").write_text(json.dumps(masses), encoding="utf-8")
+        outcome = Outcome(design, checks, masses, folder, ())
+        beside(folder, outcome)
+        write_record(folder)
+        return outcome
+
+    values = dict.fromkeys((one.key for one in FIGURES), 1.0) | {"cube_side_mm": 86.33, "effective_mass_max_kg": 0.46}
+    monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 1.01, side))
+    monkeypatch.setattr("optimizer.codesign.costs.costs", lambda *_: [])
+    monkeypatch.setattr(output, "results_of", lambda _: values)
+    monkeypatch.setattr(output, "certificate_of", certified)
+
+
+def bound_of(family: Family, factor: float, side_mm: float) -> Bound:
+    return Bound(factor * side_mm, factor - 1.0, 1, family.kind, family.described())
+
+
+CERTIFIED: list[Certificate] = []
+"""Of the committed machine with its masses, once for all tests."""
+
+
+def certified(design: Design, masses: Path) -> Certificate:
+    if not CERTIFIED:
+        CERTIFIED.append(certificate_of(design, masses))
+    return CERTIFIED[0]
+
+
+def finds(monkeypatch: pytest.MonkeyPatch, then: Callable[[], None] = lambda: None, left: Sequence[str] = ()) -> None:
+    """Lets the search build the committed machine, and do something afterwards."""
+
+    def best(search: Search) -> Any:
+        search.tried.left = list(left)
+        search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference(), why=("the wrists were too close",))
+        search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, Lessons(reference()), 86.33)
+        search.tried.stuck["faulhaber-3257g024cr capstan"] = "too weak"
+        outcome = search.build(search.standing.design)
+        then()
+        return search.standing, outcome
+
+    monkeypatch.setattr(Search, "best", best)
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,136 @@
+"""`design` when its time ends, or Ctrl-C comes: its verdict, what stands, and the command that goes on."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.commands import pipeline
+from delta_cad.commands.pipeline import Outcome
+from delta_cad.design import Design
+from optimizer.codesign.bound import Bound, Family
+from optimizer.codesign.search import Search
+from optimizer.codesign.variants import nearest
+from optimizer.commands import design as command
+from optimizer.search.clock import OutOfTimeError
+from tests.optimizer.commands.paper import BRIEF, bound_of, build_on_paper, call, finds
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "task.toml"
+    path.write_text(BRIEF, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def paper_build(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
+    build_on_paper(best_assembly, monkeypatch)
+
+
+@pytest.mark.parametrize("end", ["time", "stopped", "gave up"])
+def test_what_a_search_did_not_settle_is_not_infeasible(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, end: str
+) -> None:
+    """The time ends, Ctrl-C comes or a candidate is left that the search cannot mend: none shows that there is none."""
+
+    def best(search: Search) -> None:
+        search.tried.stuck["a capstan"] = "too weak"
+        if end == "gave up":
+            search.tried.gave_up.add("a capstan")
+            return
+        search.tried.left = ["b direct"]
+        raise OutOfTimeError if end == "time" else KeyboardInterrupt
+
+    monkeypatch.setattr(Search, "best", best)
+    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    assert call(file, "--out", tmp_path / "out") == 4
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("stopped: " if end == "stopped" else "not found in time: ")
+    assert ("a capstan" if end == "gave up" else "b direct") in lines[0]
+    assert lines[1].endswith("--seed 1" if end == "gave up" else "--resume")
+    assert bool(list((tmp_path / "out").glob("*.jsonl"))) == (end != "gave up")
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_a_machine_that_stands_when_the_time_ends_is_built_and_what_was_left_is_named(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    def ends() -> None:
+        raise OutOfTimeError
+
+    finds(monkeypatch, ends, left=["b direct"])
+    assert call(file, "--out", tmp_path / "out") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("built: ")
+    assert lines[1].endswith("--resume")
+    assert "b direct" in lines[2]
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_a_run_whose_time_is_over_can_be_gone_on_with_and_its_remarks_are_gone(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    """In no time the machine is built as it was known, without a bound; with time its bound is proved."""
+    monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 9.0, side))
+    finds(monkeypatch)
+    assert call(file, "--out", tmp_path / "out", "--minutes", "1e-9", "--json") == 0
+    assert list((tmp_path / "out").glob("*.jsonl"))
+    text = (tmp_path / "out/synthesized/design.md").read_text(encoding="utf-8")
+    assert command.HURRIED in text
+    assert command.NO_BOUND in text
+    monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 1.01, side))
+    shutil.rmtree(tmp_path / "out/synthesized")
+    assert call(file, "--out", tmp_path / "out", "--resume", "--json") == 0
+    text = (tmp_path / "out/synthesized/design.md").read_text(encoding="utf-8")
+    assert command.HURRIED not in text
+    assert command.NO_BOUND not in text
+    capsys.readouterr()
+
+
+def test_a_build_that_goes_on_beyond_its_time_is_ended_and_leaves_nothing(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    """Of two minutes it may take 20 s more, on the clock of the search."""
+    seconds = [0.0]
+
+    def build(_design: Design, _out: Path, progress: Callable[[str], None], **_: object) -> Outcome:
+        for seconds[0] in (119.0, 121.0, 139.0, 141.0):
+            progress("solids")
+        raise AssertionError
+
+    finds(monkeypatch, left=["a capstan"])
+    monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr(command, "_clock", lambda: lambda: seconds[0])
+    assert call(file, "--out", tmp_path / "out", "--minutes", "2") == 4
+    assert capsys.readouterr().out.startswith("not found in time: task.toml: not looked at to the end: a capstan\n")
+    assert seconds == [141.0]
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_a_bound_leaves_the_time_that_report_and_manifest_take(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    """A build that took 40 s up to its bound takes `CLOSING` of that after it, so that the bound ends before."""
+    seconds, stops = [200.0], list[bool]()
+
+    def costs(*_: object) -> list[object]:
+        seconds[0] += 40.0
+        return []
+
+    def bounded(family: Family, side_mm: float, stop: Callable[[], bool], *_: object) -> Bound:
+        for seconds[0] in (300.0 - 40.0 * command.CLOSING - 1.0, 300.0 - 40.0 * command.CLOSING + 1.0):
+            stops.append(stop())
+        return bound_of(family, 1.01, side_mm)
+
+    monkeypatch.setattr("optimizer.codesign.costs.costs", costs)
+    monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
+    monkeypatch.setattr(command, "_clock", lambda: lambda: seconds[0])
+    finds(monkeypatch)
+    assert call(file, "--out", tmp_path / "out", "--minutes", "5") == 0
+    assert stops == [False, True]
+    capsys.readouterr()
