@@ -23,20 +23,15 @@ def device_arguments(command: argparse.ArgumentParser, *, unless: str = "") -> N
     command.add_argument("--masses", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)  # its former name
 
 
-def loop_options(command: argparse.ArgumentParser, damping: str = "2, with drives that damp 0.17") -> None:
-    """Adds what chooses the loop whose walls are computed; each goes before the `loop` of the design file.
-
-    Args:
-        command: The command.
-        damping: Default of the walls' damping, in words.
-    """
+def loop_options(command: argparse.ArgumentParser) -> None:
+    """Adds what chooses the loop whose walls are computed; each goes before the `loop` of the design file."""
     rate, share = number("number from 100 to 100000 Hz", 100.0, 1e5), number("share from 0 to 1", 0.0, 1.0)
     damped = number("number from 0 to 100 N s/m", 0.0, 100.0)
     file = "default: loop.{0} of the design file, else {1}"
     command.add_argument(
         "--rate", type=rate, metavar="HZ", help=f"rate of the loop, Hz; {file.format('rate_Hz', 8000)}"
     )
-    text = file.format("damping_N_s_m", damping)
+    text = file.format("damping_N_s_m", "2, with drives that damp 0.17")
     command.add_argument("--damping", type=damped, metavar="B", help=f"damping of the walls, N s/m; {text}")
     text = "share of the motors' short-circuit damping that the drives add at a wall, without delay; "
     command.add_argument(

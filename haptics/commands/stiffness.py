@@ -17,7 +17,7 @@ TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges an
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    loop_options(command, "0 in the paper loop, 2 in the board loop, 0.17 with drives that damp")
+    loop_options(command)
     at_least_0, period = number("number of at least 0", 0.0), number("period from 0.05 to 10 ms", 0.05, 10.0)
     command.add_argument(
         "--period", type=period, default=1.0, metavar="MS", help="period of the paper loop, ms; default: 1"

@@ -76,11 +76,11 @@ def run(page: Path, folder: Path, slow: bool) -> list[str]:
     """
     wrong: list[str] = []
     names: dict[str, Any] = {}
-    printed = ""
+    printed: str | None = ""  # None: by a block that was left out
     for block in blocks(page):
         at = f"{page.relative_to(ROOT)}:{block.line}"
         if block.slow and not slow:
-            printed = ""
+            printed = None
             continue
         if block.language == "sh":
             printed, code, told = _run_lines(block, folder)
@@ -91,7 +91,7 @@ def run(page: Path, folder: Path, slow: bool) -> list[str]:
             with redirect_stdout(out):
                 exec(compile(block.code, at, "exec"), names)
             printed = out.getvalue()
-        elif block.language == "text":
+        elif block.language == "text" and printed is not None:
             wrong += [f"{at}: {line!r} is not what is printed:\n{printed}" for line in _missing(block.code, printed)]
     return wrong
 

@@ -54,16 +54,16 @@ def test_what_a_page_shows_and_no_command_prints_is_found(folder: Path) -> None:
     page = ROOT / "docs" / "tutorial.md"
     text = page.read_text(encoding="utf-8")
     broken = folder / "docs" / "broken.md"
-    assert "FAILS kappa at" in text
+    assert "1 of 11 limits FAIL" in text
     begin = text.index("<!-- exit 1 -->")
-    broken.write_text(text[begin : text.index("## Prove it")].replace("2.2695, <= 2", "2.28, <= 2"), encoding="utf-8")
+    broken.write_text(text[begin : text.index("## Prove it")].replace("1 of 11", "3 of 11"), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tests.docs.pages.ROOT", folder)
         found = run(broken, folder, slow=False)
         broken.write_text(broken.read_text(encoding="utf-8").replace("exit 1", "exit 0"), encoding="utf-8")
         more = run(broken, folder, slow=False)
     assert len(found) == 1
-    assert "2.28" in found[0]
+    assert "3 of 11" in found[0]
     assert any("exit code 1, not 0" in one for one in more)
 
 

@@ -141,10 +141,10 @@ def test_a_neighbour_s_motor_that_is_too_near_is_refused_in_closed_form(monkeypa
     }
     apart = min(solids["sensor_lead_0"].distance(solids[f"motor_{i}"]) for i in (1, 2))
     monkeypatch.setattr(leads_module, "APART_LEAST_MM", apart + 0.1)
-    with pytest.raises(DimensionError, match="motors meet the leads") as refused:
+    with pytest.raises(DimensionError, match="motors come within") as refused:
         drawn()
     (reason,) = refused.value.reasons
-    told = re.search(r": ([\d.]+) mm apart", reason.message)
+    told = re.search(r"within ([\d.]+) mm", reason.message)
     assert told is not None
     assert float(told[1]) == pytest.approx(apart, abs=0.02)
     assert reason.field == "mechanism.base_radius_mm"

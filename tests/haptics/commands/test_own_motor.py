@@ -87,7 +87,9 @@ def test_every_command_takes_it(design: Path, words: list[str], capsys: pytest.C
 def test_its_force_may_be_held_for_a_time_that_is_not_known(design: Path) -> None:
     machine = haptics.model.machine.load_machine(design)
     torque = machine.drive.continuous_torque_N_m
-    drive = Drive(continuous=torque, peak=torque, motor=torque, coulomb=0.0, count=1e-5, step=1e-3)
+    drive = Drive(
+        continuous=torque, peak=torque, motor=torque, coulomb=0.0, count=1e-5, step=1e-3, ripple=0.0, cogging=0.0
+    )
     (only,) = holds(machine, drive, machine.centre[None])
     assert (only.torque, only.limit, only.derate, only.warm) == (torque, None, None, None)
 

@@ -105,4 +105,5 @@ def test_a_search_ends_at_once_with_what_is_excluded() -> None:
     search = Search(brief(80, 70), cast(Any, None), cast(Any, None), reference())
     assert search.best() is None
     assert search.tried.candidates == 0
-    assert list(search.tried.stuck) == ["all hardware"]
+    (reason,) = search.tried.impossible
+    assert "envelope_width_mm and envelope_depth_mm = 80 and 70" in reason

@@ -241,7 +241,7 @@ def test_without_matplotlib_it_is_refused_before_anything_is_done(
 ) -> None:
     true = util.find_spec
     monkeypatch.setattr(front, "find_spec", lambda name: None if name == "matplotlib" else true(name))
-    assert "need matplotlib" in refused(capsys, task, "--out", tmp_path)
+    assert "matplotlib is not installed" in refused(capsys, task, "--out", tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 

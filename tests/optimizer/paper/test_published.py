@@ -36,6 +36,7 @@ def test_runs_are_all_rows_of_print_with_their_bounds() -> None:
             assert (run.lower[k] < 1.0) == any(text.startswith(f"{letter} from 1 mm") for text in changed)
         assert any(text.startswith("L_A fixed at 82") for text in changed) == (run.lower[0] != run.upper[0])
         asked = {"outline", "reach"} | ({"torque", "assembly_mode"} if run.step > 1 else set())
+        asked |= {"balls"} if run.lower[3] == 10.0 else set()  # with r of 20 mm and more they are apart
         assert set(problem.constraints) - {"half_side"} == asked
     assert published_runs((8,)) == tuple(run for run in runs if run.table == 8)
 

@@ -43,7 +43,7 @@ VALUES = {
     "friction": RUBS,
     "encoder_count": COUNT,
 }
-NAMES = {"reach": "elbow_arm", "effective_mass": "mass"}
+NAMES = {"reach": "elbow_arm", "effective_mass": "mass", "torque_with_gravity": "holding_torque"}
 """Figures that the oracle calls by another name."""
 T = 5e-5
 DRAWN = np.tile(
