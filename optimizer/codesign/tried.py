@@ -37,7 +37,7 @@ class Tried:
         stuck: Hardware -> why it was given up.
         gave_up: Hardware of which a candidate failed in a way that shows nothing of others.
         left: Hardware that was not looked at to its end.
-        impossible: Closed forms that no machine of any hardware meets.
+        impossible: Bounds, by closed form or proof, that no machine of any hardware meets.
     """
 
     candidates: int = 0
@@ -100,7 +100,7 @@ def verdict(tried: Tried, end: End, stands: bool) -> tuple[Verdict, str]:
     if stands:
         return Verdict.BUILT, ""
     if tried.impossible:
-        return Verdict.INFEASIBLE, "a closed form shows it"
+        return Verdict.INFEASIBLE, "a bound on all hardware and lengths shows it"
     if left:
         return Verdict.NOT_FOUND, left
     if tried.gave_up or not tried.stuck:

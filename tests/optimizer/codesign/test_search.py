@@ -349,7 +349,10 @@ def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(mo
     assert search.best() is None
     (why,) = search.tried.impossible
     assert "requirements.clearance_min_mm = 2.5 must be at most 2.4 mm" in why
-    assert verdict(search.tried, "done", stands=False) == (Verdict.INFEASIBLE, "a closed form shows it")
+    assert verdict(search.tried, "done", stands=False) == (
+        Verdict.INFEASIBLE,
+        "a bound on all hardware and lengths shows it",
+    )
 
 
 def test_a_force_that_no_spring_holds_is_refused_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
