@@ -1,4 +1,7 @@
-"""Every command and code block of README and docs/ runs and gives what the page says."""
+"""Every command and code block of README and docs/ runs and gives what the page says.
+
+30 s of processor: the commands of every page run as a reader would run them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What passes what in closed form comes as near as the exact solids do, and a search finds where."""
+"""What passes what in closed form comes as near as the exact solids do, and a search finds where.
+
+33 s of processor: positions of many machines in closed form and in solids.
+"""
 
 from __future__ import annotations
 

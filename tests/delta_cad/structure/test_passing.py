@@ -1,4 +1,7 @@
-"""What of neighbouring chains meets is refused before a solid is made: the smallest machines that solids refused."""
+"""What of neighbouring chains meets is refused before a solid is made: the smallest machines that solids refused.
+
+22 s of processor: clearances in closed form of many machines, each at sampled positions.
+"""
 
 from __future__ import annotations
 

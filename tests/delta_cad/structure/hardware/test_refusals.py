@@ -1,4 +1,7 @@
-"""Hardware that cannot do: each reason against its bound, the cases of the first hard look, all of them at once."""
+"""Hardware that cannot do: each reason against its bound, the cases of the first hard look, all of them at once.
+
+22 s of processor: refusals in closed form of some fifty designs.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Thresholds are the borders of refusals themselves, and suggestions are refused nothing."""
+"""Thresholds are the borders of refusals themselves, and suggestions are refused nothing.
+
+24 s of processor: every threshold is searched on the refusal itself.
+"""
 
 from __future__ import annotations
 
