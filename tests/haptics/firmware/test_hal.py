@@ -200,7 +200,7 @@ def made(folder: Path, code: str, *parts: str) -> Path:
     return program
 
 
-def told(program: Path, *words: str) -> list[float]:
+def printed_figures(program: Path, *words: str) -> list[float]:
     return [
         float(word)
         for word in subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout.split()
@@ -212,7 +212,7 @@ def test_what_the_wires_say_comes_through(tmp_path: Path) -> None:
     program = made(tmp_path, JOINTS, "delta_joints.c")
     for fault in (None, 0, 1, 2):
         words = () if fault is None else ("fault",) * (fault + 1)
-        *theta, a, b, c, free, wall, fine, sick, stopped, both = told(program, *words)
+        *theta, a, b, c, free, wall, fine, sick, stopped, both = printed_figures(program, *words)
         assert [math.isnan(value) for value in theta] == [joint == fault for joint in range(3)]
         assert [value for value in theta if not math.isnan(value)] == pytest.approx(
             [0.1 * (joint + 1) for joint in range(3) if joint != fault]
@@ -224,7 +224,7 @@ def test_what_the_wires_say_comes_through(tmp_path: Path) -> None:
 
 def test_a_calibrated_device_gets_its_torques_turned(tmp_path: Path) -> None:
     """Readings with the start-up's offsets, doubled, turned by 3, 2 A for a newton metre; then all is off."""
-    ended, on, *rest = told(made(tmp_path, RUN, "delta_joints.c", "delta_run.c"))
+    ended, on, *rest = printed_figures(made(tmp_path, RUN, "delta_joints.c", "delta_run.c"))
     assert (ended, on) == (0, 0)
     currents = [2.0 * 3.0 * 2.0 * (0.1 + 0.01) * (joint + 1) for joint in range(3)]
     assert rest == pytest.approx([*currents, 0.75, 0.0, 0.0, 0.0])
