@@ -29,7 +29,7 @@ def run(given: argparse.Namespace) -> int:
     folder = given.out / f"{brief.name}-machines"
     require_room(folder, folder=True)
     from optimizer.codesign.lessons import reference
-    from optimizer.codesign.pages.front import record
+    from optimizer.codesign.pages.machines import build_front, record
     from optimizer.codesign.search import Search
     from optimizer.codesign.tried import verdict
     from optimizer.codesign.variants.front import front, marked
@@ -50,12 +50,10 @@ def run(given: argparse.Namespace) -> int:
     points = marked(found)
     if points:
         with Line() as line:
-            line.show("files and picture")
+            line.show("files")
             _write(points, brief.name, folder)
     if given.build and points and not interrupted:
         try:
-            from optimizer.codesign.pages.machines import build_front
-
             with Line() as line:
                 build_front(points, brief.name, given.out, line)
         except KeyboardInterrupt:
@@ -78,19 +76,14 @@ def run(given: argparse.Namespace) -> int:
 def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
     """Puts the complete folder in its place."""
     from delta_cad.common.files import whole_folder
-    from optimizer.codesign.pages.front import DESIGNS, design_files, page, record
-    from optimizer.codesign.pages.machines import PAGE, machines_page, standing
-    from optimizer.pictures.machines import machines
-    from optimizer.pictures.style import save
+    from optimizer.codesign.pages.machines import DESIGNS, PAGE, design_files, machines_page, record, standing
 
     with whole_folder(place) as folder:
-        save(machines(points, name), folder, "machines")
         (folder / DESIGNS).mkdir()
         for file, text in design_files(points).items():
             (folder / DESIGNS / file).write_text(text, encoding="utf-8")
         built = standing({point.name: point.design for point in points}, place.parent)
         text = machines_page(points, name, place.as_posix(), built)
         (folder / PAGE).write_text(text, encoding="utf-8")
-        (folder / "machines.md").write_text(page(points, name, place.as_posix()), encoding="utf-8")
         facts = json.dumps(record(points, name), indent=1, allow_nan=False) + "\n"
         (folder / "machines.json").write_text(facts, encoding="utf-8")

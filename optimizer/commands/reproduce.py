@@ -43,7 +43,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.common.files import require_room, write_all
-    from optimizer.paper.page import page, record
+    from optimizer.paper.page import page, record, summary
     from optimizer.paper.published import published_runs
     from optimizer.paper.reproduction import Reproduction
     from optimizer.search.genetic import GENERATIONS, GeneticError
@@ -67,7 +67,7 @@ def run(given: argparse.Namespace) -> int:
     if given.json:
         print(text, end="")
     else:
-        print("\n".join((facts["summary"], *facts["verdict"])))
+        print(summary(facts))
         print(f"the tables, ours beside them: {places[1]}, {places[0]}")
     reasons = [f"the optimum of {r.run.name} is not proved" for r in runs if r.proven.status != "proved"]
     reasons += [f"GA+SQP fails on {r.run.name}" for r in runs if r.attempts["ga+sqp"].objective is None]

@@ -1,9 +1,9 @@
-"""machines.html: the front of machines as plots whose points open their machines."""
+"""What `front --machines` writes: machines.html, whose points open their machines, the points as JSON, design files."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +11,18 @@ from delta_cad.common.console import Line
 from delta_cad.common.files import write_all
 from delta_cad.common.ours import RECORD, record_with
 from delta_cad.common.reading import ReadError, read_json
-from delta_cad.design import Design, design_hash
+from delta_cad.design import Design, design_hash, design_to_json
 from delta_cad.report.page import FILE_NAME
 from optimizer.codesign.pages.design import rendered
-from optimizer.codesign.pages.front import DESIGNS, in_order, limit_of
 from optimizer.codesign.pages.plot import Scale
-from optimizer.codesign.variants.front import Figures, MachinePoint, hardware_of
+from optimizer.codesign.variants.front import AXES, Figures, MachinePoint, hardware_of
 
 PAGE = "machines.html"
+DESIGNS = "designs"
+UNITS = {"effective_mass": "kg", "friction": "N", "stiffness": "N/mm", "outline": "mm wide", "cube": "mm"}
 WIDTH, HEIGHT, LEFT, BELOW = 460, 340, 44, 300
 COLOURS = ("#2a78c2", "#c8501e", "#1a8f68", "#a8559a", "#b98500", "#3aa0b8")  # on white and on black
-AXES: tuple[tuple[str, str, Callable[[Figures], float]], ...] = (
+PANELS: tuple[tuple[str, str, Callable[[Figures], float]], ...] = (
     ("effective_mass", "effective mass, heaviest direction, kg", lambda f: f.effective_mass_kg),
     ("friction", "friction at the handle, N", lambda f: f.friction_N),
     ("stiffness", "stiffness at the knob, softest direction, N/mm", lambda f: f.stiffness_N_mm),
@@ -40,6 +41,35 @@ STYLE = """
 .key { display: inline-block; width: 0.8rem; height: 0.8rem; border-radius: 50%; vertical-align: -0.1rem; }
 tr:target { background: color-mix(in srgb, #d05a10 22%, var(--paper)); }
 """
+
+
+def record(points: Sequence[MachinePoint], name: str) -> dict[str, Any]:
+    """Gives the points as JSON types."""
+    told = []
+    for point in points:
+        figures = {**asdict(point.figures), "outline_mm": list(point.figures.outline_mm)}
+        hardware = {"motor": point.choice.motor, "drive": point.choice.drive, "ratio": point.choice.ratio}
+        place = {"design": f"{DESIGNS}/{point.name}.json", "on_front": point.on_front}
+        told.append({"axis": point.axis, "limit": point.limit, **hardware, **figures, **place})
+    return {"schema": "delta-machines/1", "name": name, "points": told}
+
+
+def design_files(points: Sequence[MachinePoint]) -> dict[str, str]:
+    """Gives name and text of every design file."""
+    return {f"{point.name}.json": design_to_json(point.design) for point in points}
+
+
+def in_order(points: Sequence[MachinePoint]) -> list[MachinePoint]:
+    """Sorts points as tables list them: what was asked first, then axis after axis by the limit."""
+    order = ["asked", *(axis.name for axis in AXES)]
+    return sorted(points, key=lambda p: (order.index(p.axis), p.limit or 0.0))
+
+
+def limit_of(point: MachinePoint) -> str:
+    """Names the limit that was moved, and its value."""
+    if point.limit is None:
+        return "as required"
+    return f"{point.axis.replace('_', ' ')} {point.limit:.4g} {UNITS[point.axis]}"
 
 
 @dataclass(frozen=True)
@@ -127,7 +157,7 @@ def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built:
         STYLE,
         name=name,
         count=(len(points), sum(point.on_front for point in points), len(built)),
-        plots=[_plot(axis, points, built) for axis in AXES],
+        plots=[_plot(axis, points, built) for axis in PANELS],
         size=(WIDTH, HEIGHT, LEFT, BELOW),
         tables=tables,
     )

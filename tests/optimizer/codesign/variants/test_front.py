@@ -17,13 +17,10 @@ from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.pages.front import design_files, page, record
-from optimizer.codesign.pages.machines import PAGE, build_front, machines_page, standing
+from optimizer.codesign.pages.machines import PAGE, build_front, design_files, machines_page, record, standing
 from optimizer.codesign.search import Search
 from optimizer.codesign.variants.front import AXES, Figures, MachinePoint, figures_of, front, marked
 from optimizer.commands import cli
-from optimizer.pictures.machines import machines
-from optimizer.pictures.style import save
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 from tests.delta_cad.report.reading import Page
@@ -129,7 +126,7 @@ def test_every_point_has_a_design_file_that_its_line_builds(
     monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path
 ) -> None:
     points, _ = traced(monkeypatch, best)
-    files, text = design_files(points), page(points, "b", "out/b-machines")
+    files, text = design_files(points), machines_page(points, "b", "out/b-machines", {})
     assert len(files) == len(points)
     for (name, content), told in zip(files.items(), record(points, "b")["points"], strict=True):
         (tmp_path / name).write_text(content, encoding="utf-8")
@@ -221,9 +218,3 @@ def test_what_none_beats_is_built_once_and_linked(
         if "id" in row.attributes
     }
     assert sum("passes every check" in text for text in rows.values()) == len(on_front)
-
-
-def test_a_front_is_drawn(monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path) -> None:
-    points, _ = traced(monkeypatch, best)
-    save(machines(points, "b"), tmp_path, "machines")
-    assert (tmp_path / "machines.svg").stat().st_size > 10_000
