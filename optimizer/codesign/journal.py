@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
 
+from pydantic import TypeAdapter
+
 from delta_cad.checks.report import CheckResult
-from delta_cad.drive.masses import Masses
 from optimizer.codesign.candidate import Start
-from optimizer.codesign.choice import Choice
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Crowded, Lessons, Weighed
+from optimizer.codesign.lessons import Weighed
 from optimizer.synthesis.checkpoint import Records
 
 T = TypeVar("T")
@@ -63,69 +63,14 @@ class Journal(Records):
         return result
 
 
-def found_told(found: Found | None) -> dict[str, Any] | None:
-    """Gives lengths as JSON types."""
-    return None if found is None else asdict(found)
+def converters(kind: Any) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Makes the functions that give results of a kind as JSON types, without what is at its default, and read them."""
+    adapter: TypeAdapter[Any] = TypeAdapter(kind)
+    return partial(adapter.dump_python, mode="json", exclude_defaults=True), adapter.validate_python
 
 
-def found_read(data: dict[str, Any] | None) -> Found | None:
-    """Reads lengths that `found_told` gave."""
-    return None if data is None else Found(**{**data, "lengths_mm": tuple(data["lengths_mm"])})
-
-
-def start_told(start: Start | None) -> dict[str, Any] | None:
-    """Gives where a search may begin as JSON types: of what is known that which is not as in the beginning."""
-    if start is None:
-        return None
-    first, told = Lessons(start.lessons.weighed), asdict(start.lessons)
-    lessons = {
-        name: told[name] for name in told if name == "weighed" or getattr(start.lessons, name) != getattr(first, name)
-    }
-    return {"choice": asdict(start.choice), "lengths_mm": list(start.lengths_mm), "lessons": lessons}
-
-
-def start_read(data: dict[str, Any] | None) -> Start | None:
-    """Reads what `start_told` gave."""
-    if data is None:
-        return None
-    lists: dict[str, Any] = data["lessons"]
-    told: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in lists.items()}
-    told["crowded"] = tuple(Crowded(*one) for one in told.get("crowded", ()))
-    told["weighed"] = _weighed_read(told["weighed"])
-    return Start(Choice(**data["choice"]), tuple(data["lengths_mm"]), Lessons(**told))
-
-
-def results_told(results: list[CheckResult]) -> list[dict[str, Any]]:
-    """Gives checks as JSON types."""
-    return [result.to_json() for result in results]
-
-
-def results_read(data: list[dict[str, Any]]) -> list[CheckResult]:
-    """Reads checks that `results_told` gave."""
-    found = []
-    for one in data:
-        tuples = {key: None if one[key] is None else tuple(one[key]) for key in ("worst_pose_mm", "worst_pair")}
-        fields: dict[str, Any] = {**one, **tuples}
-        found.append(CheckResult(**fields))
-    return found
-
-
-Told = tuple[Weighed, list[CheckResult], tuple[float, float]]
-"""What solids weigh, the checks that this decides, and what their ball joints rub with."""
-
-
-def weighed_told(made: Told) -> dict[str, Any]:
-    """Gives a machine that was weighed as JSON types."""
-    weighed, results, rubbed = made
-    return {"weighed": asdict(weighed), "results": results_told(results), "rubbed": list(rubbed)}
-
-
-def weighed_read(data: dict[str, Any]) -> Told:
-    """Reads what `weighed_told` gave."""
-    upright, level = data["rubbed"]
-    return _weighed_read(data["weighed"]), results_read(data["results"]), (upright, level)
-
-
-def _weighed_read(data: dict[str, Any]) -> Weighed:
-    fields: dict[str, Any] = data | {"masses": Masses(**data["masses"])}
-    return Weighed(**fields)
+found_told, found_read = converters(Found | None)
+start_told, start_read = converters(Start | None)
+results_told, results_read = converters(list[CheckResult])
+# What solids weigh, the checks that this decides, and what their ball joints rub with.
+weighed_told, weighed_read = converters(tuple[Weighed, list[CheckResult], tuple[float, float]])

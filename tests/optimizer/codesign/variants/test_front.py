@@ -131,7 +131,7 @@ def test_every_point_has_a_design_file_that_its_line_builds(
     for (name, content), told in zip(files.items(), record(points, "b")["points"], strict=True):
         (tmp_path / name).write_text(content, encoding="utf-8")
         assert load_design(tmp_path / name).cube.half_side_mm == pytest.approx(told["cube_side_mm"] / 2.0)
-        assert text.count(f"build --design out/b-machines/designs/{name}`") == 1
+        assert text.count(f"build --design out/b-machines/designs/{name}</code>") == 1
         assert told["design"] == f"designs/{name}"
     assert json.loads(json.dumps(record(points, "b")))["schema"] == "delta-machines/1"
     assert len({load_design(tmp_path / name).name for name in files}) == len(files)  # each is built into its own folder
