@@ -9,6 +9,7 @@ from typing import Any
 from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.file import DESIGNS, flat
 from optimizer.atlas.grid import Grid
+from optimizer.paper.page import markdown_table
 
 LINES_MAX = 500  # rows of the table on the page; all are in the CSV
 LEFT_OUT = ("method", "conflict_step", "ending", "seconds")  # columns of the CSV that the page spares
@@ -35,9 +36,8 @@ def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None, folder: str)
         "",
     ]
     if reasons:
-        lines += ["What cannot be met together, and in how many sets: "]
-        lines[-1] += "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common()) + "."
-        lines.append("")
+        counted = "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+        lines += [f"What cannot be met together, and in how many sets: {counted}.", ""]
     if picture is not None:
         lines += [f"![{grid.name}]({picture})", ""]
     if any(row.get("machine") for row in rows):
@@ -52,8 +52,8 @@ def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None, folder: str)
     lines += [""] if lines[-1] else []
     table = [{name: value for name, value in line.items() if name not in LEFT_OUT} for line in flat(rows)]
     columns = list(dict.fromkeys(name for line in sorted(table, key=len, reverse=True) for name in line))
-    lines += [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
-    lines += [f"| {' | '.join(_text(line.get(name)) for name in columns)} |" for line in table[:LINES_MAX]]
+    cells = [[_text(line.get(name)) for name in columns] for line in table[:LINES_MAX]]
+    lines.append(markdown_table(columns, cells))
     if len(table) > LINES_MAX:
         lines += ["", f"The first {LINES_MAX} of {len(table)} rows; all are in atlas.csv."]
     return "\n".join(lines) + "\n"

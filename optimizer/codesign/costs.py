@@ -11,15 +11,15 @@ from optimizer.problem.brief import DesignBrief
 
 WIDER = {
     # table and field -> factor, and what is added
-    ("requirements", "envelope_width_mm"): (1.0, 5.0),
-    ("requirements", "envelope_depth_mm"): (1.0, 5.0),
-    ("requirements", "force_N"): (0.9, 0.0),
-    ("requirements", "cube_side_mm"): (0.95, 0.0),
-    ("feel", "kappa_max"): (1.05, 0.0),
-    ("feel", "effective_mass_max_kg"): (1.25, 0.0),
-    ("feel", "couple_index_min"): (0.9, 0.0),
-    ("limits", "lean_max_deg"): (1.0, 2.0),
-    ("limits", "outline_radius_max_mm"): (1.0, 2.0),
+    "requirements.envelope_width_mm": (1.0, 5.0),
+    "requirements.envelope_depth_mm": (1.0, 5.0),
+    "requirements.force_N": (0.9, 0.0),
+    "requirements.cube_side_mm": (0.95, 0.0),
+    "feel.kappa_max": (1.05, 0.0),
+    "feel.effective_mass_max_kg": (1.25, 0.0),
+    "feel.couple_index_min": (0.9, 0.0),
+    "limits.lean_max_deg": (1.0, 2.0),
+    "limits.outline_radius_max_mm": (1.0, 2.0),
 }
 RESOLUTION = max(ENOUGH, SETTLED)  # share of a score to which lengths are found
 
@@ -55,13 +55,12 @@ def costs(brief: DesignBrief, candidate: Candidate, lessons: Lessons) -> list[Co
     start = candidate.lengths_mm
     now = best_lengths(brief, candidate.choice, lessons, start)
     found: list[Cost] = []
-    for (table, name), (factor, added) in WIDER.items():
-        asked = getattr(getattr(brief, table), name)
+    for field, (factor, added) in WIDER.items():
+        asked = brief.value(field)
         if now is None or asked is None:
             continue
         wider = asked * factor + added
-        changed = getattr(brief, table).model_copy(update={name: wider})
-        better = best_lengths(brief.model_copy(update={table: changed}), candidate.choice, lessons, start)
+        better = best_lengths(brief.with_values({field: wider}), candidate.choice, lessons, start)
         if better is not None and better.score - now.score > RESOLUTION * abs(now.score):
-            found.append(Cost(f"{table}.{name}", asked, wider, better.score - now.score))
+            found.append(Cost(field, asked, wider, better.score - now.score))
     return sorted(found, key=lambda cost: -cost.gain)

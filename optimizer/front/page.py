@@ -11,7 +11,6 @@ from typing import Any
 
 from optimizer.front.convergence import Trace
 from optimizer.front.front import Curve, FrontPoint
-from optimizer.front.limits import BEYOND
 from optimizer.front.published import PublishedDesign
 from optimizer.front.trade import Trade
 from optimizer.paper.page import markdown_table
@@ -27,7 +26,10 @@ COLUMNS = (
     "active",
 )
 TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
-FURTHER = ("front", "what changes", "largest side mm", "kappa there", "torque N m", "outline mm", "torque binds")
+FRONTS = (
+    *("front", "what changes", "points", "largest side mm", "proved: none above mm", "kappa there"),
+    *("kappa proved within", "torque N m", "outline mm", "torque binds from mm", "too much together 1 % beyond"),
+)
 PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses")
 
 
@@ -82,13 +84,11 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
         "telling": [{"what": what, "half_side_mm": point.half_side} for what, point in telling(trade)],
         "published": [
             {
-                "table": design.table,
-                "row": design.row,
-                "method": design.method,
-                **{f"{name}_mm": value for name, value in zip(VARIABLES, design.design_mm, strict=True)},
+                **{name: getattr(design.run, name) for name in ("table", "row", "method")},
+                **{f"{name}_mm": value for name, value in zip(VARIABLES, design.result.design_mm, strict=True)},
                 "max_kappa": finite(design.kappa),
                 "max_torque_N_m": finite(design.torque),
-                "misses": list(design.misses),
+                "misses": list(design.active),
             }
             for design in published
         ],
@@ -132,57 +132,18 @@ def page(trade: Trade, published: Sequence[PublishedDesign], pictures: Sequence[
     parts = [f"# {given.name}: cube, conditioning, torque, outline"]
     if not trade.finished:
         parts.append("**Interrupted: what follows is as far as the run came.**")
-    if main.points:
-        low, high = main.points[0], main.points[-1]
-        left = given.requirements.joint_torque_N_m - given.limits.gravity_torque_N_m
-        parts += [
-            f"{len(main.points)} designs from a cube of {2 * low.half_side:.4g} mm with worst kappa {low.kappa:.4g} "
-            f"to one of {2 * high.half_side:.4g} mm with {high.kappa:.4g}. None has a larger cube and a smaller kappa.",
-            _beyond(main),
-            f"Torque for {given.requirements.force_N:g} N: at most {trade.torque_needed:.4g} N m on the front, "
-            f"{left:.4g} N m are left beside gravity's share; the limit binds {_binding(main, 'torque')}.",
-            markdown_table(TABLE, [_cells(what, point) for what, point in telling(trade)]),
-        ]
-    if further := trade.curves[1:]:
-        parts += ["## With other requirements", markdown_table(FURTHER, [_further(curve) for curve in further])]
-    if gaps := [1.0 - point.bound / point.kappa for point in main.points if point.bound is not None]:
-        parts += ["## Proven", _proven(main, gaps)]
+    task, limits = given.requirements, given.limits
+    left = task.joint_torque_N_m - limits.gravity_torque_N_m
+    parts += [
+        f"No design has a larger cube and a smaller kappa than one of a front. {left:.4g} N m of each joint are there "
+        f"for {task.force_N:g} N; gravity's share is taken off.",
+        markdown_table(FRONTS, [_front(curve) for curve in trade.curves]),
+        markdown_table(TABLE, [_cells(what, point) for what, point in telling(trade)]),
+    ]
     if published:
         table = markdown_table(PUBLISHED, [_beside(main, design) for design in published])
         parts += ["## Published designs by our equations", table]
     return "\n\n".join([*parts, *(f"![{what}]({name})" for name, what in pictures)]) + "\n"
-
-
-def _proven(curve: Curve, gaps: list[float]) -> str:
-    largest, median = (f"{100.0 * gap:.2g} %" for gap in (max(gaps), sorted(gaps)[len(gaps) // 2]))
-    text = (
-        f"For {len(gaps)} of the {len(curve.points)} points it is proved, over every design within the requirements "
-        f"and not by sampling, how much smaller a worst kappa could be with the same cube: {largest} at most, {median} "
-        "in the median."
-    )
-    if curve.largest_bound is not None:
-        more = 100.0 * (curve.largest_bound / curve.largest - 1.0)
-        text += (
-            f" No cube has a side above {2.0 * curve.largest_bound:.6g} mm, {more:.2g} % more than the largest here."
-        )
-    return text
-
-
-def _beyond(curve: Curve) -> str:
-    if not curve.beyond:
-        return "What limits the cube was not found: no set of constraints was shown to contradict a cube 1 % larger."
-    proved = curve.largest_bound is not None and curve.largest_bound < (1.0 + BEYOND) * curve.largest
-    return (
-        f"At the largest cube bind: {', '.join(curve.points[-1].active) or 'nothing'}. For a cube {100.0 * BEYOND:g} % "
-        f"larger these are already too much together{' by search' if len(curve.beyond) > 1 else ''}: "
-        f"{'; '.join(curve.beyond)}. What binds and is not among them gives less than that, even if it is left out"
-        + ("; that no design within all requirements has such a cube is proved." if proved else ".")
-    )
-
-
-def _binding(curve: Curve, name: str) -> str:
-    sides = [2.0 * point.half_side for point in curve.points if name in point.active]
-    return f"from {sides[0]:.4g} to {sides[-1]:.4g} mm" if sides else "nowhere"
 
 
 def _cells(what: str, point: FrontPoint) -> list[str]:
@@ -190,23 +151,31 @@ def _cells(what: str, point: FrontPoint) -> list[str]:
     return [what, *(f"{value:.4g}" for value in numbers), ", ".join(point.active) or "nothing"]
 
 
-def _further(curve: Curve) -> list[str]:
-    if not curve.points:
-        return [curve.name, curve.words, "none", f"impossible: {' and '.join(curve.beyond)}", "", "", ""]
-    last = curve.points[-1]
-    numbers = [f"{value:.4g}" for value in (2.0 * last.half_side, last.kappa, last.torque)]
+def _front(curve: Curve) -> list[str]:
+    """Lists what a front comes to; what is not known, or not proved, is left empty."""
+    beyond, points = " and ".join(curve.beyond), curve.points
+    if not points:
+        return [curve.name, curve.words, "0", *[""] * 7, beyond]
+    last = points[-1]
     width, depth = last.outline
-    return [curve.name, curve.words, *numbers, f"{width:.0f} x {depth:.0f}", _binding(curve, "torque")]
+    most = "" if curve.largest_bound is None else f"{2.0 * curve.largest_bound:.6g}"
+    gap = max((1.0 - point.bound / point.kappa for point in points if point.bound is not None), default=None)
+    binds = next((f"{2.0 * point.half_side:.4g}" for point in points if "torque" in point.active), "")
+    return [
+        *(curve.name, curve.words, str(len(points)), f"{2.0 * last.half_side:.4g}", most, f"{last.kappa:.4g}"),
+        *("" if gap is None else f"{100.0 * gap:.2g} %", f"{last.torque:.4g}", f"{width:.0f} x {depth:.0f}"),
+        *(binds, beyond),
+    ]
 
 
 def _beside(main: Curve, design: PublishedDesign) -> list[str]:
     own = main.kappa_at(design.half_side)
     return [
-        f"{design.table}, {design.row}",
-        design.method,
+        f"{design.run.table}, {design.run.row}",
+        design.run.method,
         f"{2 * design.half_side:.4g}",
         f"{design.kappa:.4g}",
         "beyond the front" if own is None else f"{own:.4g}",
         f"{design.torque:.4g}",
-        ", ".join(design.misses) or "nothing",
+        ", ".join(design.active) or "nothing",
     ]

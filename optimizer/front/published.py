@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
+from optimizer.front.front import FrontPoint
 from optimizer.front.limits import at_side
-from optimizer.paper.published import published_runs
+from optimizer.paper.published import PublishedRun, published_runs
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE
@@ -16,31 +17,15 @@ from optimizer.search.result import Result
 TABLES = (7, 8, 10, 11, 12)
 
 
-class PublishedDesign(NamedTuple):
-    """One published design, recomputed.
+@dataclass(frozen=True, kw_only=True)
+class PublishedDesign(FrontPoint):
+    """One published design, recomputed; `active` holds the constraints and bounds that it does not meet.
 
     Attributes:
-        table: Number of the paper's table.
-        row: Its row, from 1.
-        method: That the paper found it with.
-        design_mm: (6) lengths in the order of `VARIABLES`, mm.
-        kappa: Worst condition number over its cube.
-        torque: Worst joint torque for the force, N m.
-        misses: Constraints and bounds of the requirements that it does not meet.
+        run: As it is printed.
     """
 
-    table: int
-    row: int
-    method: str
-    design_mm: tuple[float, ...]
-    kappa: float
-    torque: float
-    misses: tuple[str, ...]
-
-    @property
-    def half_side(self) -> float:
-        """L, mm."""
-        return self.design_mm[SIDE]
+    run: PublishedRun
 
 
 def published_designs(given: Requirements) -> list[PublishedDesign]:
@@ -56,8 +41,7 @@ def published_designs(given: Requirements) -> list[PublishedDesign]:
     for run in published_runs(TABLES):
         if run.result is not None:
             result = Result(at_side(given, run.result[SIDE]), "published", run.result, "converged")
-            worst = (result.max_kappa, result.max_torque)
-            designs.append(PublishedDesign(run.table, run.row, run.method, run.result, *worst, misses(given, result)))
+            designs.append(PublishedDesign(result=result, active=misses(given, result), run=run))
     return designs
 
 

@@ -66,8 +66,8 @@ def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint
 
 
 def _published(ax: Axes, design: PublishedDesign, name: str) -> None:
-    mark, colour, size = MARKERS[design.table]
-    face, edge, width = ("white", colour, 1.4) if design.misses else (colour, BLACK, 0.6)
+    mark, colour, size = MARKERS[design.run.table]
+    face, edge, width = ("white", colour, 1.4) if design.active else (colour, BLACK, 0.6)
     style = {"color": face, "markeredgecolor": edge, "markeredgewidth": width, "markersize": size}
     ax.plot([2.0 * design.half_side], [getattr(design, name)], mark, **style, zorder=5)
 
@@ -135,13 +135,13 @@ def _legend(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoi
         handles.append(Patch(color=GREY, alpha=0.16, linewidth=0.0, label=label))
     if chosen is not None:
         handles.append(Line2D([], [], color="none", **RING, label="design of the other pictures"))
-    for table in sorted({design.table for design in published}):
+    for table in sorted({design.run.table for design in published}):
         mark, colour, _ = MARKERS[table]
-        methods = ", ".join(dict.fromkeys(design.method for design in published if design.table == table))
+        methods = ", ".join(dict.fromkeys(design.run.method for design in published if design.run.table == table))
         label = f"published, table {table} ({methods})"
         style = {"markeredgecolor": BLACK, "markeredgewidth": 0.6, "linestyle": "none"}
         handles.append(Line2D([], [], color=colour, marker=mark, markersize=7.5, **style, label=label))
-    if any(design.misses for design in published):
+    if any(design.active for design in published):
         label = "white: misses a limit of the requirements"
         style = {"markeredgecolor": GREY, "markeredgewidth": 1.4, "linestyle": "none"}
         handles.append(Line2D([], [], color="white", marker="s", markersize=7.5, **style, label=label))

@@ -211,6 +211,14 @@ class DesignBrief(Section):
         value: float | None = getattr(getattr(self, table), name)
         return value
 
+    def with_values(self, values: Mapping[str, float]) -> DesignBrief:
+        """Gives the same task with other values of some fields, each named by its table and field."""
+        changed: dict[str, Any] = {}
+        for field, value in values.items():
+            table, name = field.split(".")
+            changed[table] = changed.get(table, getattr(self, table)).model_copy(update={name: value})
+        return self.model_copy(update=changed)
+
     def hardware_from(self, folder: Path, chosen: Mapping[str, Any]) -> dict[str, Any]:
         """Makes the hardware of a design file.
 

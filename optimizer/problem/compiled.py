@@ -15,9 +15,7 @@ import numpy as np
 from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.kernel import _kappa, chain_closure, largest_eigenvalue
-from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.couple_index import least_of
-from delta_cad.mechanism.limits.friction import HandleFriction
 
 TINY = float(np.finfo(float).tiny)
 FOLD = 1e-75
@@ -44,66 +42,21 @@ def figures_compiled(
     _fill(np.ascontiguousarray(designs), places, conditioning, angles, out)
 
 
-def couple_index_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Computes the couple index, the chains continued beyond their reach.
+def filled(fill: Callable[..., None], designs: np.ndarray, points: np.ndarray, *numbers: float) -> np.ndarray:
+    """Computes a figure by one of the functions below that fill it.
 
     Args:
+        fill: One that takes designs, coordinates of points, some numbers and the room for the figure.
         designs: (D, 6) lengths in the order of `VARIABLES`, m.
         points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
+        *numbers: Those that it takes, SI units.
 
     Returns:
-        (D, K) without unit.
+        (D, K).
     """
-    return _filled(_fill_couple_index, designs, points)
-
-
-def _filled(fill: Callable[..., None], designs: np.ndarray, points: np.ndarray, *numbers: float) -> np.ndarray:
-    """(D, K) what a compiled function fills, that takes designs, coordinates of points, some numbers and the room."""
     out = np.empty((len(designs), points.shape[1]))
     fill(np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1)), *numbers, out)
     return out
-
-
-def lightness_compiled(designs: np.ndarray, points: np.ndarray, inertia: HandleInertia) -> np.ndarray:
-    """Computes the carried mass by the effective mass, as `evaluator.Figures.lightness`.
-
-    Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
-        points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
-        inertia: What moves.
-
-    Returns:
-        (D, K) without unit.
-    """
-    masses = inertia.carried_mass, inertia.elbow_mass, inertia.cross_mass, inertia.joint_inertia
-    return _filled(_fill_lightness, designs, points, *masses)
-
-
-def ease_compiled(designs: np.ndarray, points: np.ndarray, rubs: HandleFriction) -> np.ndarray:
-    """Computes 1 / friction, as `evaluator.Figures.ease`.
-
-    Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
-        points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
-        rubs: What rubs.
-
-    Returns:
-        (D, K) 1 / N.
-    """
-    return _filled(_fill_ease, designs, points, rubs.drive, rubs.upright, rubs.level)
-
-
-def farthest_compiled(designs: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Computes the determinant times the longest way of the handle, as `evaluator.Figures.farthest`.
-
-    Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
-        points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
-
-    Returns:
-        (D, K) m.
-    """
-    return _filled(_fill_farthest, designs, points)
 
 
 @inlined
@@ -194,7 +147,7 @@ def _fill(designs, places, conditioning, angles, out):
 
 
 @compiled
-def _fill_couple_index(designs, places, out):
+def fill_couple_index(designs, places, out):
     """Fills the couple index."""
     for d in range(len(designs)):
         la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
@@ -239,7 +192,7 @@ def _entry(at_elbow, cross, n, e, m, f):
 
 
 @compiled
-def _fill_lightness(designs, places, carried, elbow_mass, cross, joint_inertia, out):
+def fill_lightness(designs, places, carried, elbow_mass, cross, joint_inertia, out):
     """Fills the carried mass by the effective mass."""
     for d in range(len(designs)):
         la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
@@ -274,7 +227,7 @@ def _square(drive, upright, level, x, y, z):
 
 
 @compiled
-def _fill_ease(designs, places, drive, upright, level, out):
+def fill_ease(designs, places, drive, upright, level, out):
     """Fills 1 / friction."""
     for d in range(len(designs)):
         la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
@@ -306,7 +259,7 @@ def _face(lever, one, other):
 
 
 @compiled
-def _fill_farthest(designs, places, out):
+def fill_farthest(designs, places, out):
     """Fills the determinant times the longest way of the handle."""
     for d in range(len(designs)):
         la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]

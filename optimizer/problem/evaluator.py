@@ -15,11 +15,12 @@ from delta_cad.mechanism.geometry import RADIAL, SIN_60
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.friction import HandleFriction
 from optimizer.problem.compiled import (
-    couple_index_compiled,
-    ease_compiled,
-    farthest_compiled,
     figures_compiled,
-    lightness_compiled,
+    fill_couple_index,
+    fill_ease,
+    fill_farthest,
+    fill_lightness,
+    filled,
 )
 
 # Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L.
@@ -74,7 +75,7 @@ class Figures(NamedTuple):
 
     def couple_index(self) -> np.ndarray:
         """Computes the couple index (D, K) of the chains as they are continued beyond their reach."""
-        return couple_index_compiled(self.designs, _placed(self.points))
+        return filled(fill_couple_index, self.designs, _placed(self.points))
 
     def ease(self, rubs: HandleFriction) -> np.ndarray:
         """Computes 1 / friction in the direction of most.
@@ -85,11 +86,11 @@ class Figures(NamedTuple):
         Returns:
             (D, K) 1 / N, next to nothing at a fold; the closure where that is negative.
         """
-        return ease_compiled(self.designs, _placed(self.points), rubs)
+        return filled(fill_ease, self.designs, _placed(self.points), rubs.drive, rubs.upright, rubs.level)
 
     def farthest(self) -> np.ndarray:
         """Computes the determinant times the longest way of the handle for joints that turn by 1 rad, (D, K) m."""
-        return farthest_compiled(self.designs, _placed(self.points))
+        return filled(fill_farthest, self.designs, _placed(self.points))
 
     def lightness(self, inertia: HandleInertia) -> np.ndarray:
         """Computes the carried mass by the effective mass, 1 where nothing else moves.
@@ -100,7 +101,8 @@ class Figures(NamedTuple):
         Returns:
             (D, K) 0 at a fold; the closure where that is negative.
         """
-        return lightness_compiled(self.designs, _placed(self.points), inertia)
+        masses = inertia.carried_mass, inertia.elbow_mass, inertia.cross_mass, inertia.joint_inertia
+        return filled(fill_lightness, self.designs, _placed(self.points), *masses)
 
 
 def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:

@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.optimize import brentq
 
-from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.design.task import LEAST
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
-from delta_cad.mechanism import Cube
 from delta_cad.mechanism.limits import CoupleIndex, EffectiveMass, Friction, HoldingTorque, Kappa
 from delta_cad.mechanism.limits.limit import PoseLimit
+from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.certify.gravity import held_masses
 from optimizer.problem.brief import DesignBrief
@@ -96,6 +95,14 @@ FIGURES = (
 )
 
 
+MEASURED: dict[str, type[PoseLimit]] = {
+    "effective_mass_max_kg": EffectiveMass,
+    "friction_max_N": Friction,
+    "couple_index_min": CoupleIndex,
+    "kappa_max": Kappa,
+}
+
+
 @dataclass(frozen=True)
 class Held:
     """A result beside a limit.
@@ -140,18 +147,10 @@ def results_of(outcome: Outcome) -> dict[str, float]:
         "force_N": force_N(design, outcome.masses, design.requirements.joint_torque_N_m),
         "peak_force_N": force_N(design, outcome.masses, drive.required_peak_N_m),
     }
-    place = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
-    search = CubeSearch(place)
-    for key, kind in {
-        "effective_mass_max_kg": EffectiveMass,
-        "friction_max_N": Friction,
-        "couple_index_min": CoupleIndex,
-        "kappa_max": Kappa,
-    }.items():
-        limit: PoseLimit | None = kind.measured(known)
-        if limit is not None:
-            figure, sign = limit.figures[0], 1.0 if kind is CoupleIndex else -1.0
-            found[key] = float(search(lambda p, f=figure, one=limit: f.worst(one, design.geometry, p), sign).value)
+    search = CubeSearch(design.workspace)
+    for key, kind in MEASURED.items():
+        if (limit := kind.measured(known)) is not None:
+            found[key] = worst_of(search, design.geometry, limit, limit.figures[0]).value
     from delta_cad.structure.report import stiffness
 
     found["stiffness_min_N_mm"] = float(stiffness(d).softest.stiffness_N_mm.min())
@@ -171,11 +170,11 @@ def force_N(design: Design, masses: Mapping[str, Any], torque_N_m: float) -> flo
         The force, N; 0 where the weight takes all of the torque.
     """
     held = held_masses(design.name, masses["bodies"], design)
-    search = CubeSearch(Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M))
+    search = CubeSearch(design.workspace)
 
     def needed(force: float) -> float:
         limit = HoldingTorque(force, torque_N_m, held)
-        return float(search(lambda p: limit.figures[0].worst(limit, design.geometry, p), -1.0).value)
+        return worst_of(search, design.geometry, limit, limit.figures[0]).value
 
     if needed(LEAST) >= torque_N_m:
         return 0.0

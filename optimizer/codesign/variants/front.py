@@ -11,18 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from delta_cad.common.units import MM_PER_M
 from delta_cad.design import NAME_LONGEST, Design
 from delta_cad.dimensions import dimensions
 from delta_cad.drive.friction import drive_friction_N_m
-from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, Friction, Kappa
-from delta_cad.mechanism.limits.limit import PoseLimit
+from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.search import MOTORS, Lengths, Search
-from optimizer.codesign.tried import Tried
+from optimizer.codesign.variants.nearest import of_task
 from optimizer.problem.brief import DesignBrief
 
 ANY = 2.0  # limit that figures are asked for with: their values do not depend on it
@@ -167,9 +165,9 @@ def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Ca
     start: Lengths | None = candidate.lengths_mm
     for factor in axis.factors:
         moved = [float(value) * factor for value in values if value is not None]
-        brief = _with(search.brief, axis.fields, moved)
+        brief = search.brief.with_values(dict(zip(axis.fields, moved, strict=True)))
         search.begin(f"{candidate.choice.motor}, {axis.name} {moved[0]:.4g}")
-        trial = replace(search, brief=brief, tried=Tried(), lessons=dict(search.lessons), standing=None)
+        trial = of_task(search, brief, dict(search.lessons))
         found = trial.settled(candidate.choice, start, weighing=False)
         if found is None and axis.figure is not None:
             return
@@ -201,24 +199,14 @@ def figures_of(design: Design, candidate: Candidate, ball_friction_N: tuple[floa
     """
     from delta_cad.structure.report import stiffness
 
-    g, place = design.geometry, design.cube
-    search = CubeSearch(Cube(place.bottom_height_mm / MM_PER_M, place.half_side_mm / MM_PER_M))
-    lengths, ratio = candidate.lengths_mm, candidate.choice.ratio
-    inertia = candidate.lessons.weighed.inertia(lengths[0], lengths[1], ratio)
-    width, depth = design.requirements.envelope_width_mm, design.requirements.envelope_depth_mm
-    return Figures(
-        cube_side_mm=2.0 * place.half_side_mm,
-        outline_mm=(width, depth),
-        effective_mass_kg=_worst(EffectiveMass(ANY, inertia), g, search),
-        friction_N=_worst(Friction(ANY, drive_friction_N_m(design)[1], *ball_friction_N), g, search),
-        stiffness_N_mm=float(stiffness(dimensions(design)).softest.stiffness_N_mm.min()),
-        kappa=_worst(Kappa(ANY), g, search),
-    )
-
-
-def _worst(limit: PoseLimit, g: DeltaGeometry, search: CubeSearch) -> float:
-    figure = limit.figures[0]
-    return float(search(lambda p: figure.worst(limit, g, p), -1.0).value)
+    choice, lengths = candidate.choice, candidate.lengths_mm
+    inertia = candidate.lessons.weighed.inertia(lengths[0], lengths[1], choice.ratio)
+    limits = EffectiveMass(ANY, inertia), Friction(ANY, drive_friction_N_m(design)[1], *ball_friction_N), Kappa(ANY)
+    search, g = CubeSearch(design.workspace), design.geometry
+    mass, friction, kappa = (worst_of(search, g, limit, limit.figures[0]).value for limit in limits)
+    outline = design.requirements.envelope_width_mm, design.requirements.envelope_depth_mm
+    softest = float(stiffness(dimensions(design)).softest.stiffness_N_mm.min())
+    return Figures(2.0 * design.cube.half_side_mm, outline, mass, friction, softest, kappa)
 
 
 def marked(points: list[MachinePoint]) -> list[MachinePoint]:
@@ -229,11 +217,3 @@ def marked(points: list[MachinePoint]) -> list[MachinePoint]:
         beaten = (merits >= own).all(axis=1) & (merits > own).any(axis=1)
         told.append(replace(point, on_front=not beaten.any()))
     return told
-
-
-def _with(brief: DesignBrief, fields: tuple[str, ...], values: list[float]) -> DesignBrief:
-    for name, value in zip(fields, values, strict=True):
-        table, field = name.split(".")
-        changed = getattr(brief, table).model_copy(update={field: value})
-        brief = brief.model_copy(update={table: changed})
-    return brief

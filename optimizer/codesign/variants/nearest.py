@@ -11,6 +11,7 @@ from delta_cad.dimensions import CLEARANCE_MOST_MM
 from optimizer.codesign.candidate import Start
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
 from optimizer.codesign.journal import start_read, start_told
+from optimizer.codesign.lessons import Lessons
 from optimizer.codesign.search import Search
 from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
@@ -179,13 +180,15 @@ def _asked(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
 def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...], factor: float) -> DesignBrief:
     """The same task with limits that give by a factor."""
     grows = {name: more for names, more in EASED.items() for name in names}
-    for name, value in zip(fields, asked, strict=True):
-        table, field = name.split(".")
-        given = value * factor if grows[name] else value / factor
-        given = max(given, _usual_clearance_mm(brief)) if name == CLEARANCE else given
-        changed = getattr(brief, table).model_copy(update={field: given})
-        brief = brief.model_copy(update={table: changed})
-    return brief
+    eased = {name: a * factor if grows[name] else a / factor for name, a in zip(fields, asked, strict=True)}
+    if CLEARANCE in eased:
+        eased[CLEARANCE] = max(eased[CLEARANCE], _usual_clearance_mm(brief))
+    return brief.with_values(eased)
+
+
+def of_task(search: Search, brief: DesignBrief, known: dict[tuple[str, str], Lessons]) -> Search:
+    """Gives the search of another task with what is known of hardware; nothing was tried in it."""
+    return replace(search, brief=brief, tried=Tried(), lessons=known, standing=None)
 
 
 def _possible(search: Search, brief: DesignBrief, choice: Choice, near: Start | None = None) -> Start | None:
@@ -198,10 +201,9 @@ def _possible(search: Search, brief: DesignBrief, choice: Choice, near: Start | 
         near: One of an easier task, from which it begins: that most often lacks what this one lacks.
     """
     known = {} if near is None else {(choice.motor, choice.drive): near.lessons}
-    trial = replace(search, brief=brief, tried=Tried(), lessons=known, standing=None)
 
     def compute() -> Start | None:
-        found = trial.settled(choice, near and near.lengths_mm, weighing=False)
+        found = of_task(search, brief, known).settled(choice, near and near.lengths_mm, weighing=False)
         return None if found is None else Start(found.choice, found.lengths_mm, found.lessons)
 
     return search.once("possible", (brief, choice, near), compute, start_told, start_read)

@@ -177,12 +177,12 @@ def test_convergence_of_one_method_alone_is_drawn(traces: list[Trace]) -> None:
 def test_published_designs_are_the_papers_by_our_equations() -> None:
     found = published_designs(joystick())
     assert len(VARIABLES) == 6
-    assert {design.table for design in found} == {7, 8, 10, 11, 12}
-    first = next(design for design in found if design.table == 7)
-    assert first.design_mm == (82.0, 116.5, 40.0, 39.2, 54.0, 37.7)
-    assert first.misses == ("kappa",)
-    narrow = next(design for design in found if design.table == 10)
-    assert narrow.misses == ("clearance", "platform_radius 19.6 mm")
+    assert {design.run.table for design in found} == {7, 8, 10, 11, 12}
+    first = next(design for design in found if design.run.table == 7)
+    assert first.result.design_mm == (82.0, 116.5, 40.0, 39.2, 54.0, 37.7)
+    assert first.active == ("kappa",)
+    narrow = next(design for design in found if design.run.table == 10)
+    assert narrow.active == ("clearance", "platform_radius 19.6 mm")
     assert narrow.half_side == 39.2
 
 
