@@ -58,19 +58,20 @@ def solve(one: Mapping[str, Any]) -> AtlasRow:
     Returns:
         Plain data: `index`, `inputs`, `method`, `seed`; `feasible`; `steps`, the records of the steps' results;
         `conflict`, names of the constraints that cannot be met together, with `conflict_step` and `message`; processor
-        `seconds`; of a brief also `machine`, as `machine_row` has it.
+        `seconds`; of a brief also `machine` and `design`, as `machine_of` has them.
     """
+    row: AtlasRow = {name: one[name] for name in ("index", "inputs", "method", "seed")}
+    row |= {"feasible": False, "steps": [], "conflict": [], "conflict_step": None, "message": ""}
     if one["method"] == MACHINES:
-        from optimizer.atlas.machine import machine_row
+        from optimizer.atlas.machine import machine_of
 
-        return machine_row(one)
+        start = process_time()
+        return row | machine_of(one) | {"seconds": process_time() - start}
     from optimizer.problem.requirements import requirements_from_dict
     from optimizer.synthesis.infeasible import InfeasibleError
     from optimizer.synthesis.three_step import Run
 
     start = process_time()
-    row: AtlasRow = {name: one[name] for name in ("index", "inputs", "method", "seed")}
-    row |= {"feasible": False, "steps": [], "conflict": [], "conflict_step": None, "message": ""}
     given = requirements_from_dict(one["requirements"])
     sizes = {"population": one["population"], "generations": one["generations"]}
     try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 from delta_cad.design import design_to_json
@@ -18,29 +17,24 @@ from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.evaluator import VARIABLES
 
 
-def machine_row(one: Mapping[str, Any]) -> dict[str, Any]:
-    """Finds the machine of one set; what runs on the workers.
+def machine_of(one: Mapping[str, Any]) -> dict[str, Any]:
+    """Finds the machine of one set.
 
     Args:
         one: A `grid.Set` whose requirements are a brief, as plain data.
 
     Returns:
-        A row of the atlas; `machine`: hardware and figures by column, None where there is none; `design`: text of its
-        design file.
+        What its row of the atlas says of it; `machine`: hardware and figures by column, None where there is none;
+        `design`: text of its design file.
     """
-    start = process_time()
-    row: dict[str, Any] = {name: one[name] for name in ("index", "inputs", "method", "seed")}
-    row |= {"feasible": False, "steps": [], "conflict": [], "conflict_step": None, "message": "", "machine": None}
     brief = brief_from_dict(one["requirements"], f"set {one['index']}", Path(one["folder"]))
     search = Search(brief, _nothing, _nothing, reference(), one["seed"])
     point = best_machine(search)
     if point is None:
-        row["message"] = "; ".join(search.tried.reasons)
-    else:
-        name = f"{brief.name[:NAME_ROOM]}-set-{one['index']}"
-        row |= {"feasible": True, "machine": _columns(point), "steps": [_step(brief, point)]}
-        row["design"] = design_to_json(point.design.model_copy(update={"name": name}))
-    return row | {"seconds": process_time() - start}
+        return {"message": "; ".join(search.tried.reasons), "machine": None}
+    name = f"{brief.name[:NAME_ROOM]}-set-{one['index']}"
+    design = design_to_json(point.design.model_copy(update={"name": name}))
+    return {"feasible": True, "machine": _columns(point), "steps": [_step(brief, point)], "design": design}
 
 
 NAME_ROOM = 40  # letters of a brief's name in those of its machines: with a set's number within what a folder may have

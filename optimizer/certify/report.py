@@ -29,9 +29,7 @@ class Row:
     Attributes:
         condition: The condition that it belongs to.
         figure: Name of the figure.
-        unit: Unit of all its numbers; "" for none.
-        upper: Whether the limit is an upper one.
-        sense: Sign of its inequality.
+        of: The figure; its unit is that of all numbers.
         verdict: Verdict on the condition; "not asked" if there is no limit.
         limit: What is allowed; None if nothing is.
         proved: No point of the cube is beyond this; None where nothing was proved.
@@ -44,9 +42,7 @@ class Row:
 
     condition: str
     figure: str
-    unit: str
-    upper: bool
-    sense: str
+    of: FigureOfMerit
     verdict: str
     limit: float | None
     proved: float | None
@@ -64,7 +60,7 @@ class Row:
             for value, at in ((self.attained, self.at_mm), (self.value, self.point_mm))
             if value is not None and at is not None
         ]
-        return (max if self.upper else min)(known, default=None, key=lambda pair: pair[0])
+        return (max if self.of.upper else min)(known, default=None, key=lambda pair: pair[0])
 
     @property
     def room(self) -> float | None:
@@ -72,15 +68,14 @@ class Row:
         if self.limit is None or self.worst is None:
             return None
         room = self.limit - self.worst[0]
-        return room if self.upper else -room
+        return room if self.of.upper else -room
 
     def record(self) -> dict[str, Any]:
         """Gathers the row as plain data for JSON."""
-        fields = ("condition", "figure", "unit", "verdict", "limit", "proved", "attained", "at_mm", "point_mm", "value")
-        return {name: getattr(self, name) for name in (*fields, "box_mm")} | {
-            "limit_is": "at most" if self.upper else "at least",
-            "room": self.room,
-        }
+        limit_is = "at most" if self.of.upper else "at least"
+        numbers = {name: value for name, value in vars(self).items() if name != "of"}
+        named = {"condition": self.condition, "figure": self.figure, "unit": self.of.unit}
+        return named | numbers | {"limit_is": limit_is, "room": self.room}
 
 
 def report_rows(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> list[Row]:
@@ -128,9 +123,7 @@ def _row(
     return Row(
         kind.name,
         name,
-        figure.unit,
-        figure.upper,
-        figure.sense,
+        figure,
         verdict,
         allowed,
         proved,
@@ -180,7 +173,7 @@ def place(p: Point) -> str:
 
 def shortfall(row: Row) -> str:
     """Says of a condition that was not proved by how much it fails, and where."""
-    unit = f" {row.unit}" if row.unit else ""
+    unit = f" {row.of.unit}" if row.of.unit else ""
     if row.verdict == "undecided":
         where = "" if row.box_mm is None else f" in the box {place(row.box_mm[0])} to {place(row.box_mm[1])}"
         return f"{row.condition} is undecided{where}"
@@ -190,7 +183,7 @@ def shortfall(row: Row) -> str:
     value, at = row.worst
     if row.condition == "reach" and value < 0.0:
         return f"reach is refuted: a chain is {-value:.{DIGITS}g} mm out of reach at {place(at)}"
-    beyond, side = abs(row.room or 0.0), "above" if row.upper else "below"
+    beyond, side = abs(row.room or 0.0), "above" if row.of.upper else "below"
     return (
         f"{row.condition} is refuted: {row.figure} is {value:.{DIGITS}g}{unit} at {place(at)}, "
         f"{beyond:.3g}{unit} {side} the limit of {row.limit:g}{unit}"
@@ -213,9 +206,9 @@ def table(rows: list[Row]) -> str:
 
 
 def _cells(row: Row) -> tuple[str, ...]:
-    unit = f" {row.unit}" if row.unit else ""
-    limit = "" if row.limit is None else f"{row.sense} {row.limit:.{DIGITS}g}{unit}"
-    proved = "" if row.proved is None else f"{row.sense} {rounded(row.proved, row.upper)}{unit}"
+    unit = f" {row.of.unit}" if row.of.unit else ""
+    limit = "" if row.limit is None else f"{row.of.sense} {row.limit:.{DIGITS}g}{unit}"
+    proved = "" if row.proved is None else f"{row.of.sense} {rounded(row.proved, row.of.upper)}{unit}"
     worst = row.worst
     extreme = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
     at = "" if worst is None else place(worst[1])

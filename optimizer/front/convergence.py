@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,8 @@ import numpy as np
 from optimizer.problem.step import Problem
 from optimizer.search import genetic, sqp
 from optimizer.search.result import finite
-from optimizer.synthesis.three_step import Store, remembered
+from optimizer.synthesis.checkpoint import Checkpoint
+from optimizer.synthesis.three_step import remembered
 
 
 class Trace(NamedTuple):
@@ -39,7 +41,7 @@ def traces(
     seeds: int,
     report: Callable[[str, int, int], None] | None = None,
     stop: Callable[[], bool] = bool,
-    store: Store | None = None,
+    store: Checkpoint | None = None,
 ) -> list[Trace]:
     """Runs both methods from each seed: the GA with the paper's parameters, SQP from its usual starts.
 
@@ -54,21 +56,20 @@ def traces(
         The runs that came to their end.
     """
     done = []
-    for seed in range(seeds):
-        for method, run in (("sqp", _sqp), ("ga", _ga)):
+    for seed, (method, run) in product(range(seeds), (("sqp", _sqp), ("ga", _ga))):
 
-            def solve(method: str = method, run: Run = run, seed: int = seed) -> dict[str, Any] | None:
-                if report is not None:
-                    report(method, seed, seeds)
-                trace = run(problem, seed, stop)
-                lists = {"evaluations": list(trace.evaluations), "best": [finite(value) for value in trace.best]}
-                return None if stop() else lists
+        def solve(method: str = method, run: Run = run, seed: int = seed) -> dict[str, Any] | None:
+            if report is not None:
+                report(method, seed, seeds)
+            trace = run(problem, seed, stop)
+            lists = {"evaluations": list(trace.evaluations), "best": [finite(value) for value in trace.best]}
+            return None if stop() else lists
 
-            kept = remembered(store, f"convergence/{method}/{seed}", solve)
-            if kept is None:
-                return done
-            best = tuple(math.nan if value is None else float(value) for value in kept["best"])
-            done.append(Trace(method, seed, tuple(kept["evaluations"]), best))
+        kept = remembered(store, f"convergence/{method}/{seed}", solve)
+        if kept is None:
+            break
+        best = tuple(math.nan if value is None else float(value) for value in kept["best"])
+        done.append(Trace(method, seed, tuple(kept["evaluations"]), best))
     return done
 
 

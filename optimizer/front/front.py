@@ -23,8 +23,9 @@ from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, outline_of, step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
+from optimizer.synthesis.checkpoint import Checkpoint
 from optimizer.synthesis.infeasible import explain
-from optimizer.synthesis.three_step import Store, remembered
+from optimizer.synthesis.three_step import remembered
 
 COARSE = 9  # half sides that are started cold as well, evenly spaced; between them lie what neighbours started
 COLD = 3  # cold starts of each; the neighbour is a fourth
@@ -147,7 +148,7 @@ class Tracer:
     words: str = "as required"
     report: PointReport | None = None
     stop: Callable[[], bool] = bool
-    store: Store | None = None
+    store: Checkpoint | None = None
     _found: dict[float, Result] = field(default_factory=dict, init=False)
 
     def curve(self) -> Curve:

@@ -11,7 +11,8 @@ from optimizer.front.front import Curve
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.step import Problem, step_problem
 from optimizer.search.result import finite
-from optimizer.synthesis.three_step import Store, remembered
+from optimizer.synthesis.checkpoint import Checkpoint
+from optimizer.synthesis.three_step import remembered
 
 GAP = 1e-4  # gap at which each proof ends, as a share of the objective
 # Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is.
@@ -22,7 +23,7 @@ def proved(
     curve: Curve,
     report: Callable[[int, int], None] | None = None,
     stop: Callable[[], bool] = bool,
-    store: Store | None = None,
+    store: Checkpoint | None = None,
     seconds: float = math.inf,
 ) -> Curve:
     """Adds a proven bound to every point of a front, and to its largest cube.
@@ -60,7 +61,7 @@ def _bound(
     problem: Problem,
     design_mm: tuple[float, ...],
     stop: Callable[[], bool],
-    store: Store | None,
+    store: Checkpoint | None,
     seconds: float,
 ) -> float | None:
     def solve() -> dict[str, Any] | None:

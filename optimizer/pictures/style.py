@@ -31,18 +31,8 @@ def kappa_scale(ax: Axes, kappas: Sequence[float]) -> None:
         ax.yaxis.set_major_formatter("{x:g}")
 
 
-def save(figure: Figure, folder: Path, name: str) -> list[str]:
-    """Writes a figure as PNG at 150 dpi and as SVG.
-
-    Args:
-        figure: The figure.
-        folder: Where to.
-        name: Name of the files, without ending.
-
-    Returns:
-        The files' names.
-    """
+def save(figure: Figure, folder: Path, name: str) -> None:
+    """Writes a figure as PNG at 150 dpi and as SVG, under a name without ending."""
     with rc_context(RC):
         figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": None})
         figure.savefig(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
-    return [f"{name}.png", f"{name}.svg"]

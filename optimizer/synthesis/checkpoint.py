@@ -99,7 +99,7 @@ class Records:
 
 
 class Checkpoint(Records):
-    """A `Store` in a file: what each phase of a run came to, and each generation of its GA."""
+    """What each phase of a run came to, and each generation of its GA, in a file."""
 
     def __init__(self, path: Path, key: dict[str, Any], resume: bool) -> None:
         """Opens the file; see `Records`."""

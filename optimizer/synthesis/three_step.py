@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import astuple, dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,9 +18,9 @@ from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, ProblemError, step_problem
 from optimizer.search import genetic, sqp
 from optimizer.search.active_set import ROUNDING
-from optimizer.search.genetic import Generation
 from optimizer.search.result import Bound, Result
 from optimizer.search.sqp import Ending
+from optimizer.synthesis.checkpoint import Checkpoint
 from optimizer.synthesis.infeasible import explain, explain_proved
 
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
@@ -51,30 +51,10 @@ class Progress(NamedTuple):
     certifying: int = 0
 
 
-class Store(Protocol):
-    """What keeps the phases of a run."""
-
-    def finished(self, phase: str) -> dict[str, Any] | None:
-        """Gives what a finished phase came to, as plain data."""
-        ...
-
-    def finish(self, phase: str, data: dict[str, Any]) -> None:
-        """Keeps what a phase came to."""
-        ...
-
-    def generations(self, phase: str) -> Sequence[Generation]:
-        """Gives the generations of a phase that were kept."""
-        ...
-
-    def keep(self, phase: str, generation: Generation) -> None:
-        """Keeps one more."""
-        ...
-
-
 Facts = TypeVar("Facts", dict[str, Any], dict[str, Any] | None)
 
 
-def remembered(store: Store | None, phase: str, solve: Callable[[], Facts]) -> dict[str, Any] | Facts:
+def remembered(store: Checkpoint | None, phase: str, solve: Callable[[], Facts]) -> dict[str, Any] | Facts:
     """Takes what a phase came to from a store, or solves the phase and keeps that.
 
     Args:
@@ -124,7 +104,7 @@ class Run:
     prove: bool = False
     report: Callable[[Progress], None] | None = None
     stop: Callable[[], bool] = bool
-    store: Store | None = None
+    store: Checkpoint | None = None
     found: Callable[[list[Result], str], None] | None = None
 
     def results(self) -> list[Result]:
@@ -203,16 +183,16 @@ class Run:
 
     def _phase(self, problem: Problem, name: str, solve: Callable[[], Result]) -> Result:
         """Takes the result of a phase from the store, or solves it and keeps it, unless the run was stopped."""
-        phase = f"{problem.step}/{name}"
-        kept = self.store.finished(phase) if self.store else None
-        if kept is not None:
-            return _result(problem, self.method, kept)
-        result = solve()
-        if self.stop():
-            return replace(result, status="interrupted")
-        if self.store is not None:
-            self.store.finish(phase, _kept(result))
-        return result
+        solved: list[Result] = []
+
+        def compute() -> dict[str, Any] | None:
+            solved.append(solve())
+            return None if self.stop() else _kept(solved[0])
+
+        kept = remembered(self.store, f"{problem.step}/{name}", compute)
+        if kept is None:
+            return replace(solved[0], status="interrupted")
+        return solved[0] if solved else _result(problem, self.method, kept)
 
     def _proven(self, problem: Problem, reached: float | None, done: list[Result]) -> Result:
         known = done[-1].design_mm if done and done[-1].feasible else None

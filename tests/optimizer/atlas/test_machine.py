@@ -10,9 +10,9 @@ import pytest
 
 from delta_cad.design import design_from_dict, load_design
 from optimizer.atlas import machine as module
+from optimizer.atlas.atlas import solve
 from optimizer.atlas.file import csv_text, design_files
 from optimizer.atlas.grid import MACHINES, Grid, grid_from_dict
-from optimizer.atlas.machine import machine_row
 from optimizer.atlas.page import mapped, page
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.search import Search
@@ -44,7 +44,7 @@ def paper(search: Search) -> MachinePoint | None:
 def test_each_set_becomes_a_row_and_a_design_file_that_can_be_built(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "best_machine", paper)
     found = grid()
-    rows = [json.loads(json.dumps(machine_row(asdict(one)))) for one in found.sets]
+    rows = [json.loads(json.dumps(solve(asdict(one)))) for one in found.sets]
     assert [row["feasible"] for row in rows] == [True, False, True, True]
     files = design_files(rows)
     assert sorted(files) == ["designs/set-0.json", "designs/set-2.json", "designs/set-3.json"]
@@ -69,7 +69,7 @@ def test_a_set_is_the_machine_that_closed_forms_leave_its_hardware() -> None:
     fixed = {"hardware": {"motor": MOTOR, "drive": "capstan", "capstan_ratio": 5.0}}
     task = TASK | fixed | {"limits": {"parallelogram_width_mm": 50.0}, "feel": {"kappa_max": 2.3}}
     found = grid_from_dict({"base": task, "axes": {FORCE: [3.0, 4.0]}, "method": MACHINES}, "g.toml")
-    less, more = (machine_row(asdict(one))["machine"] for one in found.sets)
+    less, more = (solve(asdict(one))["machine"] for one in found.sets)
     assert less["cube_side_mm"] > more["cube_side_mm"] > 60.0
     for one in (less, more):
         assert (one["width_mm"], one["depth_mm"], one["ratio"]) == (270.0, 220.0, 5.0)
