@@ -224,13 +224,13 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
         )
         wall += (
             f". The encoders' noise commands at most {force:.3f} N rms in the walls that are rendered "
-            f"({'too little to be felt' if force <= FORCE else 'which is felt'}, from about {FORCE:g} N), and moves a "
+            f"({'within' if force <= FORCE else 'OVER'} the limit of {FORCE:g} N), and moves a "
             f"handle let go of in 150 to 500 Hz by {ranges}, rms, as stiff and as damped as its structure is"
         )
         bits = math.log2(2.0 * math.pi / min(one.reading for one in loop.noise.values()))
         loss = max(one.loss for one in loop.noise.values())
         damped = f", or a structure that damps {100.0 * loss:.0f} % of critical" if loss < math.inf else ""
-        wall += f": {'more than' if tremor else 'less than'} the {1e6 * MOTION:g} um that are taken for unnoticed" + (
+        wall += f": {'more than' if tremor else 'less than'} the {1e6 * MOTION:g} um of its limit" + (
             f", which with this law readings would keep whose noise is a count of {bits:.1f} bits{damped}"
             if tremor
             else ""
