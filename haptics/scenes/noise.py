@@ -209,8 +209,9 @@ def _felt(motion: float) -> str:
     if motion <= LEAST_FELT:
         return f"No hand is known to feel this noise: {1e6 * motion:.3f} um is below {1e6 * LEAST_FELT:g} um."
     return (
-        f"Sensitive hands may feel it: {1e6 * motion:.3f} um is {motion / LEAST_FELT:.1f} times the {1e6 * LEAST_FELT:g} "
-        "um that the most sensitive of 19 subjects detected through a grasped cylinder (Brisben et al. 1999)."
+        f"Sensitive hands may feel it: {1e6 * motion:.3f} um is {motion / LEAST_FELT:.1f} times the "
+        f"{1e6 * LEAST_FELT:g} um that the most sensitive of 19 subjects detected through a grasped cylinder "
+        "(Brisben et al. 1999)."
     )
 
 
