@@ -77,6 +77,10 @@ def run(given: argparse.Namespace) -> int:
 
 def _kinematics(given: argparse.Namespace) -> int:
     """Prints the figures of the mechanism alone; returns the exit code."""
+    for name in ("catalogue", "mass_properties", "suggest"):
+        if getattr(given, name) is not None:
+            option = f"--{name.replace('_', '-')} {getattr(given, name)}"
+            return refuse(f"{option}: is of hardware; --kinematics looks at none: leave one of both away", BAD_INPUT)
     from delta_cad.commands.inspection import inspection
     from delta_cad.commands.tables import print_inspection
     from delta_cad.design import DesignError, load_design

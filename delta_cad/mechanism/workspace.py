@@ -24,6 +24,9 @@ from delta_cad.mechanism.statics import conditioning, direct_margin, serial_marg
 
 # The polish halves the grid's step so often: where a figure is smooth, its error falls with the square of the step.
 HALVINGS = 22
+# Values within this share are one extreme, which symmetry puts at several places: rounding, different on every machine,
+# must not choose. Named is the place first in order of x, y, z, rounded to so many decimals of a metre.
+TIE, PLACES = 1e-9, 9
 CROSSING_STEPS = 60  # Bisections between two points of opposite determinant: more than a double can resolve.
 
 
@@ -280,8 +283,10 @@ class CubeSearch:
                 best = np.where(better[:, None], around[rows, chosen], best)
                 best_cost = np.where(better, around_costs[rows, chosen], best_cost)
             step /= 2.0
-        k = int(np.argmin(best_cost))
-        return Extreme(float(sign * best_cost[k]), (float(best[k, 0]), float(best[k, 1]), float(best[k, 2])))
+        least = float(best_cost.min())
+        equal = np.flatnonzero(best_cost <= least + TIE * abs(least)) if np.isfinite(least) else [0]
+        x, y, z = min((best[i].tolist() for i in equal), key=lambda p: np.round(p, PLACES).tolist())
+        return Extreme(float(sign * least), (x, y, z))
 
     def singularity(self, g: DeltaGeometry) -> tuple[Extreme, tuple[float, float, float] | None]:
         """Searches the cube for a direct singularity, between the smallest and the largest determinant of the forearms.

@@ -14,7 +14,7 @@ from haptics.feel.summary import Summary
 from haptics.model.machine import MachineModel
 from haptics.simulation.hardware import structure_text
 from haptics.simulation.loops import LoopChoice
-from haptics.stability.noise import FORCE, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
+from haptics.stability.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
 from haptics.stability.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_text
 from haptics.stability.walls import Walls
 
@@ -67,6 +67,7 @@ def sheet_facts(sheet: LoopSheet, machine: MachineModel) -> dict[str, Any]:
             },
             "force_allowed_N_rms": FORCE,
             "motion_allowed_um_rms": 1e6 * MOTION,
+            "least_felt_um": 1e6 * LEAST_FELT,
             "band_Hz": list(BAND_Hz),
         },
         "first_resonance_Hz": sheet.first_resonance,
@@ -176,7 +177,7 @@ def loop_markdown(
         "| figure | value | meaning |",
         "|---|---:|---|",
         f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_told(sheet.wall_noise)} | "
-        f"at most {FORCE:g} N and {1e6 * MOTION:g} um are taken for unnoticed |",
+        f"limits: {FORCE:g} N and {1e6 * MOTION:g} um; sensitive hands feel {1e6 * LEAST_FELT:g} um |",
         *(
             f"| noise in the wall that is rendered, {place} | {_ranged(one)} | {_calm(one)} |"
             for place, one in sheet.noise.items()
@@ -240,11 +241,12 @@ def _ranged(one: NoiseRange) -> str:
 
 
 def _calm(one: NoiseRange) -> str:
-    """What would make the noise unnoticed."""
+    """How far the motion is above the threshold of sensitive hands, and what keeps noise within the limits."""
+    felt = f"up to {one.most.over_threshold:.1f} times what sensitive hands feel"
     if one.most.quiet:
-        return f"unnoticed up to readings of {1e6 * one.reading:.1f} urad rms"
-    damped = f", or a structure that damps {100.0 * one.loss:.0f} % of critical" if one.loss < math.inf else ""
-    return f"NOT unnoticed: with this law that takes readings of {1e6 * one.reading:.1f} urad rms{damped}"
+        return f"{felt}; within limits up to readings of {1e6 * one.reading:.1f} urad rms"
+    damped = f" or a structure that damps {100.0 * one.loss:.0f} % of critical" if one.loss < math.inf else ""
+    return f"{felt}; OVER the limit: needs readings of {1e6 * one.reading:.1f} urad rms{damped}"
 
 
 def _three(summary: Summary) -> str:

@@ -22,7 +22,7 @@ from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import encoder_count, joint_friction
 from haptics.simulation.hardware import real_plant
-from haptics.stability.noise import FORCE, MOTION
+from haptics.stability.noise import FORCE, LEAST_FELT, MOTION
 from haptics.stability.wall_share import rendered
 
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
@@ -216,7 +216,7 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
     steady = loop.wall_noise.steady and all(one.most.steady for one in loop.noise.values())
     loudest = max(loop.noise.values(), key=lambda one: one.most.motion)
     force = max((one.most.force for one in loop.noise.values()), default=math.inf)
-    tremor = steady and loudest.most.motion > MOTION
+    tremor, over = (steady and loudest.most.motion > most for most in (LEAST_FELT, MOTION))
     if steady:
         ranges = ", ".join(
             f"{1e6 * one.least.motion:.3f} to {1e6 * one.most.motion:.3f} um at the {name}"
@@ -224,17 +224,18 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
         )
         wall += (
             f". The encoders' noise commands at most {force:.3f} N rms in the walls that are rendered "
-            f"({'too little to be felt' if force <= FORCE else 'which is felt'}, from about {FORCE:g} N), and moves a "
+            f"({'within' if force <= FORCE else 'OVER'} the limit of {FORCE:g} N), and moves a "
             f"handle let go of in 150 to 500 Hz by {ranges}, rms, as stiff and as damped as its structure is"
         )
         bits = math.log2(2.0 * math.pi / min(one.reading for one in loop.noise.values()))
         loss = max(one.loss for one in loop.noise.values())
         damped = f", or a structure that damps {100.0 * loss:.0f} % of critical" if loss < math.inf else ""
-        wall += f": {'more than' if tremor else 'less than'} the {1e6 * MOTION:g} um that are taken for unnoticed" + (
-            f", which with this law readings would keep whose noise is a count of {bits:.1f} bits{damped}"
-            if tremor
-            else ""
+        wall += (
+            f": up to {loudest.most.over_threshold:.1f} times what the most sensitive subjects of a study felt, and "
+            f"{'more' if over else 'less'} than the limit of {1e6 * MOTION:g} um"
         )
+        if over:
+            wall += f", which with this law readings would keep whose noise is a count of {bits:.1f} bits{damped}"
     if step < FELT:
         grain = "too little to be felt"
     elif step < friction:

@@ -28,7 +28,7 @@ from haptics.simulation.assumptions import encoder_count
 from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors, structure_text
 from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.simulation.loops import BOARD, LoopChoice
-from haptics.stability.noise import FORCE, MOTION, SPRING, BAND_Hz, NoisyLoop
+from haptics.stability.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoisyLoop
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import capped
 
@@ -75,17 +75,19 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
         },
         "wall": {"stiffness_N_per_mm": WALL / MM_PER_M, "damping_N_s_per_m": loop.damping, "hand": WHO},
         "limits": {"force_N_rms": FORCE, "motion_um_rms": 1e6 * MOTION, "band_Hz": list(BAND_Hz)},
+        "least_felt_um": 1e6 * LEAST_FELT,
     }
     mine = [run for run in runs if run.facts["encoder"] == "own"]
+    force, motion = (max(run.facts[what] for run in mine) for what in ("force_N_rms", "motion_um_rms"))
     promises = [
         Promise(
-            f"noise commands at most {FORCE:g} N rms: {max(run.facts['force_N_rms'] for run in mine):.3f} N",
-            all(run.facts["force_N_rms"] <= FORCE for run in mine),
+            f"at the centre noise commands at most {FORCE:g} N rms, a limit of this project: {force:.3f} N",
+            force <= FORCE,
         ),
         Promise(
-            f"it moves the handle by at most {1e6 * MOTION:g} um rms in {BAND_Hz[0]:g} to {BAND_Hz[1]:g} Hz: "
-            f"{max(run.facts['motion_um_rms'] for run in mine):.3f} um",
-            all(run.facts["motion_um_rms"] <= 1e6 * MOTION for run in mine),
+            f"it moves the handle by at most {1e6 * MOTION:g} um rms in {BAND_Hz[0]:g} to {BAND_Hz[1]:g} Hz, likewise: "
+            f"{motion:.3f} um",
+            motion <= 1e6 * MOTION,
         ),
         Promise("the supervisor finds nothing", not any(run.facts["supervisor_bits"] for run in mine)),
     ]
@@ -202,11 +204,24 @@ def _noisiest(series: np.ndarray) -> float:
     return math.sqrt(max(0.0, float(np.linalg.eigvalsh(np.cov(series.T, bias=True))[-1])))
 
 
+def _felt(motion: float) -> str:
+    """Says who feels a motion in the band, m rms, by the least threshold that a source has."""
+    if motion <= LEAST_FELT:
+        return f"No hand is known to feel this noise: {1e6 * motion:.3f} um is below {1e6 * LEAST_FELT:g} um."
+    return (
+        f"Sensitive hands may feel it: {1e6 * motion:.3f} um is {motion / LEAST_FELT:.1f} times the "
+        f"{1e6 * LEAST_FELT:g} um that the most sensitive of 19 subjects detected through a grasped cylinder "
+        "(Brisben et al. 1999)."
+    )
+
+
 def _discussion(machine: MachineModel, runs: list[SceneRun], asked: float, limit: float) -> list[str]:
     by = {(run.facts["law"], run.facts["encoder"]): run.facts for run in runs}
     force, motion = (by["wall", "coarse"][f"{what}_rms"] for what in ("force_predicted_N", "motion_predicted_um"))
     said = [
-        f"Noise alone limits a spring's damping to {limit:.3g} N s/m at {FORCE:g} N rms; {asked:g} were asked for.",
+        _felt(1e-6 * max(run.facts["motion_um_rms"] for run in runs if run.facts["encoder"] == "own")),
+        f"Noise alone limits a spring's damping to {limit:.3g} N s/m, at {FORCE:g} N and {1e6 * MOTION:g} um rms; "
+        f"{asked:g} were requested.",
         f"With the {COARSE} noise is predicted to command {force:.2f} N rms in a wall of {WALL / MM_PER_M:g} N/mm, "
         f"and to move the handle by {motion:.2f} um rms in the band.",
         "Predictions leave out friction that sticks: it stiffens a handle at rest, and changes its motion by a third.",

@@ -6,6 +6,7 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -18,7 +19,7 @@ from haptics.rendering.laws.virtual_wall import AXES
 from haptics.scenes.bench import PERIOD
 from haptics.simulation.assumptions import CURRENT_LAG
 from haptics.simulation.loops import BOARD, DAMPED, PAPER
-from haptics.stability.wall_limit import search
+from haptics.stability.wall_limit import WallSearch, search
 from haptics.stability.wall_trial import WallBench
 
 STEP, CEILING, TOLERANCE = 1000.0, 40e3, 50.0  # N/m, as of the scene
@@ -30,13 +31,20 @@ class WallCase:
 
     Attributes:
         name: What is other than in the scene.
-        limits_N_per_mm: By axis.
+        limits_N_per_mm: By axis; NaN where the wall that ends the search was not even reached.
         never_oscillated: Axes along which no wall up to the ceiling oscillated.
+        lean_N: Force of the hand.
     """
 
     name: str
     limits_N_per_mm: dict[str, float]
     never_oscillated: tuple[str, ...]
+    lean_N: float
+
+    @property
+    def not_reached(self) -> list[str]:
+        """Axes along which the hand does not bring the handle to the wall against friction."""
+        return [axis for axis in AXES if math.isnan(self.limits_N_per_mm[axis])]
 
     @property
     def reaches_published(self) -> bool:
@@ -62,10 +70,22 @@ def cases(
     found = []
     for name, bench in _benches(machine, hand, delay, seed):
         progress(name)
-        searches = {axis: search(bench(axis).stands, step=STEP, ceiling=CEILING, tolerance=TOLERANCE) for axis in AXES}
-        limits = {axis: one.bisection / MM_PER_M for axis, one in searches.items()}
-        found.append(WallCase(name, limits, tuple(axis for axis, one in searches.items() if one.ceiling_reached)))
+        benches = {axis: bench(axis) for axis in AXES}
+        searches = {
+            axis: search(one.stands, step=STEP, ceiling=CEILING, tolerance=TOLERANCE) for axis, one in benches.items()
+        }
+        limits = {axis: _limit(benches[axis], one) for axis, one in searches.items()}
+        never = tuple(axis for axis, one in searches.items() if one.ceiling_reached)
+        found.append(WallCase(name, limits, never, benches["x"].lean))
     return found
+
+
+def _limit(bench: WallBench, found: WallSearch) -> float:
+    """Largest stable wall, N/mm; NaN where the next wall tried was not reached, so that it says nothing of a limit."""
+    failed = [stiffness for stiffness, stood in found.history if not stood]
+    if failed and not bench.trial(min(failed)).reached:
+        return math.nan
+    return found.bisection / MM_PER_M
 
 
 def _benches(
@@ -114,6 +134,12 @@ def discussion(found: list[WallCase], hand: str, delay: float) -> list[str]:
     cases = (
         f"{one.name}: {_by_axis(one.limits_N_per_mm)}{' and more' if one.never_oscillated else ''}" for one in found[1:]
     )
+    for one in found:
+        if one.not_reached:
+            said.append(
+                f"With {one.name} there is no figure along {', '.join(one.not_reached)}: friction holds the handle "
+                f"before the wall against the hand's {one.lean_N:.2f} N."
+            )
     said.append(
         f"One change alone, N/mm: {'; '.join(cases)}. Which of them the paper had it does not say, so that nothing is "
         "fitted to it."
@@ -123,7 +149,7 @@ def discussion(found: list[WallCase], hand: str, delay: float) -> list[str]:
 
 def _by_axis(values: Mapping[str, float]) -> str:
     """Each axis with its value, in the paper's order."""
-    return ", ".join(f"{axis} {values[axis]:.1f}" for axis in AXES)
+    return ", ".join(f"{axis} {'-' if math.isnan(values[axis]) else format(values[axis], '.1f')}" for axis in AXES)
 
 
 def _order(values: Mapping[str, float]) -> str:

@@ -9,8 +9,9 @@ square is their variance, where noise is wider than they are), friction that sti
 handle but not the knob that rings on its structure: simulated, that moves within a quarter of what is told.
 
 Source:
-    Thresholds of a grasped cylinder lie lowest at 150 to 200 Hz, below 0.01 um of some subjects: A. J. Brisben, S. S.
-    Hsiao, K. O. Johnson, J. Neurophysiology 81, 1999 (abstract, as a study of this project tells it; not opened again).
+    Of 19 subjects who grasped a cylinder, some detected a sine of less than 0.01 um at 150 to 200 Hz, where thresholds
+    are lowest: A. J. Brisben, S. S. Hsiao, K. O. Johnson, J. Neurophysiology 81, 1999 (abstract opened on 2026-11-27;
+    it does not say whether peak or rms, nor what most subjects detected).
 """
 
 from __future__ import annotations
@@ -32,9 +33,10 @@ from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import Structure, linearise, structure_at
 
-# What a hand may not notice: force that is commanded, N rms, and motion of the handle in the band in which skin feels
-# most, m rms.
+# Limits of this project for noise: force that is commanded, N rms, and motion of the handle in the band in which skin
+# feels most, m rms. No source says that a hand does not feel these.
 FORCE, MOTION, BAND_Hz = 0.05, 0.05e-6, (150.0, 500.0)
+LEAST_FELT = 0.01e-6  # Motion in the band that the most sensitive subjects of the source detect, m
 POINTS = 600  # Frequencies of the band, even: the loop's response is smooth over 0.6 Hz
 SPRING = (400.0, 20.0)  # N/m and N s/m of the spring that is held
 # A handle all but let go of: what keeps it from wandering along a wall, a five-hundredth of the wall's own stiffness.
@@ -61,8 +63,13 @@ class NoiseFigures:
 
     @property
     def quiet(self) -> bool:
-        """Whether a hand would hardly notice."""
+        """Whether both limits hold."""
         return self.steady and self.force <= FORCE and self.motion <= MOTION
+
+    @property
+    def over_threshold(self) -> float:
+        """Motion over what the most sensitive subjects detect."""
+        return self.motion / LEAST_FELT
 
 
 def covariance(
@@ -177,15 +184,15 @@ class NoisyLoop:
         force, moved = (math.sqrt(float(np.linalg.eigvalsh(one)[-1])) for one in (command, motion))
         return NoiseFigures(force, moved, True)
 
-    def damping_limit(self, stiffness: float, force: float = FORCE) -> float:
-        """Largest damping beside a stiffness (N/m) at which noise commands no more than a force (N rms), N s/m.
+    def damping_limit(self, stiffness: float) -> float:
+        """Largest damping with a stiffness (N/m) at which noise is within the limits of force and motion, N s/m.
 
         Returns:
             N s/m; 0 where none is quiet enough.
         """
 
         def quiet(damping: float) -> bool:
-            return self.figures(stiffness, damping).force <= force
+            return self.figures(stiffness, damping).quiet
 
         high = MOST_DAMPING
         for low in np.geomspace(MOST_DAMPING, LEAST_DAMPING, STEPS).tolist():
@@ -207,8 +214,8 @@ class NoiseRange:
     Attributes:
         least: Least force and least motion of all cases.
         most: Most force and most motion of all cases.
-        reading: Deviation of one reading, counts included, at which the most would be just unnoticed, rad rms.
-        loss: Share of critical damping that every structure would need for the motion to be unnoticed with the readings
+        reading: Deviation of one reading, counts included, at which the most would be just within limits, rad rms.
+        loss: Share of critical damping that every structure would need for the motion to be within its limit, readings
             as they are; the least of what is assumed (`LOSS`) if that is enough, infinite if none is.
     """
 

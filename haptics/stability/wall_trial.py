@@ -78,6 +78,11 @@ class WallTrial:
         """Whether the wall stands: no oscillation, no fault, and all of its force."""
         return self.verdict is not None and not self.verdict.oscillates and not self.limited
 
+    @property
+    def reached(self) -> bool:
+        """Whether the wall was touched at all; else friction held the handle, or it was driven off."""
+        return bool((self.push != 0.0).any())
+
 
 def with_friction(machine: MachineModel, level: Level) -> Plant:
     """The device with friction at one place of its range.

@@ -28,6 +28,7 @@ from delta_cad.mechanism import (
     singular_values,
     worst_joint_torque,
 )
+from delta_cad.mechanism.workspace import CubeSearch
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED, TABLES
 
 CUBE = Cube(BOTTOM, HALF)
@@ -174,6 +175,13 @@ def test_grid_density_does_not_matter():
     for field in dataclasses.fields(coarse):
         a, b = getattr(coarse, field.name).value, getattr(fine, field.name).value
         assert a == pytest.approx(b, rel=1e-9), field.name  # as above
+
+
+@pytest.mark.parametrize("noise", [-1e-13, 1e-13])
+def test_a_tie_of_mirrored_places_does_not_go_by_rounding(noise):
+    """y and -y: a share of 1e-13 in favour of either names the same place."""
+    place = CubeSearch(CUBE)(lambda p: np.abs(p[..., 1]) + p[..., 0] + noise * p[..., 1], -1.0).position
+    assert place[:2] == pytest.approx((HALF, -HALF))
 
 
 def test_every_face_is_searched():

@@ -150,6 +150,10 @@ def test_whether_it_buzzes(found: Feel) -> None:
         assert told.short.startswith(short)
         assert told.good == (short == "No.")
         assert ("19.3 bits, or a structure that damps 10 %" in told.text) == (short == "Finely")
+    felt = buzzes(replace(loop, noise={"centre": NoiseRange(still, replace(calm, motion=3e-8), 1e-5, 0.1)}), summaries)
+    assert felt.short.startswith("Finely")  # within the limit of this project, above the threshold of a study
+    assert "up to 3.0 times" in felt.text
+    assert "less than the limit of 0.05 um" in felt.text
     step = found.summaries["position_step"]
     for way, says in ((1e-6, "too little to be felt"), (3e-5, "while moving"), (1e-3, "felt as grain")):
         coarse = summaries | {"position_step": replace(step, worst=(way, step.worst[1]))}

@@ -15,7 +15,7 @@ from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.precision import EXACT_PLACES, MIXED
 from haptics.model.machine import MachineModel
 from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import DAMPED, at_rate
+from haptics.simulation.loops import at_rate
 from tests.haptics.firmware.rig import (
     COUNTS,
     EMPTY,
@@ -43,8 +43,7 @@ def machine(best: Design) -> MachineModel:
 
 @pytest.fixture(scope="module")
 def controller(machine: MachineModel) -> Controller:
-    # the bounds are of a wall damping of 0.17 N s/m: what rates lose in single precision goes with it
-    return board_controller(machine, at_rate(RATE_Hz, DAMPED), stale=0.1)
+    return board_controller(machine, at_rate(RATE_Hz), stale=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +86,7 @@ def most_given_J(controller: Controller, recorded: Recorded, torque: np.ndarray)
 def test_an_empty_tank_keeps_its_promise_where_it_decides_otherwise_than_in_doubles(
     machine: MachineModel, seed: int, tmp_path: Path
 ) -> None:
-    empty = board_controller(machine, at_rate(RATE_Hz, DAMPED), stale=0.1, **EMPTY)
+    empty = board_controller(machine, at_rate(RATE_Hz), stale=0.1, **EMPTY)
     recorded = recording(machine, 6000, seed, empty.limits.period, faults=False)._replace(laws=TWINS)
     _, torque, _ = by_python(empty, recorded)
     single = replay(compile_host(write(empty, MIXED, tmp_path)), recorded, "f4")[0]["torque"].astype(float)
@@ -107,7 +106,7 @@ def test_a_cortex_m4_is_this_machine_bit_for_bit_and_keeps_4_khz(
     for field in ("bits", "torque"):
         assert np.array_equal(here[field], there[field])
     assert left == also
-    empty = board_controller(machine, at_rate(RATE_Hz, DAMPED), stale=0.1, **EMPTY)
+    empty = board_controller(machine, at_rate(RATE_Hz), stale=0.1, **EMPTY)
     spent, _ = replay(compile_bare(write(empty, MIXED, tmp_path), "m4"), recorded, "f4")
     assert np.any(spent["bits"] & FaultCode.ENERGY_LIMITED.bit)
     worst = (spent["took"] / COUNTS).max()
@@ -147,7 +146,7 @@ def test_motors_warm_as_in_doubles(machine: MachineModel, controller: Controller
     recorded = recording(machine, 240_000, 5, controller.limits.period, faults=False)
     recorded.readings["request"][2000:][np.isin(recorded.readings["request"][2000:], (WAS_RESET, ENABLED))] = NOTHING
     recorded.readings["request"][::100] = 4
-    _, torque, memory = by_python(controller, recorded)
+    bits, torque, memory = by_python(controller, recorded)
     answers, left = replay(program, recorded, "f4")
     assert np.square(torque).mean() > 1e-3
     exact = np.frombuffer(left[-8 * sum(EXACT_PLACES.values()) :], "f8")
@@ -159,7 +158,15 @@ def test_motors_warm_as_in_doubles(machine: MachineModel, controller: Controller
         assert rise.min() > 1e-4
         np.testing.assert_allclose(warm[name] - ambient, rise, rtol=1e-4)
     assert warm["TICKS"] == len(torque)
+    # Where the tank holds a torque back, its search by halves goes to 2^-12 of what is wanted: a level that is rounded
+    # otherwise moves the torque by a step of that, and the next level with it. Everywhere else the bound is the same as
+    # above, at touch-downs with 0.5 m/s too, where the damping comes in within 0.02 mm.
+    assert not np.any((answers["bits"] ^ bits) & ~FaultCode.ENERGY_LIMITED.bit)
+    short = (answers["bits"] | bits) & FaultCode.ENERGY_LIMITED.bit != 0  # said a tick after the torque
+    limited = short | np.append(short[1:], False)
+    assert 0 < limited.sum() < 1e-3 * len(limited)
     error = np.abs(answers["torque"] - torque).max(axis=-1)
-    assert np.quantile(error, 0.9999) < 1e-4
-    # a touch-down at speed: damping comes in within 0.02 mm, of which a single knows 1 part in 300
-    assert error.max() < 3e-3
+    assert error[~limited].max() < 1e-4
+    assert error[limited].max() > 2.0**-12 * 0.5 * np.abs(torque).max()  # else the case above is none
+    given = most_given_J(controller, recorded, answers["torque"].astype(float))
+    assert given < controller.limits.energy

@@ -8,7 +8,7 @@ import pytest
 from delta_cad.design import Design
 from haptics.control.supervisor.faults import FaultCode
 from haptics.model.machine import MachineModel
-from haptics.scenes.noise import READY, in_band, noise
+from haptics.scenes.noise import READY, _felt, in_band, noise
 from haptics.scenes.pictures.noise import picture, spectrum
 from haptics.scenes.record import Scene
 from haptics.simulation.loops import BOARD
@@ -37,6 +37,12 @@ def test_the_designs_own_encoder_keeps_its_promises(scene: Scene) -> None:
             # friction that sticks is not in the prediction of the motion; the force is noise through the law
             assert f["force_N_rms"] == pytest.approx(f["force_predicted_N_rms"], rel=0.06)
             assert f["motion_um_rms"] == pytest.approx(f["motion_predicted_um_rms"], rel=0.5)
+
+
+def test_who_feels_the_noise_is_said_by_its_motion(scene: Scene) -> None:
+    motion = max(run.facts["motion_um_rms"] for run in scene.runs if run.facts["encoder"] == "own")
+    assert f"{motion:.3f} um is {motion / 0.01:.1f} times the 0.01 um" in scene.discussion[0]
+    assert "No hand is known to feel" in _felt(0.9e-8)
 
 
 def test_a_coarse_encoder_is_too_loud_for_the_supervisor(scene: Scene) -> None:

@@ -21,8 +21,11 @@ from haptics.stability import wall_share
 from haptics.stability.bodies import Ports
 from haptics.stability.discrete import sampled_loop
 from haptics.stability.wall_share import closed_form, proven_cap
-from haptics.stability.walls import centre_and_corners, computed_wall
+from haptics.stability.walls import POINTS, ROUNDS, SOFTEST, STIFFEST, centre_and_corners, computed_wall
 from tests.haptics.scene_machine import gallery_machine, scene_machine
+
+# What the search for the eigenvalues' limit leaves between its ends.
+BRACKET = (STIFFEST / SOFTEST) ** (0.5**ROUNDS / (POINTS - 1))
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +35,7 @@ def machine(best: Design) -> MachineModel:
 
 def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineModel) -> None:
     rng = np.random.default_rng(3)
-    # a damping that is all computed, through the filter of the rates, bears 2 % less on a rigid device
-    for loop, most in ((DAMPED, 1.001), (at_rate(4000.0, DAMPED), 1.001), (BOARD, 1.025)):
+    for loop in (DAMPED, at_rate(4000.0, DAMPED), BOARD):
         cap = wall_cap(machine, loop)
         for _ in range(8):
             pose = machine.centre + machine.half_side * rng.uniform(-1.0, 1.0, 3)
@@ -45,7 +47,14 @@ def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineMo
             # on a rigid device, up to 6 % where it is most of it; cable and structure in series give 1 to 4 % back
             there, late = replace(loop, damping=damping), loop.delays[2] * loop.period
             rigid = wall_share.WallAt(machine, there, pose, normal, place=0, delay=late, rigid=True)
-            assert 0.94 < ours / (SHARE * rigid.stable(FREE)) < most
+            found = ours / (SHARE * rigid.stable(FREE))
+            # What is computed is late by the filter and by half a sample of its difference: at the frequency w of mass
+            # and wall it damps by cos(w late), which the form does not have. It is all of the board loop's damping.
+            computed = damping / (cap.friction / float(np.square(rigid.here.jacobian.T @ normal).sum()) + damping)
+            turned = ours / SHARE / rigid.here.effective_mass(normal) * (cap.late + loop.period / 2.0) ** 2
+            most = 1.0 / (1.0 - computed * turned / 2.0)
+            assert 0.94 < found < most * BRACKET
+            assert loop is not BOARD or found > most
             assert ours == pytest.approx(SHARE * computed_wall(machine, pose, normal, there), rel=0.05)
 
 

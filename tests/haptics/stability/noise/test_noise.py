@@ -27,7 +27,7 @@ from haptics.simulation.hardware import (
     sensor_errors,
 )
 from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import DAMPED, at_rate
+from haptics.simulation.loops import BOARD, DAMPED, at_rate
 from haptics.stability.bodies import axis, loaded
 from haptics.stability.discrete import Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
@@ -35,7 +35,7 @@ from haptics.stability.noise import BARELY, FORCE, MOTION, NoisyLoop, covariance
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import scene_machine
-from tests.haptics.stability.noise.built import structured
+from tests.haptics.stability.noise.built import structured, with_structure
 
 T = DAMPED.period
 
@@ -99,6 +99,17 @@ def test_figures_grow_with_noise_and_damping(machine: MachineModel) -> None:
     limit = loop.damping_limit(400.0)
     assert loop.figures(400.0, 0.98 * limit).force < FORCE < loop.figures(400.0, 1.02 * limit).force
     assert NoisyLoop(machine, DAMPED, noise=0.1).damping_limit(400.0) == 0.0
+
+
+def test_motion_limits_the_damping_too(machine: MachineModel) -> None:
+    """On the structure of its parts, which rings in the band, motion is at its limit before force is."""
+    loop = NoisyLoop(with_structure(machine), BOARD)
+    limit = loop.damping_limit(400.0)
+    assert limit > 0.0
+    below, above = (loop.figures(400.0, share * limit) for share in (0.98, 1.02))
+    assert below.motion < MOTION < above.motion
+    assert above.force < FORCE
+    assert below.over_threshold == pytest.approx(below.motion / 1e-8)
 
 
 def test_a_loop_that_is_not_stable_has_no_figures(machine: MachineModel) -> None:
