@@ -22,7 +22,6 @@ from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.range.joints import check_joints
@@ -58,7 +57,6 @@ def run_checks(
     """
     progress("ranges of the mechanism")
     results = check_ranges(assembly.placement.geometry, limits)
-    results.append(check_presence(assembly))
     reachable = next(r.passed for r in results if r.name == "reach")
     sweep = sweep or Sweep()
     if reachable:
