@@ -38,7 +38,7 @@ from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.part import location_of
 from delta_cad.structure.hardware.refusals import least_outline_mm
 from tests.committed import ROOT, changed
-from tests.delta_cad.expected.comparing import make_faults, part_faults
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 
 BEHIND_MM = PLUG_MM + (BEND + 1.0) * LEAD_MM
 

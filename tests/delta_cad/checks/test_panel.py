@@ -19,8 +19,8 @@ from delta_cad.solids import panel as solids
 from delta_cad.solids.bought.fasteners import make_cap_screw
 from delta_cad.solids.part import Part
 from delta_cad.solids.platform import make_handle_stem
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 from tests.delta_cad.dimensions.paneled import machine, with_panel
-from tests.delta_cad.expected.comparing import make_faults, part_faults
 
 
 def found(assembly: Assembly | None = None, d: Dimensions | None = None) -> dict[str, CheckResult]:

@@ -37,7 +37,7 @@ from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning, worst_joint_torque
 from delta_cad.mechanism.limits import EffectiveMass, Kappa, Lean, Shoulder, Torque
-from delta_cad.mechanism.limits.limit import strict_radians
+from delta_cad.mechanism.limits.numbers import strict_radians
 from delta_cad.solids.primitive import BuildError
 from tests.committed import BEST
 

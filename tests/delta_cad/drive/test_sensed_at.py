@@ -14,8 +14,8 @@ from delta_cad.design import Design, DesignError, design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.drive import joint_counts_per_turn
 from tests.committed import changed
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 from tests.delta_cad.catalogue.offered import machine, offered
-from tests.delta_cad.expected.comparing import make_faults, part_faults
 
 SENSED = "maxon-re30-310009-500"
 BOARD = ("encoder_board", "encoder_magnet", "board_spacer", "board_screw")

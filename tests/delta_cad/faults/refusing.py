@@ -45,7 +45,7 @@ from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.spans import structure_spans
 from tests.committed import changed
-from tests.delta_cad.expected.comparing import make_faults, part_faults
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 
 
 class _Meshes(MeshLibrary):

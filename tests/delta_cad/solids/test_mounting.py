@@ -11,8 +11,8 @@ from delta_cad.assembly.order.panel import mounting_steps, panel_steps
 from delta_cad.assembly.panel import panel_contacts, panel_supplies
 from delta_cad.solids.base_plate import make_base_plate, mount_places
 from delta_cad.solids.panel import make_mount_sleeve
+from tests.delta_cad.assembly.expected.parts import expected_parts
 from tests.delta_cad.dimensions.paneled import of_panel
-from tests.delta_cad.expected.parts import expected_parts
 
 MOUNTINGS = [(None, 3, 0), ("feet", 3, 0), ("screws", 0, 0), ("both", 3, 6)]
 

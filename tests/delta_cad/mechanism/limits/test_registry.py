@@ -10,7 +10,7 @@ import pytest
 from delta_cad.mechanism import Cube, GeometryError
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Limits
-from delta_cad.mechanism.limits.limit import number as limit_number
+from delta_cad.mechanism.limits.numbers import number as limit_number
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
 from delta_cad.mechanism.proof.prove import prove

@@ -12,9 +12,9 @@ from delta_cad.design import load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.bom import bill_of_materials
 from tests.committed import ROOT
-from tests.delta_cad.expected.comparing import make_faults, part_faults
-from tests.delta_cad.expected.materials import expected_makes
-from tests.delta_cad.expected.parts import expected_parts
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
+from tests.delta_cad.assembly.expected.materials import expected_makes
+from tests.delta_cad.assembly.expected.parts import expected_parts
 
 
 def put(a: Assembly, name: str, **changes: object) -> Assembly:

@@ -11,8 +11,8 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.part import Part
-from tests.delta_cad.expected.materials import ExpectedMake, expected_makes
-from tests.delta_cad.expected.parts import expected_parts, expected_supplies
+from tests.delta_cad.assembly.expected.materials import ExpectedMake, expected_makes
+from tests.delta_cad.assembly.expected.parts import expected_parts, expected_supplies
 
 ROUNDING = 1e-9  # of a rotation's products: a few turns one after the other are off by 1e-15, a part stretched so by nm
 SHARE = 1e-6  # by which a mass may differ from what is expected: roundings

@@ -8,7 +8,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.part import Part
-from tests.delta_cad.expected.comparing import make_faults
+from tests.delta_cad.assembly.expected.comparing import make_faults
 
 
 def spoiled(a: Assembly, number: str, spoil: Callable[[Part], Part]) -> Assembly:
