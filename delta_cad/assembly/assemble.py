@@ -16,7 +16,7 @@ from delta_cad.assembly.bench import (
     longest_dowel,
     pointing,
 )
-from delta_cad.assembly.contacts import anchors, contacts, stops
+from delta_cad.assembly.contacts import contacts, stops
 from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.exchange import reached, removals
 from delta_cad.assembly.leads import lead_contacts, place_leads
@@ -271,7 +271,6 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         supplies=supplies(d),
         reached=reached(d),
         removals=removals(d),
-        anchors=anchors(d),
         order=order(d, bench.occurrences),
         dashboard=dashboard,
     )

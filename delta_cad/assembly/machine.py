@@ -10,7 +10,6 @@ import numpy as np
 from delta_cad.assembly.order.record import Unit
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import (
-    Anchor,
     Contact,
     Fit,
     Joint,
@@ -39,7 +38,6 @@ class Assembly:
         supplies: What is bought beside the parts.
         reached: Screws that a key must reach in the finished machine.
         removals: Parts that come off it, each in a straight line.
-        anchors: Bores whose place on their link is stated.
         order: In which it is put together, unit by unit, the machine last.
         dashboard: Names of what hangs on the dashboard over the machine, not on its base; both stand still.
     """
@@ -55,7 +53,6 @@ class Assembly:
     supplies: tuple[Supply, ...] = ()
     reached: tuple[Reach, ...] = ()
     removals: tuple[Removal, ...] = ()
-    anchors: tuple[Anchor, ...] = ()
     order: tuple[Unit, ...] = ()
     dashboard: tuple[str, ...] = ()
 

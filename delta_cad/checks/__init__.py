@@ -13,7 +13,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.contact.access import check_access
-from delta_cad.checks.contact.anchors import check_anchors
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
@@ -71,7 +70,7 @@ def run_checks(
     results.append(check_forward(assembly.placement.geometry, limits))
     results += check_joints(assembly, limits)
     results.append(check_joint_axes(assembly))
-    results += [check_contacts(assembly), check_anchors(assembly), check_stops(assembly)]
+    results += [check_contacts(assembly), check_stops(assembly)]
     results += check_fits(assembly, limits, meshes, progress)
     results += check_largest_gaps(assembly, limits, meshes)
     progress("parts attached")

@@ -17,7 +17,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections import defaultdict
-from pathlib import Path
 
 TOKEN = re.compile(rb"'(?:[^']|'')*'|#\d+|[^'#]+|#")
 WORD = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/|;|[^';/]+|/", re.DOTALL)
@@ -45,17 +44,12 @@ class FingerprintError(ValueError):
     """The file is not a STEP file, or refers to an entity that it does not hold."""
 
 
-def step_fingerprint(path: Path) -> str:
-    """Computes the fingerprint of a STEP file, 64 hexadecimal digits.
+def content_fingerprint(data: bytes) -> str:
+    """Computes the fingerprint of the bytes of a STEP file, 64 hexadecimal digits.
 
     Raises:
         FingerprintError: No DATA section, or a reference to a missing entity.
     """
-    return content_fingerprint(path.read_bytes())
-
-
-def content_fingerprint(data: bytes) -> str:
-    """Computes the fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
     return _told(_hashes(_entities(_bodies(data))))
 
 
@@ -80,7 +74,7 @@ def canonical(data: bytes) -> tuple[bytes, str]:
         fingerprint: Its fingerprint, which is that of the file given.
 
     Raises:
-        FingerprintError: As `step_fingerprint`.
+        FingerprintError: As `content_fingerprint`.
     """
     bodies = _bodies(data)
     entities = _entities(bodies)

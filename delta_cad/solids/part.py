@@ -228,27 +228,6 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Anchor:
-    """Where a bore of a placed part lies on its link, that what hangs in it pulls as it is meant to.
-
-    Attributes:
-        name: Occurrence name.
-        diameter_mm: Of the bore.
-        point_mm: (3,) the bore's middle, link's frame.
-        along: (3,) unit vector of the bore's axis, either way.
-        off_mm: Largest distance of either end of the bore from where it is meant to be.
-        reason: What hangs there, a few words.
-    """
-
-    name: str
-    diameter_mm: float
-    point_mm: tuple[float, float, float]
-    along: tuple[float, float, float]
-    off_mm: float
-    reason: str
-
-
-@dataclass(frozen=True)
 class Stop:
     """An end of a joint's travel: two occurrences, one on each of its links, meet there and not before.
 

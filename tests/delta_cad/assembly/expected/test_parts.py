@@ -12,6 +12,7 @@ from delta_cad.design import load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.bom import bill_of_materials
 from tests.committed import ROOT
+from tests.delta_cad.assembly.expected.anchors import anchor_faults
 from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 from tests.delta_cad.assembly.expected.materials import expected_makes
 from tests.delta_cad.assembly.expected.parts import expected_parts
@@ -50,6 +51,7 @@ def test_other_machines_consist_of_what_is_expected(design: str) -> None:
     assembly = assemble(d)
     assert part_faults(assembly, d) == []
     assert make_faults(assembly, d) == []
+    assert anchor_faults(assembly, d) == []
 
 
 @pytest.mark.parametrize(
