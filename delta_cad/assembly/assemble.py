@@ -16,15 +16,13 @@ from delta_cad.assembly.bench import (
     longest_dowel,
     pointing,
 )
-from delta_cad.assembly.contacts import anchors, contacts, stops
+from delta_cad.assembly.contacts import contacts, stops
 from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.exchange import reached, removals
 from delta_cad.assembly.leads import lead_contacts, place_leads
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.makes import makes
 from delta_cad.assembly.order.stated import order
 from delta_cad.assembly.panel import panel_contacts, place_panel, place_sleeves
-from delta_cad.assembly.statement import needs, statement
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions, link_placement
 from delta_cad.dimensions.keys import motor_screw_mm
@@ -269,14 +267,10 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         placement=link_placement(d),
         home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
         contacts=(*contacts(d), *panel_contacts(d), *lead_contacts(d)),
-        stated=statement(d),
         stops=stops(d),
         supplies=supplies(d),
-        needs=needs(d),
         reached=reached(d),
         removals=removals(d),
-        makes=makes(d),
-        anchors=anchors(d),
         order=order(d, bench.occurrences),
         dashboard=dashboard,
     )

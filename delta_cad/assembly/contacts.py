@@ -32,11 +32,10 @@ from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POC
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids import brackets, platform
-from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought import fasteners
 from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
 from delta_cad.solids.forearm import RING_GLUE_MM, rim_mm
-from delta_cad.solids.part import Anchor, Contact, Stop
+from delta_cad.solids.part import Contact, Stop
 
 FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
 GLUE_MM = 0.06  # radius: the widest bond, of the magnet
@@ -44,9 +43,6 @@ SEATED_MM = 0.02  # along a normal: what a shim cannot enter
 THREAD_MM = fasteners.CORE_PLAY_MM  # radius, threads being drawn as their cores
 CABLE_OFF_MM = 0.03  # the cable's line is drawn through points on its path
 CHAMFERS_MM = 1.2  # of both ends of a bore or a shaft together
-EYE_MM = 0.1  # rings are bonded in a jig
-AXIS_MM, MOUNT_MM = 0.1, 0.2  # of the handle's thread; of a mounting hole, a quarter of what its screw leaves
-UPRIGHT = (0.0, 0.0, 1.0)
 SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
 
 
@@ -289,26 +285,4 @@ def stops(d: Dimensions) -> tuple[Stop, ...]:
         for end, (angle, sense) in enumerate(zip(d.stops_rad, (-1, 1), strict=True)):
             pin = f"stop_pin_{i}_{end if d.capstan is None else 0}"
             found.append(Stop(f"shoulder_{i}", pin, moving, angle, sense, SHARE * brackets.STOP_ENGAGEMENT_MM))
-    return tuple(found)
-
-
-def anchors(d: Dimensions) -> tuple[Anchor, ...]:
-    """Declares where bores are that no other part would miss.
-
-    Eyes of the springs across the rods, level with their like, one pair on either side; the base plate's mounting
-    holes; the handle's thread, on whose axis the handle's position is told.
-    """
-    f, p = d.forearm, d.platform
-    thread = catalogue.screw(p.stem_thread).tap_drill_mm
-    found = [Anchor("platform", thread, (0.0, 0.0, 0.0), UPRIGHT, AXIS_MM, "the handle stands on the platform's axis")]
-    middle = d.base.top_mm - d.base.thickness_mm / 2
-    for x, y in mount_places(d):
-        reason = "the machine is screwed down there"
-        found.append(Anchor("base_plate", d.base.mount_hole_mm, (x, y, middle), UPRIGHT, MOUNT_MM, reason))
-    for i in CHAINS:
-        for j, inwards in zip(SIDES, (1.0, -1.0), strict=True):
-            for k, (x, up) in enumerate(zip(f.eyes_x_mm, (-1.0, 1.0), strict=True)):
-                point = x, inwards * f.eye_hole_y_mm, up * f.eye_z_mm
-                name, reason = f"rod_eye_{i}_{j}_{k}", "the eyes of a spring lie on its line"
-                found.append(Anchor(name, f.eye_diameter_mm, point, (1.0, 0.0, 0.0), EYE_MM, reason))
     return tuple(found)

@@ -1,4 +1,4 @@
-"""The leads of motors and sensors, drawn as far as they bend: placed, with contact, count, order and mass."""
+"""The leads of motors and sensors, drawn as far as they bend: placed, with contact, order and mass."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from delta_cad.dimensions.installation.leads import (
 )
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Contact, Extent, Hole, Make, Part, Stated
+from delta_cad.solids.part import Contact, Extent, Hole, Part
 from delta_cad.solids.primitive import box, cut, cylinder, feature, fuse, one_solid, swept_round
 
 UNVERIFIED = "verified: no, from memory, check before ordering"
@@ -175,22 +175,6 @@ def lead_contacts(d: Dimensions) -> tuple[Contact, ...]:
             Contact(lead, clip, "cylinder", SHARE * TIE_MM[0], SEATED_MM, "lead in its tie"),
         ]
     return tuple(found)
-
-
-def lead_statement(d: Dimensions, i: int) -> list[Stated]:
-    """States the leads of a chain, with their count and link."""
-    stated = [Stated(f"drive_{i}", f"{s.number}_{i}_?", len(s.across_mm), s.number, "base") for s in d.leads]
-    if d.sensor_lead is not None:
-        stated += [Stated(f"sensor_{i}", f"{number}_{i}", 1, number, "base") for number in (SENSOR, CLIP)]
-    return stated
-
-
-def lead_makes(d: Dimensions) -> list[Make]:
-    """States material, order and mass of a lead."""
-    masses = {leads.number: _mass_g(leads) for leads in d.leads}
-    if d.sensor_lead is not None:
-        masses |= {SENSOR: _mass_g(d.sensor_lead), CLIP: CLIP_G}
-    return [Make(number, _stuff(number), False, CODES[number], mass_g=mass) for number, mass in masses.items()]
 
 
 def lead_steps(d: Dimensions) -> list[Step]:

@@ -10,17 +10,13 @@ import numpy as np
 from delta_cad.assembly.order.record import Unit
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import (
-    Anchor,
     Contact,
     Fit,
     Joint,
-    Make,
-    Need,
     Occurrence,
     Part,
     Reach,
     Removal,
-    Stated,
     Stop,
     Supply,
 )
@@ -38,14 +34,10 @@ class Assembly:
         placement: Handle position -> link frames.
         home_mm: (3,) handle position in which the assembly is exported, mm.
         contacts: Pairs of which one holds, guides or carries the other.
-        stated: What every joint and drive is made of.
         stops: Both ends of every joint that a stop holds.
         supplies: What is bought beside the parts.
-        needs: What must be, as the design states it.
         reached: Screws that a key must reach in the finished machine.
         removals: Parts that come off it, each in a straight line.
-        makes: What parts are made of or ordered as.
-        anchors: Bores whose place on their link is stated.
         order: In which it is put together, unit by unit, the machine last.
         dashboard: Names of what hangs on the dashboard over the machine, not on its base; both stand still.
     """
@@ -57,14 +49,10 @@ class Assembly:
     placement: LinkPlacement
     home_mm: np.ndarray
     contacts: tuple[Contact, ...] = ()
-    stated: tuple[Stated, ...] = ()
     stops: tuple[Stop, ...] = ()
     supplies: tuple[Supply, ...] = ()
-    needs: tuple[Need, ...] = ()
     reached: tuple[Reach, ...] = ()
     removals: tuple[Removal, ...] = ()
-    makes: tuple[Make, ...] = ()
-    anchors: tuple[Anchor, ...] = ()
     order: tuple[Unit, ...] = ()
     dashboard: tuple[str, ...] = ()
 

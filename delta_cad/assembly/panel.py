@@ -1,4 +1,4 @@
-"""Panel, bezel and boot of a design, and the sleeves under its base: placed, with contacts, counts and materials."""
+"""Panel, bezel and boot of a design, and the sleeves under its base: placed, with contacts and supplies."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from delta_cad.solids import panel
 from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought.fasteners import CORE_PLAY_MM
 from delta_cad.solids.panel import panel_of
-from delta_cad.solids.part import Contact, Make, Need, Stated, Supply
+from delta_cad.solids.part import Contact, Supply
 
 SHARE = 0.6  # of a flat face, beside edges and the bores of screws
 SEATED_MM = 0.02  # along a normal: what a shim cannot enter
@@ -77,36 +77,6 @@ def panel_contacts(d: Dimensions) -> tuple[Contact, ...]:
         Contact("handle_stem", "boot_collar", "cylinder", 0.95 * COLLAR_MM[1], FIT_MM, "boot's collar tied on the stem")
     )
     return tuple(found)
-
-
-def panel_statement(d: Dimensions) -> list[Stated]:
-    """States the parts of panel and sleeves, each with its count and its link."""
-    stated = []
-    if d.sleeve_mm:
-        stated.append(Stated("frame", "mount_sleeve_?", len(mount_places(d)), "mount_sleeve", "base"))
-    if d.panel is not None:
-        stated += [Stated("panel", name, 1, name, "base") for name in ("panel", "boot", "bezel")]
-        count = len(d.panel.screw_places())
-        stated.append(Stated("panel", "bezel_screw_?", count, f"screw_{SCREW}x{d.panel.screw_mm:g}", "base"))
-        stated.append(Stated("panel", "boot_collar", 1, "boot_collar", "platform"))
-    return stated
-
-
-def panel_makes(d: Dimensions) -> list[Make]:
-    """States material, order and mass of panel, bezel, boot and sleeves."""
-    stated = [Make("mount_sleeve", "aluminium-6082", True)]
-    if (p := d.panel) is not None:
-        stated += [Make("panel", "aluminium-6082", True), Make("bezel", "pom-c", True)]
-        stated.append(Make("boot", "rubber", False, panel.BOOT_CODE, mass_g=p.boot_g - p.carried_g))
-        stated.append(Make("boot_collar", "rubber", False, panel.BOOT_CODE, piece_of="boot", mass_g=p.carried_g))
-    return stated
-
-
-def panel_needs(d: Dimensions) -> list[Need]:
-    """States what holds the base down and the boot on its stem."""
-    screws = len(mount_places(d)) if d.design.hardware.mounting in ("screws", "both") else 0
-    found = [Need("mount_screw", screws, "ISO 4762 M*")] if screws else []
-    return [*found, Need("boot_tie", 1, "cable tie *")] if d.panel is not None else found
 
 
 def panel_supplies(d: Dimensions) -> tuple[Supply, ...]:

@@ -13,7 +13,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.contact.access import check_access
-from delta_cad.checks.contact.anchors import check_anchors
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
@@ -22,7 +21,6 @@ from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.range.joints import check_joints
@@ -58,7 +56,6 @@ def run_checks(
     """
     progress("ranges of the mechanism")
     results = check_ranges(assembly.placement.geometry, limits)
-    results.append(check_presence(assembly))
     reachable = next(r.passed for r in results if r.name == "reach")
     sweep = sweep or Sweep()
     if reachable:
@@ -73,7 +70,7 @@ def run_checks(
     results.append(check_forward(assembly.placement.geometry, limits))
     results += check_joints(assembly, limits)
     results.append(check_joint_axes(assembly))
-    results += [check_contacts(assembly), check_anchors(assembly), check_stops(assembly)]
+    results += [check_contacts(assembly), check_stops(assembly)]
     results += check_fits(assembly, limits, meshes, progress)
     results += check_largest_gaps(assembly, limits, meshes)
     progress("parts attached")

@@ -19,7 +19,6 @@ from delta_cad.checks.clearance.clearance import MeshClearance
 from delta_cad.checks.clearance.moving import Moved
 from delta_cad.checks.contact.access import missing_spread_mm
 from delta_cad.checks.dfm.check import check_dfm
-from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.dfm.setups import setups
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.panel import check_panel
@@ -183,8 +182,7 @@ def _check_others(machine: BuiltMachine, limits: CheckLimits, progress: Progress
     results += check_bend(drive)
     results += check_tolerances(d)
     results += check_panel(machine.assembly, d, limits, machine.meshes)
-    progress("materials and sections")
-    results.append(check_makes(machine.assembly))
+    progress("sections")
     results += check_sections(machine.assembly, structure_spans(d))
     progress("what a shop can make")
     results += check_dfm(machine.assembly.parts)

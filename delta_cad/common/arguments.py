@@ -16,7 +16,6 @@ OUT = Path("out")
 STANDING = Path("best.json")  # the design that is taken where none is given
 SHELLS = ("bash", "zsh", "tcsh")
 DISTRIBUTION = "delta-haptics"
-Settle = Callable[[argparse.Namespace], None]
 
 
 def design_option(

@@ -64,7 +64,7 @@ def inlined(function: Callable[..., Any]) -> Any:
     return Compiled(function, forceinline=True, _nrt=False)
 
 
-def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: str = "return") -> Any:
+def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: str = "return", **others: Any) -> Any:
     """Compiles a function that makes one call after the other: how compiled code goes through a registry.
 
     A loop over functions is no compiled code; so the function is written here, a line a call, as if by hand. Its text
@@ -75,11 +75,12 @@ def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: s
         calls: For each call the compiled function and numbers.
         line: Template of a line: {0} is the function, {1} and on are the numbers.
         last: The function's last line.
+        others: Compiled functions that lines call by name.
 
     Returns:
         The compiled function.
     """
-    functions = {f"call_{n}": one[0] for n, one in enumerate(calls)}
+    functions = {f"call_{n}": one[0] for n, one in enumerate(calls)} | others
     lines = [line.format(f"call_{n}", *one[1:]) for n, one in enumerate(calls)]
     caller = sys._getframe(1).f_globals
     body = "\n    ".join([*lines, last])

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import cos, hypot, isfinite, pi, sin, tan
+from math import cos, hypot, isfinite, pi, sin
 from typing import Any
 
 import numpy as np
@@ -87,21 +87,6 @@ class JointDimensions:
     def pressed_max_N(self) -> float:
         """What presses a ball most without a rod force: at the end nearer to the springs, at the largest lean, N."""
         return self.preload_max_N * self.spring_max_N / self.spring_N
-
-    def held_force_N(self, lean_rad: float) -> float:
-        """Computes the rod force, tension or compression, at which the ball reaches the lip of its cup.
-
-        Without friction, the contact lies where the sum of preload and rod force points: at beta from the cup's axis
-        when `F = P (cos(lean) tan(beta) - sin(lean))`. The preload acts along the shoulder axis, from which the cup's
-        axis leans; its part along the rod is added to the force.
-
-        Args:
-            lean_rad: Lean of the rod.
-
-        Returns:
-            Force, N.
-        """
-        return self.preload_N * (cos(lean_rad) * tan(self.wrap_rad) - sin(lean_rad))
 
     def edge_rad(self, force_N: np.ndarray, lean_rad: np.ndarray, preload_N: np.ndarray | None = None) -> np.ndarray:
         """Computes how far from its cup's axis the contact reaches under a rod force.

@@ -17,7 +17,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections import defaultdict
-from pathlib import Path
 
 TOKEN = re.compile(rb"'(?:[^']|'')*'|#\d+|[^'#]+|#")
 WORD = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/|;|[^';/]+|/", re.DOTALL)
@@ -45,25 +44,6 @@ class FingerprintError(ValueError):
     """The file is not a STEP file, or refers to an entity that it does not hold."""
 
 
-def step_fingerprint(path: Path) -> str:
-    """Computes the fingerprint of a STEP file, 64 hexadecimal digits.
-
-    Raises:
-        FingerprintError: No DATA section, or a reference to a missing entity.
-    """
-    return content_fingerprint(path.read_bytes())
-
-
-def content_fingerprint(data: bytes) -> str:
-    """Computes the fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
-    return _told(_hashes(_entities(_bodies(data))))
-
-
-def _told(hashes: dict[int, bytes]) -> str:
-    """The fingerprint of a file whose entities have these hashes."""
-    return hashlib.sha256(b"".join(sorted(hashes.values()))).hexdigest()
-
-
 def canonical(data: bytes) -> tuple[bytes, str]:
     """The bytes of a STEP file with its entities in an order, and under numbers, that follow from its content alone.
 
@@ -77,15 +57,15 @@ def canonical(data: bytes) -> tuple[bytes, str]:
 
     Returns:
         data: The file, header as it is, one entity a line.
-        fingerprint: Its fingerprint, which is that of the file given.
+        fingerprint: 64 hexadecimal digits, those of the file given and of the file written.
 
     Raises:
-        FingerprintError: As `step_fingerprint`.
+        FingerprintError: No DATA section, or a reference to a missing entity.
     """
     bodies = _bodies(data)
     entities = _entities(bodies)
     hashes = _hashes(entities)
-    fingerprint = _told(hashes)
+    fingerprint = hashlib.sha256(b"".join(sorted(hashes.values()))).hexdigest()
     above: dict[int, list[tuple[int, int]]] = {number: [] for number in entities}
     for number, entity in entities.items():
         for place, reference in enumerate(entity.references):

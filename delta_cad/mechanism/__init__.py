@@ -24,7 +24,6 @@ from delta_cad.mechanism.workspace import (
     Cube,
     CubeExtremes,
     Extreme,
-    cube_corners,
     cube_extremes,
     cube_grid,
     cube_surface,

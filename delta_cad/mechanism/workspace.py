@@ -102,15 +102,6 @@ def cube_surface(cube: Cube, n: int) -> np.ndarray:
     return grid[((index == 0) | (index == n - 1)).any(axis=0)]
 
 
-def cube_corners(cube: Cube) -> np.ndarray:
-    """Gives the eight corners.
-
-    Returns:
-        (8, 3) positions, m.
-    """
-    return cube_grid(cube, 2)
-
-
 class Extreme(NamedTuple):
     """An extreme value over the cube and the position (x, y, z) in m where it occurs."""
 

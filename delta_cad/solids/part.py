@@ -228,27 +228,6 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Anchor:
-    """Where a bore of a placed part lies on its link, that what hangs in it pulls as it is meant to.
-
-    Attributes:
-        name: Occurrence name.
-        diameter_mm: Of the bore.
-        point_mm: (3,) the bore's middle, link's frame.
-        along: (3,) unit vector of the bore's axis, either way.
-        off_mm: Largest distance of either end of the bore from where it is meant to be.
-        reason: What hangs there, a few words.
-    """
-
-    name: str
-    diameter_mm: float
-    point_mm: tuple[float, float, float]
-    along: tuple[float, float, float]
-    off_mm: float
-    reason: str
-
-
-@dataclass(frozen=True)
 class Stop:
     """An end of a joint's travel: two occurrences, one on each of its links, meet there and not before.
 
@@ -299,65 +278,6 @@ class Removal:
     along: tuple[float, float, float]
     loose: tuple[str, ...]
     reason: str
-
-
-@dataclass(frozen=True)
-class Stated:
-    """What a joint, a drive or the frame is made of, stated by the design and not by what was placed.
-
-    Attributes:
-        group: What it belongs to, such as "shoulder_0".
-        names: Pattern of the occurrences' names, `*` for any text.
-        count: How many of them there are.
-        number: Pattern of their part number.
-        link: Name of the rigid body that carries them.
-    """
-
-    group: str
-    names: str
-    count: int
-    number: str
-    link: str
-
-
-@dataclass(frozen=True)
-class Make:
-    """What the parts of a number are made of or ordered as, stated by the design and not by what was made.
-
-    Attributes:
-        number: Part number.
-        material: Id of the material in the catalogue.
-        make: True when we machine it, False when it is bought.
-        order_code: What it, or the stock it is made from, is ordered by; "" for none.
-        standard: That what is bought follows; "" for none.
-        piece_of: As in `Part`: a part that says so falsely is missing from the bill of materials.
-        mass_g: Mass as its maker states it; None: its volume times its density, within `fill`.
-        fill: Least and largest share of that which is mass, of what is drawn as a solid bar and is none.
-    """
-
-    number: str
-    material: str
-    make: bool
-    order_code: str = ""
-    standard: str = ""
-    piece_of: str = ""
-    mass_g: float | None = None
-    fill: Span = (1.0, 1.0)
-
-
-@dataclass(frozen=True)
-class Need:
-    """What must be bought beside the parts that are placed, stated by the design and not by what was listed.
-
-    Attributes:
-        number: As in `Supply`.
-        quantity: How many.
-        order_code: Pattern of what it is ordered by, as of `fnmatch`.
-    """
-
-    number: str
-    quantity: int
-    order_code: str
 
 
 @dataclass(frozen=True)

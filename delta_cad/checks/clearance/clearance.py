@@ -65,7 +65,7 @@ class MeshClearance:
     """What the meshes alone tell of the clearance over the cube.
 
     Attributes:
-        results: All results of `check_clearance` but `clearance exact`.
+        results: As of `mesh_clearance`.
         closest: The samples with the least to spare, one for each two parts.
         over: What is closest at each of `slices_mm(MAP_CELLS)`, in that order, of bodies that more than one joint moves
             against each other; empty where it was not asked or no two are there.
@@ -74,32 +74,6 @@ class MeshClearance:
     results: list[CheckResult]
     closest: list[CloseSample]
     over: list[Near] = field(default_factory=list)
-
-
-def check_clearance(
-    assembly: Assembly,
-    limits: CheckLimits,
-    meshes: Meshes,
-    progress: Callable[[str], None] = lambda _: None,
-    calls_max: int = CALLS_MAX,
-) -> list[CheckResult]:
-    """Clearance over the cube.
-
-    Args:
-        assembly: The machine.
-        limits: The cube and the clearance.
-        meshes: The parts' meshes.
-        progress: Told what is being done.
-        calls_max: Distance calls that the proof may spend on one space of variables.
-
-    Returns:
-        `clearance` (smallest sampled distance: of the pairs that the proof measured closest, or of all where the proof
-        fails), one `running gap a / b` for each such fit, `containment`, `clearance exact` (the closest samples on the
-        exact solids) and `clearance proof`.
-    """
-    by_meshes = mesh_clearance(assembly, limits, meshes, progress, calls_max)
-    progress("clearance: exact distances")
-    return with_exact(assembly, by_meshes)
 
 
 def mesh_clearance(
@@ -111,11 +85,21 @@ def mesh_clearance(
     mapped: bool = False,
     handle: Callable[[], list[ClearanceProof]] | None = None,
 ) -> MeshClearance:
-    """Computes what of `check_clearance` needs no solids; arguments as there.
+    """Computes the clearance over the cube from meshes.
 
-    With `mapped` it tells what is closest over the cube, too. `handle` gives what `handle_proofs` does, where another
-    process computes it meanwhile: a machine that fails is then sampled no farther than one that passes, where the
-    proof came closest.
+    Args:
+        assembly: The machine.
+        limits: The cube and the clearance.
+        meshes: The parts' meshes.
+        progress: Told what is being done.
+        calls_max: Distance calls that the proof may spend on one space of variables.
+        mapped: Whether what is closest over the cube is computed, too.
+        handle: Gives what `handle_proofs` does, where another process computes it meanwhile: a machine that fails is
+            then sampled no farther than one that passes, where the proof came closest.
+
+    Returns:
+        `clearance` (smallest sampled distance: of the pairs that the proof measured closest, or of all where the proof
+        fails), one `running gap a / b` for each such fit, `containment` and `clearance proof`.
     """
     pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
     progress(PROVING)
@@ -176,7 +160,7 @@ def _handle(space: ConfigurationSpace) -> bool:
 
 
 def handle_proofs(assembly: Assembly, limits: CheckLimits, meshes: Meshes, calls_max: int) -> list[ClearanceProof]:
-    """Proves the clearance of what all three joints move against each other; arguments as of `check_clearance`."""
+    """Proves the clearance of what all three joints move against each other; arguments as of `mesh_clearance`."""
     pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
     return _proofs(assembly, limits, pairs, tilt, DistanceEngine(), calls_max, _handle)[0]
 
@@ -253,7 +237,7 @@ def _tightest(assembly: Assembly, samples: Sequence[PairSample], sampler: Sample
 
 
 def with_exact(assembly: Assembly, by_meshes: MeshClearance) -> list[CheckResult]:
-    """Gives the results of `check_clearance`: those of the meshes, and `clearance exact` before the proof."""
+    """Adds `clearance exact`, the closest samples on the exact solids, before the proof."""
     *sampled, proof = by_meshes.results
     return [*sampled, _exact(assembly, by_meshes.closest), proof]
 

@@ -25,7 +25,7 @@ class Moved:
     """What came of the checks of what moves.
 
     Attributes:
-        results: Those of `check_access`, and where they hold those of `check_envelope` and `check_clearance`.
+        results: Those of `check_access`, and where they hold those of `check_envelope` and the clearance.
         clearance: What `mesh_clearance` gave, mapped, for the checks of the whole machine; None where keys lack room.
     """
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from delta_cad.checks.dfm.bores import Finding, depths, odd_sizes, run_outs, unreached
-from delta_cad.checks.dfm.corners import blended_edges, corner_radii, sharp_corners
+from delta_cad.checks.dfm.corners import corner_radii, sharp_corners
 from delta_cad.checks.dfm.setups import setups
 from delta_cad.checks.dfm.threads import thread_walls
 from delta_cad.checks.dfm.walls import undercuts, walls
@@ -76,9 +76,3 @@ def _result(rule: Rule, findings: list[Finding], parts: int) -> CheckResult:
     return CheckResult(
         rule.name, not bad, value, limit, rule.unit, worst_pair=pair, detail=f"{rule.what}; {told}{parts} parts"
     )
-
-
-def blended(parts: Iterable[Part]) -> dict[str, int]:
-    """Counts, by part number, the inner edges that a ball cutter leaves its radius in, of parts that have any."""
-    counts = {part.number: blended_edges(part) for part in parts if part.make}
-    return {number: count for number, count in counts.items() if count}

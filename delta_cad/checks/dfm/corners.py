@@ -23,11 +23,6 @@ def sharp_corners(part: Part) -> Iterator[Finding]:
             yield Finding(part.number, length, 0.0, f"{part.number}: {length:.1f} mm at ({x:.1f}, {y:.1f}, {z:.1f})")
 
 
-def blended_edges(part: Part) -> int:
-    """Counts the curved inner edges that a ball cutter leaves its radius in."""
-    return sum(not corner.is_straight for corner in closed_corners(part.solid))
-
-
 def corner_radii(part: Part) -> Iterator[Finding]:
     """Depth of each rounded inner corner in diameters of the largest cutter that goes round it."""
     for face in features(part.solid).cylinders:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from io import StringIO
 from math import pi, tan
 from pathlib import Path
 from typing import Any
 
 from delta_cad import catalogue
 from delta_cad.dimensions.installation.panel import SCREW, TEMPLATE, PanelDimensions
+from delta_cad.export.drawings.paper.dxf import r2010_text
 
-MILLIMETRES = 4  # $INSUNITS
 BULGE = tan(pi / 8.0)  # of a quarter of a circle: the tangent of a fourth of its angle
 MARGIN_MM = 10.0
 BAR_MM = 50.0  # printed beside it: who lays a rule on it sees whether the printer scaled
@@ -47,14 +46,8 @@ def corners(half_mm: float, corner_mm: float) -> list[tuple[float, float, float]
 
 def template_dxf(p: PanelDimensions) -> str:
     """Gives the text of the DXF R2010, the same each time: the opening closed on CUT, the holes on DRILL."""
-    import ezdxf
-    from ezdxf.filemanagement import new
 
-    options: Any = ezdxf.options  # pyright: ignore[reportPrivateImportUsage]  # by its documented name
-    fixed = options.write_fixed_meta_data_for_testing
-    options.write_fixed_meta_data_for_testing = True  # without times and random numbers
-    try:
-        document: Any = new("R2010", units=MILLIMETRES)
+    def draw(document: Any) -> None:
         for name, colour in LAYERS.items():
             document.layers.add(name, color=colour)
         space = document.modelspace()
@@ -70,13 +63,8 @@ def template_dxf(p: PanelDimensions) -> str:
         radius = catalogue.screw(SCREW).clearance_hole_mm / 2
         for at in p.screw_places():
             space.add_circle(at, radius, dxfattribs={"layer": "DRILL"})
-        for kind in sorted({entity.dxftype() for entity in document.entitydb.values()}):
-            document.classes.add_class(kind)  # in the order of a set else, which is another in each process
-        out = StringIO()
-        document.write(out)
-    finally:
-        options.write_fixed_meta_data_for_testing = fixed
-    return out.getvalue()
+
+    return r2010_text(draw)
 
 
 def template_svg(p: PanelDimensions) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from delta_cad.common.jit import compiled
+from delta_cad.common.jit import compiled, in_turn
 from delta_cad.mechanism.enclosure.affine_form import SYMBOLS, lower, slope, upper
 
 # Columns of the list of margins: both bounds, the form's centre, and from 3 on its slopes in x, y, z.
@@ -44,3 +45,19 @@ def keep(cuts, count, form):
     for i in range(SYMBOLS + 2):
         cuts[count, i] = f * form[i]
     return count + 1
+
+
+def of_chains(margin: Any) -> tuple[Any, Any]:
+    """Compiles `enclose` and `cut` of a limit from its margin of one chain.
+
+    Args:
+        margin: Compiled (pose, k, n, i) -> form, not negative where chain i keeps the limit.
+
+    Returns:
+        (pose, k, n, work, out, row), which stores the three margins, and (pose, k, n, work, cuts, count) -> count.
+    """
+    calls = [(margin, i) for i in range(3)]
+    form = "{0}(pose, k, n, {1})"
+    cut = f"count = keep(cuts, count, {form})\n    if count < 0: return count"
+    enclose = in_turn("pose, k, n, work, out, row", calls, f"store(out, row + {{1}}, {form})", store=store)
+    return enclose, in_turn("pose, k, n, work, cuts, count", calls, cut, "return count", keep=keep)

@@ -15,7 +15,8 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, require
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit
+from delta_cad.mechanism.limits.numbers import require
 from delta_cad.mechanism.statics import direct_margin
 
 
@@ -46,6 +47,7 @@ class AssemblyMode(PoseLimit):
 
     name: ClassVar = "assembly_mode"
     keys: ClassVar = {"": "assembly_mode"}
+    described: ClassVar = "assembly mode (det S > 0 in the whole cube: platform above the elbows)"
     figures: ClassVar = (
         FigureOfMerit("", "assembly mode, det S / L_B^3", "", 1.0, False, False, _determinant, "", (0.0, 0.0)),
     )
@@ -55,21 +57,6 @@ class AssemblyMode(PoseLimit):
     enclose: ClassVar = staticmethod(_enclose)
     cut: ClassVar = staticmethod(_cut)
     cuts: ClassVar = 1
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self:
-        """Asks for it always."""
-        del values, strict
-        return cls()
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        del values
-        return "assembly mode (det S > 0 in the whole cube: platform above the elbows)"
-
-    def numbers(self) -> tuple[float, ...]:
-        """Gives an empty tuple: the enclosure of det S takes no number."""
-        return ()
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes det S."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, eigenvectors
 from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, chain_coordinates
 from delta_cad.mechanism.inverse import arm_direction
-from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require_ranges
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 
 RANGE = (0.0, 1.0)
 THIRD = 2.0 * math.pi / 3.0
@@ -189,7 +189,7 @@ def _cut(pose, k, n, work, cuts, count):
 
 
 @dataclass(frozen=True)
-class CoupleIndex(PoseLimit):
+class CoupleIndex(ThresholdLimit):
     """Least couple index, without unit."""
 
     couple_index_min: float
@@ -209,27 +209,6 @@ class CoupleIndex(PoseLimit):
     enclose: ClassVar = staticmethod(_enclose)
     cut: ClassVar = staticmethod(_cut)
     cuts: ClassVar = 2
-
-    def __post_init__(self) -> None:
-        require_ranges(self)
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given."""
-        del strict
-        value = values.get("couple_index_min")
-        return None if value is None else cls(value)
-
-    @classmethod
-    def measured(cls, values: Values) -> Self:
-        """Makes the limit with the least index that the proof takes, so that only its figure is measured."""
-        del values
-        return cls(RANGE[0])
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        del values
-        return f"limits.couple_index_min = {self.couple_index_min:g}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the square of the least index and its error."""

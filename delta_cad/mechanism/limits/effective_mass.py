@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Self
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,17 +30,17 @@ from delta_cad.mechanism.enclosure.slope_pose import congruent as congruent_slop
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors
 from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
-from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import RADIAL, SIN_60, VERTICAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction, elbow_arm, forearm_vectors
-from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, number, require
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
+from delta_cad.mechanism.limits.numbers import Masses
 
 RANGE = (1e-6, 1e6)
 """kg: keeps every product of the proof far from underflow and overflow."""
 
 
 @dataclass(frozen=True)
-class HandleInertia:
+class HandleInertia(Masses):
     """What moves, as the handle's inertia sees it; the same for the three chains.
 
     Attributes:
@@ -55,11 +55,13 @@ class HandleInertia:
     cross_mass: float
     joint_inertia: float
 
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            least = -RANGE[1] if field.name == "cross_mass" else 0.0
-            require(field.name, value, math.isfinite(value) and least <= value <= RANGE[1], f"within {least:g} and 1e6")
+    keys: ClassVar = {
+        "carried_mass": "carried_mass_kg",
+        "elbow_mass": "elbow_mass_kg",
+        "cross_mass": "cross_mass_kg",
+        "joint_inertia": "joint_inertia_kg_m2",
+    }
+    signed: ClassVar = ("cross_mass",)
 
 
 def handle_inertia(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np.ndarray:
@@ -239,7 +241,7 @@ def _directions(pose, k, n, work):
 
 
 @dataclass(frozen=True)
-class EffectiveMass(PoseLimit):
+class EffectiveMass(ThresholdLimit):
     """Largest effective mass at the handle, kg, with what moves."""
 
     mass_max: float
@@ -255,44 +257,14 @@ class EffectiveMass(PoseLimit):
     )
     tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "inertia"
+    needed: ClassVar = "the masses of what moves: give mass_properties.json of a build, or state table [inertia]"
+    mass_kinds: ClassVar = {"inertia": HandleInertia}
     told_as: ClassVar = "max_effective_mass_kg"
     rows: ClassVar = 1
     size: ClassVar = 5
     enclose: ClassVar = staticmethod(_enclose)
     cut: ClassVar = staticmethod(_cut)
     cuts: ClassVar = 2
-
-    def __post_init__(self) -> None:
-        require("mass_max", self.mass_max, RANGE[0] <= self.mass_max <= RANGE[1], "within 1e-6 and 1e6 kg")
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given.
-
-        Raises:
-            GeometryError: Nothing is known of the masses.
-        """
-        del strict
-        value = values.get("effective_mass_max_kg")
-        if value is None:
-            return None
-        if values.get("inertia") is None:
-            raise GeometryError(
-                "effective_mass_max_kg needs the masses of what moves: give mass_properties.json of a build, "
-                "or state table [inertia]"
-            )
-        return cls(value, values["inertia"])
-
-    @classmethod
-    def measured(cls, values: Values) -> Self | None:
-        """Makes the limit with the largest mass that the proof takes, to measure it; None where no masses are known."""
-        inertia = values.get("inertia")
-        return None if inertia is None else cls(RANGE[1], inertia)
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        del values
-        return f"limits.effective_mass_max_kg = {self.mass_max:g}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the mass allowed beside the carried and its error, m_uv, m_uu and I."""
@@ -348,30 +320,3 @@ class EffectiveMass(PoseLimit):
     def laxer(self, than: Any) -> bool:
         """Compares the thresholds; with other masses it is about another machine, and so laxer."""
         return self.mass_max > than.mass_max or self.inertia != than.inertia
-
-    def record(self) -> dict[str, Any]:
-        """Gives threshold and masses."""
-        m = self.inertia
-        return {
-            "effective_mass_max_kg": self.mass_max,
-            "inertia": {
-                "carried_mass_kg": m.carried_mass,
-                "elbow_mass_kg": m.elbow_mass,
-                "cross_mass_kg": m.cross_mass,
-                "joint_inertia_kg_m2": m.joint_inertia,
-            },
-        }
-
-    @classmethod
-    def from_record(cls, data: Any) -> Self | None:
-        """Reads threshold and masses."""
-        mass, inertia = data.get("effective_mass_max_kg"), data.get("inertia")
-        if mass is None and inertia is None:
-            return None
-        if mass is None or inertia is None:
-            raise GeometryError("effective_mass_max_kg and inertia belong together; one of them is missing")
-        names = ("carried_mass_kg", "elbow_mass_kg", "cross_mass_kg", "joint_inertia_kg_m2")
-        if not isinstance(inertia, dict) or set(inertia) != set(names):
-            raise GeometryError(f"inertia must have {', '.join(names)}")
-        moving = HandleInertia(*(number(f"inertia.{name}", inertia[name]) for name in names))
-        return cls(number("effective_mass_max_kg", mass), moving)

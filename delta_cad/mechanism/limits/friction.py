@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -28,10 +28,10 @@ from delta_cad.mechanism.enclosure.affine_form import (
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes, exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Vector, middle_of
 from delta_cad.mechanism.enclosure.table import HIGH, INSIDE, keep, store
-from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors
-from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require, require_ranges
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
+from delta_cad.mechanism.limits.numbers import require
 
 RANGE = (1e-6, 1e6)
 """N: keeps every product of the proof far from underflow and overflow."""
@@ -169,7 +169,7 @@ def _cut(pose, k, n, work, cuts, count):
 
 
 @dataclass(frozen=True)
-class Friction(PoseLimit):
+class Friction(ThresholdLimit):
     """Largest friction at the handle over all directions, N, with what rubs."""
 
     friction_max: float
@@ -190,6 +190,7 @@ class Friction(PoseLimit):
     )
     tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "friction"
+    needed: ClassVar = "what rubs in the joints: rods for which there is a spring, or table [joints]"
     told_as: ClassVar = "max_friction_N"
     rows: ClassVar = 4
     size: ClassVar = 4
@@ -198,7 +199,7 @@ class Friction(PoseLimit):
     cuts: ClassVar = 1
 
     def __post_init__(self) -> None:
-        require_ranges(self)
+        super().__post_init__()
         for name, value in zip(HandleFriction._fields, self.rubs, strict=True):
             require(name, value, 0.0 <= value <= RANGE[1], "within 0 and 1e6")
 
@@ -206,34 +207,6 @@ class Friction(PoseLimit):
     def rubs(self) -> HandleFriction:
         """What rubs."""
         return HandleFriction(self.drive, self.upright, self.level)
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given.
-
-        Raises:
-            GeometryError: Nothing is known of the joints.
-        """
-        del strict
-        value, rubs = values.get("friction_max_N"), values.get("friction")
-        if value is None:
-            return None
-        if rubs is None:
-            raise GeometryError(
-                "friction_max_N needs what rubs in the joints: rods for which there is a spring, or table [joints]"
-            )
-        return cls(value, *rubs)
-
-    @classmethod
-    def measured(cls, values: Values) -> Self | None:
-        """Makes the limit with the largest friction that the proof takes; None where the joints are not known."""
-        rubs = values.get("friction")
-        return None if rubs is None else cls(RANGE[1], *rubs)
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        del values
-        return f"limits.friction_max_N = {self.friction_max:g}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives what is allowed and what rubs."""

@@ -17,8 +17,8 @@ s. Of a machine beyond its direct singularity nothing is said but that it is the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -40,11 +40,11 @@ from delta_cad.mechanism.enclosure.affine_form import (
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross
 from delta_cad.mechanism.enclosure.table import HIGH, store
-from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.jacobian import velocity_map
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, number, require
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values
+from delta_cad.mechanism.limits.numbers import Masses, require
 from delta_cad.mechanism.limits.torque import RANGE
 from delta_cad.mechanism.statics import worst_joint_torque
 
@@ -53,7 +53,7 @@ UPWARDS = 1.0 + 2.0**-48  # lifts a sum of a few products of doubles over its ow
 
 
 @dataclass(frozen=True)
-class HeldMasses:
+class HeldMasses(Masses):
     """What of the moving bodies' masses gravity acts on; the same for the three chains.
 
     Attributes:
@@ -76,11 +76,17 @@ class HeldMasses:
     loose_mass: float
     loose_moment: float
 
-    def __post_init__(self) -> None:
-        signed = ("gravity_x", "gravity_z", "arm_moment", "cross_moment")
-        for field in fields(self):
-            value, least = getattr(self, field.name), -RANGE[1] if field.name in signed else 0.0
-            require(field.name, value, math.isfinite(value) and least <= value <= RANGE[1], f"within {least:g} and 1e6")
+    keys: ClassVar = {
+        "gravity_x": "gravity_x_m_s2",
+        "gravity_y": "gravity_y_m_s2",
+        "gravity_z": "gravity_z_m_s2",
+        "carried_mass": "carried_mass_kg",
+        "arm_moment": "arm_moment_kg_m",
+        "cross_moment": "cross_moment_kg_m",
+        "loose_mass": "loose_mass_kg",
+        "loose_moment": "loose_moment_kg_m",
+    }
+    signed: ClassVar = ("gravity_x", "gravity_z", "arm_moment", "cross_moment")
 
     @property
     def aside(self) -> tuple[float, float]:
@@ -167,6 +173,7 @@ class HoldingTorque(PoseLimit):
     tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True
     needs: ClassVar = "held_masses"
+    mass_kinds: ClassVar = {"masses": HeldMasses}
     rows: ClassVar = 6
     size: ClassVar = 15
     enclose: ClassVar = staticmethod(_enclose)
@@ -248,38 +255,3 @@ class HoldingTorque(PoseLimit):
         """Says what is asked."""
         force = rounded(self.force, False)
         return f"torque <= {rounded(self.torque_max, True)} N m for {force} N in any direction with gravity"
-
-    def record(self) -> dict[str, Any]:
-        """Gives force, torque and masses."""
-        masses = {key: getattr(self.masses, name) for name, key in MASS_KEYS.items()}
-        return {"holding_force_N": self.force, "holding_torque_max_N_m": self.torque_max, "held_masses": masses}
-
-    @classmethod
-    def from_record(cls, data: Mapping[str, Any]) -> Self | None:
-        """Reads force, torque and masses.
-
-        Raises:
-            GeometryError: One of them is missing, or a number is none.
-        """
-        force, torque, masses = (data.get(key) for key in cls.keys.values())
-        if force is None and torque is None and masses is None:
-            return None
-        if force is None or torque is None or masses is None:
-            raise GeometryError(f"{', '.join(cls.keys.values())} belong together; one of them is missing")
-        if not isinstance(masses, dict) or set(masses) != set(MASS_KEYS.values()):
-            raise GeometryError(f"held_masses must have {', '.join(MASS_KEYS.values())}")
-        held = HeldMasses(*(number(f"held_masses.{key}", masses[key]) for key in MASS_KEYS.values()))
-        return cls(number("holding_force_N", force), number("holding_torque_max_N_m", torque), held)
-
-
-MASS_KEYS = {
-    "gravity_x": "gravity_x_m_s2",
-    "gravity_y": "gravity_y_m_s2",
-    "gravity_z": "gravity_z_m_s2",
-    "carried_mass": "carried_mass_kg",
-    "arm_moment": "arm_moment_kg_m",
-    "cross_moment": "cross_moment_kg_m",
-    "loose_mass": "loose_mass_kg",
-    "loose_moment": "loose_moment_kg_m",
-}
-"""Attribute of the masses -> key of a certificate, in their order."""

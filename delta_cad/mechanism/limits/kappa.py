@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors, quotient
 from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, LOW, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require_ranges
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.statics import conditioning
 
 RANGE = (1.0, 1e6)
@@ -130,7 +130,7 @@ def _cut(pose, k, n, work, cuts, count):
 
 
 @dataclass(frozen=True)
-class Kappa(PoseLimit):
+class Kappa(ThresholdLimit):
     """Largest condition number of the Jacobian."""
 
     kappa_max: float
@@ -148,27 +148,6 @@ class Kappa(PoseLimit):
     enclose: ClassVar = staticmethod(_enclose)
     cut: ClassVar = staticmethod(_cut)
     cuts: ClassVar = 3
-
-    def __post_init__(self) -> None:
-        require_ranges(self)
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given."""
-        del strict
-        value = values.get("kappa_max")
-        return None if value is None else cls(value)
-
-    @classmethod
-    def measured(cls, values: Values) -> Self:
-        """Makes the limit with the largest kappa that the proof takes, so that only its figure is measured."""
-        del values
-        return cls(RANGE[1])
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        del values
-        return f"limits.kappa_max = {self.kappa_max}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives K^2 and its error."""

@@ -8,12 +8,9 @@ global optimum, certificates, their replay and their report go through that list
 from __future__ import annotations
 
 import math
-import reprlib
-import sys
-from abc import ABC, abstractmethod
+from abc import ABC
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from decimal import Decimal, localcontext
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -22,6 +19,7 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.limits.numbers import Masses, number, require, strict_radians
 
 DEGREE = 180.0 / math.pi  # of a radian
 
@@ -147,8 +145,10 @@ class Limit(ABC):
     keys: ClassVar[Mapping[str, str]] = {}
     """Attribute -> key with unit, as a certificate has it."""
 
+    described: ClassVar[str] = ""
+    """What is required, of a limit that no field states."""
+
     @classmethod
-    @abstractmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
         """Makes the limit that requirements state; None where they leave it out.
 
@@ -156,14 +156,17 @@ class Limit(ABC):
             values: Fields of a requirements file.
             strict: Whether degrees become radians rounded to the strict side, as a certificate needs them.
         """
+        del values, strict
+        return cls()
 
-    @abstractmethod
     def describe(self, values: Values) -> str:
-        """Says what is asked, with the field that asks for it.
+        """Says what is required, with the field that states it.
 
         Args:
             values: Fields of a requirements file.
         """
+        del values
+        return self.described
 
     def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray | None:
         """Computes the margin of designs as a whole, where it has a closed form.
@@ -199,6 +202,8 @@ class PoseLimit(Limit):
     """Whether its figures grow without bound towards a direct singularity."""
     needs: ClassVar[str] = ""
     """What must be known of the machine beside its lengths, as values have it: "inertia"; "" for nothing."""
+    mass_kinds: ClassVar[Mapping[str, type[Masses]]] = {}
+    """Attribute that holds masses -> their kind."""
     always: ClassVar[bool] = False
     """Whether every proof asks it, because the others mean nothing without."""
     told_as: ClassVar[str] = ""
@@ -218,12 +223,19 @@ class PoseLimit(Limit):
         Args:
             values: Fields of a requirements file, and what else is known (force, masses).
         """
-        del values
-        return cls()
+        known = cls.known(values)
+        laxest = (f.range[1] if f.upper else f.range[0] for f in cls.figures if f.threshold)
+        return None if known is None else cls(*laxest, *known)
 
-    @abstractmethod
+    @classmethod
+    def known(cls, values: Values) -> tuple[Any, ...] | None:
+        """Reads what it `needs` of the machine, its attributes behind the thresholds; None where that is not known."""
+        found = values.get(cls.needs) if cls.needs else ()
+        return found if found is None or isinstance(found, tuple) else (found,)
+
     def numbers(self) -> tuple[float, ...]:
         """Gives the numbers that the compiled functions take, rounded ones with a bound of their error."""
+        return ()
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the margins once more in another arithmetic, for the replay of a certificate.
@@ -343,7 +355,8 @@ class PoseLimit(Limit):
 
     def record(self) -> dict[str, Any]:
         """The limit as a certificate has it: key with unit -> number."""
-        return {key: getattr(self, name) for name, key in self.keys.items()}
+        values = {key: getattr(self, name) for name, key in self.keys.items()}
+        return {key: value.record() if isinstance(value, Masses) else value for key, value in values.items()}
 
     @classmethod
     def from_record(cls, data: Mapping[str, Any]) -> Self | None:
@@ -357,29 +370,48 @@ class PoseLimit(Limit):
         if missing:
             if len(missing) == len(given):
                 return None
-            raise GeometryError(f"{' and '.join(given)} belong together; one of them is missing")
-        return cls(**{name: number(cls.keys[name], value) for name, value in given.items()})
+            raise GeometryError(f"{' and '.join(cls.keys.values())} belong together; one of them is missing")
+        read = {name: cls.mass_kinds[name].from_record if name in cls.mass_kinds else number for name in given}
+        return cls(**{name: read[name](cls.keys[name], value) for name, value in given.items()})
 
 
-def number(key: str, value: object) -> float:
-    """Reads a number of a certificate; true, false and text are none.
+@dataclass(frozen=True)
+class ThresholdLimit(PoseLimit):
+    """A pose limit with one figure, whose threshold one field states in the figure's unit.
 
-    Raises:
-        GeometryError: It is none, or no double can hold it.
+    The threshold is the first attribute; what the limit `needs` of the machine is behind it.
     """
-    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
-    require(key, value, is_number, "a finite number")
-    return float(value)  # type: ignore[arg-type]
 
+    needed: ClassVar[str] = ""
+    """What a user states where the machine is not known."""
 
-def require(name: str, value: object, holds: bool, allowed: str) -> None:
-    """Refuses a number.
+    def __post_init__(self) -> None:
+        require_ranges(self)
 
-    Raises:
-        GeometryError: It does not hold.
-    """
-    if not holds:
-        raise GeometryError(f"{name} is {reprlib.repr(value)}; it must be {allowed}")
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self | None:
+        """Makes the limit where its field is given.
+
+        Raises:
+            GeometryError: What it needs of the machine is not known, or the proof does not take the threshold.
+        """
+        (field,), (figure,) = cls.fields_, cls.figures
+        value, known = values.get(field.name), cls.known(values)
+        if value is None:
+            return None
+        if known is None:
+            raise GeometryError(f"{field.name} needs {cls.needed}")
+        bound = value / figure.scale
+        if figure.scale == DEGREE:
+            inwards = -math.inf if figure.upper else math.inf
+            bound = strict_radians(value, inwards) if strict else math.radians(value)
+        numbers: tuple[Any, ...] = (bound, *known)
+        return cls(*numbers)
+
+    def describe(self, values: Values) -> str:
+        """Says what is required, with the field that states it."""
+        (field,) = self.fields_
+        return f"limits.{field.name} = {values[field.name]}"
 
 
 def require_ranges(limit: PoseLimit) -> None:
@@ -397,37 +429,3 @@ def require_ranges(limit: PoseLimit) -> None:
         value = getattr(limit, field.name)
         if isinstance(value, float):
             require(field.name, value, math.isfinite(value), "finite")
-
-
-def strict_radians(degrees: float, towards: float) -> float:
-    """Converts to radians, two doubles further towards the stricter side than any rounding can undo.
-
-    Args:
-        degrees: An angle.
-        towards: Infinity for a lower threshold, minus infinity for an upper one.
-    """
-    return math.nextafter(math.nextafter(math.radians(degrees), towards), towards)
-
-
-def cosine_sine(*terms: float) -> tuple[float, float]:
-    """Computes cosine and sine of half the sum of some doubles, each the double nearest to the true value.
-
-    The libraries' own functions promise no error bound; this is Taylor's series in 60 decimal digits.
-
-    Args:
-        terms: Angles whose halved sum, at most 4 in size, is the argument, rad.
-
-    Returns:
-        cos, sin: within 2^-53 of the true value.
-    """
-    with localcontext() as context:
-        context.prec = 60
-        x = sum((Decimal(t) for t in terms), Decimal(0)) / 2
-        sums, term, k = [Decimal(1), Decimal(0)], Decimal(1), 0
-        while abs(term) > Decimal("1e-50"):  # |x| <= 4: the terms fall from the fifth on
-            k += 1
-            term = term * x / k
-            sums[k % 2] += -term if k % 4 >= 2 else term
-            if term == 0:
-                break
-        return float(sums[0]), float(sums[1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,12 +16,12 @@ from delta_cad.mechanism.enclosure.affine_form import ROUND, at, constant, multi
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross, norm2
 from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
-from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_determinant, forearm_vectors
 from delta_cad.mechanism.jacobian import forearm_faces
 from delta_cad.mechanism.limits.friction import SIGNS, signed_sum
-from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, PoseLimit, Values, require, require_ranges
+from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, ThresholdLimit
+from delta_cad.mechanism.limits.numbers import require
 
 RANGE = (1e-9, 1e3)
 """m: keeps every product of the proof far from underflow and overflow."""
@@ -109,7 +109,7 @@ def _cut(pose, k, n, work, cuts, count):
 
 
 @dataclass(frozen=True)
-class PositionStep(PoseLimit):
+class PositionStep(ThresholdLimit):
     """Largest way of the handle within one count of every encoder, m, with that count."""
 
     step_max: float
@@ -125,6 +125,7 @@ class PositionStep(PoseLimit):
     )
     tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "encoder_count"
+    needed: ClassVar = "the count of the encoders: state table [joints]"
     infinite_at_singularity: ClassVar = True
     told_as: ClassVar = "max_position_step_mm"
     rows: ClassVar = 4
@@ -134,33 +135,8 @@ class PositionStep(PoseLimit):
     cuts: ClassVar = 4
 
     def __post_init__(self) -> None:
-        require_ranges(self)
+        super().__post_init__()
         require("count", self.count, COUNTS[0] <= self.count <= COUNTS[1], "within 1e-9 and 10 rad")
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given.
-
-        Raises:
-            GeometryError: Nothing is known of the encoders.
-        """
-        del strict
-        value, count = values.get("position_step_max_mm"), values.get("encoder_count")
-        if value is None:
-            return None
-        if count is None:
-            raise GeometryError("position_step_max_mm needs the count of the encoders: state table [joints]")
-        return cls(value / MM_PER_M, count)
-
-    @classmethod
-    def measured(cls, values: Values) -> Self | None:
-        """Makes the limit with the largest step that the proof takes; None where the encoders are not known."""
-        count = values.get("encoder_count")
-        return None if count is None else cls(RANGE[1], count)
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        return f"limits.position_step_max_mm = {values['position_step_max_mm']:g}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives (d / q)^2 and its error, m^2."""

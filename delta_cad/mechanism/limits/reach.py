@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, reach_excess
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, require_ranges
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, require_ranges
 
 
 def _elbow_arms(limit: Reach, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -75,6 +75,7 @@ class Reach(PoseLimit):
 
     name: ClassVar = "reach"
     first_step: ClassVar = True
+    described: ClassVar = "reach of the whole cube"
     keys: ClassVar = {"elbow_arm_min": "elbow_arm_min_m"}
     figures: ClassVar = (
         FigureOfMerit("reach", "elbow arm", "mm", MM_PER_M, False, True, _elbow_arms, "elbow_arm_min", (0.0, 10.0)),
@@ -89,17 +90,6 @@ class Reach(PoseLimit):
 
     def __post_init__(self) -> None:
         require_ranges(self)
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self:
-        """Asks that the chains close."""
-        del values, strict
-        return cls()
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        del values
-        return "reach of the whole cube"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives w_min^2 and its error, m^2."""

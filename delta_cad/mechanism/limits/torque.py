@@ -15,9 +15,10 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, at, constant, multiply, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.enclosure.table import of_chains
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, require
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values
+from delta_cad.mechanism.limits.numbers import require
 from delta_cad.mechanism.statics import worst_joint_torque
 
 RANGE = (1e-6, 1e6)
@@ -29,30 +30,15 @@ def _torques(limit: Torque, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def _margin(pose, lever, i):
+def _margin(pose, k, n, i):
     """Computes det^2 - (F L_A / torque)^2 w_i^2 |s_j x s_k|^2."""
+    lever = multiply(at(pose, forms.UPPER_ARM_2), constant(k[n], k[n + 1]))
     lb2, det, g = at(pose, forms.FOREARM_2), at(pose, forms.DETERMINANT), at(pose, forms.PRODUCT + i)
     face = subtract(multiply(lb2, lb2), multiply(g, g))
     return subtract(multiply(det, det), multiply(multiply(lever, at(pose, forms.W2 + i)), face))
 
 
-@compiled
-def _enclose(pose, k, n, work, out, row):
-    """Computes the margin of each joint."""
-    lever = multiply(at(pose, forms.UPPER_ARM_2), constant(k[n], k[n + 1]))
-    for i in range(3):
-        store(out, row + i, _margin(pose, lever, i))
-
-
-@compiled
-def _cut(pose, k, n, work, cuts, count):
-    """Adds the margin of each joint."""
-    lever = multiply(at(pose, forms.UPPER_ARM_2), constant(k[n], k[n + 1]))
-    for i in range(3):
-        count = keep(cuts, count, _margin(pose, lever, i))
-        if count == EXCLUDED:
-            return count
-    return count
+_ENCLOSE, _CUT = of_chains(_margin)
 
 
 @dataclass(frozen=True)
@@ -71,8 +57,8 @@ class Torque(PoseLimit):
     told_as: ClassVar = "max_torque_N_m"
     rows: ClassVar = 3
     size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
+    enclose: ClassVar = staticmethod(_ENCLOSE)
+    cut: ClassVar = staticmethod(_CUT)
     cuts: ClassVar = 3
 
     def __post_init__(self) -> None:

@@ -15,11 +15,10 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface  # pyright: ignore[reportAttribu
 
 from delta_cad import catalogue
 from delta_cad.assembly.assemble import assemble
-from delta_cad.assembly.leads import _make_lead, _make_sensor_lead, lead_statement
+from delta_cad.assembly.leads import _make_lead, _make_sensor_lead, lead_names
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.stated import order
 from delta_cad.checks.contact.engagement import check_contacts
-from delta_cad.checks.presence import check_presence
 from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.dimensions.installation import leads as leads_module
@@ -39,6 +38,7 @@ from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.part import location_of
 from delta_cad.structure.hardware.refusals import least_outline_mm
 from tests.committed import ROOT, changed
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 
 BEHIND_MM = PLUG_MM + (BEND + 1.0) * LEAD_MM
 
@@ -161,7 +161,7 @@ def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own()
     assert min(own.across_mm) - max(phases.across_mm) > (LEAD_MM + SENSOR_MM) / 2.0
     assert sensor_lead_dimensions(design, d.layers, d.bracket, d.encoder, d.motor) is None
     both = replace(d, leads=(phases, own), sensor_lead=None)
-    assert {s.number: s.count for s in lead_statement(both, 0)} == {"motor_lead": 2, "encoder_lead": 1}
+    assert lead_names(both, 0) == ("motor_lead_0_0", "motor_lead_0_1", "encoder_lead_0_0")
     assert _make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)
 
 
@@ -198,9 +198,9 @@ def test_a_brushless_motor_has_three() -> None:
 def test_one_that_is_missing_or_off_its_place_is_refused(number: str) -> None:
     assembly = machine()
     name = next(o.name for o in assembly.occurrences if o.part.number == number)
-    assert check_presence(assembly).passed
+    assert part_faults(assembly, drawn()) == make_faults(assembly, drawn()) == []
     missing = replace(assembly, occurrences=tuple(o for o in assembly.occurrences if o.name != name))
-    assert not check_presence(missing).passed
+    assert len(part_faults(missing, drawn())) == 1
     off = np.eye(4)
     off[2, 3] = 40.0
     astray = (replace(o, placement=o.placement @ off) if o.name == name else o for o in assembly.occurrences)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -9,10 +10,13 @@ import cadquery as cq
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes
+from delta_cad.checks.clearance.clearance import CALLS_MAX, mesh_clearance, with_exact
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
-from delta_cad.solids.part import Anchor, Contact, Fit, Hole, Joint, Material, Occurrence, Part, Stated, Stop
+from delta_cad.solids.part import Contact, Fit, Hole, Joint, Material, Occurrence, Part, Stop
 
 GEOMETRY = DeltaGeometry(base_radius=0.040, platform_radius=0.030, upper_arm_length=0.082, forearm_length=0.112079)
 L_A, L_B, R, RADIUS_PLATFORM, WIDTH = 82.0, 112.079, 40.0, 30.0, 54.0
@@ -162,11 +166,10 @@ def machine(drive_ratio: float = 9.5, extra_screws: int = 0) -> Assembly:
                 limit = np.radians(30.0)
                 joints.append(Joint(f"{end}_{i}_{j}", "ball", holder, link, frame, at(x), limit))
     out.append(Occurrence("platform", p["platform"], "platform", np.eye(4)))
-    stated = tuple(Stated(o.link, o.name, 1, o.part.number, o.link) for o in out)
     touching = tuple(_contact(f) for f in fits if f.kind == "contact")
-    where, seat = placement(drive_ratio), Anchor("bearing_0", 8.0, (R, -18.5, 0.0), (0.0, 1.0, 0.0), 0.1, "shaft")
+    where = placement(drive_ratio)
     parts_ = tuple(out), tuple(joints), tuple(fits)
-    return Assembly("synthetic", *parts_, where, LIMITS.centre_mm, touching, stated, (STOP,), anchors=(seat,))
+    return Assembly("synthetic", *parts_, where, LIMITS.centre_mm, touching, (STOP,))
 
 
 def _contact(fit: Fit) -> Contact:
@@ -182,3 +185,14 @@ def changed(assembly: Assembly, name: str, **changes: object) -> Assembly:
     return replace(
         assembly, occurrences=tuple(replace(o, **changes) if o.name == name else o for o in assembly.occurrences)
     )
+
+
+def check_clearance(
+    assembly: Assembly,
+    limits: CheckLimits,
+    meshes: Meshes,
+    progress: Callable[[str], None] = lambda _: None,
+    calls_max: int = CALLS_MAX,
+) -> list[CheckResult]:
+    """The clearance of a machine, that of the exact solids included."""
+    return with_exact(assembly, mesh_clearance(assembly, limits, meshes, progress, calls_max))

@@ -12,7 +12,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.panel import arms_at_limit, boot_length, check_panel, room_at_limit, stem_limit
-from delta_cad.checks.presence import check_presence
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands.pipeline import check, check_limits
 from delta_cad.dimensions import Dimensions
@@ -20,6 +19,7 @@ from delta_cad.solids import panel as solids
 from delta_cad.solids.bought.fasteners import make_cap_screw
 from delta_cad.solids.part import Part
 from delta_cad.solids.platform import make_handle_stem
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 from tests.delta_cad.dimensions.paneled import machine, with_panel
 
 
@@ -152,11 +152,11 @@ def test_a_boot_that_is_too_short_is_refused_by_how_much() -> None:
 
 
 def test_parts_over_the_machine_are_there_lie_upon_one_another_and_hang_together() -> None:
-    whole, meshes = machine().assembly, machine().meshes
-    assert check_presence(whole).passed
+    whole, meshes, d = machine().assembly, machine().meshes, machine().dimensions
+    assert part_faults(whole, d) == make_faults(whole, d) == []
     assert check_attachment(whole, meshes).passed
     for name in ("panel", "bezel", "boot", "boot_collar", "bezel_screw_2", "mount_sleeve_4"):
-        assert not check_presence(without(name)).passed, name
+        assert len(part_faults(without(name), d)) == 1, name
     # what hangs on the dashboard does not hang on the base, and not the one part off the other
     assert not check_attachment(replace(whole, dashboard=()), meshes).passed
     lifted = check_attachment(moved("bezel", z=20.0), meshes)

@@ -10,11 +10,11 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.presence import check_presence
 from delta_cad.design import Design, DesignError, design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.drive import joint_counts_per_turn
 from tests.committed import changed
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
 from tests.delta_cad.catalogue.offered import machine, offered
 
 SENSED = "maxon-re30-310009-500"
@@ -78,15 +78,13 @@ def test_no_part_of_the_shoulder_s_encoder_is_left_and_no_hole_for_it(assembly: 
 
 
 @pytest.mark.slow
-def test_a_board_that_is_there_all_the_same_and_a_missing_motor_are_noticed(assembly: Assembly) -> None:
-    assert check_presence(assembly).passed
+def test_a_board_that_is_there_all_the_same_and_a_missing_motor_are_noticed(design: Design, assembly: Assembly) -> None:
+    d = dimensions(design)
+    assert part_faults(assembly, d) == make_faults(assembly, d) == []
     without = replace(assembly, occurrences=[o for o in assembly.occurrences if o.name != "motor_1"])
-    missing = check_presence(without)
-    assert not missing.passed
-    assert "motor_1" in missing.detail
+    (missing,) = part_faults(without, d)
+    assert "motor_1" in missing
     motor = next(o for o in assembly.occurrences if o.name == "motor_1")
-    more = check_presence(
-        replace(assembly, occurrences=[*assembly.occurrences, replace(motor, name="encoder_board_1")])
-    )
-    assert not more.passed
-    assert "encoder_board_1" in more.detail
+    extra = replace(assembly, occurrences=[*assembly.occurrences, replace(motor, name="encoder_board_1")])
+    (more,) = part_faults(extra, d)
+    assert "encoder_board_1" in more

@@ -1,4 +1,6 @@
-"""The checks of a build, the quick ones first, until one refuses; what did not change is not looked at again.
+"""The checks of a build, and what the tests expect of its parts, until one refuses; the quick ones come first.
+
+What did not change is not looked at again.
 
 The sound machine has passed all checks: of contacts, stops, bores' places, pairs held apart and common volumes only
 those are looked at in which a fault changed a body, and the outline takes what it changed beside what decides that of
@@ -18,21 +20,17 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
 from delta_cad.checks import CheckLimits, CheckResult
 from delta_cad.checks.clearance import clearance
-from delta_cad.checks.clearance.clearance import check_clearance
 from delta_cad.checks.contact import fits
 from delta_cad.checks.contact.access import check_access
-from delta_cad.checks.contact.anchors import check_anchors
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
-from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.outline import envelope
 from delta_cad.checks.outline.envelope import check_envelope, swept_outline
 from delta_cad.checks.panel import check_panel
-from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.sections import check_sections
@@ -45,6 +43,9 @@ from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.spans import structure_spans
 from tests.committed import changed
+from tests.delta_cad.assembly.expected.anchors import anchor_faults
+from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
+from tests.delta_cad.checks.machines import check_clearance
 
 
 class _Meshes(MeshLibrary):
@@ -83,6 +84,10 @@ def only_of(changed: Collection[str], deciding: Collection[str]) -> Iterator[Non
         ):
             stack.enter_context(patch.object(module, name, fewer))
         yield
+
+
+def _of_tests(name: str, faults: list[str]) -> list[CheckResult]:
+    return [CheckResult(name, not faults, len(faults), 0, "", detail="; ".join(faults))]
 
 
 class Refusing:
@@ -131,19 +136,17 @@ class Refusing:
         parts: list[Part] = [part for part in a.parts if id(part) not in self._sound]
         limits: CheckLimits = self.limits
         wrong = {part.number for part in parts}
-        yield lambda: [check_presence(a)]
+        yield lambda: _of_tests("parts expected", part_faults(a, self._d))
         yield lambda: check_solidity(parts, meshes)
-        yield lambda: [check_makes(a)]
+        yield lambda: _of_tests("makes expected", make_faults(a, self._d))
         if spans := [span for span in self._spans if span.part in wrong]:
             yield lambda: check_sections(a, spans)
         contacts = tuple(c for c in a.contacts if not {c.a, c.b}.isdisjoint(changed))
         stops = tuple(s for s in a.stops if not {s.a, s.b}.isdisjoint(changed))
-        anchors = tuple(one for one in a.anchors if one.name in changed)
-        near = replace(a, contacts=contacts, stops=stops, anchors=anchors)
+        near = replace(a, contacts=contacts, stops=stops)
         if contacts:
             yield lambda: [check_contacts(near)]
-        if anchors:
-            yield lambda: [check_anchors(near)]
+        yield lambda: _of_tests("anchors expected", anchor_faults(a, self._d))
         if stops:
             yield lambda: [check_stops(near)]
         yield lambda: [check_joint_axes(a)]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from delta_cad.checks.clearance.clearance import check_clearance
+from tests.delta_cad.checks.machines import check_clearance
 from tests.delta_cad.faults.misses import excuse
 from tests.delta_cad.faults.planting import faults, sound
 from tests.delta_cad.faults.refusing import Refusing, only_of

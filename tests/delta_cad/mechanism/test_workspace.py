@@ -14,7 +14,6 @@ from delta_cad.mechanism import (
     UnreachableError,
     closure_margin,
     conditioning,
-    cube_corners,
     cube_extremes,
     cube_grid,
     cube_surface,
@@ -91,7 +90,7 @@ def designs(count):
 
 
 def test_corners_grid_and_surface():
-    corners = {tuple(c) for c in cube_corners(CUBE)}
+    corners = {tuple(c) for c in cube_grid(CUBE, 2)}
     assert corners == {(x, y, z) for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (BOTTOM, BOTTOM + 2 * HALF)}
     grid, surface = cube_grid(CUBE, 5), cube_surface(CUBE, 5)
     assert grid.shape == (125, 3)
@@ -218,7 +217,7 @@ def test_figures_of_the_published_design():
 
 
 def test_a_singularity_behind_eight_good_corners_is_found():
-    corners = cube_corners(HIDDEN_CUBE)
+    corners = cube_grid(HIDDEN_CUBE, 2)
     assert conditioning(HIDDEN, corners).max() == pytest.approx(6.03, abs=5e-3)
     assert (direct_margin(HIDDEN, corners) > 0).all()
     assert direct_margin(HIDDEN, [0.0, 0.0, 0.022648]) < 0
@@ -240,7 +239,7 @@ def test_a_hole_behind_reachable_corners_is_found():
     # bottom face 0.1 mm below the fold height L_B - L_A of R = r: only a small round of it cannot be reached
     g = DeltaGeometry(0.04, 0.04, 0.082, 0.130)
     cube = Cube(0.048 - 1e-4, 0.030)
-    assert (closure_margin(g, cube_corners(cube)) > 0).all()
+    assert (closure_margin(g, cube_grid(cube, 2)) > 0).all()
     with pytest.raises(UnreachableError, match=r"chain \d .* 0\.100 mm"):
         cube_extremes(g, cube, 3.0, n=4)
 

@@ -144,9 +144,9 @@ def test_the_library_is_what_its_record_says(page: Page) -> None:
 
 def test_what_fails_comes_first_and_out_of_reach_there_are_no_maps(subject: Subject, folder: Path) -> None:
     reach = CheckResult("reach", False, -3.0, 0.0, "mm", (1.0, 2.0, 90.0), ("chain_0",), "out of reach")
-    fine = CheckResult("parts present", True, 0.0, 0.0, "")
+    fine = CheckResult("parts attached", True, 0.0, 0.0, "")
     found = written(replace(subject, results=(fine, reach)), folder)
-    assert [row[0] for row in found.rows("checks")[1:]] == ["reach", "parts present"]
+    assert [row[0] for row in found.rows("checks")[1:]] == ["reach", "parts attached"]
     assert found.one("verdict").text.strip() == "1 of 2 checks FAIL"
     assert found.rows("figures")[1][1:5] == ["-3 mm", "≥ 0 mm", "−3 mm", "FAILS"]
     assert found.data()["slices"]["maps"] == []

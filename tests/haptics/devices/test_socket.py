@@ -21,7 +21,6 @@ from delta_cad.common.console import Parser
 from haptics.commands import board as command
 from haptics.devices.board import Board
 from haptics.devices.device import DeviceLostError, Reading, run
-from haptics.devices.fake import FakeDevice
 from haptics.devices.link import UdpLink, readable, udp_socket
 from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.remote import RemoteDevice
@@ -29,6 +28,7 @@ from haptics.devices.server import listen, serve
 from haptics.devices.simulated import SimulatedDevice
 from tests.committed import BEST, ROOT
 from tests.haptics.control.supervisor.rig import HOME, LIMITS, PLANT
+from tests.haptics.devices.fake import FakeDevice
 from tests.terminal import said
 
 PULL = np.array([0.02, -0.03, 0.04])

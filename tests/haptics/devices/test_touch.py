@@ -15,7 +15,6 @@ from haptics.control.pose import model
 from haptics.devices.api import loop_of
 from haptics.devices.board import Board
 from haptics.devices.device import Reading
-from haptics.devices.fake import FakeDevice
 from haptics.devices.host import Host
 from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
@@ -24,6 +23,7 @@ from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.loops import DAMPED, at_rate
 from haptics.stability.walls import computed_wall
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
+from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.test_remote import Wire, remote
 from tests.haptics.scene_machine import scene_machine
 

@@ -34,7 +34,7 @@ KEY = {"requirements": "a"}
 FOUND = Found(LENGTHS, 2.0 * pi)
 RESULTS = [
     CheckResult("clearance", False, 2.0 / 3.0, 2.0, "mm", (1.0, 2.0, pi), ("rod_0_0", "motor_1"), "too close"),
-    CheckResult("parts present", True, None, None, ""),
+    CheckResult("parts attached", True, None, None, ""),
 ]
 
 

@@ -347,8 +347,8 @@ def test_a_solid_that_a_build_refuses_is_tried_a_little_farther_out() -> None:
 
 
 def test_a_check_that_teaches_nothing_ends_the_choice() -> None:
-    with pytest.raises(StuckError, match="parts present"):
-        from_checks(candidate(), KNOWN, [failed("parts present", 1.0, 0.0)])
+    with pytest.raises(StuckError, match="parts attached"):
+        from_checks(candidate(), KNOWN, [failed("parts attached", 1.0, 0.0)])
 
 
 def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

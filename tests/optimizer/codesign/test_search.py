@@ -133,10 +133,10 @@ def test_a_machine_that_turns_out_smaller_does_not_replace_the_best(monkeypatch:
 
 
 def test_a_check_that_teaches_nothing_gives_the_motor_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    paper = Paper({MOTORS[0]: [[CheckResult("parts present", False, 1.0, 0.0, "", detail="a bearing is missing")]]})
+    paper = Paper({MOTORS[0]: [[CheckResult("parts attached", False, 1.0, 0.0, "", detail="a bearing floats")]]})
     search = searched(paper, {MOTORS[0]: [84.0]}, monkeypatch)
     assert search.best() is None
-    assert "a bearing is missing" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+    assert "a bearing floats" in search.tried.stuck[f"{MOTORS[0]} capstan"]
 
 
 def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:

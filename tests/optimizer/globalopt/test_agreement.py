@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, direct_margin
 from delta_cad.mechanism.proof.prove import prove
-from delta_cad.mechanism.workspace import cube_corners
+from delta_cad.mechanism.workspace import cube_grid
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.requirements import Requirements, requirements_from_dict
 from optimizer.problem.step import step_problem
@@ -34,7 +34,7 @@ def drawn(rng: np.random.Generator) -> tuple[tuple[float, ...], DeltaGeometry, C
             np.round(rng.uniform([20, 10, 40, 40, 1, 3], [60, 60, 100, 160, 120, 25]), 1).tolist()
         )
         g, cube = DeltaGeometry(*(x / 1000.0 for x in link)), Cube(bottom / 1000.0, half / 1000.0)
-        corners = cube_corners(cube)
+        corners = cube_grid(cube, 2)
         if closure_margin(g, corners).min() > 0.0:
             return lengths, g, cube, float(direct_margin(g, corners.mean(axis=0)))
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from delta_cad.mechanism import Cube, DeltaGeometry, cube_corners, cube_extremes, rod_lean
+from delta_cad.mechanism import Cube, DeltaGeometry, cube_extremes, cube_grid, rod_lean
 from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.mechanism.limits.effective_mass import effective_mass
@@ -125,7 +125,7 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
 
 def test_lean_in_closed_form_is_that_of_the_corners() -> None:
     L_A, L_B, R, r, H, L = PUBLISHED / 1000.0
-    lean = np.abs(rod_lean(DeltaGeometry(R, r, L_A, L_B), cube_corners(Cube(H, L)))).max()
+    lean = np.abs(rod_lean(DeltaGeometry(R, r, L_A, L_B), cube_grid(Cube(H, L), 2))).max()
     problem = step_problem(task(limits={"lean_max_deg": math.degrees(lean)}), 2)
     # one sine there and back: a few roundings
     assert abs(problem.design_margins(PUBLISHED[None] / 1000.0)["lean"][0]) < 1e-14

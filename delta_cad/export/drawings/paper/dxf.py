@@ -8,6 +8,7 @@ Signs are written by their codes in DXF, not as letters: readers do not agree on
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from io import StringIO
 from math import atan2, degrees, hypot
@@ -47,9 +48,12 @@ KINDS = {
 FACE_FILE = "DejaVuSans.ttf"
 
 
-def dxf_text(drawing: Drawing) -> str:
-    """Gives the file's text, the same each time; several sheets stand side by side."""
-    sheet = in_a_row(drawing)
+def r2010_text(draw: Callable[[Any], None]) -> str:
+    """Gives the text of a DXF R2010 in millimetres, the same each time.
+
+    Args:
+        draw: Fills the document.
+    """
     import ezdxf
     from ezdxf.filemanagement import new
 
@@ -58,6 +62,21 @@ def dxf_text(drawing: Drawing) -> str:
     options.write_fixed_meta_data_for_testing = True  # without times and random numbers
     try:
         document: Any = new("R2010", units=MILLIMETRES)
+        draw(document)
+        for kind in sorted({entity.dxftype() for entity in document.entitydb.values()}):
+            document.classes.add_class(kind)  # in the order of a set else, which is another in each process
+        out = StringIO()
+        document.write(out)
+    finally:
+        options.write_fixed_meta_data_for_testing = fixed
+    return out.getvalue()
+
+
+def dxf_text(drawing: Drawing) -> str:
+    """Gives the file's text, the same each time; several sheets stand side by side."""
+    sheet = in_a_row(drawing)
+
+    def draw(document: Any) -> None:
         _set_up(document, sheet)
         space = document.modelspace()
         for item in sheet.items:
@@ -66,13 +85,9 @@ def dxf_text(drawing: Drawing) -> str:
             else:
                 for leaf in leaves((item,)):
                     _draw(space, _rounded(leaf))
-        for kind in sorted({entity.dxftype() for entity in document.entitydb.values()}):
-            document.classes.add_class(kind)  # in the order of a set else, which is another in each process
-        out = StringIO()
-        document.write(out)
-    finally:
-        options.write_fixed_meta_data_for_testing = fixed
-    return NOT_ASCII.sub(lambda match: SIGNS.get(match[0], f"\\U+{ord(match[0]):04X}"), out.getvalue())
+
+    text = r2010_text(draw)
+    return NOT_ASCII.sub(lambda match: SIGNS.get(match[0], f"\\U+{ord(match[0]):04X}"), text)
 
 
 def _set_up(document: Any, sheet: Sheet) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from math import pi
 
 import numpy as np
@@ -278,13 +277,6 @@ def _named(callout: str, diameter: float) -> str:
 
 def _prefixed(count: int, text: str) -> str:
     return f"{count}x {text}" if count > 1 else text
-
-
-def by_direction(groups: Sequence[HoleGroup]) -> dict[tuple[float, ...], int]:
-    """Counts axes by their direction, either way, largest count first."""
-    keys = sorted(_key(bore.axis) for group in groups for bore in group.bores)
-    counted = {key: len(list(same)) for key, same in groupby(keys)}
-    return dict(sorted(counted.items(), key=lambda item: -item[1]))
 
 
 def _key(axis: np.ndarray) -> tuple[float, ...]:

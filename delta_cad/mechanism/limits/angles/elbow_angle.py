@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,19 +14,11 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, multiply, scale, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.enclosure.table import of_chains
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import forearm_angle
-from delta_cad.mechanism.limits.limit import (
-    DEGREE,
-    Field,
-    FigureOfMerit,
-    PoseLimit,
-    Values,
-    cosine_sine,
-    require,
-    strict_radians,
-)
+from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, ThresholdLimit
+from delta_cad.mechanism.limits.numbers import cosine_sine, require
 
 
 def _angles(limit: ElbowAngle, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -44,25 +36,11 @@ def _margin(pose, k, n, i):
     return add(room, scale(2.0, multiply(constant(k[n], k[n + 1]), lengths)))
 
 
-@compiled
-def _enclose(pose, k, n, work, out, row):
-    """Computes the margin of each chain."""
-    for i in range(3):
-        store(out, row + i, _margin(pose, k, n, i))
-
-
-@compiled
-def _cut(pose, k, n, work, cuts, count):
-    """Adds the margin of each chain."""
-    for i in range(3):
-        count = keep(cuts, count, _margin(pose, k, n, i))
-        if count == EXCLUDED:
-            return count
-    return count
+_ENCLOSE, _CUT = of_chains(_margin)
 
 
 @dataclass(frozen=True)
-class ElbowAngle(PoseLimit):
+class ElbowAngle(ThresholdLimit):
     """Smallest angle between upper arm and rods at an elbow, rad: 0 folded, pi stretched."""
 
     angle_min: float
@@ -76,30 +54,12 @@ class ElbowAngle(PoseLimit):
     tier: ClassVar = forms.CHAINS
     rows: ClassVar = 3
     size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
+    enclose: ClassVar = staticmethod(_ENCLOSE)
+    cut: ClassVar = staticmethod(_CUT)
     cuts: ClassVar = 3
 
     def __post_init__(self) -> None:
         require("angle_min", self.angle_min, 0.0 <= self.angle_min < math.pi, "at least 0, less than pi rad")
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given."""
-        value = values.get("elbow_angle_min_deg")
-        if value is None:
-            return None
-        return cls(strict_radians(value, math.inf) if strict else math.radians(value))
-
-    @classmethod
-    def measured(cls, values: Values) -> Self:
-        """Makes the limit that every closed chain keeps, so that only its figure is measured."""
-        del values
-        return cls(0.0)
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        return f"limits.elbow_angle_min_deg = {values['elbow_angle_min_deg']}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the angle's cosine and its error."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,20 +28,12 @@ from delta_cad.mechanism.enclosure.table import HIGH, LOW, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import rod_lean
 from delta_cad.mechanism.limits.lengths.outline import OUTWARDS
-from delta_cad.mechanism.limits.limit import (
-    DEGREE,
-    DesignBounds,
-    Field,
-    FigureOfMerit,
-    PoseLimit,
-    Values,
-    cosine_sine,
-    require,
-    strict_radians,
-)
+from delta_cad.mechanism.limits.limit import DEGREE, DesignBounds, Field, FigureOfMerit, ThresholdLimit
+from delta_cad.mechanism.limits.numbers import cosine_sine, require
 
 SHARE = (math.sqrt(3.0) + 1.0) / 2.0
 """Largest t over the cube is this times L, in a corner, for chains 1 and 2: `L sin 60 + L cos 60`."""
+RANGE = (0.0, math.nextafter(math.pi / 2.0, 0.0))
 
 
 def _leans(limit: Lean, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -62,7 +54,7 @@ def _enclose(pose, k, n, work, out, row):
 
 
 @dataclass(frozen=True)
-class Lean(PoseLimit):
+class Lean(ThresholdLimit):
     """Largest lean of a rod out of its chain's plane either way, rad."""
 
     lean_max: float
@@ -70,9 +62,7 @@ class Lean(PoseLimit):
     name: ClassVar = "lean"
     fields_: ClassVar = (Field("lean_max_deg", "largest lean of a rod", gt=0, lt=90),)
     keys: ClassVar = {"lean_max": "lean_max_rad"}
-    figures: ClassVar = (
-        FigureOfMerit("lean", "lean", "deg", DEGREE, True, False, _leans, "lean_max", (0.0, math.pi / 2.0)),
-    )
+    figures: ClassVar = (FigureOfMerit("lean", "lean", "deg", DEGREE, True, False, _leans, "lean_max", RANGE),)
     tier: ClassVar = forms.COORDINATES
     rows: ClassVar = 3
     size: ClassVar = 2
@@ -80,24 +70,6 @@ class Lean(PoseLimit):
 
     def __post_init__(self) -> None:
         require("lean_max", self.lean_max, 0.0 < self.lean_max < math.pi / 2.0, "within 0 and pi/2 rad")
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given."""
-        value = values.get("lean_max_deg")
-        if value is None:
-            return None
-        return cls(strict_radians(value, -math.inf) if strict else math.radians(value))
-
-    @classmethod
-    def measured(cls, values: Values) -> Self:
-        """Makes the limit with the largest lean that the proof takes, so that only its figure is measured."""
-        del values
-        return cls(math.nextafter(math.pi / 2.0, 0.0))
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        return f"limits.lean_max_deg = {values['lean_max_deg']}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives sin(lean_max) and its error."""

@@ -14,20 +14,11 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, multiply, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.enclosure.table import of_chains
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import joint_angles
-from delta_cad.mechanism.limits.limit import (
-    DEGREE,
-    Field,
-    FigureOfMerit,
-    PoseLimit,
-    Values,
-    cosine_sine,
-    number,
-    require,
-    strict_radians,
-)
+from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, PoseLimit, Values
+from delta_cad.mechanism.limits.numbers import cosine_sine, number, require, strict_radians
 
 RANGE = (-math.pi, math.pi)
 
@@ -45,21 +36,7 @@ def _margin(pose, k, n, i):
     return subtract(add(along, up), multiply(at(pose, forms.UPPER_ARM), constant(k[n + 2], k[n + 3])))
 
 
-@compiled
-def _enclose(pose, k, n, work, out, row):
-    """Computes the margin of each chain."""
-    for i in range(3):
-        store(out, row + i, _margin(pose, k, n, i))
-
-
-@compiled
-def _cut(pose, k, n, work, cuts, count):
-    """Adds the margin of each chain."""
-    for i in range(3):
-        count = keep(cuts, count, _margin(pose, k, n, i))
-        if count == EXCLUDED:
-            return count
-    return count
+_ENCLOSE, _CUT = of_chains(_margin)
 
 
 @dataclass(frozen=True)
@@ -85,8 +62,8 @@ class Shoulder(PoseLimit):
     tier: ClassVar = forms.CHAINS
     rows: ClassVar = 3
     size: ClassVar = 4
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
+    enclose: ClassVar = staticmethod(_ENCLOSE)
+    cut: ClassVar = staticmethod(_CUT)
     cuts: ClassVar = 3
 
     def __post_init__(self) -> None:
@@ -107,12 +84,6 @@ class Shoulder(PoseLimit):
                 angle = strict_radians(value, inwards) if strict else math.radians(value)
                 ends.append(min(max(angle, -math.pi), math.pi))
         return cls(*ends)
-
-    @classmethod
-    def measured(cls, values: Values) -> Self:
-        """Makes the limit with the widest range of angles, so that only its figures are measured."""
-        del values
-        return cls(-math.pi, math.pi)
 
     def describe(self, values: Values) -> str:
         """Says what is asked."""

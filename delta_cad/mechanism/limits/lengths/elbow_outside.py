@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
-from delta_cad.mechanism.limits.limit import DesignBounds, Limit, Values
+from delta_cad.mechanism.limits.limit import DesignBounds, Limit
 
 APART = 1e-6
 """Share of R + L_A that an elbow is farther out than its wrist: at 0 the mechanism is singular."""
@@ -18,19 +18,9 @@ class ElbowOutside(Limit):
     """Largest platform radius, by the reach of level upper arms; every design file is held to it."""
 
     name: ClassVar = "elbow_outside"
+    described: ClassVar = "elbows outside their wrists (r < R + L_A)"
     first_step: ClassVar = True
     of_every_design: ClassVar = True
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self:
-        """Asks for it of every design."""
-        del values, strict
-        return cls()
-
-    def describe(self, values: Values) -> str:
-        """Says what is required."""
-        del values
-        return "elbows outside their wrists (r < R + L_A)"
 
     def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray:
         """Computes how far an elbow can be outside its wrist, as a share of R + L_A."""

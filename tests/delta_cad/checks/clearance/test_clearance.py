@@ -15,7 +15,6 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
 from delta_cad.checks.clearance.clearance import (
     _proof,
-    check_clearance,
     exact_distance,
     handle_proofs,
     mesh_clearance,
@@ -40,6 +39,7 @@ from tests.delta_cad.checks.machines import (
     ball,
     box,
     changed,
+    check_clearance,
     machine,
     part,
     placement,

@@ -8,14 +8,13 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary, tessellate
 from delta_cad.checks.clearance.bodies import DistanceEngine, body, is_round, spun, turned_hull
-from delta_cad.checks.clearance.clearance import check_clearance
 from delta_cad.checks.clearance.continuum import prove
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import _Moved, held_apart, spaces_of
 from delta_cad.checks.links import free_tilt, free_turn, turn_about_x
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Occurrence
-from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, box, machine, part, rod
+from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, box, check_clearance, machine, part, rod
 
 MACHINE = machine()
 DOMAINS = joint_ranges(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)

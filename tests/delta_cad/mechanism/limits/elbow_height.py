@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import at, constant, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.enclosure.table import of_chains
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
-from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require_ranges
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 
 
 def _heights(limit: ElbowHeight, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -32,25 +32,11 @@ def _margin(pose, k, n, i):
     return subtract(constant(k[n], 0.0), height)
 
 
-@compiled
-def _enclose(pose, k, n, work, out, row):
-    """Computes the margin of each chain."""
-    for i in range(3):
-        store(out, row + i, _margin(pose, k, n, i))
-
-
-@compiled
-def _cut(pose, k, n, work, cuts, count):
-    """Adds the margin of each chain."""
-    for i in range(3):
-        count = keep(cuts, count, _margin(pose, k, n, i))
-        if count == EXCLUDED:
-            return count
-    return count
+_ENCLOSE, _CUT = of_chains(_margin)
 
 
 @dataclass(frozen=True)
-class ElbowHeight(PoseLimit):
+class ElbowHeight(ThresholdLimit):
     """Largest height of an elbow's centre above the base plane, m."""
 
     height_max: float
@@ -66,29 +52,9 @@ class ElbowHeight(PoseLimit):
     tier: ClassVar = forms.CHAINS
     rows: ClassVar = 3
     size: ClassVar = 1
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
+    enclose: ClassVar = staticmethod(_ENCLOSE)
+    cut: ClassVar = staticmethod(_CUT)
     cuts: ClassVar = 3
-
-    def __post_init__(self) -> None:
-        require_ranges(self)
-
-    @classmethod
-    def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where it is given."""
-        del strict
-        value = values.get("elbow_height_max_mm")
-        return None if value is None else cls(value / MM_PER_M)
-
-    @classmethod
-    def measured(cls, values: Values) -> Self:
-        """Makes the limit with the greatest height that the proof takes, so that only its figure is measured."""
-        del values
-        return cls(10.0)
-
-    def describe(self, values: Values) -> str:
-        """Says what is asked."""
-        return f"limits.elbow_height_max_mm = {values['elbow_height_max_mm']}"
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the height allowed, m."""

@@ -25,7 +25,7 @@ from delta_cad.mechanism.limits import (
     Shoulder,
     Torque,
 )
-from delta_cad.mechanism.limits.limit import cosine_sine, strict_radians
+from delta_cad.mechanism.limits.numbers import cosine_sine, strict_radians
 from tests.delta_cad.mechanism.asked import limits
 
 INERTIA = HandleInertia(0.06, 0.01, 0.004, 2e-4)
@@ -49,7 +49,7 @@ INERTIA = HandleInertia(0.06, 0.01, 0.004, 2e-4)
         (ElbowAngle, (-1e-9,), "angle_min is -1e-09; it must be at least 0, less than pi rad"),
         (ElbowAngle, (math.nan,), "angle_min is nan"),
         (ElbowAngle, (math.pi,), "it must be at least 0, less than pi rad"),
-        (EffectiveMass, (0.0, INERTIA), "mass_max is 0.0; it must be within 1e-6 and 1e6 kg"),
+        (EffectiveMass, (0.0, INERTIA), "mass_max is 0.0; it must be within 1e-06 and 1e+06"),
         (EffectiveMass, (1.1e6, INERTIA), "mass_max is 1100000.0"),
         (EffectiveMass, (math.nan, INERTIA), "mass_max is nan"),
         (CoupleIndex, (-1e-9,), "couple_index_min is -1e-09; it must be within 0 and 1"),
@@ -76,12 +76,15 @@ def test_limits_that_mean_nothing_are_refused(kind, thresholds, message):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ({"force_N": 3.0}, "force and torque_max belong together"),
-        ({"torque_max_N_m": 3.0}, "force and torque_max belong together"),
+        ({"force_N": 3.0}, "force_N and torque_max_N_m belong together"),
+        ({"torque_max_N_m": 3.0}, "force_N and torque_max_N_m belong together"),
         ({"effective_mass_max_kg": 0.2}, "effective_mass_max_kg and inertia belong together"),
         ({"inertia": {"carried_mass_kg": 0.1}}, "effective_mass_max_kg and inertia belong together"),
-        ({"friction_max_N": 0.5}, "friction_max and drive and upright and level belong together"),
-        ({"encoder_count_rad": 1e-3}, "step_max and count belong together"),
+        (
+            {"friction_max_N": 0.5},
+            "friction_max_N and joint_friction_N_m and .* belong",
+        ),
+        ({"encoder_count_rad": 1e-3}, "position_step_max_m and encoder_count_rad belong together"),
         (
             {"effective_mass_max_kg": 0.2, "inertia": {"carried_mass_kg": 0.1}},
             "inertia must have carried_mass_kg, elbow_mass_kg, cross_mass_kg, joint_inertia_kg_m2",

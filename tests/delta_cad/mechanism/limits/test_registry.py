@@ -10,7 +10,8 @@ import pytest
 from delta_cad.mechanism import Cube, GeometryError
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Limits
-from delta_cad.mechanism.limits.limit import number as limit_number
+from delta_cad.mechanism.limits.limit import ThresholdLimit
+from delta_cad.mechanism.limits.numbers import number as limit_number
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
 from delta_cad.mechanism.proof.prove import prove
@@ -196,7 +197,11 @@ def test_the_value_of_what_is_broken_is_that_of_the_figure_farthest_beyond(kind)
 def test_what_is_told_of_it_names_its_field(kind):
     stated = {"lean_max_deg": 30.0, "kappa_max": 3.0, "shoulder_min_deg": -30.0, "shoulder_max_deg": 60.0}
     stated |= {"position_step_max_mm": 0.05, "elbow_angle_min_deg": 40.0}
-    assert ordinary(kind).describe(VALUES | stated)
+    stated |= {"effective_mass_max_kg": 0.5, "friction_max_N": 0.7, "couple_index_min": 0.4}
+    text = ordinary(kind).describe(VALUES | stated)
+    assert text
+    if issubclass(kind, ThresholdLimit):
+        assert text == f"limits.{kind.fields_[0].name} = {stated[kind.fields_[0].name]}"
 
 
 def test_limits_of_requirements():

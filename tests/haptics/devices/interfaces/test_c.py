@@ -14,7 +14,6 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.mechanism import forward_kinematics, jacobian
-from haptics.devices.fake import DisturbedDevice, invalid
 from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
@@ -23,6 +22,7 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
 from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability.walls import WallAt
+from tests.haptics.devices.fake import DisturbedDevice, invalid
 from tests.haptics.devices.served import Served, served
 from tests.haptics.scene_machine import scene_machine
 
