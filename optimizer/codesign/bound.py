@@ -16,6 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import (
@@ -33,7 +34,6 @@ from optimizer.codesign.lessons import KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG,
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
-from optimizer.problem.feel_defaults import COUPLE_INDEX
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search import sqp
 
