@@ -148,11 +148,9 @@ class Search(Candidates):
         """
         if not self._tied:
             return found.score > now.score + GAIN * abs(now.score)
-        if found.score > peak + ENOUGH * abs(peak):
-            return True
-        return found.score >= self._as_good(peak) and effective_mass_kg(found) < (1.0 - LIGHTER) * effective_mass_kg(
-            now
-        )
+        if not self._as_good(peak) <= found.score <= peak + ENOUGH * abs(peak):
+            return found.score > peak
+        return effective_mass_kg(found) < (1.0 - LIGHTER) * effective_mass_kg(now)
 
     def _as_good(self, score: float) -> float:
         """The least score that is as good within the resolution of lengths, where ties are broken; else the score."""
