@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.panel import check_panel
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
+from delta_cad.checks.range.feel import poor_figures, poor_verdict
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.range.tolerances import check_tolerances
 from delta_cad.checks.report import CheckResult, all_passed
@@ -99,6 +101,11 @@ class Outcome:
         """Decides whether every check holds."""
         return all_passed(self.results)
 
+    @cached_property
+    def poor(self) -> list[str]:
+        """Figures of a machine that passes which are worse than a default of feel that its design leaves out."""
+        return poor_figures(self.design, self.masses) if self.passed else []
+
     def record(self) -> dict[str, Any]:
         """Facts of the build as JSON types."""
         return {
@@ -106,6 +113,7 @@ class Outcome:
             "name": self.design.name,
             "input_sha256": design_hash(self.design),
             "passed": self.passed,
+            "poor": self.poor,
             "failed": [result.name for result in self.results if not result.passed],
             "total_mass_kg": self.masses["total_mass_kg"],
             "moving_mass_kg": self.masses["moving_mass_kg"],
@@ -233,7 +241,7 @@ def build(
     out: Path,
     progress: Progress = quiet,
     schema: str = "AP242",
-    beside: Callable[[Path, Outcome], str] = lambda _folder, _outcome: "",
+    beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
     drawings: bool = True,
     report: bool = True,
     made: BuiltMachine | None = None,
@@ -246,8 +254,7 @@ def build(
         out: Parent folder.
         progress: Told what is being done.
         schema: STEP schema, "AP242" or "AP214".
-        beside: Called with the folder and what came of the machine, to write more files before the manifest; gives in
-            what a machine that passes is poor.
+        beside: Called with the folder and what came of the machine, to write more files before the manifest.
         drawings: Whether drawings are made and checked, and the manual, too.
         report: Whether the page and the pictures are made.
         made: The design made solid, where that is known; None: it is made.
@@ -297,10 +304,10 @@ def build(
             if narrator is not None:
                 progress("manual")
                 manual.written(narrator)
-            poor = beside(folder.path, outcome)
+            beside(folder.path, outcome)
             if report:
                 progress("report.html")
-                _report(machine, sweep, outcome, folder.path, poor)
+                _report(machine, sweep, outcome, folder.path)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
             write_manifest(
@@ -377,7 +384,7 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: Progr
     return fingerprint
 
 
-def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path, poor: str) -> None:
+def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path) -> None:
     """Writes the page of a build into its folder, which holds all else but the manifest."""
     subject = Subject(
         dimensions=machine.dimensions,
@@ -391,7 +398,7 @@ def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path,
         unverified=outcome.unverified,
         near=sweep.over,
     )
-    write_report(subject, folder, versions(), poor)
+    write_report(subject, folder, versions(), poor_verdict(outcome.poor))
 
 
 def _stage(machine: BuiltMachine, sweep: Sweep) -> Stage:

@@ -130,10 +130,13 @@ def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False) 
 
 def print_outcome(outcome: Outcome, whole: bool = False) -> None:
     """Prints the result of a build or a check: what fails, ten figures, and on demand every check and its detail."""
+    from delta_cad.checks.range.feel import poor_verdict  # loads the proofs
+
     console = _console()
     failed = [result for result in outcome.results if not result.passed]
     count = len(outcome.results)
     verdict = f"{len(failed)} of {count} checks FAIL" if failed else f"all {count} checks hold"
+    verdict = f"[yellow]{escape(poor_verdict(outcome.poor))}[/yellow]" if outcome.poor else verdict
     console.print(f"{outcome.design.name}: {verdict}", highlight=False, soft_wrap=True)
     for result in failed:
         at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)

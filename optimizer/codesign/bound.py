@@ -12,10 +12,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, repeat
 
 import numpy as np
 
+from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import (
@@ -33,7 +34,6 @@ from optimizer.codesign.lessons import KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG,
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
-from optimizer.problem.feel_defaults import COUPLE_INDEX
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search import sqp
 
@@ -388,16 +388,21 @@ def bounded(
     def ended() -> bool:
         return stop() or (largest <= side_mm * (1.0 + CLOSE) and enough())
 
+    def bound_of(above: float, one: Interval) -> float:
+        return above if ended() else family.best_of(one, target, above, ended)
+
     def look_at(above: float, intervals: Sequence[Interval]) -> None:
         nonlocal count
-        values = threads.map(lambda one: above if ended() else family.best_of(one, target, above, ended), intervals)
-        for one, value in zip(intervals, values, strict=True):
+        # half of them by this thread itself, whose waiting for a processor is what the clock of a search leaves out
+        others = threads.map(bound_of, repeat(above), intervals[1::2])
+        own = [bound_of(above, one) for one in intervals[::2]]
+        for one, value in zip([*intervals[::2], *intervals[1::2]], [*own, *others], strict=True):
             count += 1
             report(f"bound: {one.motor}, {count} intervals, {max([value, *(-v for v, _ in open_)]):.2f} mm")
             if value > target:
                 heapq.heappush(open_, (-value, one))
 
-    with ThreadPoolExecutor(CORES) as threads:
+    with ThreadPoolExecutor(CORES - 1) as threads:
         look_at(2.0 * WIDE_MM["half_side"][1], list(family.intervals()))
         while open_ and not open_[0][1].narrow:
             largest = -open_[0][0]

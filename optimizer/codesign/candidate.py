@@ -17,7 +17,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.held import held_masses
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.mechanism import DeltaGeometry, cube_extremes
-from delta_cad.mechanism.limits import HoldingTorque, Outline, Torque
+from delta_cad.mechanism.limits import EffectiveMass, HoldingTorque, Outline, Torque
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
@@ -191,6 +191,14 @@ def worst_torque(lengths: Mapping[str, float], force: float) -> float:
     limit = Torque(force, 1.0)
     search = CubeSearch(Cube(lengths["bottom_height"] / MM_PER_M, lengths["half_side"] / MM_PER_M))
     return worst_of(search, g, limit, limit.figures[0]).value
+
+
+def effective_mass_kg(candidate: Candidate) -> float:
+    """Estimates the largest effective mass at the handle of a candidate over its cube, kg, with the masses known."""
+    upper_arm, forearm, *_ = candidate.lengths_mm
+    inertia = candidate.lessons.weighed.inertia(upper_arm, forearm, candidate.choice.ratio)
+    limit, design = EffectiveMass(1.0, inertia), candidate.design
+    return worst_of(CubeSearch(design.workspace), design.geometry, limit, limit.figures[0]).value
 
 
 def hung(design: Design, lessons: Lessons) -> Lessons:

@@ -4,25 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
-from delta_cad.checks.report import CheckResult
-from optimizer.codesign.candidate import Start
-from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Weighed
 from optimizer.synthesis.checkpoint import Records
 
 T = TypeVar("T")
-# What a reader raises of a step that was kept by another state of the code under the same version.
-UNREAD = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
-def at_once(_step: str, _of: object, compute: Callable[[], T], _told: object, _read: object) -> T:
+def at_once(_step: str, _of: object, compute: Callable[[], T], _kind: object) -> T:
     """Computes a step of a search that nobody keeps."""
     return compute()
 
@@ -34,43 +28,39 @@ class Journal(Records):
 
     def __init__(self, path: Path, key: dict[str, Any], resume: bool) -> None:
         """Opens the file; see `Records`."""
-        self._done: dict[tuple[str, str], Any] = {}
+        self._done: dict[tuple[str, str], tuple[Any]] = {}
         super().__init__(path, key, resume)
 
     def take(self, record: dict[str, Any]) -> None:
         """Takes up a step."""
-        self._done[str(record["step"]), str(record["of"])] = record["result"]
+        self._done[str(record["step"]), str(record["of"])] = (record["result"],)
 
-    def once(
-        self, step: str, of: object, compute: Callable[[], T], told: Callable[[T], Any], read: Callable[[Any], T]
-    ) -> T:
-        """Gives what a step came to, computed only if the file does not have it as this state of the code reads it.
+    def once(self, step: str, of: object, compute: Callable[[], T], kind: Any) -> T:
+        """Gives the result of a step, computed only if the file does not have it as this state of the code writes it.
 
         Args:
             step: Kind of step.
             of: What it is computed from; its text tells one from another.
             compute: The step.
-            told: Its result as JSON types.
-            read: The result from these.
+            kind: Type of its result: dataclasses, lists, tuples and numbers, by which it is written and read.
         """
         key = step, sha256(repr(of).encode()).hexdigest()
-        if key in self._done:
-            with suppress(*UNREAD):
-                return read(self._done[key])
+        if (kept := self._done.get(key)) is not None:
+            with suppress(ValidationError):  # of another state of the code under the same version
+                result: T = _form(kind).validate_python(kept[0])
+                if as_json(result, kind) == kept[0]:
+                    return result
         result = compute()
-        self._done[key] = told(result)
-        self.append({"step": step, "of": key[1], "result": self._done[key]})
+        self._done[key] = (as_json(result, kind),)
+        self.append({"step": step, "of": key[1], "result": self._done[key][0]})
         return result
 
 
-def converters(kind: Any) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
-    """Makes the functions that give results of a kind as JSON types, without what is at its default, and read them."""
-    adapter: TypeAdapter[Any] = TypeAdapter(kind)
-    return partial(adapter.dump_python, mode="json", exclude_defaults=True), adapter.validate_python
+def as_json(result: object, kind: Any) -> Any:
+    """Gives a result of a type as JSON types, without what has its default."""
+    return _form(kind).dump_python(result, mode="json", exclude_defaults=True)
 
 
-found_told, found_read = converters(Found | None)
-start_told, start_read = converters(Start | None)
-results_told, results_read = converters(list[CheckResult])
-# What solids weigh, the checks that this decides, and what their ball joints rub with.
-weighed_told, weighed_read = converters(tuple[Weighed, list[CheckResult], tuple[float, float]])
+@cache
+def _form(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, NamedTuple
 
+from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
-from optimizer.problem.feel_defaults import COUPLE_INDEX
 
 ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
 HANGING_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm

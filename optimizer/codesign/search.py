@@ -11,7 +11,7 @@ import numpy as np
 from delta_cad.dimensions import CLEARANCE_MOST_MM
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.solids.primitive import BuildError
-from optimizer.codesign.candidate import Candidate, reported
+from optimizer.codesign.candidate import Candidate, effective_mass_kg, reported
 from optimizer.codesign.choice import SMALL, WIDTHS, Choice, cheapest, drives, hopeless, motor_of, neighbours, ratios_of
 from optimizer.codesign.exclusion import excluded
 from optimizer.codesign.learning import (
@@ -36,6 +36,7 @@ COARSE, AGAIN, FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # 
 REFINED = 2  # times at most that hardware is refined with what solids told
 WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
+LIGHTER = 1e-2  # share of the effective mass by which one of two machines as good as one another is lighter
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 SWEEPS = 10  # machines of one choice that are made
 
@@ -140,19 +141,24 @@ class Search(Candidates):
         return found
 
     def _beats(self, found: Candidate, now: Candidate, peak: float) -> bool:
-        """Decides whether a candidate is better: by its score, or of a cube that is asked by a lower ratio.
+        """Decides whether a candidate is better: by its score, or of a cube that is set by its effective mass.
 
-        A rotor is felt by the square of its ratio: of two that are as good as the best of all, `peak`, within the
-        resolution of lengths, that of the lower ratio is.
+        Of two that are as good as the best of all, `peak`, within the resolution of lengths, the lighter one is: its
+        mass falls with the square of the ratio, and with its arms.
         """
-        if self._tied and found.choice.ratio != now.choice.ratio:
-            lower, least = found.choice.ratio < now.choice.ratio, ENOUGH * abs(peak)
-            return found.score >= peak - least if lower else found.score > peak + least
-        return found.score > now.score + GAIN * abs(now.score)
+        if not self._tied:
+            return found.score > now.score + GAIN * abs(now.score)
+        if not self._as_good(peak) <= found.score <= peak + ENOUGH * abs(peak):
+            return found.score > peak
+        return effective_mass_kg(found) < (1.0 - LIGHTER) * effective_mass_kg(now)
+
+    def _as_good(self, score: float) -> float:
+        """The least score that is as good within the resolution of lengths, where ties are broken; else the score."""
+        return score - ENOUGH * abs(score) if self._tied else score
 
     @property
     def _tied(self) -> bool:
-        """Whether machines of one score differ in what is felt: their cube is asked, and no mass is sought."""
+        """Whether ties are broken by the effective mass: the cube is set, and no mass is sought."""
         return self.brief.objective in ("outline", "cost")
 
     def _unlikely(self, hardware: tuple[str, str]) -> float:
@@ -204,7 +210,8 @@ class Search(Candidates):
         known, self.ready = dict(self.lessons), candidate
         try:
             finer = self._climbed(candidate, FINE)
-            again = None if finer is candidate else self.settled(finer.choice, finer.lengths_mm, beats=candidate.score)
+            beats = self._as_good(candidate.score)
+            again = None if finer is candidate else self.settled(finer.choice, finer.lengths_mm, beats=beats)
         except HalfTimeError:
             again = None
         self.ready = None
@@ -227,14 +234,10 @@ class Search(Candidates):
         return best
 
     def _beside(self, one: Choice, best: Candidate, peak: float) -> Candidate | None:
-        """What closed forms leave of hardware near the best; None where that is no better.
-
-        Machines of lower ratios may be as good as the best of all, `peak`, within the resolution.
-        """
+        """What closed forms leave of hardware near the best; None where that is worse, or no better without ties."""
         index, per_mm, elbow_deg = best.lessons.held
         held = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
-        tied = self._tied and one.ratio < best.choice.ratio
-        beats = peak - ENOUGH * abs(peak) if tied else best.score
+        beats = self._as_good(peak) if self._tied else best.score
         beats = None if self.brief.objective == "cost" else beats  # a price is none of lengths
         found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
         self.begin(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")

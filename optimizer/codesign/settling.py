@@ -13,7 +13,7 @@ from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, hung, refused, rubbed, weigh, worst_torque
 from optimizer.codesign.choice import Choice, motor_of
-from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
+from optimizer.codesign.journal import at_once
 from optimizer.codesign.learning import (
     PULLED,
     GaveUpError,
@@ -46,6 +46,8 @@ ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other leng
 T = TypeVar("T")
 Lengths = tuple[float, ...]
 """(6) in the order of `VARIABLES`, mm."""
+Rubbing = tuple[Weighed, list[CheckResult], tuple[float, float]]
+"""Masses of the solids, the checks that these decide, and the friction of the ball joints, N."""
 
 
 @dataclass
@@ -114,7 +116,7 @@ class Candidates:
             return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds, beats, self._require_time)
 
         of = self.brief, choice, replace(lessons, why=()), start_mm, rounds, beats
-        found = self.once("lengths", of, compute, found_told, found_read)
+        found = self.once("lengths", of, compute, Found | None)
         if found is not None:
             self.tried.posed.append(Posed(choice, found.score))
         return found
@@ -235,15 +237,9 @@ class Candidates:
                 self.lessons[key] = built
         raise GaveUpError("closed forms and weights did not come to agree")
 
-    def _weighed(self, design: Design) -> tuple[Weighed, list[CheckResult], tuple[float, float]]:
+    def _weighed(self, design: Design) -> Rubbing:
         """Weighs a design, and what its ball joints rub with; raises as `weigh`."""
-        return self.once(
-            "weighed",
-            design_hash(design),
-            lambda: (*weigh(design, self.begin), rubbed(design)),
-            weighed_told,
-            weighed_read,
-        )
+        return self.once("weighed", design_hash(design), lambda: (*weigh(design, self.begin), rubbed(design)), Rubbing)
 
     def _moment(self, lessons: Lessons, lengths: Lengths) -> float:
         """The most torque of a joint for a moment, N m."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Literal
+from typing import Any, Literal
 
+from delta_cad.checks.report import CheckResult
 from delta_cad.common.console import CUT_SHORT, DONE, NOT_MET
 from delta_cad.design import Design
+from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 
 
@@ -24,6 +26,21 @@ class Posed:
     choice: Choice
     score: float
     failed: tuple[str, ...] | None = None
+
+
+@dataclass
+class Built:
+    """A build, as a run that goes on takes it over.
+
+    Attributes:
+        results: All checks.
+        facts: Of a machine that passes; else {}.
+        remarks: What the time left undone.
+    """
+
+    results: list[CheckResult]
+    facts: dict[str, Any]
+    remarks: list[str]
 
 
 @dataclass
@@ -51,6 +68,21 @@ class Tried:
     def ended(self, hardware: str) -> None:
         """Notes that hardware was looked at to its end."""
         self.left = [one for one in self.left if one != hardware]
+
+    def with_passed(self, machine: Candidate, design: Design) -> Tried:
+        """Gives the same with a machine that passes every check, last; what made its hardware fail elsewhere is gone.
+
+        Args:
+            machine: The machine.
+            design: Its design, as it is written.
+        """
+        name = f"{machine.choice.motor} {machine.choice.drive}"
+        return replace(
+            self,
+            built=[*self.built, (design, ())],
+            posed=[*self.posed, Posed(machine.choice, machine.score, ())],
+            stuck={hardware: why for hardware, why in self.stuck.items() if hardware != name},
+        )
 
     @property
     def reasons(self) -> list[str]:

@@ -63,7 +63,7 @@ def preset_text(preset: str, name: str | None = None) -> str:
         Its text, TOML.
     """
     from delta_cad.design import NAME_PATTERN
-    from optimizer.problem.feel_defaults import feel_defaults
+    from delta_cad.design.feel_defaults import feel_defaults
 
     title, *own = (FOLDER / f"{preset}.toml").read_text(encoding="utf-8").splitlines()
     stated = {(table, found[1]): found for table, found in _fields(own) if isinstance(found, re.Match)}

@@ -39,18 +39,11 @@ from optimizer.atlas.grid import load_grid
 from optimizer.certify.certificate import Certificate, CertificateError, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
 from optimizer.certify.gravity import GravityError, share_of_masses
-from optimizer.codesign.journal import (
-    Journal,
-    found_read,
-    found_told,
-    results_read,
-    results_told,
-    weighed_read,
-    weighed_told,
-)
+from optimizer.codesign.journal import Journal, as_json
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import reference
 from optimizer.codesign.pages.machines import standing
+from optimizer.codesign.settling import Rubbing
 from optimizer.commands import cli as optimizer_cli
 from optimizer.commands.init import preset_text
 from optimizer.problem.brief import load_brief
@@ -73,11 +66,11 @@ HANG_S = 10.0
 LONGEST_LINE = 3000  # characters of a message: the longest lists of what is known have half of it
 KEY = {"run": 1}
 RESULTS = [CheckResult("clearance", False, 1.9, 2.0, "mm", (1.0, 2.0, 3.0), ("rod_0_0", "motor_1"), "too close")]
-# Step of a search's journal -> what it is computed from, what it came to, how that is written and read.
-STEPS: dict[str, tuple[str, Any, Callable[[Any], Any], Callable[[Any], Any]]] = {
-    "lengths": ("a", Found((91.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7.0), found_told, found_read),
-    "moving": ("b", RESULTS, results_told, results_read),
-    "weighed": ("c", (reference(), RESULTS, (0.1, 0.2)), weighed_told, weighed_read),
+# Step of a search's journal -> what it is computed from, its result, the type of that.
+STEPS: dict[str, tuple[str, Any, Any]] = {
+    "lengths": ("a", Found((91.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7.0), Found | None),
+    "moving": ("b", RESULTS, list[CheckResult]),
+    "weighed": ("c", (reference(), RESULTS, (0.1, 0.2)), Rubbing),
 }
 COMMANDS_EVERY = 20  # one of so many refused files goes through its command, too
 
@@ -152,16 +145,16 @@ def _searched(path: Path) -> None:
     """Takes up a search's journal, every step of it as the search does."""
     journal = Journal(path, KEY, True)
     try:
-        for step, (of, made, told, read) in STEPS.items():
-            journal.once(step, of, lambda made=made: made, told, read)
+        for step, (of, made, kind) in STEPS.items():
+            journal.once(step, of, lambda made=made: made, kind)
     finally:
         journal.close()
 
 
 def _steps() -> list[dict[str, Any]]:
     """Records of a journal, as a search writes them."""
-    return [{"step": step, "of": sha256(repr(of).encode()).hexdigest(), "result": told(made)}
-            for step, (of, made, told, _) in STEPS.items()]  # fmt: skip
+    return [{"step": step, "of": sha256(repr(of).encode()).hexdigest(), "result": as_json(made, kind)}
+            for step, (of, made, kind) in STEPS.items()]  # fmt: skip
 
 
 def _written(folder: Path) -> Callable[[Path], None]:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.checks.range.feel import poor_verdict
 from delta_cad.report.page import ASSETS, FILE_NAME, page_policy
-from optimizer.codesign.costs import Cost
 from optimizer.codesign.pages.figures import FIGURES, binding
-from optimizer.codesign.pages.output import judged
 from optimizer.codesign.pages.plot import Scale
 from optimizer.codesign.tried import Posed, Tried
+from optimizer.codesign.variants.costs import Cost
 
 if TYPE_CHECKING:
     from optimizer.codesign.bound import Bound
@@ -64,7 +64,7 @@ def design_page(
         stuck=tried.stuck,
         bound=bound,
         binding=binding(brief, told),
-        poor=judged(told),
+        poor=poor_verdict(told["poor"]),
         costs=costs,
         dearest=max((one.gain for one in costs), default=1.0),
         unit=unit,

@@ -1,7 +1,7 @@
-"""Figures of a machine that was built: results, beside the limits that the requirements set and the defaults of feel.
+"""Figures of a machine that was built: results, and the limits that the requirements set.
 
 A limit that the user's file sets, a value derived from it or from the machine, and a result are three things: a result
-is held here against set limits, and against defaults of feel that the file leaves out, never against what was derived.
+is held here against set limits, never against what was derived.
 """
 
 from __future__ import annotations
@@ -12,25 +12,21 @@ from typing import TYPE_CHECKING, Any
 
 from scipy.optimize import brentq
 
+from delta_cad.checks.range.feel import feel_figures
 from delta_cad.design import Design
 from delta_cad.design.task import LEAST
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
-from delta_cad.drive.masses import masses_from_dict
-from delta_cad.mechanism.limits import CoupleIndex, EffectiveMass, Friction, HoldingTorque, Kappa
-from delta_cad.mechanism.limits.limit import PoseLimit
+from delta_cad.mechanism.limits import HoldingTorque
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.certify.gravity import held_masses
 from optimizer.problem.brief import DesignBrief
-from optimizer.problem.feel_defaults import feel_defaults
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
 
 BINDS = 0.01  # share of a set limit within which a result binds
-WORSE = 5e-3  # share of a default by which a result is worse: three digits of both are told
 FORCE_ROOM_N = 1e-5  # to which a force is found, rather too little
 
 
@@ -95,14 +91,6 @@ FIGURES = (
 )
 
 
-MEASURED: dict[str, type[PoseLimit]] = {
-    "effective_mass_max_kg": EffectiveMass,
-    "friction_max_N": Friction,
-    "couple_index_min": CoupleIndex,
-    "kappa_max": Kappa,
-}
-
-
 @dataclass(frozen=True)
 class Held:
     """A result beside a limit.
@@ -137,20 +125,15 @@ def results_of(outcome: Outcome) -> dict[str, float]:
         Key of a figure -> value, the worst over the cube; those of checks are theirs.
     """
     design, d = outcome.design, dimensions(outcome.design)
-    drive, m = drive_torque(design), design.mechanism
-    masses = masses_from_dict(outcome.masses, design.geometry.forearm_length, drive)
-    known = known_joints(design) | {"inertia": masses.handle_inertia}
+    m = design.mechanism
     found: dict[str, float] = {
         "cube_side_mm": 2.0 * design.cube.half_side_mm,
         "height_mm": height_mm(d),
         "outline_radius_mm": m.base_radius_mm + m.upper_arm_length_mm,
         "force_N": force_N(design, outcome.masses, design.requirements.joint_torque_N_m),
-        "peak_force_N": force_N(design, outcome.masses, drive.required_peak_N_m),
+        "peak_force_N": force_N(design, outcome.masses, drive_torque(design).required_peak_N_m),
+        **feel_figures(design, outcome.masses),
     }
-    search = CubeSearch(design.workspace)
-    for key, kind in MEASURED.items():
-        if (limit := kind.measured(known)) is not None:
-            found[key] = worst_of(search, design.geometry, limit, limit.figures[0]).value
     from delta_cad.structure.report import stiffness
 
     found["stiffness_min_N_mm"] = float(stiffness(d).softest.stiffness_N_mm.min())
@@ -212,14 +195,3 @@ def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[H
 def binding(brief: DesignBrief, values: Mapping[str, float | None]) -> list[Held]:
     """Lists the set limits that bind: those within a hundredth of which the machine is."""
     return [one for one in set_limits(brief, values) if abs(one.margin) <= BINDS]
-
-
-def poor(brief: DesignBrief, values: Mapping[str, float | None]) -> list[Held]:
-    """Lists the results that are worse than a default of feel that the requirements file leaves out."""
-    defaults = {f"feel.{name}": value for name, value in feel_defaults(brief.requirements.force_N).items()}
-    found = [
-        Held(one, value, defaults[one.field])
-        for one in FIGURES
-        if one.field in defaults and one.field not in brief.stated and (value := values.get(one.key)) is not None
-    ]
-    return [one for one in found if one.margin < -WORSE]

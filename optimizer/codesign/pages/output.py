@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.checks.range.feel import poor_verdict
 from delta_cad.design import Design, design_to_json
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import load_masses
@@ -14,9 +15,9 @@ from delta_cad.report.page import SOUGHT
 from optimizer.certify.certificate import Certificate, certify, limits_of
 from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import share_of_masses
-from optimizer.codesign.costs import Cost
-from optimizer.codesign.pages.figures import FIGURES, binding, poor, results_of, set_limits
+from optimizer.codesign.pages.figures import FIGURES, binding, results_of, set_limits
 from optimizer.codesign.tried import Tried, Verdict
+from optimizer.codesign.variants.costs import Cost
 from optimizer.problem.brief import DesignBrief, brief_hash
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | 
         "moving_mass_kg": outcome.masses["moving_mass_kg"],
         "total_mass_kg": outcome.masses["total_mass_kg"],
         "binding": [one.figure.field for one in binding(brief, values)],
-        "poor": [str(one) for one in poor(brief, values)],
+        "poor": outcome.poor,
         "folder": None if outcome.folder is None else str(outcome.folder),
         "tried": tried.candidates,
         "built": len(tried.built),
@@ -136,9 +137,9 @@ def headline(facts: dict[str, Any]) -> str:
     return ", ".join(told)
 
 
-def judged(facts: dict[str, Any]) -> str:
-    """Says how good a machine is that keeps all set limits; "" where it is no worse than any default of feel."""
-    return f"holds, but poor as a haptic device: {'; '.join(facts['poor'])}" if facts["poor"] else ""
+def shown(facts: dict[str, Any]) -> str:
+    """States in what a machine is a poor haptic device, or else its figures that come first."""
+    return poor_verdict(facts["poor"]) or headline(facts)
 
 
 def _lines_of(brief: DesignBrief, facts: dict[str, Any]) -> list[str]:
@@ -195,7 +196,7 @@ def report(
         f"{width:.1f} x {depth:.1f} mm as built{_price(told['cost_EUR'])}.",
         f"{headline(told)[:1].upper()}{headline(told)[1:]}.",
         "",
-        *((f"**{judged(told)}**", "") if told["poor"] else ()),
+        *((f"**{poor_verdict(told['poor'])}**", "") if told["poor"] else ()),
         "## Results",
         "",
         *_lines_of(brief, told),

@@ -10,7 +10,6 @@ from math import sqrt
 from delta_cad.dimensions import CLEARANCE_MOST_MM
 from optimizer.codesign.candidate import Start
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
-from optimizer.codesign.journal import start_read, start_told
 from optimizer.codesign.lessons import Lessons
 from optimizer.codesign.search import Search
 from optimizer.codesign.tried import Tried
@@ -206,4 +205,4 @@ def _possible(search: Search, brief: DesignBrief, choice: Choice, near: Start | 
         found = of_task(search, brief, known).settled(choice, near and near.lengths_mm, weighing=False)
         return None if found is None else Start(found.choice, found.lengths_mm, found.lessons)
 
-    return search.once("possible", (brief, choice, near), compute, start_told, start_read)
+    return search.once("possible", (brief, choice, near), compute, Start | None)

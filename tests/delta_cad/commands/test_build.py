@@ -97,6 +97,7 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
         monkeypatch.setattr(pipeline, "Beside", Idle)
         monkeypatch.setattr(pipeline, "_stage", lambda *_: None)
         monkeypatch.setattr(pipeline, "_report", lambda *_: None)
+        monkeypatch.setattr(pipeline, "poor_figures", lambda *_: [])
 
     return set_up
 

@@ -9,11 +9,30 @@ import numpy as np
 import pytest
 
 from delta_cad.checks.report import CheckResult
-from delta_cad.commands import tables
+from delta_cad.commands import pipeline, tables
 from delta_cad.commands.inspection import inspection
 from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
 from delta_cad.mechanism.statics import singular_values
+
+
+@pytest.fixture(autouse=True)
+def good(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Machines without masses, none of whose figures of feel is poor."""
+    monkeypatch.setattr(pipeline, "poor_figures", lambda *_: [])
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_poor_device_is_named_so_only_if_it_passes(
+    passed: bool, best: Design, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(pipeline, "poor_figures", lambda *_: ["friction 1.1 N, at most 0.6"])
+    masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
+    outcome = Outcome(best, [CheckResult("lean", passed, 0.4, 1.0, "rad")], masses, None, ())
+    tables.print_outcome(outcome)
+    first = capsys.readouterr().out.splitlines()[0]
+    assert ("poor as a haptic device" in first and "friction 1.1 N, at most 0.6" in first) is passed
+    assert outcome.record()["poor"] == ["friction 1.1 N, at most 0.6"] * passed
 
 
 @pytest.mark.parametrize("unverified", [(), ("motor", "nut_M2.5")])

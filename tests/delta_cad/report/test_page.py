@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from delta_cad.checks.range.feel import poor_verdict
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.reading import ReadError
 from delta_cad.design import design_hash, load_design
@@ -114,11 +115,13 @@ def test_its_figures_are_those_of_the_checks(page: Page, built: Built) -> None:
 
 
 def test_every_check_and_every_part_stands_in_it(page: Page, built: Built) -> None:
-    checks = json.loads((built.folder / "checks.json").read_text())["checks"]
+    record = json.loads((built.folder / "checks.json").read_text())
+    checks = record["checks"]
     rows = page.rows("checks")[1:]
     counted = sum(int(m[1]) if (m := re.search(r"\((\d+)×\)$", row[0])) else 1 for row in rows)
     assert counted == len(checks)
-    assert page.one("verdict").text.strip() == f"all {len(checks)} checks hold"
+    assert page.one("verdict").text.strip() == poor_verdict(record["poor"]) != ""  # 0.77 kg and 1.1 N at 3 N
+    assert "poor" in page.one("verdict").attributes["class"].split()
     items = json.loads((built.folder / "bom.json").read_text())["items"]
     assert [row[2] for row in page.rows("parts")[1:]] == [item["part_number"] for item in items]
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from threading import current_thread
 from typing import cast
 
 import numpy as np
@@ -163,6 +165,23 @@ def test_time_that_is_enough_ends_a_bound_that_is_close_alone(close: float, monk
     found = bounded(family, one.side_mm, lambda: len(told) >= 4, told.append, lambda: True)
     assert (len(told) < 4) is (close > 0.1)
     assert (found.gap <= close) is (close > 0.1)
+
+
+def test_the_thread_whose_waiting_for_a_processor_does_not_count_does_half_of_the_work() -> None:
+    by: dict[Interval, str] = {}
+
+    class Noted(Family):
+        def best_of(self, one: Interval, least_mm: float, most_mm: float, stop: Callable[[], bool]) -> float:
+            del least_mm, stop
+            by[one] = current_thread().name
+            return min(most_mm, 86.0 + one.arms_mm[0] / 100.0)
+
+    one = machine(4.8)
+    family = Noted(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
+    bounded(family, 80.0, lambda: len(by) >= INTERVALS)
+    assert {name == current_thread().name for name in by.values()} == {True, False}
+    own = sum(name == current_thread().name for name in by.values())
+    assert own >= len(by) / 2
 
 
 def test_a_machine_is_one_of_its_family_whatever_others_were_taught() -> None:

@@ -1,4 +1,4 @@
-"""Results of a machine beside set limits and defaults that were left out; heights and forces by other means."""
+"""Results of a machine beside set limits; heights and forces by other means."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism.statics import worst_joint_torque
-from optimizer.codesign.pages.figures import FIGURES, binding, force_N, height_mm, poor, results_of, set_limits
+from optimizer.codesign.pages.figures import FIGURES, binding, force_N, height_mm, results_of, set_limits
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 
 
@@ -90,21 +90,6 @@ def test_what_binds_are_limits_that_the_file_sets() -> None:
 def test_a_limit_of_the_first_edition_is_set_where_a_brief_has_it() -> None:
     task = brief(limits={"kappa_max": 2.28})
     assert [one.figure.field for one in binding(task, {"kappa_max": 2.27})] == ["feel.kappa_max"]
-
-
-@pytest.mark.parametrize(
-    ("value", "felt", "told"),
-    [(0.604, {}, True), (0.602, {}, False), (0.604, {"effective_mass_max_kg": 1.0}, False)],
-)
-def test_poor_is_what_is_worse_than_a_default_that_was_left_out(
-    value: float, felt: dict[str, float], told: bool
-) -> None:
-    """Of 3 N a fifth of a kilogram for each newton."""
-    (found,) = poor(brief(feel=felt), {"effective_mass_max_kg": value}) or (None,)
-    assert (found is not None) is told
-    assert not poor(brief(), {"couple_index_min": 0.399})  # told with two digits it is 0.4
-    (index,) = poor(brief(), {"couple_index_min": 0.39})
-    assert str(index) == "couple index 0.39, at least 0.4"
 
 
 def test_every_limit_of_a_figure_is_a_field_of_the_requirements_and_of_one_figure() -> None:

@@ -12,20 +12,11 @@ import pytest
 from delta_cad.checks.report import CheckResult
 from optimizer.codesign.candidate import Start
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.journal import (
-    Journal,
-    found_read,
-    found_told,
-    results_read,
-    results_told,
-    start_read,
-    start_told,
-    weighed_read,
-    weighed_told,
-)
+from optimizer.codesign.journal import Journal
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
+from optimizer.codesign.settling import Rubbing
 from optimizer.problem.brief import brief_from_dict
 from optimizer.synthesis.checkpoint import CheckpointError
 
@@ -46,7 +37,7 @@ def test_what_was_computed_comes_back_to_the_last_digit(tmp_path: Path) -> None:
             calls.append(of)
             return FOUND if of == "a" else None
 
-        return journal.once("lengths", of, compute, found_told, found_read)
+        return journal.once("lengths", of, compute, Found | None)
 
     first = Journal(tmp_path / "j.jsonl", KEY, False)
     assert [once(first, of) for of in ("a", "b", "a")] == [FOUND, None, FOUND]
@@ -62,45 +53,45 @@ def test_where_a_search_may_begin_comes_back(tmp_path: Path) -> None:
     asked = [None, Start(choice, LENGTHS, Lessons(reference())), Start(choice, LENGTHS, taught)]
     journal = Journal(tmp_path / "j.jsonl", KEY, False)
     for k, one in enumerate(asked):
-        assert journal.once("possible", k, lambda one=one: one, start_told, start_read) == one
+        assert journal.once("possible", k, lambda one=one: one, Start | None) == one
     journal.close()
     again = Journal(tmp_path / "j.jsonl", KEY, True)
-    found = [again.once("possible", k, lambda: pytest.fail("kept"), start_told, start_read) for k in range(len(asked))]
+    found = [again.once("possible", k, lambda: pytest.fail("kept"), Start | None) for k in range(len(asked))]
     assert found == asked
     assert repr(found) == repr(asked)  # by which further steps are told apart
 
 
 def test_checks_and_weights_come_back(tmp_path: Path) -> None:
-    assert results_read(results_told(RESULTS)) == RESULTS
     made = replace(reference(), gravity_torque_N_m=0.1 / 3.0, own=True), RESULTS, (0.1, 1.0 / 7.0)
     journal = Journal(tmp_path / "j.jsonl", KEY, False)
-    journal.once("weighed", "x", lambda: made, weighed_told, weighed_read)
+    journal.once("weighed", "x", lambda: made, Rubbing)
     journal.close()
     again = Journal(tmp_path / "j.jsonl", KEY, True)
 
     def fails() -> Any:
         raise AssertionError
 
-    assert again.once("weighed", "x", fails, weighed_told, weighed_read) == made
+    assert again.once("weighed", "x", fails, Rubbing) == made
 
 
-def test_a_step_that_another_state_of_the_code_kept_is_computed_again(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kept", [{"lengths_mm": [1.0], "then": 2.0}, {"lengths_mm": [1.0], "score": 2.0, "then": 2.0}])
+def test_a_step_that_another_state_of_the_code_kept_is_computed_again(tmp_path: Path, kept: dict[str, Any]) -> None:
     """The key names the version, and between two versions a record may get a field."""
     first = Journal(tmp_path / "j.jsonl", KEY, False)
-    first.once("lengths", "a", lambda: FOUND, lambda _: {"lengths_mm": [1.0], "then": 2.0}, found_read)
+    first.once("lengths", "a", lambda: kept, dict[str, Any])
     first.close()
     again = Journal(tmp_path / "j.jsonl", KEY, True)
-    assert again.once("lengths", "a", lambda: FOUND, found_told, found_read) == FOUND
+    assert again.once("lengths", "a", lambda: FOUND, Found | None) == FOUND
     again.close()
-    kept = Journal(tmp_path / "j.jsonl", KEY, True)
-    assert kept.once("lengths", "a", lambda: None, found_told, found_read) == FOUND
+    later = Journal(tmp_path / "j.jsonl", KEY, True)
+    assert later.once("lengths", "a", lambda: None, Found | None) == FOUND
 
 
 def test_a_figure_that_is_not_finite_is_none_and_can_be_kept(tmp_path: Path) -> None:
     """As a load at a singularity: neither the journal nor `checks.json` or the report's page may end on it."""
     results = [CheckResult("load", False, float("inf"), float("nan"), "N")]
     assert (results[0].value, results[0].limit) == (None, None)
-    Journal(tmp_path / "j.jsonl", KEY, False).once("moving", "x", lambda: results, results_told, results_read)
+    Journal(tmp_path / "j.jsonl", KEY, False).once("moving", "x", lambda: results, list[CheckResult])
 
 
 def test_a_journal_of_another_run_is_refused(tmp_path: Path) -> None:

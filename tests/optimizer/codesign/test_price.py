@@ -14,12 +14,13 @@ from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.cost.cost import machine_cost
+from optimizer.codesign import search as search_module
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, cheapest, price_EUR
-from optimizer.codesign.costs import RESOLUTION, costs
 from optimizer.codesign.lengths import Found, best_lengths
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
+from optimizer.codesign.variants.costs import RESOLUTION, costs
 from optimizer.problem.brief import DesignBrief, Goal, brief_from_dict
 from tests.committed import changed
 from tests.delta_cad.catalogue.offered import offered
@@ -103,8 +104,9 @@ class Cheap(Search):
         return self.settled(choice)
 
 
-def test_a_cost_goal_finds_a_cheaper_machine_than_the_default() -> None:
+def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two motors and two encoders: the cheaper of each is found, and its price is that of the build."""
+    monkeypatch.setattr(search_module, "effective_mass_kg", lambda _: 1.0)
     asked = brief(
         motor=["maxon-re30-310007", "faulhaber-3257g024cr"], drive="capstan", encoder=["as5048a-board", "mt6825-board"]
     )
@@ -131,8 +133,11 @@ def test_a_cost_goal_finds_a_cheaper_machine_than_the_default() -> None:
     ("objective", "names", "unit"),
     [("outline", ("envelope width", "envelope depth"), "mm"), ("effective_mass", ("effective mass",), "kg")],
 )
-def test_what_is_reported_of_a_build_ranks_it(objective: str, names: tuple[str, ...], unit: str) -> None:
+def test_what_is_reported_of_a_build_ranks_it(
+    objective: str, names: tuple[str, ...], unit: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The likelier motor turns out worse as a machine than by its lengths: the other one is the answer."""
+    monkeypatch.setattr(search_module, "effective_mass_kg", lambda _: 1.0)
     motors = ["maxon-re30-310007", "faulhaber-3257g024cr"]
     asked = brief(motor=motors, drive="capstan").model_copy(update={"goal": Goal(minimize=objective)})  # type: ignore[arg-type]
     at = {motors[0]: (1.0, 1.2), motors[1]: (1.05, 1.0)}  # estimate, and what its build reports for each
@@ -173,6 +178,6 @@ def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.M
         more = (asked.feel.kappa_max != task.feel.kappa_max, asked.requirements.force_N != task.requirements.force_N)
         return Found(lengths, -400.0 + sum(gain for gain, eased in zip(gains.values(), more, strict=True) if eased))
 
-    monkeypatch.setattr("optimizer.codesign.costs.best_lengths", sought)
+    monkeypatch.setattr("optimizer.codesign.variants.costs.best_lengths", sought)
     (one,) = costs(asked, candidate, Lessons(reference()))
     assert (one.field, one.gain) == ("feel.kappa_max", pytest.approx(gains["feel.kappa_max"]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
 from typing import Any, cast
@@ -10,13 +11,15 @@ import numpy as np
 import pytest
 
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign import search as module
 from optimizer.codesign import settling
-from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.candidate import Candidate, effective_mass_kg
 from optimizer.codesign.choice import Choice, drives
 from optimizer.codesign.learning import GaveUpError, StuckError
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.lessons import Lessons, Weighed, reference
 from optimizer.codesign.search import Search
 from optimizer.codesign.tried import End, Tried, Verdict, verdict
 from optimizer.problem.brief import DesignBrief, brief_from_dict
@@ -177,6 +180,7 @@ def test_hardware_beyond_the_likeliest_is_gone_through_before_there_is_no_machin
     motors = [motor for motor, drive in drives(brief_of_all()) if drive == "capstan"]
     monkeypatch.setattr(module, "RANKED", 2)
     monkeypatch.setattr(module, "MOTORS", 1)
+    monkeypatch.setattr(module, "effective_mass_kg", lambda _: 1.0)
     search = Search(brief_of_all(), cast(Any, None), lambda _: [PASSED], reference())
     search.build = lambda design: cast(Any, SimpleNamespace(results=[PASSED], design=design))
 
@@ -198,16 +202,44 @@ def brief_of_all() -> DesignBrief:
     return brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 60.0}, "hardware": {"drive": "capstan"}})
 
 
-def test_of_machines_as_small_that_of_the_lowest_ratio_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A cube that is asked, and R + L_A of 120 mm at every ratio, off by less than lengths are found to."""
-    search = Search(brief_of_all(), cast(Any, None), cast(Any, None), reference())
+@pytest.mark.parametrize("varies", ["ratio", "width_mm"])
+def test_of_machines_as_small_the_lightest_is_taken(monkeypatch: pytest.MonkeyPatch, varies: str) -> None:
+    """A cube that is set, and R + L_A of 120 mm however wide and geared, off by less than lengths are found to.
+
+    The mass grows with what varies, down to 4:1 or 40 mm, below which the machine is larger.
+    """
+    search, least = Search(brief_of_all(), cast(Any, None), cast(Any, None), reference()), (4.0, 40.0)
+    k = ("ratio", "width_mm").index(varies)
+
+    def share(choice: Choice) -> float:
+        return float(getattr(choice, varies)) / least[k]
 
     def settled(choice: Choice, *_: object, **__: object) -> Candidate:
-        return found(choice, -120.0 - 0.1 * np.sin(50.0 * choice.ratio) - 2.0 * max(4.0 - choice.ratio, 0.0))
+        return found(choice, -120.0 - 0.1 * np.sin(200.0 * share(choice)) - 8.0 * max(1.0 - share(choice), 0.0))
 
     monkeypatch.setattr(search, "settled", settled)
-    best = search._climbed(settled(Choice(MOTORS[0], "capstan", 6.23, 50.0)), range(3))
-    assert 3.9 < best.choice.ratio < 4.2
+    monkeypatch.setattr(module, "effective_mass_kg", lambda one: share(one.choice))
+    best = search._climbed(settled(Choice(MOTORS[0], "capstan", 6.23, 54.0)), range(3))
+    assert 0.97 < share(best.choice) < 1.05
+
+
+def test_the_effective_mass_of_a_candidate_is_that_of_its_masses_at_its_ratio(best: Design) -> None:
+    """A rotor at twice the ratio takes four times its share; without it nothing changes with the ratio."""
+    known, m, cube = reference(), best.mechanism, best.cube
+    lengths = (m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm)
+    lengths += (cube.bottom_height_mm, cube.half_side_mm)
+
+    def mass(weighed: Weighed, ratio: float) -> float:
+        choice = Choice(MOTORS[0], "capstan", ratio, m.parallelogram_width_mm)
+        return effective_mass_kg(Candidate(best, choice, lengths, Lessons(weighed), 0.0))
+
+    bare = replace(known, masses=replace(known.masses, rotor_inertia=0.0))
+    assert mass(bare, 4.0) == mass(bare, 8.0)
+    corner = np.array([1.0, 1.0, 0.0]) * cube.half_side_mm / MM_PER_M + [0.0, 0.0, cube.bottom_height_mm / MM_PER_M]
+    for ratio in (4.0, 8.0):
+        inertia = known.inertia(lengths[0], lengths[1], ratio)
+        assert mass(known, ratio) >= float(effective_mass(best.geometry, corner, inertia))
+    assert 0.0 < mass(known, 4.0) - mass(bare, 4.0) < mass(known, 8.0) - mass(bare, 8.0)
 
 
 def test_a_larger_cube_is_not_given_for_a_lower_ratio(monkeypatch: pytest.MonkeyPatch) -> None:

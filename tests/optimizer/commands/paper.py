@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import pytest
@@ -52,7 +53,7 @@ def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> 
 
     def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], str], **_k: object) -> Outcome:
         folder = out / design.name
-        folder.mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
         checks = [
             CheckResult("kappa", True, 2.2699, 2.27, ""),
             CheckResult("effective mass", True, 0.46, None, "kg"),
@@ -68,8 +69,9 @@ def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> 
 
     values = dict.fromkeys((one.key for one in FIGURES), 1.0) | {"cube_side_mm": 86.33, "effective_mass_max_kg": 0.46}
     monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr(pipeline, "poor_figures", lambda *_: [])
     monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 1.01, side))
-    monkeypatch.setattr("optimizer.codesign.costs.costs", lambda *_: [])
+    monkeypatch.setattr("optimizer.codesign.variants.costs.costs", lambda *_: [])
     monkeypatch.setattr(output, "results_of", lambda _: values)
     monkeypatch.setattr(output, "certificate_of", certified)
 
@@ -88,15 +90,26 @@ def certified(design: Design, masses: Path) -> Certificate:
     return CERTIFIED[0]
 
 
-def finds(monkeypatch: pytest.MonkeyPatch, then: Callable[[], None] = lambda: None, left: Sequence[str] = ()) -> None:
-    """Lets the search build the committed machine, and do something afterwards."""
+def finds(
+    monkeypatch: pytest.MonkeyPatch,
+    then: Callable[[], None] = lambda: None,
+    left: Sequence[str] = (),
+    times: int = 1,
+    required: Mapping[str, float] = MappingProxyType({}),
+) -> None:
+    """Lets the search build the committed machine so often, with requirements that it states, and do something then."""
+    stated = load_design(BEST)
+    design = stated.model_copy(update={"requirements": stated.requirements.model_copy(update=dict(required))})
 
     def best(search: Search) -> Any:
         search.tried.left = list(left)
         search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference(), why=("the wrists were too close",))
-        search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, Lessons(reference()), 86.33)
         search.tried.stuck["faulhaber-3257g024cr capstan"] = "too weak"
-        outcome = search.build(search.standing.design)
+        outcome = None
+        for k in range(times):
+            made = design.model_copy(update={"cube": design.cube.model_copy(update={"half_side_mm": 43.165 - k})})
+            search.standing = Candidate(made, CHOICE, LENGTHS, Lessons(reference()), 86.33)
+            outcome = search.build(made)
         then()
         return search.standing, outcome
 

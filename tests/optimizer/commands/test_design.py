@@ -15,6 +15,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.clearance.clearance import MeshClearance
+from delta_cad.checks.range.feel import poor_figures
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import BuiltMachine, Moved, Outcome
@@ -24,17 +25,17 @@ from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
 from optimizer.codesign import candidate
 from optimizer.codesign.bound import Bound, Family
+from optimizer.codesign.builder import NO_BOUND
 from optimizer.codesign.candidate import Candidate, Start
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.costs import costs
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.pages import output
 from optimizer.codesign.pages.figures import results_of
 from optimizer.codesign.pages.output import certificate_of
 from optimizer.codesign.search import Search
 from optimizer.codesign.variants import nearest
+from optimizer.codesign.variants.costs import costs
 from optimizer.codesign.variants.nearest import Relief
-from optimizer.commands import design as command
 from tests.committed import BEST
 from tests.delta_cad.report.reading import Page
 from tests.optimizer.commands.paper import BRIEF, CHOICE, LENGTHS, bound_of, build_on_paper, call, finds, interrupt
@@ -57,7 +58,7 @@ def test_what_was_found_stands_in_its_folder(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """What limits cost, results and certificate are those of the committed machine."""
-    monkeypatch.setattr("optimizer.codesign.costs.costs", costs)
+    monkeypatch.setattr("optimizer.codesign.variants.costs.costs", costs)
     monkeypatch.setattr(output, "results_of", results_of)
     monkeypatch.setattr(output, "certificate_of", certificate_of)
     finds(monkeypatch)
@@ -180,7 +181,7 @@ def test_a_bound_that_says_nothing_is_not_told(file: Path, tmp_path: Path, monke
     for page in ("design.md", "design.html"):
         text = (tmp_path / "out/synthesized" / page).read_text(encoding="utf-8")
         assert "600.00" not in text
-        assert command.NO_BOUND in text
+        assert NO_BOUND in text
 
 
 def test_stopped_before_a_machine_there_is_none(
@@ -223,16 +224,13 @@ def test_what_cannot_be_is_told_with_every_reason(
 def test_a_machine_that_is_worse_than_a_default_that_was_left_out_is_poor(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, stated: bool
 ) -> None:
-    """Its 0.46 kg are more than a light device has; where the file sets a limit, they are what the user wants."""
-    monkeypatch.setattr("optimizer.problem.feel_defaults.ACCELERATION_M_S2", 10.0)
-    if stated:
-        limits = "effective_mass_max_kg = 0.5\nfriction_max_N = 3\n"
-        file.write_text(BRIEF.replace("[feel]\n", f"[feel]\n{limits}"), encoding="utf-8")
-    finds(monkeypatch)
+    """Its 0.77 kg are more than 3 N move well; where the file sets a limit, they are what the user wants."""
+    monkeypatch.setattr(pipeline, "poor_figures", poor_figures)
+    finds(monkeypatch, required={"effective_mass_max_kg": 0.8, "friction_max_N": 3.0} if stated else {})
     assert call(file, "--out", tmp_path / "out") == 0
     first = capsys.readouterr().out.splitlines()[0]
     assert first.startswith("built: holds, but poor as a haptic device: ") is not stated
-    assert ("effective mass 0.46 kg, at most 0.3" in first) is not stated
+    assert ("effective mass 0.767 kg, at most 0.6" in first) is not stated
     assert ("continuous force" in first) is stated
 
 
@@ -292,6 +290,29 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     assert "the nearest machine stands in" in said.err
     assert asked == [(2.0, 2.27), (3.0, 2.4), (pytest.approx(2.0 / 1.12), 2.27)]
     assert not list((tmp_path / "out").glob("*.jsonl"))
+
+
+@pytest.mark.parametrize("stopped", [True, False])
+def test_the_verdict_is_printed_before_the_nearest_machine_is_sought(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, stopped: bool
+) -> None:
+    """Ctrl-C then ends what comes after it, and the verdict stays."""
+    said = list[str]()
+
+    def reliefs(_: Search) -> list[Relief]:
+        said.extend(capsys.readouterr().out.splitlines())
+        if stopped:
+            raise KeyboardInterrupt
+        return []
+
+    monkeypatch.setattr(Search, "best", lambda search: search.tried.impossible.append("force_N must be at most 20 N"))
+    monkeypatch.setattr(nearest, "reliefs", reliefs)
+    assert call(file, "--out", tmp_path / "out") == 1
+    assert said[0].startswith("infeasible: task.toml: ")
+    assert said[1:] == ["force_N must be at most 20 N"]
+    after = capsys.readouterr().out.splitlines()
+    assert [line.endswith(f"design {file} --out {tmp_path / 'out'} --resume") for line in after] == [True] * stopped
+    assert bool(list((tmp_path / "out").glob("*.jsonl"))) is stopped
 
 
 @pytest.mark.usefixtures("paper_build")

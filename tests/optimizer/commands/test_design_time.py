@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,8 @@ from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
 from optimizer.codesign.bound import Bound, Family
+from optimizer.codesign.builder import GRACE_S, HURRIED, NO_BOUND
+from optimizer.codesign.pages import output
 from optimizer.codesign.search import Search
 from optimizer.codesign.variants import nearest
 from optimizer.commands import design as command
@@ -81,14 +84,14 @@ def test_a_run_whose_time_is_over_can_be_gone_on_with_and_its_remarks_are_gone(
     assert call(file, "--out", tmp_path / "out", "--minutes", "1e-9", "--json") == 0
     assert list((tmp_path / "out").glob("*.jsonl"))
     text = (tmp_path / "out/synthesized/design.md").read_text(encoding="utf-8")
-    assert command.HURRIED in text
-    assert command.NO_BOUND in text
+    assert HURRIED in text
+    assert NO_BOUND in text
     monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 1.01, side))
     shutil.rmtree(tmp_path / "out/synthesized")
     assert call(file, "--out", tmp_path / "out", "--resume", "--json") == 0
     text = (tmp_path / "out/synthesized/design.md").read_text(encoding="utf-8")
-    assert command.HURRIED not in text
-    assert command.NO_BOUND not in text
+    assert HURRIED not in text
+    assert NO_BOUND not in text
     capsys.readouterr()
 
 
@@ -112,25 +115,47 @@ def test_a_build_that_goes_on_beyond_its_time_is_ended_and_leaves_nothing(
 
 
 @pytest.mark.usefixtures("paper_build")
-def test_a_bound_leaves_the_time_that_report_and_manifest_take(
+def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
-    """A build that took 40 s up to its bound takes `CLOSING` of that after it, so that the bound ends before."""
-    seconds, stops = [200.0], list[bool]()
-
-    def costs(*_: object) -> list[object]:
-        seconds[0] += 40.0
-        return []
+    """Of five minutes: of the first build nothing is known; it takes 7 s after its bound, which the second leaves."""
+    seconds, stops, written = [200.0], list[list[bool]](), output.write_beside
 
     def bounded(family: Family, side_mm: float, stop: Callable[[], bool], *_: object) -> Bound:
-        for seconds[0] in (300.0 - 40.0 * command.CLOSING - 1.0, 300.0 - 40.0 * command.CLOSING + 1.0):
-            stops.append(stop())
+        looks = []
+        for seconds[0] in (292.0, 294.0, 299.0, 301.0):
+            looks.append(stop())
+        stops.append(looks)
         return bound_of(family, 1.01, side_mm)
 
-    monkeypatch.setattr("optimizer.codesign.costs.costs", costs)
+    def write_beside(*given: Any) -> None:
+        written(*given)
+        seconds[0] += 7.0
+
+    monkeypatch.setattr(output, "write_beside", write_beside)
     monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
     monkeypatch.setattr(command, "_clock", lambda: lambda: seconds[0])
-    finds(monkeypatch)
+    finds(monkeypatch, times=2)
     assert call(file, "--out", tmp_path / "out", "--minutes", "5") == 0
-    assert stops == [False, True]
+    assert stops == [[False, False, False, True], [False, True, True, True]]
     capsys.readouterr()
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_a_build_whose_bound_was_sought_is_ended_whatever_the_time(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    """What is left are its last files, which take no longer than those of any other."""
+    seconds, paper = [0.0], pipeline.build
+
+    def build(design: Design, out: Path, progress: Callable[[str], None], **given: Any) -> Outcome:
+        outcome = paper(design, out, progress, **given)
+        seconds[0] = 120.0 + GRACE_S + 1.0
+        progress("manifest")
+        return outcome
+
+    monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr(command, "_clock", lambda: lambda: seconds[0])
+    finds(monkeypatch)
+    assert call(file, "--out", tmp_path / "out", "--minutes", "2") == 0
+    assert capsys.readouterr().out.startswith("built: ")

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from delta_cad.design import Hardware
+from delta_cad.design.feel_defaults import feel_defaults
 from optimizer.commands import cli
 from optimizer.commands.init import PRESETS, preset_text
 from optimizer.problem.brief import MOVED, UNUSED, DesignBrief, load_brief
-from optimizer.problem.feel_defaults import feel_defaults
 from tests.committed import ROOT
 from tests.delta_cad.design.json_schema import violations
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from delta_cad.design.feel_defaults import ACCELERATION_M_S2, feel_defaults
 from optimizer.problem.brief import FEEL
-from optimizer.problem.feel_defaults import ACCELERATION_M_S2, feel_defaults
 
 
 @pytest.mark.parametrize(("force", "mass", "friction"), [(1.0, 0.25, 0.2), (3.0, 0.6, 0.6), (10.0, 2.0, 2.0)])
