@@ -309,12 +309,12 @@ class _Search:
 
 def _contradicted(fault: Contradiction) -> Reason:
     ways = (Way((fault.field,), fault.bound > fault.value),)
-    return Reason("design", fault.field, fault.allowed, fault.field, fault.value, ways=ways)
+    return Reason("design", fault.field, fault.allowed, ways)
 
 
 def _free(reason: Reason) -> list[Way]:
     """Ways that change nothing that is asked."""
-    return [way for way in reason.changes if not any(field.startswith(REQUIRED) for field in way.fields)]
+    return [way for way in reason.ways if not any(field.startswith(REQUIRED) for field in way.fields)]
 
 
 def _broken(design: Design) -> list[Reason]:
