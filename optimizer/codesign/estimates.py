@@ -6,8 +6,9 @@ it, as `delta_cad.structure.hardware.thresholds` does for who reads a refusal, b
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import degrees, floor, log10
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
@@ -15,7 +16,7 @@ from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, WIDTH, Way
 from delta_cad.mechanism import MechanismError, cube_extremes
 from delta_cad.mechanism.workspace import Cube
-from delta_cad.structure.hardware.refusals import ALONE, LEARNT, MODE, PARTS
+from delta_cad.structure.hardware.refusals import LEARNT, MODE, PARTS
 from delta_cad.structure.hardware.thresholds import (
     DIGITS,
     Values,
@@ -54,9 +55,8 @@ SOUGHT = {
 ELBOW_FIELD, SWING_FIELD = "requirements.elbow_angle_min_deg", "requirements.shoulder_min_deg"
 ANGLES = {("rod_tube", "beside the drive"): ELBOW_FIELD, ("upper_arm", "beside its cheeks"): SWING_FIELD}
 """Reason -> the angle that ends it, whichever lengths give it."""
+DECIMALS = 1  # of a threshold: the search goes on in tenths of a millimetre
 WITH = (PARTS, "cable plane", "cable travel")  # forms, of a millisecond each, that an estimate may break none of
-QUICK = (MODE, *ALONE, "outline", *WITH)
-FEWER = 3  # digits of a threshold of another form: each value that is tried takes up to a tenth of a second
 
 
 @dataclass(frozen=True)
@@ -96,19 +96,28 @@ def estimates(design: Design) -> tuple[Estimate, ...]:
     judged = variants.judged({})
     assert judged is not None
     forms = dict(judged.forms())
-    order = sorted(forms, key=lambda form: form != PARTS)  # what has no dimensions is listed first
-    return tuple(_estimate(variants, form, reason) for form in order for reason in forms[form])
+    found = list[Estimate]()
+    for form in sorted(forms, key=lambda form: form != PARTS):  # what has no dimensions is listed first
+        for reason in forms[form]:
+            found.append(_estimate(variants, form, reason, found))
+    return tuple(found)
 
 
-def _estimate(variants: Variants, form: str, reason: Reason) -> Estimate:
-    """The nearest threshold of the first field that has one; a field of which no number is sought ends the search."""
-    leads = dict[str, list[Way]]()
+def _estimate(variants: Variants, form: str, reason: Reason, known: Sequence[Estimate]) -> Estimate:
+    """The nearest threshold of the first field that has one; a field of which no number is sought ends the search.
+
+    What the largest value that another reason asks for ends as well is not looked at more closely.
+    """
+    design, leads = variants.design, dict[str, list[Way]]()
     for way in sorted(reason.ways, key=lambda way: way.fields[0].rpartition(".")[2] not in ENVELOPE):
         leads.setdefault(way.fields[0], []).append(way)
     for field, ways in leads.items():
-        own = value_of(variants.design, field)
+        own = value_of(design, field)
         if field not in SOUGHT:
             return Estimate(reason, field, own)
+        farthest = max((one.bound for one in known if one.field == field in LENGTHS and one.bound), default=None)
+        if farthest and reason.key not in ANGLES and _gone(variants, form, reason)(along(design, ways[0], farthest)):
+            return Estimate(reason, field, own, farthest)
         found = [(value, way) for way in ways for value in _thresholds(variants, form, reason, way)]
         if found:
             value, way = min(found, key=lambda one: abs(one[0] - float(own)))
@@ -119,8 +128,19 @@ def _estimate(variants: Variants, form: str, reason: Reason) -> Estimate:
 
 
 def _thresholds(variants: Variants, form: str, reason: Reason, way: Way) -> list[float]:
-    """Values of a way's first field that end a reason and bring none that was not there."""
-    design, lead = variants.design, way.fields[0]
+    """Values of a way's first field, to a tenth of its unit, that end a reason."""
+    design, lead, gone = variants.design, way.fields[0], _gone(variants, form, reason)
+    if by_row(lead):
+        return [float(row) for row in rows_of(design, lead) if gone({lead: row})]
+    own = float(value_of(design, lead))
+    digits = min(floor(log10(own)) + 1 + DECIMALS, DIGITS)
+    senses = (True, False) if way.larger is None else (way.larger,)
+    ends = (least(lambda first: gone(along(design, way, first)), own, larger, digits) for larger in senses)
+    return [value for value in ends if value is not None]
+
+
+def _gone(variants: Variants, form: str, reason: Reason) -> Callable[[Values], bool | None]:
+    """Values -> whether a reason is gone and none is there that was not; None where it cannot be judged."""
     forms = dict.fromkeys((form,) if form == MODE else (form, *WITH))
 
     def given(values: Values, name: str) -> tuple[Reason, ...] | None:
@@ -137,12 +157,7 @@ def _thresholds(variants: Variants, form: str, reason: Reason, way: Way) -> list
         keys = {one.key for some in found.values() for one in some or ()}
         return None if found[form] is None else reason.key not in keys and keys <= before
 
-    if by_row(lead):
-        return [float(row) for row in rows_of(design, lead) if gone({lead: row})]
-    own, digits = float(value_of(design, lead)), DIGITS if form in QUICK else FEWER
-    senses = (True, False) if way.larger is None else (way.larger,)
-    ends = (least(lambda first: gone(along(design, way, first)), own, larger, digits) for larger in senses)
-    return [value for value in ends if value is not None]
+    return gone
 
 
 def _angle_deg(variants: Variants, form: str, reason: Reason, way: Way, value: float) -> float:
@@ -155,5 +170,5 @@ def _angle_deg(variants: Variants, form: str, reason: Reason, way: Way, value: f
     cube = Cube(made.cube.bottom_height_mm / MM_PER_M, made.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(made.geometry, cube, made.requirements.force_N)
     if ANGLES[reason.key] == SWING_FIELD:
-        return math.degrees(extremes.shoulder_min.value)
-    return 180.0 - math.degrees(extremes.forearm_angle_max.value)
+        return degrees(extremes.shoulder_min.value)
+    return 180.0 - degrees(extremes.forearm_angle_max.value)

@@ -27,7 +27,7 @@ from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.refused import PASSING
+from delta_cad.passing.interference_reasons import PASSING
 from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 

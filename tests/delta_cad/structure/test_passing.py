@@ -23,8 +23,8 @@ from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
 from delta_cad.passing import folding
 from delta_cad.passing.folding import beside_own, folded
+from delta_cad.passing.interference_reasons import interference_reasons
 from delta_cad.passing.moving import Apart, beside_sectors, nearest, spare_of_cups
-from delta_cad.passing.refused import passing
 from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
 from delta_cad.passing.sleeves import sleeves_off_mm
 from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
@@ -264,7 +264,7 @@ def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pyt
 
 def test_committed_machines_pass() -> None:
     for path in ("best.json", "docs/gallery/pocket-40.json", "docs/gallery/direct-83.json"):
-        assert passing(dimensions(of(path))) == []
+        assert interference_reasons(dimensions(of(path))) == []
 
 
 def test_a_thicker_platforms_springs_hang_farther_from_it() -> None:

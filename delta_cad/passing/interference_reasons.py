@@ -1,4 +1,4 @@
-"""Why parts that come too close to others of the machine are refused, one form a pair of things that pass."""
+"""Interference before CAD: which parts come too close to others, one form for each pair, and what may be changed."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from delta_cad.dimensions.bracket import MESHES_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.rules import BASE, BOTTOM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
 from delta_cad.passing.folding import folded
-from delta_cad.passing.hanging import hanging
-from delta_cad.passing.moving import COUNT, FEW, beside_sectors, beside_springs, nearest, spare_of_cups
+from delta_cad.passing.moving import FEW, beside_sectors, beside_springs, nearest, spare_of_cups
+from delta_cad.passing.rod_vs_boss import rod_boss_interference
 from delta_cad.passing.sleeves import sleeves_off_mm
 from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, sector_off_mm, sliding_off_mm
 
@@ -20,13 +20,13 @@ CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
 SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
 SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
 
-Spare = Callable[[Dimensions, CapstanDimensions, int], float]
-"""What a machine has more than it must, by so many positions along an edge of its cube; negative: what it lacks."""
+Spare = Callable[[Dimensions, CapstanDimensions], float]
+"""What a machine has more than it must; negative: what it lacks."""
 Form = Callable[[Dimensions, float], Iterable[Reason]]
 """A machine, what is to be left beyond what must be, mm -> reasons."""
 
 
-def passing(d: Dimensions, margin_mm: float = 0.0) -> list[Reason]:
+def interference_reasons(d: Dimensions, margin_mm: float = 0.0) -> list[Reason]:
     """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and their drive cannot pass.
 
     All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what
@@ -46,25 +46,25 @@ def _least_mm(d: Dimensions) -> float:
 def _over_cube(kind: str) -> Spare:
     """What "sector", "rod" or "spring" of another chain keep of a sector over the cube."""
 
-    def spare(d: Dimensions, c: CapstanDimensions, count: int) -> float:
+    def spare(d: Dimensions, c: CapstanDimensions) -> float:
         cube = d.design.cube
-        return nearest(beside_sectors(d, c, kind), cube.bottom_height_mm, cube.half_side_mm, count) - _least_mm(d)
+        return nearest(beside_sectors(d, c, kind), cube.bottom_height_mm, cube.half_side_mm) - _least_mm(d)
 
     return spare
 
 
-def _springs(d: Dimensions, _: CapstanDimensions, count: int) -> float:
+def _springs(d: Dimensions, _: CapstanDimensions) -> float:
     """What springs of different chains keep of one another over the cube."""
     cube = d.design.cube
-    return nearest(beside_springs(d), cube.bottom_height_mm, cube.half_side_mm, min(count, FEW)) - _least_mm(d)
+    return nearest(beside_springs(d), cube.bottom_height_mm, cube.half_side_mm, FEW) - _least_mm(d)
 
 
 # Part, feature, in words, spare, whether it is an angle: what chains that stand farther out pass.
 CHAINS_APART: tuple[tuple[str, str, str, Spare, bool], ...] = (
-    ("pinion", "beside a neighbour's cheek", "mm apart", lambda d, c, _: pinion_off_mm(d, c) - _least_mm(d), False),
-    ("sector", "beside a neighbour's cheek", "mm apart", lambda d, c, _: sector_off_mm(d, c) - _least_mm(d), False),
-    ("motor", "on its way in", "mm from a cheek", lambda d, c, _: sliding_off_mm(d, c) - SLID_MM, False),
-    ("motor_screw", "key", "deg free", lambda d, _, count: key_swing_rad(d, count == COUNT) - SWING_RAD, True),
+    ("pinion", "beside a neighbour's cheek", "mm apart", lambda d, c: pinion_off_mm(d, c) - _least_mm(d), False),
+    ("sector", "beside a neighbour's cheek", "mm apart", lambda d, c: sector_off_mm(d, c) - _least_mm(d), False),
+    ("motor", "on its way in", "mm from a cheek", lambda d, c: sliding_off_mm(d, c) - SLID_MM, False),
+    ("motor_screw", "key", "deg free", lambda d, _: key_swing_rad(d) - SWING_RAD, True),
     ("sector", "beside a neighbour's", "mm apart", _over_cube("sector"), False),
     ("sector", "beside a neighbour's rods", "mm apart", _over_cube("rod"), False),
     ("sector", "beside a neighbour's springs", "mm apart", _over_cube("spring"), False),
@@ -77,7 +77,7 @@ def _chains(
     part: str, feature: str, words: str, spare: Spare, is_angle: bool, d: Dimensions, margin_mm: float
 ) -> Iterator[Reason]:
     """Drives, sectors, rods of neighbours: chains farther out, at base and platform alike, pass one another."""
-    if d.capstan is None or (lacking := -spare(d, d.capstan, COUNT)) <= (0.0 if is_angle else -margin_mm):
+    if d.capstan is None or (lacking := -spare(d, d.capstan)) <= (0.0 if is_angle else -margin_mm):
         return
     lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
     yield Reason(part, feature, lacks, (*APART, larger(SECTOR)) if is_angle else APART)
@@ -85,7 +85,7 @@ def _chains(
 
 def _platform(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
     """Arms and sectors that stand down beside the platform's wrists: a higher cube passes them."""
-    if d.capstan is None or (lacking := -_over_cube("platform")(d, d.capstan, COUNT)) <= -margin_mm:
+    if d.capstan is None or (lacking := -_over_cube("platform")(d, d.capstan)) <= -margin_mm:
         return
     lacks = f"the platform's wrists come {lacking:.2f} mm too near to arms with their sectors"
     yield Reason("platform", "beside a sector", lacks, (larger(BOTTOM), smaller(SECTOR)))
@@ -114,7 +114,7 @@ PASSING: dict[str, Form] = {
     "sleeves": lambda d, _: _sleeves(d),
     **{f"{one[0]} {one[1]}": partial(_chains, *one) for one in CHAINS_APART},
     "platform": _platform,
-    "hanging": lambda d, margin_mm: hanging(d, _least_mm(d) + margin_mm),
+    "rod beside boss": lambda d, margin_mm: rod_boss_interference(d, _least_mm(d) + margin_mm),
     "folded": lambda d, margin_mm: folded(d, _least_mm(d) + margin_mm),
     "cups": _cups,
 }

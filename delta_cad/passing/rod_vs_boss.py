@@ -55,7 +55,7 @@ def off_boss_mm(f: ForearmDimensions, radius_mm: float, length_mm: float, lean_r
     return float(off_all_mm(rod_end(f), np.concatenate(seen)).min())
 
 
-def hanging(d: Dimensions, least_mm: float) -> Iterator[Reason]:
+def rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     """Gives the reason why rods that lean and turn come too near to the elbow's boss.
 
     The wrist's boss follows from the same, see `delta_cad.dimensions.platform`.
