@@ -16,8 +16,8 @@ from delta_cad.dimensions.rules import ARM, BASE, WIDTH
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, default_of
-from optimizer.codesign.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
 from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons, apart_by, folds
+from optimizer.codesign.variants.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import inf, sqrt
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,6 @@ from delta_cad.structure.hardware.refusals import refusals
 from optimizer.codesign import candidate as candidates
 from optimizer.codesign.candidate import Candidate, design_for
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.estimates import ELBOW_FIELD, SWING_FIELD, Estimate
 from optimizer.codesign.learning import (
     COUPLE_MOST,
     KERNEL_TRIES,
@@ -42,6 +42,7 @@ from optimizer.codesign.learning import (
 )
 from optimizer.codesign.lengths import posed
 from optimizer.codesign.lessons import FARTHEST, KNOB_MM, NARROWER, SHOULDER_DEG, WIDER, Lessons, reference
+from optimizer.codesign.variants.estimates import ELBOW_FIELD, SWING_FIELD, Estimate
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 
@@ -56,17 +57,8 @@ def brief(**hardware: object) -> DesignBrief:
     return brief_from_dict({"name": "b", "requirements": room, "hardware": hardware})
 
 
-def estimate(
-    part: str,
-    feature: str,
-    message: str,
-    field: str = "",
-    value: float | str | None = None,
-    bound: float | None = None,
-    angle: tuple[str, float] | None = None,
-    margin: float | None = None,
-) -> Estimate:
-    return Estimate(Reason(part, feature, message, margin=margin), field, value, bound, angle)
+def estimate(part: str, feature: str, message: str, *of: Any, margin: float | None = None, **named: Any) -> Estimate:
+    return Estimate(Reason(part, feature, message, margin=margin), *of, **named)
 
 
 def candidate() -> Candidate:
@@ -143,10 +135,8 @@ def test_a_bound_that_a_refusal_names_is_kept(field: str, bound: float, length: 
 
 
 def test_a_bound_far_away_is_approached() -> None:
-    """What else is refused may bring it nearer."""
     far = estimate("encoder_cheek", "leg", "why", "mechanism.base_radius_mm", 30.0, 90.0)
-    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [far])
-    assert lessons.least("base_radius") == 37.5
+    assert from_reasons(brief(), CHOICE, KNOWN, [far])[1].least("base_radius") == 37.5
 
 
 def test_a_short_arm_that_turns_down_onto_its_cheek_gets_longer_and_by_more_each_time() -> None:
@@ -182,7 +172,7 @@ def test_widths_are_taken_to_the_side_that_is_asked() -> None:
 
 
 def test_loads_that_no_part_bears_ask_for_more_hold() -> None:
-    weak = estimate("structure", "ball joint", "why", "requirements.peak_force_N", 6.0, 5.0)
+    weak = estimate("structure", "ball joint", "why", "requirements.peak_force_N", 6.0)
     _, lessons = from_reasons(brief(), CHOICE, KNOWN, [weak])
     assert lessons.couple_index_min == pytest.approx(KNOWN.couple_index_min + 0.03)
     held = replace(KNOWN, couple_index_min=COUPLE_MOST)
@@ -194,8 +184,7 @@ def test_behind_a_panel_the_worst_load_asks_for_more_hold_for_each_mm_of_the_kno
     room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
     behind = brief_from_dict({"name": "b", "requirements": room, "panel": {}})
     loads = [
-        estimate("structure", name, "why", "requirements.force_N", 4.0, margin=margin)
-        for name, margin in (("a", 0.8), ("b", 0.9))
+        estimate("structure", a, "why", "requirements.force_N", 4.0, margin=m) for a, m in (("a", 0.8), ("b", 0.9))
     ]
     _, lessons = from_reasons(behind, CHOICE, KNOWN, loads, 55.0)
     per_mm = KNOWN.couple_index_min / (55.0 + KNOB_MM)
@@ -389,7 +378,6 @@ def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_as_a_force_at_the_sector
 
 
 def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:
-    """Shorter ones would put them farther out."""
     wide = estimate("base_plate", "envelope depth", "far out", "requirements.envelope_depth_mm", 220.0, 230.0)
     with pytest.raises(StuckError, match="far out"):
         from_reasons(brief(), CHOICE, KNOWN, [wide])
@@ -444,7 +432,6 @@ def test_room_that_keys_leave_is_learnt_where_the_base_radius_was_made_for_them(
 
 
 def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_machines() -> None:
-    """Of the committed machine: with so much it passes, with a tenth less it does not."""
     design = load_design(Path(BEST))
     m, cube = design.mechanism, design.cube
     lengths = (m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm)
