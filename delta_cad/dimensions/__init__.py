@@ -65,6 +65,7 @@ from delta_cad.dimensions.rules import (
     DimensionError,
     Reason,
     all_reasons,
+    another,
     larger,
     require,
     smaller,
@@ -180,8 +181,7 @@ def preload_spring(bearing: catalogue.Bearing, force_N: float = 0.0) -> catalogu
         "preload",
         f"the catalogue has no wave spring for an outside diameter of {bearing.outer_mm:g} mm; for "
         f"{', '.join(f'{v:g}' for v in housings)} mm it has",
-        "hardware.bearing",
-        bearing.id,
+        *another("bearing"),
     )
     rows = rows or list(catalogue.wave_spring.rows.values())  # in a search of reasons
     least = PRELOAD_PER_N * force_N
@@ -202,23 +202,6 @@ def dimensions(design: Design) -> Dimensions:
         extremes = cube_extremes(design.geometry, _cube(design), design.requirements.force_N)
         travel = extremes if design.panel is None else _travel(design, design.panel.limit_mm, extremes)
         return _dimensions(design, extremes, travel)
-
-
-def spread(d: Dimensions, more_mm: float) -> Dimensions:
-    """Derives all dimensions of a machine whose chains stand farther out, at base and platform alike: no angle changes.
-
-    Args:
-        d: The machine.
-        more_mm: By how much.
-
-    Raises:
-        DimensionError: Parts cannot be given sound dimensions.
-    """
-    m = d.design.mechanism
-    radii = {name: getattr(m, name) + more_mm for name in ("base_radius_mm", "platform_radius_mm")}
-    with all_reasons():
-        design = d.design.model_copy(update={"mechanism": m.model_copy(update=radii)})
-        return _dimensions(design, d.extremes, d.travel)
 
 
 def link_placement(d: Dimensions) -> LinkPlacement:
@@ -305,9 +288,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
         "clearance",
         f"{required.clearance_min_mm:g} mm are asked; set screws, dowels and shafts keep {CLEARANCE_MOST_MM:g} mm off "
         "what moves beside them, whatever the lengths",
-        "requirements.clearance_min_mm",
-        required.clearance_min_mm,
-        CLEARANCE_MOST_MM,
+        smaller("requirements.clearance_min_mm"),
     )
     if capstan is None:  # no bearing's lip: as wide as the stub that turns in it asks for
         bracket = replace(bracket, passage_mm=max(bracket.passage_mm, tenths_above(shaft.head_diameter_mm + 2 * apart)))
@@ -374,7 +355,7 @@ def _travel(design: Design, limit_mm: float, within: CubeExtremes) -> CubeExtrem
     except UnreachableError as error:
         ways = smaller("panel.limit_mm"), larger(FOREARM), larger(BOTTOM)
         words = f"outside the cube by {limit_mm:g} mm, {error}"
-        require(False, "bezel", "limit", words, "panel.limit_mm", limit_mm, ways=ways)
+        require(False, "bezel", "limit", words, *ways)
         return within  # in a search of reasons
 
 
@@ -383,4 +364,4 @@ def _set_screws(design: Design, cube: Cube, slot_rad: float) -> tuple[float, flo
     up = np.zeros((UP_AND_DOWN, 3))
     up[:, 2] = np.linspace(cube.bottom_height, cube.bottom_height + 2.0 * cube.half_side, UP_AND_DOWN)
     arm, ratio = joint_angles(design.geometry, up)[:, 0], design.hardware.capstan_ratio
-    return set_screws_rad(slot_rad, (-ratio * float(arm.max()), -ratio * float(arm.min())), ratio)
+    return set_screws_rad(slot_rad, (-ratio * float(arm.max()), -ratio * float(arm.min())))

@@ -7,7 +7,7 @@ from math import radians
 
 from delta_cad import catalogue
 from delta_cad.dimensions.layers import STUB_DEPTH_MM, Layers
-from delta_cad.dimensions.rules import ARM, RUNNING_GAP_MM, another, require, tenths_below
+from delta_cad.dimensions.rules import ARM, ARM_THICKNESS, RUNNING_GAP_MM, another, larger, require, tenths_below
 
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
 MAGNET_WALL_MM = 0.9
@@ -97,9 +97,7 @@ def arm_dimensions(
         "upper_arm",
         "length",
         f"{length_mm - flange - boss:g} mm are left for a beam between hub and boss; at least {BEAM_LEAST_MM:g}",
-        ARM,
-        length_mm,
-        flange + boss + BEAM_LEAST_MM,
+        larger(ARM),
     )
     thickness = layers.arm_mm[1] - layers.arm_mm[0]
     head = catalogue.screw(CLAMP_SCREW).head_diameter_mm  # of a direct drive's clamp, in the arm's middle
@@ -109,9 +107,7 @@ def arm_dimensions(
         "upper_arm",
         "thickness",
         f"{thickness:g} mm are too thin for its dowels or its clamp's screw, which take {least:g}",
-        "hardware.arm_thickness_mm",
-        thickness,
-        least,
+        larger(ARM_THICKNESS),
     )
     return ArmDimensions(
         length_mm=length_mm,
@@ -168,9 +164,7 @@ def shaft_dimensions(
         "magnet seat",
         f"a magnet of {magnet.diameter_mm:g} mm needs a head of {head:g} mm, which touches more than the bearing's "
         f"inner ring of {bearing.inner_ring_outer_mm:g} mm",
-        "hardware.magnet",
-        magnet.id,
-        ways=another("magnet", "bearing"),
+        *another("magnet", "bearing"),
     )
     sizes = [size for size in END_SCREWS if catalogue.screw(size).diameter_mm <= shaft_mm - 2 * END_WALL_MM]
     require(
@@ -179,8 +173,7 @@ def shaft_dimensions(
         "end screw",
         f"a shaft of {shaft_mm:g} mm has no room for {END_SCREWS[-1]}, which takes "
         f"{catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM:g} mm",
-        "hardware.bearing",
-        bearing.id,
+        *another("bearing"),
     )
     sizes = sizes or [END_SCREWS[-1]]
     wide = max(head, collar)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from math import acos, asin, atan2, cos, degrees, hypot, inf, pi, remainder, sin, sqrt, tau
 
@@ -13,7 +12,6 @@ from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import handle_room_mm
 from delta_cad.dimensions.rules import (
     ARM,
-    BASE,
     BOTTOM,
     FARTHER_OUT,
     RUNNING_GAP_MM,
@@ -171,44 +169,6 @@ def _leg_room_mm(arm: ArmDimensions, stop_rad: float, head_mm: float, foot_mm: f
     return elbow[0] * cos(normal) + elbow[1] * sin(normal) - radius - arm.boss_radius_mm
 
 
-def _require_leg_room(u: float, length: float, room: Callable[[float, float], float]) -> None:
-    """Requires that the elbow at its stop stays off an encoder's leg; a wider base or a longer arm is what helps.
-
-    Args:
-        u: Base radius, mm.
-        length: Of the arm, mm.
-        room: (base radius, arm's length) -> room between them, mm.
-    """
-
-    def least(ok: Callable[[float], bool], now: float) -> float:
-        """The least length at which there is room, up to three arms' more; inf where there is none."""
-        low, high = now, now + 3.0 * length
-        if not ok(high):
-            return inf
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2
-            low, high = (low, middle) if ok(middle) else (middle, high)
-        return high
-
-    if room(u, length) >= RUNNING_GAP_MM:
-        return
-    wider = least(lambda more: room(more, length) >= RUNNING_GAP_MM, u)
-    longer = least(lambda more: room(u, more) >= RUNNING_GAP_MM, length)
-    cures = [(BASE, u, wider), (ARM, length, longer)]
-    field, value, bound = min(cures, key=lambda cure: cure[2] - cure[1])
-    require(
-        False,
-        "encoder_cheek",
-        "leg",
-        f"the elbow at its stop is {room(u, length):.2f} mm off the leg, which the neighbour's motor pushes out; at "
-        f"least {RUNNING_GAP_MM:g}",
-        field if bound < inf else "hardware.motor",
-        value if bound < inf else None,
-        bound if bound < inf else None,
-        ways=(*FARTHER_OUT, larger(ARM), *another("motor", "bearing")),
-    )
-
-
 def motor_pattern_rad(
     count: int, direction_rad: float | None, pins_rad: tuple[float, ...] = (), off_rad: float = 0.0
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -276,7 +236,7 @@ def key_slot_rad(b: BracketDimensions, motor: catalogue.Motor) -> float:
         "slot of the key",
         f"between {len(b.motor_screws_rad)} screws on a circle of {motor.mount_circle_mm:g} mm no key reaches the "
         "pinion",
-        ways=another("motor"),
+        *another("motor"),
     )
     return min(free, key=abs)
 
@@ -350,7 +310,7 @@ def bracket_dimensions(
     )
     long = FOOT_MM[1] - FOOT_MM[0]
 
-    def foot_on(top: float, u: float = u) -> tuple[float, float]:
+    def foot_on(top: float) -> tuple[float, float]:
         """Both ends of a foot on a base there: where the arm leaves it room, and beside the neighbour's motor."""
         end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM, off))
         inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
@@ -382,18 +342,21 @@ def bracket_dimensions(
         "place",
         f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
         f"it must stay at least {FOOT_INSIDE_MM:g} mm away",
-        BASE,
-        u,
-        u + FOOT_INSIDE_MM - foot[0],
-        ways=(*FARTHER_OUT, larger(BOTTOM)),
+        *FARTHER_OUT,
+        larger(BOTTOM),
     )
     if capstan is not None:
-
-        def room(u: float, length: float) -> float:
-            end = foot_on(base_top, u)[1] - u
-            return _leg_room_mm(replace(arm, length_mm=length), stop, head, end, base_top)
-
-        _require_leg_room(u, arm.length_mm, room)
+        room = _leg_room_mm(arm, stop, head, foot[1] - u, base_top)
+        require(
+            room >= RUNNING_GAP_MM,
+            "encoder_cheek",
+            "leg",
+            f"the elbow at its stop is {room:.2f} mm off the leg, which the neighbour's motor pushes out; at least "
+            f"{RUNNING_GAP_MM:g}",
+            *FARTHER_OUT,
+            larger(ARM),
+            *another("motor", "bearing"),
+        )
     off_rad = _pin_off_rad(hypot(pins[0][0] - u, pins[0][1]), motor) if capstan is None else 0.0
     pins_rad = tuple(atan2(z, x - u) for x, z in pins) if capstan is None else ()
     direction_rad = None if capstan is None else capstan.direction_rad
@@ -405,7 +368,7 @@ def bracket_dimensions(
         "stop pins",
         f"a screw of the motor is {degrees(nearest):.1f} deg from a stop pin about the shoulder, at least "
         f"{degrees(off_rad):.1f}",
-        "hardware.motor",
+        *another("motor"),
     )
     return BracketDimensions(
         shoulder_u_mm=u,

@@ -15,6 +15,7 @@ from delta_cad.dimensions.rules import (
     STOP_MARGIN_RAD,
     SWINGS_LESS,
     THREAD_WALL_MM,
+    another,
     larger,
     require,
     smaller,
@@ -341,9 +342,8 @@ def capstan_dimensions(
         "pinion",
         "wall",
         f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm",
-        RATIO,
-        ratio,
-        ways=(smaller(RATIO), larger(SECTOR)),
+        smaller(RATIO),
+        larger(SECTOR),
     )
     crest, collar = crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
     require(
@@ -352,8 +352,7 @@ def capstan_dimensions(
         "collar",
         f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "
         f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws",
-        "hardware.motor",
-        motor.id,
+        *another("motor"),
     )
     widest = widest_pinion_mm(motor, d)
     require(
@@ -361,10 +360,8 @@ def capstan_dimensions(
         "pinion",
         "beside the motor's screws",
         f"a pitch radius of {run.pinion_mm:.2f} mm; {motor.id}'s screws are drawn out past at most {widest:.2f}",
-        SECTOR,
-        pitch,
-        ratio * widest,
-        ways=(smaller(SECTOR), larger(RATIO)),
+        smaller(SECTOR),
+        larger(RATIO),
     )
     middle = sum(layers.sector_mm) / 2
     half = tenths_above(run.grooved_mm / 2 + SHOULDER_MM)
@@ -377,8 +374,7 @@ def capstan_dimensions(
         "pinion",
         "bore",
         f"the motor's shaft of {motor.shaft_length_mm:g} mm engages {engaged:.1f} mm; at least {SHAFT_ENGAGEMENT_MM:g}",
-        "hardware.motor",
-        motor.id,
+        *another("motor"),
     )
     slot_width = stop_pin_mm + 1.0
     to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + SLOT_WALL_MM
@@ -392,9 +388,7 @@ def capstan_dimensions(
         "slot",
         f"the stop pin's slot on radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore, at a pitch "
         f"radius of {pitch:g} mm; at least {up(least)} mm",
-        SECTOR,
-        pitch,
-        least,
+        larger(SECTOR),
     )
     side = run.tangent_rad + run.beyond_rad
     reach = (direction_rad - shoulder_rad[1] - STOP_MARGIN_RAD, direction_rad - shoulder_rad[0] + STOP_MARGIN_RAD)
@@ -405,7 +399,7 @@ def capstan_dimensions(
         "angle",
         f"the shoulder turns {(shoulder_rad[1] - shoulder_rad[0]) * 180 / pi:.1f} deg; the sector would span "
         f"{(rim[1] - rim[0]) * 180 / pi:.0f} deg, at most 250",
-        ways=SWINGS_LESS,
+        *SWINGS_LESS,
     )
     play = (slot_width - stop_pin_mm) / 2 / slot_radius_mm
     head = catalogue.screw(TENSION_SCREW).head_height_mm

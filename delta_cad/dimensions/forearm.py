@@ -20,7 +20,7 @@ from delta_cad.dimensions.joint import (
     chosen_spring,
     joint_dimensions,
 )
-from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, larger, require, smaller, up
+from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, another, larger, require, smaller, up
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
@@ -216,9 +216,7 @@ def _ball(diameter_mm: float) -> catalogue.Ball:
         "joint_ball",
         "diameter",
         f"the catalogue has no ball of {diameter_mm:g} mm; it has {', '.join(f'{v:g}' for v in stock)} mm",
-        "hardware.ball_diameter_mm",
-        diameter_mm,
-        min(stock, key=lambda v: abs(v - diameter_mm)),
+        *another("ball_diameter_mm"),
     )
     return min(rows, key=lambda row: (abs(row.diameter_mm - diameter_mm), row.grade))
 
@@ -273,9 +271,7 @@ def forearm_dimensions(
         "cross_bar",
         "length",
         f"{width_mm:g} mm between its balls are too narrow for the elbow's boss; at least {up(narrowest)} mm",
-        WIDTH,
-        width_mm,
-        narrowest,
+        larger(WIDTH),
     )
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)
     seat = ball_mm + 2 * CLEARANCE_MM
@@ -293,10 +289,9 @@ def forearm_dimensions(
         "springs",
         f"rods that fold to {degrees(fold_rad):.1f} deg beside the arm leave the eyes of its springs "
         f"{length_mm - second:.2f} mm to the wrist; at least {end:.2f}",
-        FOREARM,
-        length_mm,
-        second + end,
-        ways=(larger(FOREARM), larger(BOTTOM), smaller(ARM)),
+        larger(FOREARM),
+        larger(BOTTOM),
+        smaller(ARM),
     )
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
     joint = joint_dimensions(
@@ -319,9 +314,7 @@ def forearm_dimensions(
         "rod_tube",
         "length",
         f"{tube_length:g} mm are left for a tube between its ends; at least {least:g}",
-        FOREARM,
-        length_mm,
-        least + 2 * shoulder,
+        larger(FOREARM),
     )
     cup = seat / 2 + CUP_WALL_MM
     return ForearmDimensions(

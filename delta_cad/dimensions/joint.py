@@ -180,22 +180,19 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
             "force",
             f"for {force_N:g} N at the handle springs must give {low:g} N, the catalogue's strongest give "
             f"{most * PRELOAD_PER_N:.3g}",
-            "requirements.force_N",
-            force_N,
-            most,
+            smaller("requirements.force_N"),
         )
         ends = ends or [width]
-        nearest = min(ends, key=lambda end: abs(end - width))
         forces = "requirements.peak_force_N", "requirements.force_N"
         require(
             False,
             "rod_spring",
             "length",
             f"at a width of {width:g} mm the catalogue has no spring of {low:g} to {high:g} N",
-            WIDTH,
-            width,
-            nearest,
-            ways=(larger(WIDTH), smaller(WIDTH), *map(smaller, forces), smaller(*forces)),
+            larger(WIDTH),
+            smaller(WIDTH),
+            *map(smaller, forces),
+            smaller(*forces),
         )
         return min(rows.values(), key=lambda row: abs(row.free_length_mm - between_eyes_mm))  # in a search of reasons
     return min(fitting, key=lambda row: row.force_N(between_eyes_mm))

@@ -78,7 +78,7 @@ def handle_room_mm(motor: catalogue.Motor) -> float:
     return SWUNG * KEYS_MM.get(catalogue.screw(motor.mount_thread).socket_mm, (0.0, 0.0))[0]
 
 
-def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float], ratio: float) -> tuple[float, float]:
+def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float]) -> tuple[float, float]:
     """Chooses the directions of a pinion's set screws, so that each comes to the slot of its key at some angle.
 
     They point along x and z of the pinion where both come there; else they come there on either side of the middle of
@@ -87,7 +87,6 @@ def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float], ratio: float
     Args:
         slot_rad: Direction of the slot from the motor's axis in the chain's plane.
         turns_rad: From where to where the pinion turns from the exported position, against the arm.
-        ratio: Turns of the pinion per turn of the arm, for the message.
 
     Returns:
         Directions in the pinion's frame, from x towards z.
@@ -104,9 +103,7 @@ def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float], ratio: float
         "set screws",
         f"while the handle goes up and down in the middle the pinion turns by {degrees(high - low):.0f} deg; its two "
         f"set screws come to the slot of their key within {degrees(least):.0f}",
-        RATIO,
-        ratio,
-        ways=(larger(RATIO),),
+        larger(RATIO),
     )
 
     def comes(screw: float) -> bool:

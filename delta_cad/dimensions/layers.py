@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad import catalogue
-from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM, require
+from delta_cad.dimensions.rules import ARM_THICKNESS, PRESS_DEPTH_MM, RUNNING_GAP_MM, another, larger, require
 from delta_cad.dimensions.sizes import plate_mm
 
 ELBOW_BOSS_WIDTH_MM, ELBOW_BOSS_BESIDE_MM = 16.0, 1.0  # grips the cross-bar over 2.7 diameters; over the arm's plate
@@ -78,8 +78,7 @@ def layers(
         "pilot bore",
         f"hardware.motor = {motor.id}: pilot_diameter_mm = 0: must be > 0, for it centres the motor in its cheek: "
         "another motor, or a ring on its face, turned true to the shaft and stated as the pilot",
-        "hardware.motor",
-        motor.id,
+        *another("motor"),
     )
     half = arm_thickness_mm / 2
     cheek = plate_mm(bearing.width_mm + PRESS_DEPTH_MM, grown)
@@ -101,8 +100,7 @@ def layers(
             "shaft bore",
             f"a motor's shaft of {motor.shaft_length_mm:g} mm lacks {lacking:g} mm past a cheek of {plate:g} mm, which "
             "grows with the forces",
-            "hardware.motor",
-            motor.id,
+            *another("motor"),
         )
         least = arm_thickness_mm + motor.shaft_diameter_mm / 2 - clamped
         require(
@@ -110,9 +108,7 @@ def layers(
             "upper_arm",
             "shaft bore",
             f"{clamped:g} mm of the motor's shaft are clamped; at least {motor.shaft_diameter_mm / 2:g}",
-            "hardware.arm_thickness_mm",
-            arm_thickness_mm,
-            least,
+            larger(ARM_THICKNESS),
         )
         least = BLOCK_MM - 2 * RUNNING_GAP_MM
         require(
@@ -121,9 +117,7 @@ def layers(
             "thickness",
             f"{arm_thickness_mm + 2 * RUNNING_GAP_MM:g} mm between the cheeks are too little for dowels from either "
             f"side; at least {BLOCK_MM:g}",
-            "hardware.arm_thickness_mm",
-            arm_thickness_mm,
-            least,
+            larger(ARM_THICKNESS),
         )
     bearings: tuple[tuple[float, float], ...] = ()
     head = encoder_inside - cheek

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations
-from math import acos, atan2, degrees, hypot, sqrt
+from math import acos, atan2, hypot, sqrt
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from delta_cad.dimensions.bracket import BracketDimensions, Circle
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import (
     ARM,
-    BASE,
     BOTTOM,
     FARTHER_OUT,
     RUNNING_GAP_MM,
@@ -25,10 +24,8 @@ from delta_cad.dimensions.rules import (
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 BESIDE_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
-SWING_FIELD = "requirements.shoulder_min_deg"  # with which other lengths leave an elbow above its cheeks
 BOARD_SCREW = "M2.5"
 PLUG_MM = (5.0, 4.0, 5.0)  # half width, height over the board and length of the plug at its lower end
-HALVINGS = 30  # of the range in which the base's radius lies
 BOARD_EDGE_MM = 4.0  # of a direct drive's leg around its board's screws
 DIRECTIONS, ANGLES = 1440, 181  # in which a hull is looked at, to 1e-4 mm; of an arm between its stops
 
@@ -52,35 +49,21 @@ def require_room_for_board(
     Raises:
         DimensionError: It does.
     """
-
-    def room(radius_mm: float) -> float:
-        u, face, radius = motor_axis_mm[0] + radius_mm - base_radius_mm, stack.motor_cheek_mm[1], motor.diameter_mm / 2
-        least = np.inf
-        for wide, y, z in _board_boxes(stack, encoder):
-            off = max(z[0] - motor_axis_mm[1], motor_axis_mm[1] - z[1], 0.0)  # where in its height the motor is widest
-            if off < radius:
-                half = sqrt(radius**2 - off**2)
-                body = (u - half, u + half), (face, face + 2 * motor.length_mm)  # and its way off
-                least = min(least, _apart_mm(body, ((radius_mm - wide, radius_mm + wide), y)))
-        return float(least)
-
-    found = room(base_radius_mm)
-    if found >= BESIDE_MM:
-        return
-    low, high = base_radius_mm, base_radius_mm + motor.diameter_mm + encoder.board_width_mm
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (low, middle) if room(middle) >= BESIDE_MM else (middle, high)
+    u, face, radius = motor_axis_mm[0], stack.motor_cheek_mm[1], motor.diameter_mm / 2
+    found = np.inf
+    for wide, y, z in _board_boxes(stack, encoder):
+        off = max(z[0] - motor_axis_mm[1], motor_axis_mm[1] - z[1], 0.0)  # where in its height the motor is widest
+        if off < radius:
+            half = sqrt(radius**2 - off**2)
+            body = (u - half, u + half), (face, face + 2 * motor.length_mm)  # and its way off
+            found = min(found, _apart_mm(body, ((base_radius_mm - wide, base_radius_mm + wide), y)))
     require(
-        False,
+        found >= BESIDE_MM,
         "encoder_board",
         "beside the neighbour's motor",
         f"the motors come within {found:.2f} mm of the encoders' boards of the chains beside them; at least "
         f"{BESIDE_MM:g}",
-        BASE,
-        base_radius_mm,
-        high,
-        ways=FARTHER_OUT,
+        *FARTHER_OUT,
     )
 
 
@@ -109,26 +92,19 @@ def require_room_for_boss(
         cheeks.append(encoder_cheek)
     angles = np.linspace(shoulder_rad[0] - STOP_MARGIN_RAD, shoulder_rad[1] + STOP_MARGIN_RAD, ANGLES)
 
-    off, enough = np.full(ANGLES, np.inf), 0.0
+    off = np.full(ANGLES, np.inf)
     for normals, supports in map(_hull, cheeks):
         outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ normals  # of an elbow, per mm of arm
         off = np.minimum(off, (arm.length_mm * outward - supports).max(axis=1) - arm.boss_radius_mm)
-        # off the hull an elbow is off one of its sides
-        lengths = (supports + arm.boss_radius_mm + RUNNING_GAP_MM) / np.where(outward > 0.0, outward, np.nan)
-        enough = max(enough, np.nanmin(lengths, axis=1).max())
-    found, clear = off.min(), off >= RUNNING_GAP_MM
-    from_here = int(ANGLES - np.argmin(clear[::-1])) if clear[-1] else ANGLES  # the first angle above all that are not
-    least = degrees(angles[from_here] + STOP_MARGIN_RAD) if from_here < ANGLES else None
+    found = off.min()
     require(
         found >= RUNNING_GAP_MM,
         "upper_arm",
         "beside its cheeks",
         f"the elbow's boss comes within {found:.2f} mm of a cheek; at least {RUNNING_GAP_MM:g}",
-        ARM,
-        arm.length_mm,
-        enough,
-        None if least is None else (SWING_FIELD, least),
-        (larger(ARM), larger(BOTTOM), *another("motor")),
+        larger(ARM),
+        larger(BOTTOM),
+        *another("motor"),
     )
 
 

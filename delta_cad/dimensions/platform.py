@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, ceil, cos, floor, hypot, pi, radians, sin, tan
+from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ForearmDimensions
-from delta_cad.dimensions.rules import BASE, DRILL_DIAMETERS, PLATFORM, WIDTH, larger, require, smaller, up
+from delta_cad.dimensions.rules import (
+    BASE,
+    DRILL_DIAMETERS,
+    PLATFORM,
+    PLATFORM_THICKNESS,
+    WIDTH,
+    larger,
+    require,
+    smaller,
+    up,
+)
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
 
@@ -132,9 +142,7 @@ def platform_dimensions(
         "platform",
         "wrist boss",
         f"{thickness_mm:g} mm are too thin around the cross-bar; at least {least:g}",
-        "hardware.platform_thickness_mm",
-        thickness_mm,
-        least,
+        larger(PLATFORM_THICKNESS),
     )
     stem = stem_mm(grown)
     hub = stem / 2 + STEM_WALL_MM
@@ -143,9 +151,7 @@ def platform_dimensions(
         "platform",
         "wrist boss",
         f"on a radius of {radius_mm:g} mm it meets the hub; at least {hub + thickness_mm / 2 + 2.0:g} mm",
-        PLATFORM,
-        radius_mm,
-        hub + thickness_mm / 2 + 2.0,
+        larger(PLATFORM),
     )
     require(
         radius_mm >= forearm.wrist_radius_min_mm,
@@ -153,23 +159,17 @@ def platform_dimensions(
         "wrists",
         f"neighbouring cups come within the clearance on a radius of {radius_mm:g} mm; at least "
         f"{up(forearm.wrist_radius_min_mm)} mm",
-        PLATFORM,
-        radius_mm,
-        forearm.wrist_radius_min_mm,
-        ways=(larger(PLATFORM), larger(BASE, PLATFORM), smaller(WIDTH)),
+        larger(PLATFORM),
+        larger(BASE, PLATFORM),
+        smaller(WIDTH),
     )
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + forearm.room_mm
     beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
     length = forearm.width_mm - 2 * beside
-    lacking = BOSS_LEAST_MM - length
-    most, wider = thickness_mm - lacking / tan(tilt), forearm.width_mm + lacking
-    field, held, bound = WIDTH, forearm.width_mm, wider
-    ways = smaller("hardware.platform_thickness_mm"), larger(field)
-    if most >= least:
-        field, held, bound = "hardware.platform_thickness_mm", thickness_mm, most
+    ways = smaller(PLATFORM_THICKNESS), larger(WIDTH)
     message = f"rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm; at least {BOSS_LEAST_MM:g}"
-    require(lacking <= LENGTH_MM, "platform", "wrist boss, length", message, field, held, bound, ways=ways)
+    require(length >= BOSS_LEAST_MM - LENGTH_MM, "platform", "wrist boss, length", message, *ways)
     bore = forearm.bar_diameter_mm + 2 * BAR_GLUE_MM
     return PlatformDimensions(
         radius_mm=radius_mm,
@@ -208,9 +208,7 @@ def base_dimensions(
         "base_plate",
         "counterbore",
         f"{thickness_mm:g} mm leave too little under the screws' heads; at least {least:g} mm",
-        "hardware.base_plate_thickness_mm",
-        thickness_mm,
-        least,
+        larger("hardware.base_plate_thickness_mm"),
     )
     radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
     flat = float(min(radius, max(floor(behind_mm), FLAT_LEAST_MM)))

@@ -79,6 +79,7 @@ def another(*families: str) -> tuple[Way, ...]:
 BASE, PLATFORM = "mechanism.base_radius_mm", "mechanism.platform_radius_mm"
 ARM, FOREARM, WIDTH = (f"mechanism.{name}_mm" for name in ("upper_arm_length", "forearm_length", "parallelogram_width"))
 SECTOR, RATIO, BOTTOM = "hardware.sector_radius_mm", "hardware.capstan_ratio", "cube.bottom_height_mm"
+ARM_THICKNESS, PLATFORM_THICKNESS = "hardware.arm_thickness_mm", "hardware.platform_thickness_mm"
 FARTHER_OUT = larger(BASE), larger(BASE, PLATFORM)  # what parts neighbouring chains
 SWINGS_LESS = larger(ARM), larger(BOTTOM)  # what lets an arm swing over a smaller angle
 
@@ -91,22 +92,15 @@ class Reason:
         part: Part number.
         feature: What of the part.
         message: What was computed and what it is held to, in words.
-        field: Dotted path of the design's field that a search changes; "" where a feature follows from several.
-        value: Its value; None where there is no field.
-        bound: Estimate of the value that is enough, from this part alone, where a search starts; None where there is
-            none. Who reads a refusal reads thresholds of the whole, see `delta_cad.structure.hardware.thresholds`.
-        instead: Another field that a search changes, with such an estimate.
-        ways: What may be changed; none: the field.
+        ways: What may be changed, the likeliest first; how far is for `delta_cad.structure.hardware.thresholds`.
+        margin: Of a load that is too large: what the part bears over it, less than 1; None of anything else.
     """
 
     part: str
     feature: str
     message: str
-    field: str = ""
-    value: float | str | None = None
-    bound: float | str | None = None
-    instead: tuple[str, float] | None = None
     ways: tuple[Way, ...] = ()
+    margin: float | None = None
 
     def __str__(self) -> str:
         return f"{self.part}, {self.feature}: {self.message}"
@@ -117,12 +111,9 @@ class Reason:
         return self.part, self.feature
 
     @property
-    def changes(self) -> tuple[Way, ...]:
-        """What may be changed: its ways, or its field."""
-        if self.ways or not self.field:
-            return self.ways
-        numbers = isinstance(self.bound, float) and isinstance(self.value, float | int)
-        return (Way((self.field,), self.bound > self.value if numbers else None),)  # pyright: ignore[reportOperatorIssue]
+    def field(self) -> str:
+        """The first field of the likeliest change; "" where nothing may be changed."""
+        return self.ways[0].fields[0] if self.ways else ""
 
 
 class DimensionError(ValueError):
@@ -143,17 +134,7 @@ class DimensionError(ValueError):
 _COLLECTED: ContextVar[list[Reason] | None] = ContextVar("reasons", default=None)
 
 
-def require(
-    holds: bool,
-    part: str,
-    feature: str,
-    message: str,
-    field: str = "",
-    value: float | str | None = None,
-    bound: float | str | None = None,
-    instead: tuple[str, float] | None = None,
-    ways: tuple[Way, ...] = (),
-) -> None:
+def require(holds: bool, part: str, feature: str, message: str, *ways: Way) -> None:
     """Raises a DimensionError unless `holds`; inside `all_reasons` it notes the reason and goes on.
 
     Args:
@@ -161,15 +142,11 @@ def require(
         part: As all that follows, of `Reason`.
         feature: What of the part.
         message: What was computed and what it is held to, in words.
-        field: Dotted path of the design's field.
-        value: Its value.
-        bound: Estimate of what is enough.
-        instead: Another field, with such an estimate.
         ways: What may be changed.
     """
     if holds:
         return
-    reason, collected = Reason(part, feature, message, field, value, bound, instead, ways), _COLLECTED.get()
+    reason, collected = Reason(part, feature, message, ways), _COLLECTED.get()
     if collected is None:
         raise DimensionError([reason])
     if reason not in collected:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import product
-from math import asin, cos, degrees, pi, radians, sin, sqrt
+from math import cos, degrees, pi, radians, sqrt
 
 import numpy as np
 
@@ -27,9 +27,7 @@ from delta_cad.passing.moving import (
 from delta_cad.passing.shapes import Shape, off_all_mm
 from delta_cad.passing.standing import board, cheeks, motor
 
-ELBOW_FIELD = "requirements.elbow_angle_min_deg"
 WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
-ON_MM = 0.1  # more than they lack
 
 
 def beside_own(d: Dimensions) -> tuple[Apart, Apart]:
@@ -71,15 +69,12 @@ def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None)
     return apart
 
 
-def folded(d: Dimensions, least_mm: float, estimated: bool = False) -> Iterator[Reason]:
+def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     """Gives the reason why rods that fold onto their own drive are too near.
-
-    Off the shoulder's axis they are `L_A sin(elbow)`: what they lack there is what the angle is wider by.
 
     Args:
         d: The machine.
         least_mm: Least distance between them.
-        estimated: Whether a search's estimates of height and angle are computed.
     """
     cube, long, forearm = d.design.cube, d.arm.length_mm, d.forearm.length_mm
     drive = beside_own(d)
@@ -90,27 +85,18 @@ def folded(d: Dimensions, least_mm: float, estimated: bool = False) -> Iterator[
         except UnreachableError:  # so high does not fold
             return 0.0
 
-    lacking = still = lacks(cube.bottom_height_mm)
+    lacking = lacks(cube.bottom_height_mm)
     if lacking <= 0.0:
         return
     sharpest = d.travel.forearm_angle_max
     bottom, fold, lowest = cube.bottom_height_mm, pi - sharpest.value, sharpest.position[2] * MM_PER_M
-
-    def height(angle: float) -> float:
-        # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
-        return bottom + sqrt(lowest**2 + 2.0 * long * forearm * max(cos(fold) - cos(angle), 0.0)) - lowest
-
-    if fold >= WIDEST_RAD or lacks(height(WIDEST_RAD)) > 0.0:
+    # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
+    opened = 2.0 * long * forearm * max(cos(fold) - cos(WIDEST_RAD), 0.0)
+    if fold >= WIDEST_RAD or lacks(bottom + sqrt(lowest**2 + opened) - lowest) > 0.0:
         return  # no height parts them: it is not for the fold
-    needed = fold
-    while estimated and needed < WIDEST_RAD and still > 0.0:
-        needed = min(asin(min(sin(needed) + (still + ON_MM) / long, 1.0)), WIDEST_RAD)
-        still = lacks(height(needed))
     own = f"what holds {d.motor.id}, or their arm" if d.capstan is None else "their own drive, its arm or its sector"
     message = (
         f"rods that fold to {degrees(fold):.1f} deg, or springs across them, come within {least_mm - lacking:.2f} mm "
         f"of {own}; at least {least_mm:.2f}"
     )
-    bound, instead = (height(needed), (ELBOW_FIELD, degrees(needed))) if estimated else (None, None)
-    ways = larger(BOTTOM), larger(FOREARM), smaller(ARM)
-    yield Reason("rod_tube", "beside the drive", message, BOTTOM, bottom, bound, instead, ways)
+    yield Reason("rod_tube", "beside the drive", message, (larger(BOTTOM), larger(FOREARM), smaller(ARM)))

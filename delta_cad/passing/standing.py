@@ -24,7 +24,7 @@ SLID_MM = 40.0  # over which a drive's way on to its plate is looked at
 SLIDES = 21
 SWINGS = 31  # angles of an arm between its stops
 TURNS = 72, 360  # directions of a key's handle: every 5 degrees, and every degree where those leave it open
-HEIGHTS = 5, 21  # of the handle on the cube's middle axis: where few are enough, and else
+HEIGHTS = 21  # of the handle on the cube's middle axis
 SWING_RAD = pi / 3  # of a handle, to a hexagon's next corner
 FAR_MM = 1e3
 
@@ -140,12 +140,12 @@ def _in_the_way(d: Dimensions) -> list[Stands]:
     return [([*cheeks(d)[1:], block, *own], 0), (others, 1), (others, 2)]
 
 
-def _arms(d: Dimensions, count: int) -> list[list[Stands]]:
+def _arms(d: Dimensions) -> list[list[Stands]]:
     """Arms with sectors where the handle stands on the cube's middle axis, the middle first."""
     if d.capstan is None:
         return [[]]
     cube, still = d.design.cube, arm_shapes(d, d.capstan)
-    shares = np.linspace(0.0, 1.0, count)
+    shares = np.linspace(0.0, 1.0, HEIGHTS)
     heights = cube.bottom_height_mm + 2.0 * cube.half_side_mm * shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
     at = np.stack([0.0 * heights, 0.0 * heights, heights], axis=1) / MM_PER_M
     found = []
@@ -157,16 +157,14 @@ def _arms(d: Dimensions, count: int) -> list[list[Stands]]:
     return found
 
 
-def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
-    """Computes by how much a key's handle swings in a motor's screw, the least of all, rad.
+def key_swing_rad(d: Dimensions) -> float:
+    """Computes by how much a key's handle swings in a motor's screw, rad: of the first in which it is too little.
 
     Beside what stands still, and beside arms with their sectors, which go up and down with the handle as suits. What
     swings by `SWING_RAD` may swing by more than is told.
 
     Args:
         d: The machine.
-        whole: Whether all screws are looked at, and many heights of the handle; not the screws up to the first in which
-            no key swings far enough, at few.
 
     It is one of the keys that `delta_cad.checks.contact.access` tries; what else moves is left out.
     """
@@ -176,7 +174,7 @@ def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
     long, short = KEYS_MM[row.socket_mm]
     keys = (short, long), (long, short), cut_key_mm(row.socket_mm), (LONG_MM.get(row.socket_mm, long), short)
     mouth = d.layers.motor_cheek_mm[0] + motor_screw_mm(d.motor, d.layers)[1] - row.head_height_mm
-    radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d, HEIGHTS[whole])
+    radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d)
 
     def free(at: tuple[float, float], key: tuple[float, float], beside: list[Off], among: np.ndarray) -> np.ndarray:
         return _free(d, at, mouth, radius, row.socket_depth_mm, key, beside, among)
@@ -205,7 +203,7 @@ def key_swing_rad(d: Dimensions, whole: bool = True) -> float:
     least = 2.0 * pi
     for at in _screws(d):
         least = min(least, best(at))
-        if least < SWING_RAD and not whole:
+        if least < SWING_RAD:
             break
     return least
 

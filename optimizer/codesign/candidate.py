@@ -22,6 +22,7 @@ from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
 from optimizer.codesign.lessons import WEIGHED_AGAIN, Lessons, Weighed
+from optimizer.codesign.variants.estimates import Estimate, estimates
 from optimizer.problem.brief import DesignBrief, Objective
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import SIDE
@@ -29,7 +30,6 @@ from optimizer.problem.step import SIDE
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import BuiltMachine, Outcome
-    from delta_cad.dimensions import Reason
 
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
 CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
@@ -241,21 +241,19 @@ def weigh(design: Design, begin: Callable[[str], None]) -> tuple[Weighed, list[C
     return weighed_of(design, machine.masses), check_weighed(machine)
 
 
-_REFUSED: dict[str, tuple[Reason, ...]] = {}
+_REFUSED: dict[str, tuple[Estimate, ...]] = {}
 """Why the design asked about last is refused, by its hash: what does not bind it may be raised several times."""
 
 
-def refused(design: Design) -> tuple[Reason, ...]:
-    """Gives why closed forms refuse a design of a search, once for one after the other that are equal.
+def refused(design: Design) -> tuple[Estimate, ...]:
+    """Gives why closed forms refuse a design of a search, with estimates, once for one after the other that are equal.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
-    from delta_cad.structure.hardware.refusals import LEARNT, refusals
-
     key = design_hash(design)
     if key not in _REFUSED:
-        found = refusals(design, LEARNT)
+        found = estimates(design)
         _REFUSED.clear()
         _REFUSED[key] = found
     return _REFUSED[key]

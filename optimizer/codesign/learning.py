@@ -12,40 +12,23 @@ import numpy as np
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import DimensionError
-from delta_cad.dimensions.neighbours import SWING_FIELD
+from delta_cad.dimensions.rules import ARM, BASE, WIDTH
 from delta_cad.mechanism.limits import Outline
-from delta_cad.passing.folding import ELBOW_FIELD
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, default_of
 from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons, apart_by, folds
+from optimizer.codesign.variants.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
-    from delta_cad.dimensions import Reason
     from delta_cad.solids.primitive import BuildError
 
-LENGTHS = {
-    "mechanism.base_radius_mm": "base_radius",
-    "mechanism.platform_radius_mm": "platform_radius",
-    "mechanism.forearm_length_mm": "forearm_length",
-    "mechanism.upper_arm_length_mm": "upper_arm_length",
-    "cube.bottom_height_mm": "bottom_height",
-}
-"""Field of a design that a refusal names -> the length that is bounded from below."""
-SIZES = (
-    "sector_radius_mm",
-    "base_plate_thickness_mm",
-    "arm_thickness_mm",
-    "platform_thickness_mm",
-    "ball_diameter_mm",
-)
 PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 UNFOLDED = 0.85  # of what was asked of arms that folded: it is asked anew where it still has to be
 GROWTH = 1.25  # of a length at once: what asks for more may be met by what another reason asks for
-ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP = 0.03
 LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's lever, least and largest at once
 LITTLE = 1e-3  # of a load that is borne: none at all has no power
@@ -79,7 +62,7 @@ class GaveUpError(StuckError):
 
 
 def from_reasons(
-    brief: DesignBrief, choice: Choice, lessons: Lessons, reasons: Sequence[Reason], side_mm: float = 0.0
+    brief: DesignBrief, choice: Choice, lessons: Lessons, reasons: Sequence[Estimate], side_mm: float = 0.0
 ) -> tuple[Choice, Lessons]:
     """Learns from the closed forms that refuse a candidate.
 
@@ -97,7 +80,7 @@ def from_reasons(
         StuckError: None of them can be.
     """
     before = choice, lessons
-    radii = [one.bound for one in reasons if one.field == "mechanism.base_radius_mm" and isinstance(one.bound, float)]
+    radii = [one.bound for one in reasons if one.field == BASE and one.bound is not None]
     room = _room_for_arm_mm(brief, choice, lessons, radii)
     reasons = [_by_angle(reason, room) for reason in reasons]
     borne: list[tuple[float, str]] = []
@@ -112,7 +95,7 @@ def from_reasons(
             if lessons.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
                 least += CREEP_MM
             lessons = lessons.raised(LENGTHS[field], least, str(reason))
-        elif field == "mechanism.parallelogram_width_mm" and isinstance(bound, float):
+        elif field == WIDTH and isinstance(bound, float):
             away = math.ceil if bound > choice.width_mm else math.floor
             choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
         elif entry in SIZES and isinstance(bound, float) and entry not in brief.hardware:
@@ -134,8 +117,7 @@ def from_reasons(
             least = max(lessons.shoulder_low_deg, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
             lessons = lessons.taught(str(reason), shoulder_low_deg=least)
         elif (field.startswith("requirements.") or not field) and brief.panel is not None:
-            share = bound / reason.value if isinstance(bound, float) and isinstance(reason.value, float) else 1.0
-            borne.append((share, str(reason)))
+            borne.append((reason.reason.margin or 1.0, str(reason)))
         elif field.startswith("requirements.") or not field:
             lessons = _stiffer(lessons, str(reason))
     if borne:
@@ -153,16 +135,17 @@ def _room_for_arm_mm(brief: DesignBrief, choice: Choice, lessons: Lessons, radii
     return reach - max([lessons.least_radius_mm(choice.width_mm), *radii_mm])
 
 
-def _by_angle(reason: Reason, room_mm: float) -> Reason:
-    """A reason for a length with an angle that would do, which other lengths may give: with that.
+def _by_angle(reason: Estimate, room_mm: float) -> Estimate:
+    """An estimate of a length that an angle ends as well, which other lengths may give: with that.
 
     An arm that swings too low may be longer, too, where there is room.
     """
-    if reason.instead is None or reason.instead[0] not in (ELBOW_FIELD, SWING_FIELD):
+    if reason.angle is None:
         return reason
-    if reason.instead[0] == SWING_FIELD and isinstance(reason.bound, float) and reason.bound <= room_mm:
+    field, least = reason.angle
+    if field == SWING_FIELD and reason.field == ARM and reason.bound is not None and reason.bound <= room_mm:
         return reason
-    return replace(reason, field=reason.instead[0], value=None, bound=reason.instead[1])
+    return replace(reason, field=field, value=None, bound=least)
 
 
 def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:
@@ -193,11 +176,11 @@ def too_soft(design: Design) -> tuple[float, float] | None:
     return None if least >= asked else (least, asked)
 
 
-def borne_of(one: Reason | CheckResult) -> float:
-    """Share of what a part bears that it then bears: of a refusal the share by which its field has to grow."""
+def borne_of(one: Estimate | CheckResult) -> float:
+    """Share of what a part bears that it then bears."""
     if isinstance(one, CheckResult):
         return (one.value or 0.0) / (one.limit or 1.0)
-    return float(one.bound or 1.0) / float(one.value or 1.0)
+    return 1.0 / (one.reason.margin or 1.0)
 
 
 def from_pull(lessons: Lessons, sector_mm: float, torque_N_m: float, share: float) -> Lessons:
@@ -421,7 +404,7 @@ def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
     def passes(shorter_mm: float) -> bool:
         shorter = design.mechanism.model_copy(update={"base_radius_mm": radius - shorter_mm})
         reasons = refusals(design.model_copy(update={"mechanism": shorter}), LEARNT)
-        return not any(reason.field == "mechanism.base_radius_mm" for reason in reasons)
+        return not any(reason.field == BASE for reason in reasons)
 
     if passes(LEFT_MM):
         return lessons

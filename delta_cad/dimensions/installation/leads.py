@@ -18,7 +18,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.neighbours import PLUG_MM as ROOM_MM
-from delta_cad.dimensions.rules import BASE, FARTHER_OUT, another, require
+from delta_cad.dimensions.rules import FARTHER_OUT, another, require
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 LEAD_MM = 2.3  # outside diameter of a silicone lead of 0.5 mm^2; makers' tables: 2.1 to 2.3; from memory
@@ -212,31 +212,18 @@ def _tied(
 
 def _require_room(lead: SensorLeadDimensions, b: BracketDimensions, stack: Layers, motor: catalogue.Motor) -> None:
     """Refuses a base on which a neighbour's motor, or its way off its cheek, runs into a board's lead."""
-    line, radius = lead.line_mm, (SENSOR_MM + motor.diameter_mm) / 2.0
-
-    def room(wider_mm: float) -> float:
-        points = line + np.array([b.shoulder_u_mm + wider_mm, 0.0, 0.0])
-        least = np.inf
-        for chain in CHAINS[1:]:
-            own = points @ chain_frame(chain)[:3, :3]  # in the neighbour's frame
-            beyond = stack.motor_cheek_mm[1] - own[:, 1]  # before its mounting face there is no motor
-            off = np.hypot(own[:, 0] - b.motor_axis_mm[0] - wider_mm, own[:, 2] - b.motor_axis_mm[1]) - radius
-            least = min(least, np.maximum(off, beyond - SENSOR_MM / 2.0).min())
-        return float(least)
-
-    found, low, high = room(0.0), 0.0, motor.diameter_mm
-    if found >= APART_LEAST_MM:
-        return
-    for _ in range(STEPS):
-        middle = (low + high) / 2.0
-        low, high = (low, middle) if room(middle) >= APART_LEAST_MM else (middle, high)
+    points, radius = lead.line_mm + np.array([b.shoulder_u_mm, 0.0, 0.0]), (SENSOR_MM + motor.diameter_mm) / 2.0
+    found = np.inf
+    for chain in CHAINS[1:]:
+        own = points @ chain_frame(chain)[:3, :3]  # in the neighbour's frame
+        beyond = stack.motor_cheek_mm[1] - own[:, 1]  # before its mounting face there is no motor
+        off = np.hypot(own[:, 0] - b.motor_axis_mm[0], own[:, 2] - b.motor_axis_mm[1]) - radius
+        found = min(found, float(np.maximum(off, beyond - SENSOR_MM / 2.0).min()))
     require(
-        False,
+        found >= APART_LEAST_MM,
         "sensor_lead",
         "beside the neighbour's motor",
         f"the motors come within {found:.2f} mm of the leads of the encoders beside them; at least {APART_LEAST_MM:g}",
-        BASE,
-        b.shoulder_u_mm,
-        b.shoulder_u_mm + high,
-        ways=(*FARTHER_OUT, *another("motor", "leads")),
+        *FARTHER_OUT,
+        *another("motor", "leads"),
     )

@@ -194,11 +194,10 @@ def sleeve_mm(design: Design, foot: catalogue.Foot, circle_mm: float, spread_rad
     apart = circle_mm * spread_rad / 2.0 * 0.98  # the chord of a small angle
     least = foot.diameter_mm / 2 + hole_mm / 2 + SLEEVE_WALL_MM + SPARE_MM
     words, ways = "hardware.mounting = both asks for sleeves beside the feet", another("foot", "mounting")
-    field, held = "hardware.mounting", "both"
     low = f"{words}: a foot of {foot.height_mm:g} mm leaves them {height:g} mm; at least {SLEEVE_LEAST_MM:g}"
-    require(height >= SLEEVE_LEAST_MM, "mount_sleeve", "height", low, field, held, ways=ways)
+    require(height >= SLEEVE_LEAST_MM, "mount_sleeve", "height", low, *ways)
     wide = f"{words}: a foot stands {apart:.1f} mm from them; at least {least:.1f}"
-    require(apart >= least, "mount_sleeve", "room", wide, field, held, ways=ways)
+    require(apart >= least, "mount_sleeve", "room", wide, *ways)
     return height
 
 

@@ -9,7 +9,7 @@ as little as it can. Each is necessary: what passes here may still fail a check.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import cos
 
@@ -17,10 +17,9 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_LEAST_MM, SECTOR_MOST_MM
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
-from delta_cad.dimensions.capstan import ROPE_FACTOR, CapstanDimensions
-from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, RATIO, SECTOR, another, larger, smaller, up
+from delta_cad.dimensions.capstan import ROPE_FACTOR
+from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, RATIO, SECTOR, Way, another, larger, smaller, up
 from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
@@ -28,16 +27,13 @@ from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.refused import PASSING
+from delta_cad.passing.interference_reasons import PASSING
 from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 
 PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
 HEAVIER = 1.25  # times what `lightest` gives: only small sectors and long rods were built heavier
 COUNT = 5  # positions along an edge of the cube, its corners among them
-SCANNED = 100  # radii of a sector
-WIDER = 1.5  # times a sector's radius that it is estimated to have
-HALVINGS = 30  # of a range in which a tolerance chain begins to hold
 
 
 @dataclass(frozen=True)
@@ -47,19 +43,17 @@ class Held:
     Attributes:
         weighed: How many times what moves at least is taken to weigh; 0: nothing weighs anything.
         margin_mm: What is to be left between what passes, beyond the clearance.
-        estimated: Whether reasons carry a search's estimates of what is enough.
     """
 
     weighed: float
     margin_mm: float
-    estimated: bool = False
 
 
 NECESSARY = Held(1.0, 0.0)
 """What no machine does without: what is refused would fail."""
 SURE = Held(HEAVIER, PROVEN_MM)
 """What a suggested design is held to, so that solids pass, too."""
-LEARNT = Held(0.0, 0.0, True)
+LEARNT = Held(0.0, 0.0)
 """What a candidate is held to in a search that learns weights and distances from solids."""
 
 Form = Callable[[Dimensions, Held], Iterable[Reason]]
@@ -140,8 +134,7 @@ def _mode(design: Design) -> tuple[Reason, ...]:
         f"det S > 0, the platform above the elbows, is asked at every position, but is {margins.min():.3g} m^3 at "
         f"({x:.1f}, {y:.1f}, {z:.1f}) mm"
     )
-    ways = larger(BOTTOM), larger(FOREARM)
-    return (Reason("cube", "assembly mode", message, BOTTOM, cube.bottom_height_mm, ways=ways),)
+    return (Reason("cube", "assembly mode", message, (larger(BOTTOM), larger(FOREARM))),)
 
 
 def _turning(design: Design) -> Iterator[Reason]:
@@ -152,7 +145,7 @@ def _turning(design: Design) -> Iterator[Reason]:
     held = r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3  # determinant of the couples that rods bear, README (48)
     if held.min() <= 0.0 <= held.max():
         message = "somewhere in the cube rods let the platform turn"
-        yield Reason("platform", "turning", message, BOTTOM, cube.bottom_height_mm)
+        yield Reason("platform", "turning", message, (Way((BOTTOM,)),))
 
 
 def _drive(design: Design) -> Iterator[Reason]:
@@ -168,22 +161,16 @@ def _drive(design: Design) -> Iterator[Reason]:
             less = smaller(f"requirements.{'joint' if lasts else 'peak'}_torque_N_m")
             geared = (larger(RATIO), larger(RATIO, SECTOR)) if h.drive == "capstan" else ()
             message = f"{value:.4g} of {required:.4g} N m at the joint, {words}"
-            field, held = (RATIO, h.capstan_ratio) if geared else ("hardware.motor", h.motor)
-            yield Reason("drive", f"{words} torque", message, field, held, ways=(*geared, *another("motor"), less))
+            yield Reason("drive", f"{words} torque", message, (*geared, *another("motor"), less))
     tension, ratio, least = drive.cable_tension_N, drive.bend_ratio, drive.bend_ratio_least
     if tension is None or ratio is None or least is None:
         return
     if (safety := drive.cable_safety_factor) is not None and safety < ROPE_FACTOR:
         message = f"a breaking load of {safety:.3g} times its tension of {tension:.4g} N; at least {ROPE_FACTOR:g}"
-        yield Reason("cable", "strength", message, "hardware.cable", h.cable, ways=(*another("cable"), larger(SECTOR)))
+        yield Reason("cable", "strength", message, (*another("cable"), larger(SECTOR)))
     if ratio < least:
         message = f"its groove on the pinion is {ratio:.4g} times as wide as the cable; at least {least:g}"
-        held, bound = h.sector_radius_mm, h.sector_radius_mm * (least + 1.0) / (ratio + 1.0)
-        ways = larger(SECTOR), smaller(RATIO), *another("cable")
-        if bound <= SECTOR_MOST_MM:
-            yield Reason("cable", "bend ratio", message, SECTOR, held, bound, ways=ways)
-        else:
-            yield Reason("cable", "bend ratio", message, RATIO, h.capstan_ratio, ways=ways)
+        yield Reason("cable", "bend ratio", message, (larger(SECTOR), smaller(RATIO), *another("cable")))
 
 
 def least_outline_mm(d: Dimensions) -> np.ndarray:
@@ -217,73 +204,27 @@ def _outline(d: Dimensions) -> list[Reason]:
             "base_plate" if size in plate else "assembly",
             name.replace("_mm", "").replace("_", " "),
             f"{what[size not in plate]} over {up(size)} mm; at most {asked[name]:g}",
-            f"requirements.{name}",
-            asked[name],
-            float(size),
-            ways=(*inwards, larger(f"requirements.{name}")),
+            (*inwards, larger(f"requirements.{name}")),
         )
         for name, size in best
         if size > asked[name]
     ]
 
 
-def _cable_plane(d: Dimensions, held: Held) -> Iterator[Reason]:
+def _cable_plane(d: Dimensions) -> Iterator[Reason]:
     """A pinion so small that its groove's own climb leaves nothing of the fleet angle to tolerances."""
-    if d.capstan is None:
+    if d.capstan is None or (chain := plane_chain(d, d.capstan, CLASSES[0])).holds:
         return
-    c, sector = d.capstan, d.design.hardware.sector_radius_mm
-    chain = plane_chain(d, c, CLASSES[0])
-    if chain.holds:
-        return
-
-    def holds_at(radius: float) -> bool:
-        return plane_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds
-
     message = f"it leaves its plane by {chain.rss[1]:.3f} mm with the finest tolerances; at most {chain.high:.3f}"
-    found = Reason("cable", "plane", message, RATIO, c.ratio, ways=(larger(SECTOR), smaller(RATIO), *another("cable")))
-    if not plane_chain(d, _scaled(c, sector, CAPSTAN_RATIO_LEAST), CLASSES[0]).holds:
-        found = replace(found, field="hardware.cable", value=d.design.hardware.cable)
-    widest = min(WIDER * sector, SECTOR_MOST_MM)
-    if held.estimated and holds_at(widest):
-        radius = _border(holds_at, sector, widest)
-        if travel_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds:
-            found = replace(found, field=SECTOR, value=sector, bound=radius)
-    yield found
+    yield Reason("cable", "plane", message, (larger(SECTOR), smaller(RATIO), *another("cable")))
 
 
-def _cable_travel(d: Dimensions, held: Held) -> Iterator[Reason]:
+def _cable_travel(d: Dimensions) -> Iterator[Reason]:
     """A cable so long that what it stretches and what sector and pinion are off leave its carriage no travel."""
     if d.capstan is None or travel_chain(d, d.capstan, CLASSES[0]).holds:
         return
-    c, sector, bound = d.capstan, d.design.hardware.sector_radius_mm, None
-
-    def holds_at(radius: float) -> bool:
-        return travel_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds
-
-    if held.estimated:
-        radii = np.linspace(sector, SECTOR_LEAST_MM, SCANNED).tolist()  # the cable is cut in steps: may hold in between
-        first = next((k for k, radius in enumerate(radii) if holds_at(radius)), 0)
-        if not first:
-            return
-        bound = _border(holds_at, radii[first - 1], radii[first])
-    message = f"a cable of {c.cable_length_mm:.0f} mm stretches and differs by more than its carriage goes"
-    yield Reason("cable", "travel", message, SECTOR, sector, bound, ways=(smaller(SECTOR), *another("cable")))
-
-
-def _border(holds: Callable[[float], bool], bad: float, good: float) -> float:
-    """Finds where something begins to hold between a value at which it does not and one at which it does."""
-    for _ in range(HALVINGS):
-        middle = (bad + good) / 2.0
-        bad, good = (bad, middle) if holds(middle) else (middle, good)
-    return good
-
-
-def _scaled(c: CapstanDimensions, radius_mm: float, ratio: float) -> CapstanDimensions:
-    """A capstan with another sector and ratio, as far as the tolerance chains of its cable read it."""
-    wider = radius_mm - c.run.sector_mm
-    beyond = c.run.beyond_rad * c.run.sector_mm / radius_mm  # the rim goes as far beyond the tangent point
-    run = replace(c.run, sector_mm=radius_mm, pinion_mm=radius_mm / ratio, beyond_rad=beyond)
-    return replace(c, run=run, rim_radius_mm=c.rim_radius_mm + wider)
+    message = f"a cable of {d.capstan.cable_length_mm:.0f} mm stretches and differs by more than its carriage goes"
+    yield Reason("cable", "travel", message, (smaller(SECTOR), *another("cable")))
 
 
 MODE, PARTS = "assembly mode", "dimensions"
@@ -291,9 +232,9 @@ ALONE: dict[str, Callable[[Design], Iterable[Reason]]] = {"turning": _turning, "
 """Forms that need no dimensions of parts."""
 FORMS: dict[str, Form] = {
     "outline": lambda d, _: _outline(d),
-    "cable plane": _cable_plane,
-    "cable travel": _cable_travel,
-    **{name: lambda d, held, form=form: form(d, held.margin_mm, held.estimated) for name, form in PASSING.items()},
-    "overloads": lambda d, held: overloads(d, held.weighed, held.estimated),
+    "cable plane": lambda d, _: _cable_plane(d),
+    "cable travel": lambda d, _: _cable_travel(d),
+    **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in PASSING.items()},
+    "overloads": lambda d, held: overloads(d, held.weighed),
 }
 """Forms of a machine that has dimensions, in the order in which reasons are listed."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from math import ceil, floor, log, log10
 
 from delta_cad.design import Design
-from delta_cad.design.sums import Contradiction, impossible_sums
+from delta_cad.design.sums import impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.joint import limit_values
-from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, SECTOR, WIDTH, Way, larger, smaller
+from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
 from delta_cad.mechanism import MechanismError
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits
 from delta_cad.mechanism.proof.prove import prove
@@ -23,21 +24,36 @@ from delta_cad.structure.hardware.thresholds import (
     along,
     by_row,
     changed,
+    least,
     rounded,
     rows_of,
     value_of,
 )
 
-ROUNDS = 8  # reasons that are followed, one after the other
-MOST_VARIANTS = 120  # that are judged before a search ends: a tenth of a second each, or two
-THRESHOLDS = 10  # along one way
-STEPS = 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64  # shares by which a field is changed until a reason is gone
-HALVINGS = 5  # of what was changed, while everything still passes
+MOST_MS = 30_000.0  # of what is judged by the search with margins, and as much without: on the machine of `COSTS_MS`
 MOST_BOXES = 20_000  # of a proof: what is not decided by then is not taken
 ROW = 0.5  # what another row of the catalogue counts, as a share of a length
-FREE = ARM, FOREARM, WIDTH, BOTTOM, SECTOR
+AHEAD = 0.1  # what each form counts that is still to be passed, and each reason of the first that is not
+SUMS, REACH, LIMITS = "sums", "reach", "limits"
+UNREACHED = larger(FOREARM), larger(ARM), larger(BOTTOM), smaller(BOTTOM)
+FREE = ARM, FOREARM, WIDTH, BOTTOM, SECTOR, RATIO, PLATFORM, BASE
 ANY = (larger(BASE, PLATFORM), *map(larger, FREE), *map(smaller, FREE))
-"""Where no way that a reason names goes on."""
+"""Where a reason names nothing that is free."""
+COSTS_MS = {
+    PARTS: 40.0,
+    LIMITS: 6.0,
+    "motor on its way in": 20.0,
+    "cups": 27.0,
+    "sector beside a neighbour's cheek": 29.0,
+    "folded": 31.0,
+    "overloads": 50.0,
+    "sector beside a neighbour's": 90.0,
+    "motor_screw key": 300.0,
+}
+"""Form -> processor time that it takes, of one core of 2026; of others `QUICK_MS`. Those that cost most are last."""
+QUICK_MS = 2.0
+QUICK = len((SUMS, REACH, MODE, *ALONE, PARTS, LIMITS))
+ORDER = (SUMS, REACH, MODE, *ALONE, PARTS, LIMITS, *sorted(FORMS, key=lambda form: COSTS_MS.get(form, 0.0)))
 
 
 @dataclass(frozen=True)
@@ -68,8 +84,9 @@ def _word(value: float | str) -> str:
 def suggestion(design: Design) -> Suggestion | None:
     """Searches the smallest change of free fields with which closed forms refuse nothing.
 
-    Reason after reason the change that leaves fewest is taken; what was changed is then taken back as far as all
-    closed forms still pass, together and field by field. Requirements, panel and the cube's side stay.
+    Each reason is ended by each change that it names, found by a threshold search; the variant that is least changed
+    and has most forms behind it goes on. What was changed is then taken back as far as all closed forms still pass.
+    Requirements, panel and the cube's side stay.
 
     Args:
         design: A design, each field within its own bounds.
@@ -89,123 +106,100 @@ class _Search:
 
     Attributes:
         mended: Reasons that came up; with margins they are held to more than is necessary, so that solids pass, too.
-        given: Reasons whose margin is not kept where the search has arrived, and is not asked for; None: only what came
-            up is to keep its margin.
+        spent_ms: What was judged has taken, by `COSTS_MS`.
     """
 
     def __init__(self, design: Design, margin: bool) -> None:
-        self.design, self.mended = design, set[tuple[str, str]]()
-        self.given: set[tuple[str, str]] | None = None
+        self.design, self.mended, self.spent_ms = design, set[tuple[str, str]](), 0.0
         self.necessary = Variants(design)
         self.sure = Variants(design, SURE) if margin else self.necessary
-        self._limits: dict[frozenset[tuple[str, float | str]], list[Reason]] = {}
+        self._known: dict[tuple[frozenset[tuple[str, float | str]], str], tuple[Reason, ...]] = {}
 
     def own(self, field: str) -> float | str:
         """A field's value in the design that was refused."""
         return value_of(self.design, field)
 
     def found(self) -> dict[str, float | str] | None:
-        """Looks along single directions, then follows reason after reason; gives what was changed, taken back."""
-        if not (there := self.reasons({})):
-            return {}
-        if (values := self._straight(there) or self._followed()) is None:
-            return None
-        self.given = {one.key for form in FORMS for one in self._sure(values, form)}
-        return self._taken_back(values)
+        """Ends reason after reason, from the variant that promises most; gives what was changed, taken back."""
+        waiting: list[tuple[float, int, dict[str, float | str]]] = [(0.0, 0, {})]
+        seen = set[frozenset[tuple[str, float | str]]]()
+        while waiting and self.spent_ms < MOST_MS:
+            _, _, values = heappop(waiting)
+            form, there = self.reasons(values)
+            if not there:
+                return self._taken_back(values)
+            self.mended |= {one.key for one in there}
+            for reason in there:
+                for one in self._ended(values, form, reason):
+                    if (key := frozenset(one.items())) not in seen:
+                        seen.add(key)
+                        heappush(waiting, (self._promise(one), len(seen), one))
+        return None
 
-    def reasons(self, values: Values, first: bool = False) -> list[tuple[str, Reason]]:
-        """Gives the reasons of a variant with their forms; of the first form that refuses it alone, where asked."""
-        if (made := changed(self.design, values)) is None:
-            return [(BOUNDS, Reason("design", BOUNDS, ""))]
-        if faults := impossible_sums(made):
-            return [(SUMS, _contradicted(one)) for one in faults]
+    def reasons(self, values: Values) -> tuple[str, tuple[Reason, ...]]:
+        """Gives the first form that refuses a variant, in the order of their costs, and its reasons; or none."""
+        return next(((form, some) for form in ORDER if (some := self._of(values, form))), ("", ()))
+
+    def _of(self, values: Values, form: str) -> tuple[Reason, ...]:
+        """Reasons of a form, with margins as far as they are asked for; the forms before it refuse nothing."""
+        key = frozenset(values.items()), form
+        if key not in self._known:
+            self.spent_ms += COSTS_MS.get(form, QUICK_MS)
+            self._known[key] = self._judged(values, form)
+        found = self._known[key]
+        if self.sure is self.necessary or form in (SUMS, REACH, LIMITS) or all(one.key in self.mended for one in found):
+            return found
+        judged = self.necessary.judged(values)
+        needed = {one.key for one in (judged and judged.of(form)) or ()}
+        return tuple(one for one in found if one.key in needed or one.key in self.mended)
+
+    def _judged(self, values: Values, form: str) -> tuple[Reason, ...]:
+        """Reasons of a form, computed; where others come before it that refuse, there may be none."""
+        made, judged = changed(self.design, values), self.sure.judged(values)
+        if form == SUMS:
+            faults = [] if made is None else impossible_sums(made)
+            found = (Reason("design", f.field, f.allowed, (Way((f.field,), f.bound > f.value), *ANY)) for f in faults)
+            return tuple(found) if made is not None else (Reason("design", "bounds", "a value is out of its bounds"),)
+        if made is None or judged is None:
+            return ()
         try:
-            found = ([(form, one) for one in self._of(values, form)] for form in QUICKEST)
-            return next(filter(None, found), []) if first else [one for some in found for one in some]
+            return _broken(made) if form == LIMITS else judged.of(MODE if form == REACH else form) or ()
         except (MechanismError, ValueError, ArithmeticError) as error:
-            return [(REACH, Reason("cube", REACH, str(error), ways=UNREACHED))]
+            return (Reason("cube", REACH, str(error), UNREACHED),)
 
-    def _sure(self, values: Values, form: str) -> tuple[Reason, ...]:
-        return ((judged := self.sure.judged(values)) and judged.of(form)) or ()
+    def _ended(self, values: Values, form: str, reason: Reason) -> Iterator[dict[str, float | str]]:
+        """Gives variants in which all that is quick to judge, or else the reason, is gone: of each way, of each row."""
+        if (made := changed(self.design, values)) is None:
+            return
+        place = ORDER.index(form)
+        first, stage = ORDER[: min(place, QUICK)], ORDER[: max(place + 1, QUICK)]
 
-    def _of(self, values: Values, form: str) -> list[Reason]:
-        """Reasons of a form, with margins as far as they are asked for."""
-        if form == LIMITS:
-            key = frozenset(values.items())
-            if key not in self._limits:
-                made = changed(self.design, values)
-                self._limits[key] = [] if made is None else _broken(made)
-            return self._limits[key]
-        if not (found := self._sure(values, form)):
-            return []
-        necessary = self.necessary.judged(values)
-        needed = {one.key for one in (necessary and necessary.of(form)) or ()}
-        return [one for one in found if one.key in needed or self._keeps(one.key)]
+        def all_gone(new: Values) -> bool | None:
+            return not any(self._of({**values, **new}, one) for one in stage)
 
-    def _keeps(self, key: tuple[str, str]) -> bool:
-        return key in self.mended if self.given is None else key not in self.given
-
-    def _straight(self, there: list[tuple[str, Reason]]) -> dict[str, float | str] | None:
-        """The smallest change along a single way of a reason, or of all chains farther out, that passes; or None."""
-        ways = dict.fromkeys([larger(BASE, PLATFORM), *(way for _, one in there for way in _free(one))])
-        passing = [values for way in ways if (values := self._marched(way)) is not None]
-        return min(passing, key=self._size, default=None)
-
-    def _marched(self, way: Way) -> dict[str, float | str] | None:
-        """Goes along a way from threshold to threshold, until nothing refuses it; None where it does not end."""
-        self.mended.clear()
-        if by_row(lead := way.fields[0]):
-            return next((one for one in self._along({}, way) if not self.reasons(one, first=True)), None)
-        own, gone_at = float(self.own(lead) or 0.0), 0.0
-        sense = -1.0 if way.larger is False else 1.0
-
-        def at(share: float) -> dict[str, float | str]:
-            return along(self.design, way, own * (1.0 + sense * share)) if share else {}
-
-        for _ in range(THRESHOLDS if own else 0):
-            if self.sure.count > MOST_VARIANTS:
+        def gone(new: Values) -> bool | None:
+            merged = {**values, **new}
+            if any(self._of(merged, one) for one in first if one != LIMITS):
                 return None
-            if not (there := self.reasons(at(gone_at), first=True)):
-                return at(gone_at)
-            self.mended |= {one.key for _, one in there}
+            return all(one.key != reason.key for one in self._of(merged, form))
 
-            def gone(share: float, there: list[tuple[str, Reason]] = there) -> bool:
-                return all(self._gone(at(share), form, one.key) for form, one in there)
+        free = [way for way in reason.ways if not any(field.startswith(REQUIRED) for field in way.fields)]
+        for way in free or ANY:
+            lead = way.fields[0]
+            if by_row(lead):
+                yield from ({**values, lead: row} for row in rows_of(made, lead) if gone({lead: row}))
+            elif now := value_of(made, lead):
+                for grows in (True, False) if way.larger is None else (way.larger,):
+                    for ends in (all_gone, gone):
+                        end = least(lambda one, way=way, ends=ends: ends(along(made, way, one)), float(now), grows)
+                        if end is not None:
+                            yield {**values, **along(made, way, end)}
+                            break
 
-            ahead = (gone_at + step for step in STEPS)
-            low, high = gone_at, next((share for share in ahead if share < 1.0 and gone(share)), 0.0)
-            if not high:
-                return None
-            for _ in range(HALVINGS):
-                middle = (low + high) / 2.0
-                low, high = (low, middle) if gone(middle) else (middle, high)
-            gone_at = high
-        return None
-
-    def _followed(self) -> dict[str, float | str] | None:
-        """Takes, for reason after reason, the change that leaves the fewest."""
-        values, seen = dict[str, float | str](), set[frozenset[tuple[str, float | str]]]()
-        self.mended.clear()
-        for _ in range(ROUNDS):
-            if self.sure.count > MOST_VARIANTS:
-                return None
-            if not (there := self.reasons(values)):
-                return values
-            seen.add(frozenset(values.items()))
-            self.mended |= {one.key for _, one in there}
-            nexts: list[dict[str, float | str]] = []
-            for form, reason in there:
-                nexts = [one for one in self._mended(values, form, reason) if frozenset(one.items()) not in seen]
-                if nexts:
-                    break
-            if not nexts:
-                return None
-            values = min(nexts, key=lambda one: (*self._rank(one), self._size(one)))
-        return None
-
-    def _rank(self, values: Values) -> tuple[int, int]:
-        there = self.reasons(values)
-        return max((RANKS.get(form, 1) for form, _ in there), default=0), len(there)
+    def _promise(self, values: Values) -> float:
+        form, there = self.reasons(values)
+        left = len(there) + len(ORDER) - ORDER.index(form) if there else 0
+        return self._size(values) + AHEAD * left
 
     def _size(self, values: Values) -> float:
         """Relative change, summed over fields."""
@@ -214,84 +208,23 @@ class _Search:
             ROW if by_row(field) else abs(log(float(value) / float(own[field]))) for field, value in values.items()
         )
 
-    def _mended(self, values: Values, form: str, reason: Reason) -> Iterator[dict[str, float | str]]:
-        """Gives variants in which a reason is gone, one for each way that is free, or for any length where none is."""
-        anywhere = False
-        for ways in (_free(reason), ANY):
-            for way in ways:
-                if self.sure.count > MOST_VARIANTS:
-                    return
-                for one in self._along(values, way):
-                    if self._gone(one, form, reason.key):
-                        anywhere = True
-                        yield one
-                        if not by_row(way.fields[0]):
-                            break
-            if anywhere:
-                return
-
-    def _along(self, values: Values, way: Way) -> Iterator[dict[str, float | str]]:
-        """Gives variants farther and farther along a way, or one for each row."""
-        made = changed(self.design, values)
-        assert made is not None
-        lead = way.fields[0]
-        if by_row(lead):
-            yield from ({**values, lead: row} for row in rows_of(made, lead))
-            return
-        now = value_of(made, lead)
-        for share in STEPS if now else ():
-            for grows in (True, False) if way.larger is None else (way.larger,):
-                first = float(now) * (1.0 + share if grows else 1.0 / (1.0 + share))
-                yield {**values, **along(made, way, first)}
-
-    def _gone(self, values: Values, form: str, key: tuple[str, str]) -> bool:
-        if form == LIMITS:
-            return key not in {one.key for one in self._of(values, form)}
-        if form in (SUMS, REACH):
-            return key not in {one.key for _, one in self.reasons(values, first=True)}
-        return bool(self.sure.gone(values, form, key))
-
-    def _refusing(self, values: Values) -> Iterator[tuple[str, str]]:
-        """Gives what refuses a variant; the forms that cost least are asked first."""
-        if (made := changed(self.design, values)) is None or impossible_sums(made):
-            yield "design", BOUNDS
-            return
-        try:
-            for form in QUICKEST:
-                yield from (one.key for one in self._of(values, form))
-        except (MechanismError, ValueError, ArithmeticError):
-            yield "cube", REACH
-
     def _passes(self, values: Values) -> bool:
-        return next(self._refusing(values), None) is None
+        return not self.reasons(values)[1]
 
     def _taken_back(self, values: dict[str, float | str]) -> dict[str, float | str]:
-        """Takes changes back as far as everything passes: rows, all lengths together, then one after the other."""
-        for field in [field for field in values if by_row(field)]:
-            rest = {name: value for name, value in values.items() if name != field}
-            if self._passes(rest):
-                values = rest
-        fields = [field for field in values if not by_row(field)]
-        own, start = {field: float(self.own(field)) for field in fields}, dict(values)
-
-        def back(share: float) -> dict[str, float | str]:
-            return start | {f: rounded(own[f] + share * (float(start[f]) - own[f])) for f in fields}
-
-        low, high = 0.0, 1.0
-        for _ in range(HALVINGS if len(fields) > 1 else 0):
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if self._passes(back(middle)) else (middle, high)
-        values = back(high) if high < 1.0 else values
-        for field in sorted(fields, key=lambda one: -self._size({one: values[one]})):
-            values = self._nearest(values, field, own[field])
+        """Brings fields back to their own values as far as everything passes, what is changed most first."""
+        for field in sorted(values, key=lambda one: -self._size({one: values[one]})):
+            values = self._nearest(values, field)
         return values
 
-    def _nearest(self, values: dict[str, float | str], field: str, own: float) -> dict[str, float | str]:
+    def _nearest(self, values: dict[str, float | str], field: str) -> dict[str, float | str]:
         """Brings one field as near to its own value as everything passes, in four digits."""
         rest = {name: value for name, value in values.items() if name != field}
         if self._passes(rest):
             return rest
-        now = float(values[field])
+        if by_row(field):
+            return values
+        now, own = float(values[field]), float(self.own(field))
         unit = 10.0 ** (floor(log10(abs(now))) - DIGITS + 1)
         outwards, inwards = (ceil, floor) if now > own else (floor, ceil)
         near, far = inwards(own / unit), outwards(round(now / unit, 6))
@@ -307,28 +240,9 @@ class _Search:
         return at(far)
 
 
-def _contradicted(fault: Contradiction) -> Reason:
-    ways = (Way((fault.field,), fault.bound > fault.value),)
-    return Reason("design", fault.field, fault.allowed, fault.field, fault.value, ways=ways)
-
-
-def _free(reason: Reason) -> list[Way]:
-    """Ways that change nothing that is asked."""
-    return [way for way in reason.changes if not any(field.startswith(REQUIRED) for field in way.fields)]
-
-
-def _broken(design: Design) -> list[Reason]:
+def _broken(design: Design) -> tuple[Reason, ...]:
     """Limits of the requirements that are not proved over the cube, as far as they need no masses."""
     values = limit_values(design)
     known = [kind.stated(values) for kind in POSE_LIMITS if not kind.needs or values.get(kind.needs) is not None]
     proof = prove(design.geometry, design.workspace, Limits.of(*known), max_boxes=MOST_BOXES)
-    return [Reason("mechanism", one.condition, one.verdict) for one in proof.findings if one.verdict != "proved"]
-
-
-BOUNDS, REACH, SUMS, LIMITS = "bounds", "reach", "sums", "limits"
-UNREACHED = larger(FOREARM), larger(ARM), larger(BOTTOM), smaller(BOTTOM)
-RANKS = {BOUNDS: 9, SUMS: 4, REACH: 3, MODE: 2, PARTS: 2}
-"""How far a variant is from being judged as a whole, by the form that refuses it; 1: it is."""
-SLOW = {"sector beside a neighbour's": 1, "motor_screw key": 2}
-"""Forms that cost most, last."""
-QUICKEST = (MODE, *ALONE, PARTS, LIMITS, *sorted(FORMS, key=lambda form: SLOW.get(form, 0)))
+    return tuple(Reason("mechanism", one.condition, one.verdict) for one in proof.findings if one.verdict != "proved")

@@ -16,7 +16,7 @@ from delta_cad.design.sums import impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import Way
 from delta_cad.mechanism import MechanismError
-from delta_cad.passing.refused import PASSING
+from delta_cad.passing.interference_reasons import PASSING
 from delta_cad.structure.hardware.refusals import NECESSARY, Held, Judged
 
 DIGITS = 4  # of a value that is looked for: what is read and typed is what was judged
@@ -30,8 +30,8 @@ Values = Mapping[str, float | str]
 Gone = Callable[[float], bool | None]
 
 
-def least(gone: Gone, value: float, larger: bool) -> float | None:
-    """Finds the value nearest to a field's own at which something no longer holds, in four digits.
+def least(gone: Gone, value: float, larger: bool, digits: int = DIGITS) -> float | None:
+    """Finds the value nearest to a field's own at which something no longer holds, in some digits.
 
     Steps of growing width on one side, then bisection within the last, down to one unit of the last digit.
 
@@ -39,12 +39,13 @@ def least(gone: Gone, value: float, larger: bool) -> float | None:
         gone: Value -> True: it is gone; False: it is there; None: it cannot be judged.
         value: The field's own value, at which it is there.
         larger: Which side is looked at.
+        digits: How many.
 
     Returns:
         The value; one unit nearer to the field's own it is there. None where it is gone nowhere on that side, or what
         lies before cannot be judged.
     """
-    unit = 10.0 ** (floor(log10(abs(value))) - DIGITS + 1)
+    unit = 10.0 ** (floor(log10(abs(value))) - digits + 1)
     places = max(0, -round(log10(unit)))
 
     def at(count: int) -> float:
@@ -223,7 +224,7 @@ class Refused:
         asked = [f"{one}" for one in self.thresholds if one.required]
         enough = "; or ".join(f"{one}" for one in self.thresholds if not one.required)
         if not enough:
-            tried = ", ".join(dict.fromkeys(field for way in self.reason.changes for field in way.fields))
+            tried = ", ".join(dict.fromkeys(field for way in self.reason.ways for field in way.fields))
             enough = f"no value of {tried} alone ends this" if tried and not asked else ""
         loosened = f"where the requirement may change, {' or '.join(asked)}" if asked else ""
         return ": ".join([f"{self.reason}", *filter(None, ["; or, ".join(filter(None, [enough, loosened]))])])
@@ -244,7 +245,7 @@ def refused(design: Design) -> Iterator[Refused]:
     for form in order:
         for reason in forms[form]:
             found = list[Threshold]()
-            for way in reason.changes:
+            for way in reason.ways:
                 if form in PASSING and found:  # what is sampled takes a tenth of a second a value: one change of it
                     break
                 found += threshold(variants, form, reason, way)

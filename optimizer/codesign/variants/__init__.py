@@ -1,1 +1,1 @@
-"""The same task with other limits: the front of machines, and the nearest task that has one."""
+"""The same task with other limits, and the same candidate with other lengths: what each comes to."""

@@ -150,7 +150,7 @@ def test_a_limit_that_the_arms_do_not_reach_is_refused_by_its_field() -> None:
     values: dict[str, Any] = {"cube": {"bottom_height_mm": 140.0, "half_side_mm": 40.0}}
     with pytest.raises(DimensionError) as refused:
         of_panel(**values, panel__limit_mm=10.0)
-    assert ("panel.limit_mm", 10.0) in {(reason.field, reason.value) for reason in refused.value.reasons}
+    assert "panel.limit_mm" in {reason.field for reason in refused.value.reasons}
 
 
 def test_sleeves_are_as_high_as_feet_that_give_way() -> None:

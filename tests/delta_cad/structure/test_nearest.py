@@ -19,9 +19,9 @@ from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.folding import beside_own
-from delta_cad.passing.hanging import off_boss_mm
 from delta_cad.passing.moving import COUNT, arm_shapes, beside_sectors, nearest, sector_points
 from delta_cad.passing.platform import platform_points, platform_shapes
+from delta_cad.passing.rod_vs_boss import off_boss_mm
 from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
 from delta_cad.passing.sleeves import second_way_rad, sleeves_off_mm
 from delta_cad.passing.standing import board, cheeks, foot, key_swing_rad, motor

@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import inf, sqrt
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,11 +15,9 @@ from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import load_design
 from delta_cad.dimensions import DimensionError, Reason
-from delta_cad.dimensions.neighbours import SWING_FIELD
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle, Outline
 from delta_cad.mechanism.workspace import CubeSearch
-from delta_cad.passing.folding import ELBOW_FIELD
 from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.hardware.refusals import refusals
 from optimizer.codesign import candidate as candidates
@@ -43,6 +42,7 @@ from optimizer.codesign.learning import (
 )
 from optimizer.codesign.lengths import posed
 from optimizer.codesign.lessons import FARTHEST, KNOB_MM, NARROWER, SHOULDER_DEG, WIDER, Lessons, reference
+from optimizer.codesign.variants.estimates import ELBOW_FIELD, SWING_FIELD, Estimate
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 
@@ -55,6 +55,10 @@ WIDTH_MM, DEPTH_MM = 54.0 / 2 + sqrt(3.0) * 122.0, 54.0 * sqrt(3.0) / 4 + 1.5 * 
 def brief(**hardware: object) -> DesignBrief:
     room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
     return brief_from_dict({"name": "b", "requirements": room, "hardware": hardware})
+
+
+def estimate(part: str, feature: str, message: str, *of: Any, margin: float | None = None, **named: Any) -> Estimate:
+    return Estimate(Reason(part, feature, message, margin=margin), *of, **named)
 
 
 def candidate() -> Candidate:
@@ -123,7 +127,7 @@ def test_a_part_is_chosen_among_those_that_the_brief_names() -> None:
     ],
 )
 def test_a_bound_that_a_refusal_names_is_kept(field: str, bound: float, length: str) -> None:
-    reason = Reason("part", "feature", "why", field, 0.9 * bound, bound)
+    reason = estimate("part", "feature", "why", field, 0.9 * bound, bound)
     choice, lessons = from_reasons(brief(), CHOICE, KNOWN, [reason])
     assert choice == CHOICE
     assert bound <= lessons.least(length) < bound + 0.1
@@ -131,10 +135,8 @@ def test_a_bound_that_a_refusal_names_is_kept(field: str, bound: float, length: 
 
 
 def test_a_bound_far_away_is_approached() -> None:
-    """What else is refused may bring it nearer."""
-    far = Reason("encoder_cheek", "leg", "why", "mechanism.base_radius_mm", 30.0, 90.0)
-    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [far])
-    assert lessons.least("base_radius") == 37.5
+    far = estimate("encoder_cheek", "leg", "why", "mechanism.base_radius_mm", 30.0, 90.0)
+    assert from_reasons(brief(), CHOICE, KNOWN, [far])[1].least("base_radius") == 37.5
 
 
 def test_a_short_arm_that_turns_down_onto_its_cheek_gets_longer_and_by_more_each_time() -> None:
@@ -145,17 +147,17 @@ def test_a_short_arm_that_turns_down_onto_its_cheek_gets_longer_and_by_more_each
 
 
 def test_a_size_grows_and_one_that_is_stated_does_not() -> None:
-    reason = Reason("upper_arm", "bore", "why", "hardware.arm_thickness_mm", 6.0, 7.55)
+    reason = estimate("upper_arm", "bore", "why", "hardware.arm_thickness_mm", 6.0, 7.55)
     choice, _ = from_reasons(brief(), CHOICE, KNOWN, [reason])
     assert choice.entries == {"arm_thickness_mm": 7.6}
-    less = Reason("cable", "travel", "why", "hardware.sector_radius_mm", 112.0, 95.29)
+    less = estimate("cable", "travel", "why", "hardware.sector_radius_mm", 112.0, 95.29)
     assert from_reasons(brief(), CHOICE, KNOWN, [less])[0].entries == {"sector_radius_mm": 95.2}
     with pytest.raises(StuckError, match="upper_arm, bore: why"):
         from_reasons(brief(arm_thickness_mm=6.0), CHOICE, KNOWN, [reason])
 
 
 def test_another_part_is_the_next_that_may_be_used() -> None:
-    reason = Reason("joint", "tube", "too slender", "hardware.tube", "cfrp-5x3", "cfrp-6x4")
+    reason = estimate("joint", "tube", "too slender", "hardware.tube", "cfrp-5x3")
     allowed = brief(tube=["cfrp-5x3", "cfrp-6x4"])
     choice, _ = from_reasons(allowed, CHOICE, KNOWN, [reason])
     assert choice.entries == {"tube": "cfrp-6x4"}
@@ -165,12 +167,12 @@ def test_another_part_is_the_next_that_may_be_used() -> None:
 
 def test_widths_are_taken_to_the_side_that_is_asked() -> None:
     for bound, width in ((57.43, 57.5), (48.19, 48.1)):
-        reason = Reason("rod_spring", "length", "why", "mechanism.parallelogram_width_mm", 54.0, bound)
+        reason = estimate("rod_spring", "length", "why", "mechanism.parallelogram_width_mm", 54.0, bound)
         assert from_reasons(brief(), CHOICE, KNOWN, [reason])[0].width_mm == width
 
 
 def test_loads_that_no_part_bears_ask_for_more_hold() -> None:
-    weak = Reason("structure", "ball joint", "why", "requirements.peak_force_N", 6.0, 5.0)
+    weak = estimate("structure", "ball joint", "why", "requirements.peak_force_N", 6.0)
     _, lessons = from_reasons(brief(), CHOICE, KNOWN, [weak])
     assert lessons.couple_index_min == pytest.approx(KNOWN.couple_index_min + 0.03)
     held = replace(KNOWN, couple_index_min=COUPLE_MOST)
@@ -182,13 +184,13 @@ def test_behind_a_panel_the_worst_load_asks_for_more_hold_for_each_mm_of_the_kno
     room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
     behind = brief_from_dict({"name": "b", "requirements": room, "panel": {}})
     loads = [
-        Reason("structure", name, "why", "requirements.force_N", 4.0, bears) for name, bears in (("a", 3.2), ("b", 3.6))
+        estimate("structure", a, "why", "requirements.force_N", 4.0, margin=m) for a, m in (("a", 0.8), ("b", 0.9))
     ]
     _, lessons = from_reasons(behind, CHOICE, KNOWN, loads, 55.0)
     per_mm = KNOWN.couple_index_min / (55.0 + KNOB_MM)
     assert lessons.couple_per_mm == pytest.approx(per_mm * 0.8**-LEVER_EXPONENT)
     assert lessons.couple_index_min == KNOWN.couple_index_min
-    nothing = [Reason("structure", "a", "why", "requirements.force_N", 4.0, 0.0)]
+    nothing = [estimate("structure", "a", "why", "requirements.force_N", 4.0, margin=1e-9)]
     assert from_reasons(behind, CHOICE, KNOWN, nothing, 55.0)[1].couple_per_mm == pytest.approx(per_mm * LEVER_STEPS[1])
     design = design_for(behind, CHOICE, LENGTHS, KNOWN)
     soft = from_stiffness(lessons, 9.0, 10.0, design)  # twice the lever is a fourth of the stiffness
@@ -209,7 +211,7 @@ def test_an_outline_smaller_than_was_thought_is_learnt_of_a_machine_that_passes(
 @pytest.mark.parametrize(("field", "k"), [("envelope_width_mm", 0), ("envelope_depth_mm", 1)])
 def test_an_outline_refused_in_closed_form_leaves_more_room_and_asks_for_no_more_hold(field: str, k: int) -> None:
     asked = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}[field]
-    out = Reason("assembly", "envelope", "elbows reach so far", f"requirements.{field}", asked, asked + 0.2)
+    out = estimate("assembly", "envelope", "elbows reach so far", f"requirements.{field}", asked, asked + 0.2)
     _, lessons = from_reasons(brief(), CHOICE, KNOWN, [out])
     assert lessons.overhead_mm[k] == pytest.approx(KNOWN.overhead_mm[k] + 0.25)
     assert lessons.overhead_mm[1 - k] == KNOWN.overhead_mm[1 - k]
@@ -218,7 +220,7 @@ def test_an_outline_refused_in_closed_form_leaves_more_room_and_asks_for_no_more
 
 def test_an_outline_that_is_free_grows_by_whole_millimetres() -> None:
     free = brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 60.0}})
-    out = Reason("assembly", "envelope", "elbows reach so far", "requirements.envelope_depth_mm", 243.0, 243.01)
+    out = estimate("assembly", "envelope", "elbows reach so far", "requirements.envelope_depth_mm", 243.0, 243.01)
     _, lessons = from_reasons(free, CHOICE, KNOWN, [out])
     assert lessons.overhead_mm[1] == KNOWN.overhead_mm[1] + 1.0
 
@@ -284,7 +286,7 @@ def test_a_lesson_is_told_in_figures_of_people(result: CheckResult, told: str) -
 
 def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
     angle = (ELBOW_FIELD, 33.31)  # which more lengths than the height in the field may give
-    reason = Reason("rod_tube", "beside the drive", "why", "cube.bottom_height_mm", 57.0, 65.0, instead=angle)
+    reason = estimate("rod_tube", "beside the drive", "why", "cube.bottom_height_mm", 57.0, 65.0, angle=angle)
     long = KNOWN.raised("upper_arm_length", 80.0, "").raised("base_radius", 30.0, "")
     _, lessons = from_reasons(brief(), CHOICE, long, [reason])
     assert lessons.elbow_angle_deg == pytest.approx(33.4)
@@ -298,8 +300,8 @@ def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
 def test_an_arm_that_swings_too_low_gets_longer_where_the_outline_holds_that_and_else_swings_less() -> None:
     """Beside the base radius that is asked for at the same time."""
     angle, field = (SWING_FIELD, -41.27), "mechanism.upper_arm_length_mm"
-    boss = Reason("upper_arm", "beside its cheeks", "why", field, 60.0, 71.0, instead=angle)
-    radius = Reason("foot_block", "place", "why", "mechanism.base_radius_mm", 20.0, 29.0)
+    boss = estimate("upper_arm", "beside its cheeks", "why", field, 60.0, 71.0, angle=angle)
+    radius = estimate("foot_block", "place", "why", "mechanism.base_radius_mm", 20.0, 29.0)
     reach = Outline(270.0, 220.0, CHOICE.width_mm, KNOWN.overhead_mm).reach_max_mm
     long = replace(boss, bound=reach - 28.5)  # it alone would do
     _, longer = from_reasons(brief(), CHOICE, KNOWN, [boss, radius])
@@ -309,7 +311,7 @@ def test_an_arm_that_swings_too_low_gets_longer_where_the_outline_holds_that_and
     assert less.least("upper_arm_length") == 0.0
     assert less.shoulder_low_deg == pytest.approx(-41.2)
     assert less.least("base_radius") > 20.0
-    _, again = from_reasons(brief(), CHOICE, less, [replace(long, instead=(SWING_FIELD, -45.0)), radius])
+    _, again = from_reasons(brief(), CHOICE, less, [replace(long, angle=(SWING_FIELD, -45.0)), radius])
     assert again.shoulder_low_deg == less.shoulder_low_deg
     low, high = posed(brief(), CHOICE, less, less.weighed.inertia(90.0, 140.0, 1.0)).limits.shoulder_deg or (0.0, 0.0)
     assert low == pytest.approx(-41.2, abs=0.01)
@@ -376,8 +378,7 @@ def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_as_a_force_at_the_sector
 
 
 def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:
-    """Shorter ones would put them farther out."""
-    wide = Reason("base_plate", "envelope depth", "far out", "requirements.envelope_depth_mm", 220.0, 230.0)
+    wide = estimate("base_plate", "envelope depth", "far out", "requirements.envelope_depth_mm", 220.0, 230.0)
     with pytest.raises(StuckError, match="far out"):
         from_reasons(brief(), CHOICE, KNOWN, [wide])
 
@@ -431,7 +432,6 @@ def test_room_that_keys_leave_is_learnt_where_the_base_radius_was_made_for_them(
 
 
 def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_machines() -> None:
-    """Of the committed machine: with so much it passes, with a tenth less it does not."""
     design = load_design(Path(BEST))
     m, cube = design.mechanism, design.cube
     lengths = (m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm)

@@ -14,7 +14,6 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import UnreachableError
 from delta_cad.solids.primitive import BuildError
-from delta_cad.structure.hardware import refusals
 from optimizer.codesign import search as module
 from optimizer.codesign import settling
 from optimizer.codesign.candidate import Candidate, refused
@@ -204,11 +203,11 @@ def test_only_what_stands_in_the_way_of_a_machine_gives_it_up(monkeypatch: pytes
 def test_a_design_that_comes_again_is_refused_once(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Design] = []
 
-    def told(design: Design, _: object) -> tuple[()]:
+    def none(design: Design) -> tuple[()]:
         asked.append(design)
         return ()
 
-    monkeypatch.setattr(refusals, "refusals", told)
+    monkeypatch.setattr("optimizer.codesign.candidate.estimates", none)
     one, other = (design_from_dict(changed(mechanism__base_radius_mm=r)) for r in (31.1, 31.2))
     for design in (one, one, other, one):
         assert refused(design) == ()

@@ -55,7 +55,7 @@ def off_boss_mm(f: ForearmDimensions, radius_mm: float, length_mm: float, lean_r
     return float(off_all_mm(rod_end(f), np.concatenate(seen)).min())
 
 
-def hanging(d: Dimensions, least_mm: float) -> Iterator[Reason]:
+def rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     """Gives the reason why rods that lean and turn come too near to the elbow's boss.
 
     The wrist's boss follows from the same, see `delta_cad.dimensions.platform`.
@@ -68,10 +68,8 @@ def hanging(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     near = off_boss_mm(f, d.arm.boss_radius_mm, high - low, lean)
     if near >= least_mm:
         return
-    wider = f.width_mm + 2.0 * (least_mm - near) / cos(lean)
     message = (
         f"rods that lean by {degrees(lean):.1f} deg come within {near:.2f} mm of the arm's boss; at least "
         f"{least_mm:.2f}"
     )
-    ways = larger(WIDTH), larger(FOREARM)
-    yield Reason("rod_cup", "beside its boss", message, WIDTH, f.width_mm, wider, ways=ways)
+    yield Reason("rod_cup", "beside its boss", message, (larger(WIDTH), larger(FOREARM)))
