@@ -65,8 +65,8 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     holds = all(row.holds is not False for row in rows)
     if not given.json:
-        print_inspection(design.name, rows, given.all)
-    for one in found:  # of its hardware: the mechanism's figures stand all the same
+        print_inspection(design.name, rows, given.all, len(found))
+    for one in found:  # of its hardware: the mechanism's figures are computed all the same
         refuse(f"{given.design.name}: no build: {one}", NOT_MET)
     suggested = suggest(given, design) if found or (given.suggest is not None and not holds) else None
     if given.json:

@@ -33,7 +33,7 @@ class InspectionRow:
         value: Its value in `unit`; text where the quantity is no number.
         unit: Unit, "" where there is none.
         limit: What it is held against, with its sense ("<= 28"), or "".
-        holds: Whether the limit holds; None where there is no limit.
+        holds: Whether the limit holds; None where there is no limit, or its value is not known.
         at_mm: Handle position where it occurs, mm, or None.
     """
 
@@ -131,9 +131,11 @@ def limit_rows(design: Design, masses: Mapping[str, Any] | None = None) -> list[
             bound = f"{figure.sense} {one.limit.bound(figure) * figure.scale:g}{undecided}"
         rows.append(InspectionRow(group, words, value, figure.unit, bound, one.holds, (x, y, z)))
     for kind in POSE_LIMITS:
-        needed = kind in missing and any(values.get(field.name) is not None for field in kind.fields_)
+        stated = [
+            values[field.name] for field in kind.fields_ if kind in missing and values.get(field.name) is not None
+        ]
         why = "not known of these joints" if kind is Friction else "give --mass-properties"
-        rows += [InspectionRow(group, f.words, why, "") for f in kind.figures if needed]
+        rows += [InspectionRow(group, f.words, why, "", f"{f.sense} {v:g}") for f in kind.figures for v in stated]
     return rows
 
 

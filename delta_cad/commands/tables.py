@@ -98,12 +98,22 @@ def _words(row: InspectionRow) -> str:
     return f"{row.group}, {row.quantity}" if row.quantity.endswith("side") else row.quantity
 
 
-def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False) -> None:
-    """Prints the inspection of a design: what fails, ten figures, and on demand the whole table."""
+def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False, reasons: int = 0) -> None:
+    """Prints the inspection of a design: what fails, ten figures, and on demand the whole table.
+
+    Args:
+        name: The design's.
+        rows: The inspection.
+        whole: Whether to print every row.
+        reasons: How many reasons there are against building it.
+    """
     console = _console()
     bounded = [row for row in rows if row.holds is not None]
     failed = [row for row in bounded if not row.holds]
     verdict = f"{len(failed)} of {len(bounded)} limits FAIL" if failed else f"all {len(bounded)} limits hold"
+    unknown = [row.quantity for row in rows if row.limit and isinstance(row.value, str)]
+    verdict += f"; no build: {reasons} reason{'s' * (reasons > 1)}" if reasons else ""
+    verdict += f"; not computed: {', '.join(unknown)}" if unknown else ""
     console.print(f"{name}: {verdict}", highlight=False, soft_wrap=True)
     for row in failed:
         at = "" if row.at_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*row.at_mm)

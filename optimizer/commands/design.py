@@ -136,7 +136,8 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     if ends is None:
         ends = _judged(given, tried, end, facts)
     elif end != "done":
-        _say(given, f"stopped before the nearest machine stood; {_command(given, given.seed, resume=True)}")
+        cut = "time over" if end == "time" else "stopped"
+        _say(given, f"{cut} before a nearest machine was built; {_command(given, given.seed, resume=True)}")
     if end == "done" and clock() <= limit_s:
         journal.remove()
     if given.json:

@@ -319,6 +319,21 @@ def test_inspect_tells_why_no_machine_can_be_built_beside_the_mechanism_s_figure
     assert {row["quantity"] for row in record["rows"]} >= {"kappa", "cube side 2 L"}
     assert [(one["part"], one["feature"]) for one in record["refused"]] == [("platform", "wrist boss")]
     assert told.err.startswith("thin.json: no build: platform, wrist boss: ")
+    assert main(["inspect", "--design", str(file)]) == 0
+    assert "; no build: 1 reason" in capsys.readouterr().out.splitlines()[0]
+
+
+def test_a_limit_that_is_not_computed_is_named_on_the_first_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "given.json"
+    file.write_text(json.dumps(changed(requirements__effective_mass_max_kg=0.1)))
+    assert main(["inspect", "--design", str(file), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    (row,) = [row for row in data["rows"] if row["limit"] and isinstance(row["value"], str)]
+    assert (row["quantity"], row["limit"]) == ("effective mass", "<= 0.1")
+    assert main(["inspect", "--design", str(file)]) == 0
+    assert capsys.readouterr().out.splitlines()[0].endswith("limits hold; not computed: effective mass")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
