@@ -118,7 +118,7 @@ def tick(controller, memory, laws, now, theta, out):
     for i in range(3):
         work[RENDERED, i] *= work[FACTOR]
     bits = limit(controller.limits, memory.supervisor, work[RENDERED], work[HOLDING], out)
-    state = memory.supervisor[STATE]
+    state = int(memory.supervisor[STATE])
     if state in (_DISABLED, _FAULT):
         work[TOUCHED] = 0.0
     return bits

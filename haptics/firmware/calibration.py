@@ -55,7 +55,7 @@ void delta_shoulders(const delta_real reading[3], delta_real theta[3])
 
 void delta_drawn(delta_made *made, const delta_real reading[3], delta_real theta[3])
 {{
-    row read = {{ (delta_real *)reading, 3{none} }}; /* only read */
+    row read = {{ (delta_real *)reading, 3 }}; /* only read */
     table out = {{ made->work, {rows}, 3, 3 }};
     correction_correct(&delta_calibration, read, out);
     for (int k = 0; k < 3; k++) theta[k] = made->work[{drawn} + k];
@@ -63,13 +63,13 @@ void delta_drawn(delta_made *made, const delta_real reading[3], delta_real theta
 
 void delta_turned(const delta_made *made, const delta_real torque[3], delta_real turned[3])
 {{
-    row asked = {{ (delta_real *)torque, 3{none} }}, given = {{ turned, 3{none} }};
+    row asked = {{ (delta_real *)torque, 3 }}, given = {{ turned, 3 }};
     table out = {{ (delta_real *)made->work, {rows}, 3, 3 }};
     correction_turned(out, asked, DELTA_TORQUE_N_M, given);
 }}
 """
 SHOULDERS = """\
-row read = {{ (delta_real *)reading, 3{none} }}, angles = {{ theta, 3{none} }};
+row read = { (delta_real *)reading, 3 }, angles = { theta, 3 };
     correction_shoulders(&delta_calibration, read, angles);"""
 HOMED = "for (int k = 0; k < 3; k++) theta[k] = reading[k]; /* the stops give the zeros */"
 
@@ -96,11 +96,9 @@ def code(known: Correction | None, precision: Precision, absolute: bool) -> str:
     """
     if known is None:
         return PLAIN
-    none = ", NULL" if precision.single else ""
     return CODE.format(
         known=initialiser(known, typeof(known), 0, precision),
-        shoulders=SHOULDERS.format(none=none) if absolute else HOMED,
-        none=none,
+        shoulders=SHOULDERS if absolute else HOMED,
         rows=c.ROWS,
         drawn=3 * c.DRAWN,
     )

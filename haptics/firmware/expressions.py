@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import ast
 import inspect
+import io
 import math
+import re
 import textwrap
+import tokenize
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any, Protocol
@@ -14,12 +17,13 @@ from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
 from delta_cad.common.jit import Compiled
-from haptics.control.supervisor import memory
 from haptics.firmware.inference import inferred
-from haptics.firmware.layout import WIDE, c_type, is_record, is_row, is_scalar, is_table, letter
+from haptics.firmware.layout import WIDE, c_type, is_record, is_row, is_scalar, is_table, letter, record_name
 from haptics.firmware.literals import Value, cast, literal
+from haptics.firmware.memories import LAID, RESERVED, Layout, Member
 from haptics.firmware.precision import INTEGER, REAL, SINGLE, Precision
 
+REASON = "exact: "  # Begins the comment of a line that holds two real numbers to be equal
 MATH = {"sqrt", "sin", "cos", "exp", "hypot", "atan2", "tan", "acos", "asin", "atan", "log", "log1p", "expm1"}
 OPERATORS = {
     ast.Add: "+",
@@ -37,7 +41,6 @@ OPERATORS = {
     ast.Eq: "==",
     ast.NotEq: "!=",
 }
-RESERVED = {"double", "long", "int", "row", "table", "part", "fill", "short", "float", "register", "signed", "default"}
 
 
 class TranslationError(ValueError):
@@ -65,11 +68,12 @@ class Expressions:
         self.owner, self.python = owner, function.py_func
         precision = owner.precision
         self.real, self.exact = precision.of_function(function), False
-        typemap, returns = inferred(self.python, arguments)
+        typemap, returns = inferred(self.python, tuple(map(_plain, arguments)))
         self.returns = of_kind(returns, self.real)
         self.types = {name: of_kind(kind, self.real) for name, kind in _variables(typemap).items()}
         self.scope = inspect.getclosurevars(self.python)
         source = getattr(self.python, "source", None) or textwrap.dedent(inspect.getsource(self.python))
+        self.reasons = _reasons(source)
         tree = ast.parse(source)
         self.tree = next(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
         self.arguments = [argument.arg for argument in self.tree.args.args]
@@ -172,11 +176,27 @@ class Expressions:
             return literal(value, self.written), self.written
         raise self.refuse(node, f"{value!r} is no number")
 
+    def named(self, node: ast.expr, name: str) -> Value:
+        """A constant from outside: its number, and its name for whoever reads the code."""
+        text, kind = self.constant(node, self.outside(node))
+        return f"{text} /* {name.lstrip('_')} */", kind
+
+    def whole(self, node: ast.expr) -> str:
+        """C text of a whole number, which Python may compute as a float."""
+        if isinstance(node, ast.IfExp):
+            return f"({self.value(node.test)[0]} ? {self.whole(node.body)} : {self.whole(node.orelse)})"
+        if isinstance(node, ast.Call) and self.outside(node.func) is float:
+            return self.whole(node.args[0])
+        if isinstance(node, ast.BinOp) and type(node.op) in (ast.Add, ast.Sub, ast.BitOr, ast.BitAnd):
+            return f"({self.whole(node.left)} {OPERATORS[type(node.op)]} {self.whole(node.right)})"
+        text, kind = self.value(node)
+        return as_whole(text) or (text if isinstance(kind, types.Integer | types.Boolean) else f"((long long)({text}))")
+
     def of_name(self, node: ast.Name) -> Value:
         """A local variable, or a constant from outside."""
         if node.id in self.types:
             return self.local(node.id), self.types[node.id]
-        return self.constant(node, self.outside(node))
+        return self.named(node, node.id)
 
     def outside(self, node: ast.expr) -> Any:
         """What a name or a module's attribute stands for, outside the function."""
@@ -193,10 +213,13 @@ class Expressions:
     def of_attribute(self, node: ast.Attribute) -> Value:
         """A field of a record, or a constant of a module."""
         if isinstance(node.value, ast.Name) and node.value.id not in self.types:
-            return self.constant(node, self.outside(node))
+            return self.named(node, node.attr)
         text, kind = self.value(node.value)
         if not is_record(kind):
             raise self.refuse(node, f"{kind} has no fields")
+        laid = LAID.get((record_name(kind), node.attr))
+        if laid:
+            return f"{text}->{node.attr}", laid
         part = dict(zip(kind.fields, kind.types, strict=True))[node.attr]
         place = f"{text}->{node.attr}"
         if is_record(part):
@@ -215,6 +238,8 @@ class Expressions:
                 return f"{text}.{('rows', 'columns')[which]}", INTEGER
             raise self.refuse(node, "this array has no such axis")
         text, kind = self.value(node.value)
+        if isinstance(kind, Layout):
+            return self.member(node, text, kind)
         if is_row(kind) and isinstance(node.slice, ast.Slice):
             return f"part({text}, {self.ends(node.slice)})", kind
         if is_table(kind) and isinstance(node.slice, ast.Tuple):
@@ -226,22 +251,60 @@ class Expressions:
                 return f"part({whole}, {self.ends(second)})", types.Array(REAL, 1, "C")
         at = self.places(node.slice)
         if is_row(kind) and len(at) == 1:
-            return self.element(text, node, at[0])
+            return f"{text}.at[{at[0]}]", self.owner.precision.real
         if is_table(kind) and len(at) == 1:
             return f"row_of({text}, {at[0]})", types.Array(REAL, 1, "C")
         if is_table(kind) and len(at) == 2:
             return f"{text}.at[({at[0]}) * {text}.stride + ({at[1]})]", self.owner.precision.real
         raise self.refuse(node, f"{kind} has no such element")
 
-    def element(self, text: str, node: ast.Subscript, at: str) -> Value:
-        """An element of a row; in mixed precision some places of the supervisor's memory lie apart, as doubles."""
-        for part in ast.walk(node.slice):
-            if isinstance(part, ast.Attribute) and self.outside(part.value) is memory:
-                place = self.owner.precision.place(part.attr)
-                if place is not None:
-                    own = literal(getattr(memory, part.attr))
-                    return f"{text}.exact[{at.replace(own, literal(place), 1)}]", REAL
-        return f"{text}.at[{at}]", self.owner.precision.real
+    def member(self, node: ast.Subscript, text: str, layout: Layout) -> Value:
+        """A place of a memory: `mem[m.NAME]`, `mem[m.NAME + i]` or all of it, `mem[m.NAME : m.NAME + 3]`."""
+        whole = isinstance(node.slice, ast.Slice)
+        one, rest = self.place_of(node.slice.lower if isinstance(node.slice, ast.Slice) else node.slice, layout)
+        place, kind = f"{text}->{one.c_name}", one.kind(self.owner.precision)
+        if whole:
+            return f"((row){{ {place}, {one.width}LL }})", types.Array(REAL, 1, "C")
+        if one.width > 1:
+            place += f"[{self.value(rest)[0] if rest else '0'}]"
+        elif rest:
+            raise self.refuse(node, f"{one.name} is one number")
+        return place, kind
+
+    def place_of(self, node: ast.expr | None, layout: Layout) -> tuple[Member, ast.expr | None]:
+        """The place that an index begins with, and what is added to it."""
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+            one, rest = self.place_of(node.left, layout)
+            return one, ast.BinOp(rest, ast.Add(), node.right) if rest else node.right
+        name = None
+        if isinstance(node, ast.Attribute) and self.outside(node.value) is layout.module:
+            name = node.attr
+        if isinstance(node, ast.Name) and node.id not in self.types:
+            name = node.id
+        if name not in layout.members:
+            raise self.refuse(node or self.tree, f"an index of {layout.struct} must begin with the name of a place")
+        return layout.members[name], None
+
+    def equality(self, node: ast.Compare, sides: list[str], kind: Any) -> Value:
+        """Numbers that are equal: whole ones as such; real ones by `equal`, with the reason that the line must give."""
+        nodes = [node.left, *node.comparators]
+        mark = len(self.lines)
+        kinds = [self.value(one)[1] for one in nodes]
+        del self.lines[mark:]
+        texts = [
+            self.whole(one) if isinstance(own, types.Integer) else as_whole(text)
+            for one, own, text in zip(nodes, kinds, sides, strict=True)
+        ]
+        if any(isinstance(own, types.Integer) for own in kinds) and None not in texts:
+            pairs = zip(texts, node.ops, texts[1:], strict=False)
+            return "(" + " && ".join(f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in pairs) + ")", types.boolean
+        reason = self.reasons.get(node.lineno)
+        if reason is None:
+            raise self.refuse(node, f"real numbers held to be equal need a reason at the line's end: # {REASON}why")
+        self.emit(f"/* {REASON}{reason} */")
+        pairs = zip(sides, node.ops, sides[1:], strict=False)
+        tests = [f"{'!' * isinstance(op, ast.NotEq)}equal{letter(kind)}({a}, {b})" for a, op, b in pairs]
+        return "(" + " && ".join(tests) + ")", types.boolean
 
     def ends(self, node: ast.Slice) -> str:
         """C text of the ends of a slice; it begins with the first element if nothing is said."""
@@ -308,7 +371,9 @@ class Expressions:
             one = ast.copy_location
             tests = [one(ast.Compare(node.left, [ast.Eq()], [part]), node) for part in node.comparators[0].elts]
             return self.of_boolop(ast.BoolOp(ast.Or(), list(tests)))
-        sides, _ = self.joined(node.left, *node.comparators)
+        sides, kind = self.joined(node.left, *node.comparators)
+        if all(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops) and isinstance(kind, types.Float):
+            return self.equality(node, sides, kind)
         tests = [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in zip(sides, node.ops, sides[1:], strict=False)]
         return "(" + " && ".join(tests) + ")", types.boolean
 
@@ -340,30 +405,37 @@ class Expressions:
         inner = node.args[0]
         if called is float and isinstance(inner, ast.Call) and self.outside(inner.func) is math.floor:
             text, kind = self.value(inner.args[0])  # without a way through a whole number, which costs a call each
-            return f"floor{letter(kind)}({text})", kind
+            return f"delta_floor{letter(kind)}({text})", kind
         if called is float:
             return cast(self.value(node.args[0]), self.written), self.written
         values = [self.value(argument) for argument in node.args]
         text, kind = values[0]
         if called is abs:
-            return (f"fabs{letter(kind)}({text})", kind) if isinstance(kind, types.Float) else (f"llabs({text})", kind)
+            return (
+                (f"delta_fabs{letter(kind)}({text})", kind)
+                if isinstance(kind, types.Float)
+                else (f"llabs({text})", kind)
+            )
         if called is int:
-            return f"((long long)({text}))", INTEGER
+            return (text if isinstance(kind, types.Integer) else f"((long long)({text}))"), INTEGER
         if called is math.floor:
-            return f"((long long)floor{letter(kind)}({text}))", INTEGER
+            return f"((long long)delta_floor{letter(kind)}({text}))", INTEGER
         if called is len and is_row(kind):
             return f"{text}.n", INTEGER
         if getattr(called, "__module__", "") == "math" and called.__name__ in MATH:
             texts, kind = self.joined(*node.args)
             if kind == INTEGER:
                 texts, kind = [cast((one, INTEGER), self.written) for one in texts], self.written
-            return f"{called.__name__}{letter(kind)}({', '.join(texts)})", kind
+            own = "delta_" if called is math.sqrt else ""
+            return f"{own}{called.__name__}{letter(kind)}({', '.join(texts)})", kind
         raise self.refuse(node, f"{ast.unparse(node.func)} has no translation")
 
     def of_own(self, node: ast.Call, called: Any) -> Value:
         """A call of another compiled function, whose arguments may be of another precision than ours."""
         values = [self.value(argument) for argument in node.args]
-        name, returns = self.owner.add(called, tuple(_plain(kind) for _, kind in values))
+        name, returns = self.owner.add(
+            called, tuple(kind if isinstance(kind, Layout) else _plain(kind) for _, kind in values)
+        )
         names = list(inspect.signature(called.py_func).parameters)
         texts = []
         for argument, value, own in zip(node.args, values, names, strict=True):
@@ -400,8 +472,23 @@ def _variables(typemap: dict[str, Any]) -> dict[str, Any]:
     return result
 
 
+def _reasons(source: str) -> dict[int, str]:
+    """Line of a source -> why two real numbers may be held to be equal there, by the comment at its end."""
+    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
+    comments = {t.start[0]: t.string.lstrip("# ") for t in tokens if t.type == tokenize.COMMENT}
+    return {line: text.removeprefix(REASON) for line, text in comments.items() if text.startswith(REASON)}
+
+
+def as_whole(text: str) -> str | None:
+    """A literal of a whole number as an integer; None for other text."""
+    found = re.fullmatch(r"\(?(-?\d+)(?:LL|\.0f?)?\)?( /\* \w+ \*/)?", text)
+    return f"{found[1]}{found[2] or ''}" if found else None
+
+
 def _plain(kind: Any) -> Any:
     """A type as the compiler infers with: doubles, and without its knowledge of constants and alignment."""
+    if isinstance(kind, Layout):
+        return types.Array(REAL, 1, "C")
     if isinstance(kind, types.Float):
         return REAL
     if isinstance(kind, types.Boolean | types.BooleanLiteral):

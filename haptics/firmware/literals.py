@@ -32,6 +32,7 @@ def cast(value: Value, kind: Any) -> str:
     text, own = value
     if own == kind or not (isinstance(kind, types.Float) or isinstance(own, types.Float)):
         return text
-    if not isinstance(own, types.Float) and re.fullmatch(r"\d+LL", text):
-        return literal(float(text[:-2]), kind)
+    whole = re.fullmatch(r"(\d+)LL( /\* \w+ \*/)?", text)
+    if not isinstance(own, types.Float) and whole:
+        return literal(float(whole[1]), kind) + (whole[2] or "")
     return f"(({c_type(kind)})({text}))"

@@ -9,24 +9,9 @@ from numba.core.types import Float
 from haptics.control.supervisor.limits import SafetyLimits
 from haptics.firmware.layout import WIDE, is_record, is_table, members, record_name
 from haptics.firmware.literals import literal
-from haptics.firmware.precision import REAL, Precision
+from haptics.firmware.precision import Precision
 
 STALE = "DELTA_STALE_S"  # Macro of the age at which the host's last command is too old, s
-
-
-def exact_place(precision: Precision, name: str, plain: int) -> str:
-    """C text of a place of the supervisor's memory that must hold a double."""
-    place = precision.place(name)
-    return f"memory->supervisor[{plain}]" if place is None else f"memory->exact[{place}]"
-
-
-def exact_initial(placed: list[float]) -> str:
-    """C text that sets what stays double in a memory."""
-    count = len(placed)
-    return (
-        f"    static const double exact[{count}] = {{\n        {numbers(placed, REAL)}\n    }};\n"
-        f"    for (int k = 0; k < {count}; k++) memory->exact[k] = exact[k];\n"
-    )
 
 
 def numbers(values: Any, kind: Any) -> str:

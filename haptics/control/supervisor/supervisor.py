@@ -126,14 +126,13 @@ def _frozen(lim, mem, dt, theta, fresh):
     """Bits of encoders that stand still; see the module's text."""
     bits, probing = 0, False
     for i in range(3):
-        row = m.ANCHOR + 3 * i
-        if fresh or abs(theta[i] - mem[row + i]) > 0.5 * lim.encoder_count:
+        if fresh or abs(theta[i] - mem[m.ANCHOR + 3 * i + i]) > 0.5 * lim.encoder_count:
             mem[m.LOADED + i] = mem[m.STILL + i] = 0.0
             for j in range(3):
-                mem[row + j] = theta[j]
+                mem[m.ANCHOR + 3 * i + j] = theta[j]
             continue
         for j in range(3):
-            if abs(theta[j] - mem[row + j]) > lim.frozen_turn:
+            if abs(theta[j] - mem[m.ANCHOR + 3 * i + j]) > lim.frozen_turn:
                 bits |= _ANGLE_FROZEN
         loaded = abs(mem[m.RENDERED + i]) > lim.frozen_torque
         mem[m.LOADED + i] = mem[m.LOADED + i] + dt if loaded else 0.0
@@ -143,7 +142,7 @@ def _frozen(lim, mem, dt, theta, fresh):
     if probing:
         bits |= _FROZEN_SUSPECTED
         mem[m.PROBE] = max(mem[m.PROBE] - dt / lim.probe_time, -0.5)
-        if mem[m.PROBE] == -0.5:
+        if mem[m.PROBE] <= -0.5:
             bits |= _ANGLE_FROZEN
     else:
         mem[m.PROBE] = min(max(mem[m.PROBE], 0.0) + dt / lim.ramp, 1.0)
@@ -280,7 +279,7 @@ def _forget(mem):
 @inlined
 def _move(lim, mem, bits):
     """The operator's request, the latch, and the state that follows."""
-    request = mem[m.REQUEST]
+    request = int(mem[m.REQUEST])
     mem[m.REQUEST] = 0.0
     if request == m.RESET and mem[m.STATE] == _FAULT:
         mem[m.STATE], mem[m.LATCHED] = _DISABLED, 0.0
@@ -296,7 +295,7 @@ def _move(lim, mem, bits):
     if latching:
         mem[m.LATCHED] = float(int(mem[m.LATCHED]) | latching)
         mem[m.STATE] = _FAULT
-    elif mem[m.STATE] == _RAMPING and mem[m.SCALE] == 1.0:
+    elif mem[m.STATE] == _RAMPING and mem[m.SCALE] >= 1.0:
         mem[m.STATE] = _ACTIVE
     if mem[m.STATE] == _ACTIVE or mem[m.STATE] == _DEGRADED:
         mem[m.STATE] = _ACTIVE if bits == 0 else _DEGRADED
@@ -351,7 +350,7 @@ def limit(lim, mem, rendered, gravity, out):
     for i in range(3):
         mem[m.WANTED + i] *= share
     growth = lim.late * lim.late * lim.joint_acceleration
-    kept = share_allowed(mem[m.TANK], growth, step, mem, m.TURNS, m.RENDERED, m.WANTED)
+    kept = share_allowed(mem[m.TANK], growth, step, mem)
     mem[m.SHORT] = 1.0 if kept < 1.0 and enabled else 0.0
     for i in range(3):
         torque = slewed(kept * mem[m.WANTED + i], mem[m.RENDERED + i], step)

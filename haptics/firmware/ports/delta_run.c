@@ -4,7 +4,9 @@
 
 static int without(const delta_real torque[3])
 {
-    return torque[0] == 0 && torque[1] == 0 && torque[2] == 0;
+    int none = 1;
+    for (int k = 0; k < 3; k++) none = none && torque[k] >= 0 && torque[k] <= 0;
+    return none;
 }
 
 static void tell_refusal(const delta_startup_memory *start)
@@ -34,7 +36,7 @@ int delta_run(const delta_real *laws, long rows, long long ticks)
             delta_signal(&memory, delta_joints_signals());
             delta_heard(&memory, now); /* the laws are the board's own; with a host: at each of its messages */
             long long bits = delta_tick(&memory, laws, rows, now, theta, wanted);
-            if (delta_state(&memory) == 4 && without(wanted)) {
+            if (delta_state(&memory) == DELTA_STATE_FAULT && without(wanted)) {
                 hal_report(DELTA_EVENT_FAULT, 3, (double)bits, 0.0);
                 ended = DELTA_RUN_FAULT;
                 break;

@@ -18,8 +18,9 @@ from haptics.control.correction import COLUMNS as COLUMNS_MADE
 from haptics.control.correction import DRAWN, ROWS, Correction, correct, turned
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
 from haptics.firmware.generate import sources
+from haptics.firmware.memories import SUPERVISOR
 from haptics.firmware.ports import files_of_ports
-from haptics.firmware.precision import Precision
+from haptics.firmware.precision import DOUBLE, Precision
 from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
@@ -30,7 +31,7 @@ from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.rendering.registry import COLUMNS
 from haptics.rendering.registry import LAWS as REGISTRY
 
-WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wfloat-equal", "-Werror")
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", *WARNINGS)
 BARE = ("-mthumb", "-mfloat-abi=hard", "-ffreestanding", "-nostartfiles", "-lm", "-lc", "-lgcc")
 # Core -> its flags, and QEMU's board with it.
@@ -154,6 +155,28 @@ def by_python(
     columns = [np.ascontiguousarray(r[name]) for name in ("now", "theta", "request", "signal")]
     _run(controller, known, memory, recorded.laws, *columns, torque, bits)
     return bits, torque, np.concatenate([memory.filters.ravel(), memory.supervisor, memory.work.ravel()])
+
+
+def memory_type(controller: Controller, precision: Precision = DOUBLE) -> np.dtype:
+    """`delta_memory` of a controller."""
+    memory, real = fresh(controller), "f4" if precision.single else "f8"
+    parts = [
+        ("filters", real, memory.filters.shape),
+        ("supervisor", SUPERVISOR.dtype(precision)),
+        ("work", real, memory.work.shape),
+    ]
+    return np.dtype(parts, align=True)
+
+
+def flat(memory: np.ndarray) -> np.ndarray:
+    """A C memory in the order of Python's: filters, supervisor, work."""
+    supervisor = [np.ravel(memory["supervisor"][one.c_name]).astype(float) for one in SUPERVISOR.members.values()]
+    return np.concatenate([memory["filters"].ravel(), *supervisor, memory["work"].ravel()]).astype(float)
+
+
+def remembered(left: bytes, controller: Controller) -> np.ndarray:
+    """What a replay in doubles remembers, in the order of Python's memory."""
+    return flat(np.frombuffer(left, memory_type(controller))[0])
 
 
 @cache
