@@ -132,7 +132,9 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
             request = RESET if k % 1000 else ENABLE
             ours.supervisor[REQUEST] = request
             (library.delta_reset if request == RESET else library.delta_enable)(pointer(theirs))
-        held = FRESH_BUT if k % 750 in (7, 8) or k % 3000 > 2995 else ALL_FRESH  # two ticks are left out, four are too many
+        held = (
+            FRESH_BUT if k % 750 in (7, 8) or k % 3000 > 2995 else ALL_FRESH
+        )  # two ticks are left out, four are too many
         bits = tick(controller, ours, LAWS, time[k], theta[k], theta[k], held, out)
         c_bits = library.delta_tick(
             pointer(theirs),
