@@ -17,6 +17,7 @@ from haptics.devices.link import UdpLink
 from haptics.devices.protocol import (
     DAMPS_AT_WALLS,
     FAULT_OF_FLAG,
+    NOT_FRESH,
     RESET_WATCHDOG,
     WALL_TOUCHED,
     Packet,
@@ -158,7 +159,7 @@ class RemoteDevice:
         if newest.answers != self._sequence:
             self.counts["UNANSWERED"] += 1
         flags = sum(fault.bit for flag, fault in FAULT_OF_FLAG.items() if newest.flags & flag)
-        return Reading(np.array(newest.values), self.time, flags)
+        return Reading(np.array(newest.values), self.time, flags, ~(newest.flags // NOT_FRESH) & 7)
 
     def write(self, torques: ArrayLike) -> None:
         """Sends a COMMAND; see `Device`. Whether it came is seen in the next STATE, not here."""

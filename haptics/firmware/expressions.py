@@ -411,11 +411,8 @@ class Expressions:
         values = [self.value(argument) for argument in node.args]
         text, kind = values[0]
         if called is abs:
-            return (
-                (f"delta_fabs{letter(kind)}({text})", kind)
-                if isinstance(kind, types.Float)
-                else (f"llabs({text})", kind)
-            )
+            name = f"delta_fabs{letter(kind)}" if isinstance(kind, types.Float) else "llabs"
+            return f"{name}({text})", kind
         if called is int:
             return (text if isinstance(kind, types.Integer) else f"((long long)({text}))"), INTEGER
         if called is math.floor:

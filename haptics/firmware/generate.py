@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import float64, typeof
+from numba import float64, int64, typeof
 
 from delta_cad.common.units import MM_PER_M
 from haptics.control.controller import (
@@ -90,7 +90,7 @@ enum {{
 }};
 
 typedef struct {{
-    delta_real filters[{filter_rows}][{filter_columns}]; /* a joint each: readings held, rate, window, the last readings */
+    delta_real filters[{filter_rows}][{filter_columns}]; /* a joint each: number of readings, rate, window, readings */
     delta_supervisor supervisor;
     delta_real work[DELTA_WORK_ROWS][3];
 }} delta_memory;
@@ -110,10 +110,12 @@ void delta_signal(delta_memory *memory, long long bits);
  * the age at which force fades (-D{stale_macro}=0.1; {stale} if not given). */
 void delta_heard(delta_memory *memory, double now);
 /* One period: angles of the shoulders in rad, 0 level and positive upwards, and the time of their reading in s; torques
- * of the joints in N m. `laws` holds n laws of DELTA_LAW_COLUMNS doubles. Returns the bits of what the supervisor
- * found: bit k is code k of the table in README.md. The torques are finite and within the limits whatever is read. */
+ * of the joints in N m. `reading` is what the encoders read, `theta` itself where there is no calibration; `fresh` is
+ * 1 for a joint whose reading was taken since the last tick and passed its own check, else 0. `laws` holds n laws of
+ * DELTA_LAW_COLUMNS doubles. Returns the bits of what the supervisor found: bit k is code k of the table in README.md.
+ * The torques are finite and within the limits whatever is read. */
 long long delta_tick(delta_memory *memory, const delta_real *laws, long n, double now, const delta_real theta[3],
-                     delta_real torque[3]);
+                     const delta_real reading[3], const int fresh[3], delta_real torque[3]);
 /* State of the supervisor after the last tick. */
 delta_state_code delta_state(const delta_memory *memory);
 /* Whether a wall is touched: the drives then damp more, which its stiffness counts on. It belongs to the torques. */
@@ -183,13 +185,18 @@ delta_state_code delta_state(const delta_memory *memory) {{ return (delta_state_
 
 int delta_touched(const delta_memory *memory) {{ return memory->work[DELTA_WORK_{touched_row}][{touched_column}] > 0; }}
 
+static long long delta_mask(const int fresh[3])
+{{
+    return (fresh[0] ? 1LL : 0LL) | (fresh[1] ? 2LL : 0LL) | (fresh[2] ? 4LL : 0LL);
+}}
+
 long long delta_tick(delta_memory *memory, const delta_real *laws, long n, double now, const delta_real theta[3],
-                     delta_real torque[3])
+                     const delta_real reading[3], const int fresh[3], delta_real torque[3])
 {{
     Memory m = delta_view(memory);
     table known = {{ (delta_real *)laws, n, {columns}, {columns} }}; /* only read */
-    row angles = {{ (delta_real *)theta, 3 }}, out = {{ torque, 3 }};
-    return controller_tick(&delta_design, &m, known, now, angles, out);
+    row angles = {{ (delta_real *)theta, 3 }}, read = {{ (delta_real *)reading, 3 }}, out = {{ torque, 3 }};
+    return controller_tick(&delta_design, &m, known, now, angles, read, delta_mask(fresh), out);
 }}
 """
 
@@ -204,7 +211,7 @@ compiler and libm: `cc -std=c99 -O2 -ffp-contract=off -c delta_controller.c`. {e
     delta_enable(&memory);
     every {period_ms:g} ms:
         delta_signal(&memory, stop_pressed ? DELTA_EMERGENCY_STOP : 0);
-        bits = delta_tick(&memory, laws, n, now, theta, torque);
+        bits = delta_tick(&memory, laws, n, now, theta, theta, fresh, torque);
 
 `laws` is a table of {columns} `delta_real` a row, as `haptics.rendering.law_table` makes it: column {kind} holds
 the law's kind, column {gain} its gain (0 to 1), then come its parameters, and zeros to the row's end. The header names
@@ -268,7 +275,8 @@ def sources(
     """
     memory = fresh(controller)
     laws, vector = np.zeros((1, COLUMNS)), np.zeros(3)
-    arguments = (typeof(controller), typeof(memory), typeof(laws), float64, typeof(vector), typeof(vector))
+    three = typeof(vector)
+    arguments = (typeof(controller), typeof(memory), typeof(laws), float64, three, three, int64, three)
     translation = _translated(arguments, precision, startup.arguments(start), calibration.arguments(known))
     real, single = precision.real, precision.single
     shapes = {

@@ -10,7 +10,6 @@ import ast
 import inspect
 import io
 import tokenize
-from functools import cache
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -25,9 +24,9 @@ FLAG = types.int32
 RESERVED = {"double", "long", "int", "row", "table", "part", "fill", "short", "float", "register", "signed", "default"}
 # Places whose values are whole: states, codes and flags; bits and counts, which need more than 32 binary digits.
 WHOLE = {
-    **dict.fromkeys(("STATE", "REQUEST", "STARTED", "CHECKED", "KNOWN", "PLACED", "STILL", "SHORT"), FLAG),
+    **dict.fromkeys(("STATE", "REQUEST", "STARTED", "CHECKED", "KNOWN", "PLACED", "STILL", "SHORT", "STEADY"), FLAG),
     **dict.fromkeys(("STEP", "CODE", "JOINT", "BEGUN", "TESTED"), FLAG),
-    **dict.fromkeys(("LATCHED", "PRESENT", "SIGNALS", "TICKS"), INTEGER),
+    **dict.fromkeys(("LATCHED", "PRESENT", "SIGNALS", "TICKS", "REPEATS", "ALL_REPEAT", "MISSED"), INTEGER),
 }
 # Places that stay double in single precision: the clock, and sums over a long time; `precision` says why.
 EXACT = {"NOW", "HEARD", "TANK", "GIVEN", "WINDING", "HOUSING"}
@@ -117,8 +116,7 @@ def _c_type(kind: Any) -> str:
     return {FLAG: "int", INTEGER: "long long", REAL: "double"}.get(kind, "delta_real")
 
 
-@cache
-def layout(module: ModuleType, struct: str) -> Layout:
+def layout(module: Any, struct: str) -> Layout:
     """Reads a layout: `NAME = offset  # comment`, one a line, up to `MEMORY`, the number of all places.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import float64, typeof
+from numba import float64, int64, typeof
 
 from haptics.control.controller import WORK
 from haptics.control.startup import record as r
@@ -47,8 +47,9 @@ typedef struct {{
 void delta_startup_begin(delta_startup_memory *memory);
 /* As delta_signal. */
 void delta_startup_signal(delta_startup_memory *memory, long long bits);
-/* One period: raw angles and their time in, torques out; bits of what the supervisor found. */
-long long delta_startup_tick(delta_startup_memory *memory, double now, const delta_real theta[3], delta_real torque[3]);
+/* One period: raw angles, their time, `fresh` as of delta_tick; torques out; bits of what the supervisor found. */
+long long delta_startup_tick(delta_startup_memory *memory, double now, const delta_real theta[3], const int fresh[3],
+                             delta_real torque[3]);
 delta_startup_step_code delta_startup_step(const delta_startup_memory *memory);
 delta_refusal delta_startup_refusal(const delta_startup_memory *memory);
 /* What has to be added to the readings from then on, rad. */
@@ -69,11 +70,12 @@ void delta_startup_signal(delta_startup_memory *memory, long long bits)
     memory->supervisor.signals = bits & {mask}LL;
 }}
 
-long long delta_startup_tick(delta_startup_memory *memory, double now, const delta_real theta[3], delta_real torque[3])
+long long delta_startup_tick(delta_startup_memory *memory, double now, const delta_real theta[3], const int fresh[3],
+                             delta_real torque[3])
 {{
     StartMemory m = {{ &memory->start, &memory->supervisor, {{ &memory->work[0][0], DELTA_WORK_ROWS, 3, 3 }} }};
     row angles = {{ (delta_real *)theta, 3 }}, out = {{ torque, 3 }};
-    return steps_start(&delta_new_device, &m, now, angles, out);
+    return steps_start(&delta_new_device, &m, now, angles, delta_mask(fresh), out);
 }}
 
 delta_startup_step_code delta_startup_step(const delta_startup_memory *memory)
@@ -100,7 +102,7 @@ def arguments(start: StartUp | None) -> tuple[Any, ...] | None:
     if start is None:
         return None
     vector = typeof(np.zeros(3))
-    return typeof(start), typeof(_memory(start)), float64, vector, vector
+    return typeof(start), typeof(_memory(start)), float64, vector, int64, vector
 
 
 def header(precision: Precision) -> str:

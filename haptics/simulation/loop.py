@@ -20,6 +20,7 @@ from delta_cad.common.jit import compiled
 from haptics.control.controller import FORCE, TOUCHED, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, SPEED, STATES, TWIST
 from haptics.model.plant import FREE, Hand, Plant, angles, energy, moved_on
 from haptics.model.sensor import EXACT, SensorErrors, reading
@@ -215,7 +216,7 @@ def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, s
         drawn = noise[k % noise.shape[0]]
         for i in range(3):
             read[i] = reading(errors, i, theta[i], theta[3 + i], drawn[i], count, offset[i])
-        bits[k] = tick(controller, memory, laws, k * clock.period, read, torque)
+        bits[k] = tick(controller, memory, laws, k * clock.period, read, read, ALL_FRESH, torque)
         pending[k % slots, 3] = memory.work[TOUCHED]
         for i in range(3):
             pending[k % slots, i] = torque[i]

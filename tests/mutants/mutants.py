@@ -242,8 +242,10 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
          '"(" + " && ".join(tests) + ")"', '"(" + " || ".join(tests) + ")"'),
     ),
     "tests/haptics/firmware/test_hal.py": (
-        (f"{PORTS}/delta_joints.c", "an encoder's fault code is ignored",
-         "hal_encoder(j, &angle) == 0 ?", "hal_encoder(j, &angle) >= 0 ?"),
+        (f"{PORTS}/delta_joints.c", "a bus that does not answer is ignored",
+         "hal_encoders(angle, found) == 0", "hal_encoders(angle, found) >= 0"),
+        (f"{PORTS}/delta_joints.c", "a reading that is not fresh counts",
+         "answered && found[j] == 1", "answered && found[j] >= 0"),
         (f"{PORTS}/delta_joints.c", "a free handle is damped as at a wall",
          "touched ? DELTA_CONTACT_DAMPING : DELTA_DAMPING", "touched ? DELTA_DAMPING : DELTA_CONTACT_DAMPING"),
         (f"{PORTS}/delta_joints.c", "a drive's own cut is not signalled",

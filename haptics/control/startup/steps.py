@@ -27,7 +27,7 @@ from haptics.control.startup import record as r
 from haptics.control.startup.record import Refusal, Step
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import LATCHING, State
-from haptics.control.supervisor.supervisor import check, limit
+from haptics.control.supervisor.supervisor import ALL_FRESH, check, findings_left_out, left_out, limit
 
 _ACTIVE = float(State.ACTIVE)
 _SETTLE, _ENABLE, _SIGN, _RELAX = int(Step.SETTLE), int(Step.ENABLE), int(Step.SIGN), int(Step.RELAX)
@@ -275,7 +275,7 @@ def _act(par, mem, supervisor, work, dt):
 
 
 @compiled
-def start(par, memory, now, theta, out):
+def start(par, memory, now, theta, fresh, out):
     """One period of a start-up: readings in, torques out.
 
     Args:
@@ -283,13 +283,16 @@ def start(par, memory, now, theta, out):
         memory: `StartMemory`, moved on in place.
         now: Time of the reading, s.
         theta: (3,) angles as read, rad; of any zero where that is not absolute.
+        fresh: Bit i is set if the reading of joint i was taken since the last tick and its own check passed.
         out: (3,) filled with the torques, N m.
 
     Returns:
         Bits of what the supervisor found.
     """
     mem, supervisor, work = memory.start, memory.supervisor, memory.work
-    if mem[r.BEGUN] == 0.0:
+    if left_out(par.limits, supervisor, fresh, out):
+        return findings_left_out(supervisor)
+    if mem[r.BEGUN] == 0.0 and fresh == ALL_FRESH:
         mem[r.BEGUN] = mem[r.SIDE] = 1.0
         for i in range(3):
             if par.absolute < 0.5:
@@ -303,7 +306,7 @@ def start(par, memory, now, theta, out):
         mem[r.BEFORE + i] = mem[r.ANGLES + i]
     angles, wanted = mem[r.ANGLES : r.ANGLES + 3], mem[r.WANTED : r.WANTED + 3]
     reach, volume = pose(par.model, angles, work)
-    bits = check(par.limits, supervisor, now, angles, work[POSITION], reach, volume)
+    bits = check(par.limits, supervisor, now, angles, theta, work[POSITION], reach, volume)
     if bits & LATCHING and mem[r.STEP] != _READY:
         _refuse(mem, _SUPERVISOR, 3, float(bits & LATCHING), 0.0)
     _act(par, mem, supervisor, work, dt)

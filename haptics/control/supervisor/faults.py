@@ -72,6 +72,9 @@ class FaultCode(IntEnum):
     WATCHDOG = 23
     DEVICE_LOST = 24
     EMERGENCY_STOP = 25
+    ANGLE_MISSED = 26
+    ANGLE_STALE = 27
+    ANGLE_REPEATED = 28
 
     @property
     def bit(self) -> int:
@@ -100,7 +103,9 @@ _RESET = "operator's reset, once the condition is gone"
 
 TABLE: dict[FaultCode, About] = {
     FaultCode.ANGLE_INVALID: About("an encoder reads no number", _F, _R.OFF, _RESET),
-    FaultCode.ANGLE_JUMP: About("an encoder moved faster than its joint can turn", _F, _R.OFF, _RESET),
+    FaultCode.ANGLE_JUMP: About(
+        "an encoder moved faster than its joint can turn, or gained speed as no joint can", _F, _R.OFF, _RESET
+    ),
     FaultCode.ANGLE_FROZEN: About(
         "an encoder keeps one count while the other joints turn, or while all force is taken away", _F, _R.OFF, _RESET
     ),
@@ -136,6 +141,13 @@ TABLE: dict[FaultCode, About] = {
     FaultCode.WATCHDOG: About("the drive's watchdog has cut the torque", _F, _R.OFF, _RESET),
     FaultCode.DEVICE_LOST: About("the device does not answer", _F, _R.OFF, "the device's answer, then reset"),
     FaultCode.EMERGENCY_STOP: About("emergency stop", _F, _R.OFF, "its release, then reset"),
+    FaultCode.ANGLE_MISSED: About(
+        "a reading is not fresh; the last torques stand for this tick", _W, _R.NONE, "the next fresh reading"
+    ),
+    FaultCode.ANGLE_STALE: About("an encoder has given no fresh reading for too many ticks", _F, _R.OFF, _RESET),
+    FaultCode.ANGLE_REPEATED: About(
+        "an encoder repeats its reading more often than its noise allows", _F, _R.OFF, _RESET
+    ),
 }
 
 

@@ -35,6 +35,10 @@ class SafetyLimits(NamedTuple):
         frozen_torque: Rendered torque under which an encoder must not stand still for ever, N m; may be infinite.
         frozen_time: After this time under that torque the force is taken away to see whether a count changes, s.
         probe_time: Time in which it is taken away, and for half of which it stays away, s.
+        repeats: Ticks for which one encoder may repeat its reading; infinite where its noise is not known.
+        all_repeat: Ticks for which all three may do so together; likewise.
+        kink: Turn by which a joint's turn in a tick may grow from one tick to the next, rad; may be infinite.
+        unread: Ticks in a row that may be left out because a reading is not fresh.
         late: Interval above which a tick is late, s.
         missed: Interval above which one tick is a fault, s.
         late_ticks: Number of late ticks that are a fault.
@@ -75,6 +79,10 @@ class SafetyLimits(NamedTuple):
     frozen_torque: float
     frozen_time: float
     probe_time: float
+    repeats: float
+    all_repeat: float
+    kink: float
+    unread: float
     late: float
     missed: float
     late_ticks: float
@@ -105,8 +113,18 @@ class SafetyLimits(NamedTuple):
 
 
 SIGNED = ("theta_low", "theta_high", "ambient", "derate", "hottest", "cube_bottom")
-ZERO_ALLOWED = ("damping", "velocity_lag", "ramp_power", "edge_margin", "slope", "coupling", "heat", "energy_start")
-OFF_ALLOWED = ("frozen_turn", "frozen_torque", "stale")
+ZERO_ALLOWED = (
+    "damping",
+    "velocity_lag",
+    "ramp_power",
+    "edge_margin",
+    "slope",
+    "coupling",
+    "heat",
+    "energy_start",
+    "unread",
+)
+OFF_ALLOWED = ("frozen_turn", "frozen_torque", "repeats", "all_repeat", "kink", "stale")
 # Pairs of which the first must be smaller.
 RISING = (
     ("theta_low", "theta_high"),
@@ -206,6 +224,10 @@ def safety_limits(
         "frozen_torque": 0.25 * torque,
         "frozen_time": 2.0,
         "probe_time": 0.2,
+        "repeats": math.inf,
+        "all_repeat": math.inf,
+        "kink": math.inf,
+        "unread": 2.0,
         "late": 1.5 * period,
         "missed": 20.0 * period,
         "late_ticks": 10.0,

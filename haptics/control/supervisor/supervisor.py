@@ -2,7 +2,7 @@
 
 A controller calls two functions a tick, in this order, on one array of `MEMORY` floats, laid out in `memory`:
 
-    bits = check(limits, memory, now, theta, p, reach, volume)
+    bits = check(limits, memory, now, theta, readings, p, reach, volume)
     bits = limit(limits, memory, rendered, gravity, out)
 
 `rendered` is J^T of the scene's force, `gravity` what holds the moving bodies; they are limited apart, each with its
@@ -42,6 +42,11 @@ _OFF, _BRAKE = reacting(Reaction.OFF), reacting(Reaction.BRAKE)
 _ANGLE_INVALID = FaultCode.ANGLE_INVALID.bit
 _ANGLE_JUMP = FaultCode.ANGLE_JUMP.bit
 _ANGLE_FROZEN = FaultCode.ANGLE_FROZEN.bit
+_ANGLE_MISSED = FaultCode.ANGLE_MISSED.bit
+_ANGLE_STALE = FaultCode.ANGLE_STALE.bit
+_ANGLE_REPEATED = FaultCode.ANGLE_REPEATED.bit
+_UNKNOWN = _ANGLE_INVALID | _ANGLE_STALE
+ALL_FRESH = 7  # bit i: the reading of joint i was taken since the last tick, and its own check passed
 _FROZEN_SUSPECTED = FaultCode.FROZEN_SUSPECTED.bit
 _CLOCK_INVALID = FaultCode.CLOCK_INVALID.bit
 _TICK_LATE = FaultCode.TICK_LATE.bit
@@ -61,6 +66,53 @@ _RAMP_HELD = FaultCode.RAMP_HELD.bit
 _ENERGY_LIMITED = FaultCode.ENERGY_LIMITED.bit
 _ENERGY_SPENT = FaultCode.ENERGY_SPENT.bit
 _ORDER = FaultCode.ORDER.bit
+
+
+@compiled
+def left_out(lim, mem, fresh, out):
+    """Whether this tick is left out because a reading is not fresh: the last torques then stand.
+
+    The next fresh reading makes a tick that comes late, with all that follows from it. After `unread` ticks in a row
+    the tick is made, and `check` finds ANGLE_STALE.
+
+    Args:
+        lim: The limits.
+        mem: (MEMORY,) memory.
+        fresh: Bit i is set if the reading of joint i was taken since the last tick and its own check passed.
+        out: (3,) filled with the last torques, N m, if it is left out.
+    """
+    if fresh & ALL_FRESH == ALL_FRESH:
+        mem[m.MISSED] = 0.0
+        return False
+    mem[m.MISSED] += 1.0
+    if mem[m.MISSED] > lim.unread or mem[m.KNOWN] == 0.0:
+        return False
+    for i in range(3):
+        out[i] = mem[m.OUT + i]
+    return True
+
+
+@compiled
+def findings_left_out(mem):
+    """Bits of a tick that is left out: the last tick's, and ANGLE_MISSED."""
+    return int(mem[m.PRESENT]) | int(mem[m.LATCHED]) | _ANGLE_MISSED
+
+
+@inlined
+def _repeated(lim, mem, readings):
+    """Bits of readings that repeat."""
+    bits, together = 0, True
+    for i in range(3):
+        same = abs(readings[i] - mem[m.READ + i]) < 0.25 * lim.encoder_count
+        mem[m.REPEATS + i] = mem[m.REPEATS + i] + 1.0 if same else 0.0
+        mem[m.READ + i] = readings[i]
+        if mem[m.REPEATS + i] > lim.repeats:
+            bits = _ANGLE_REPEATED
+        together = together and same
+    mem[m.ALL_REPEAT] = mem[m.ALL_REPEAT] + 1.0 if together else 0.0
+    if mem[m.ALL_REPEAT] > lim.all_repeat:
+        bits = _ANGLE_REPEATED
+    return bits
 
 
 @inlined
@@ -89,6 +141,8 @@ def _angles(lim, mem, dt, theta):
     """Bits of the angles; takes the tick's energy out of the tank and renews rates and speed bounds."""
     bits, given = 0, 0.0
     known = mem[m.KNOWN] == 1.0
+    if mem[m.MISSED] > 0.0:
+        bits |= _ANGLE_STALE
     gain = lim.joint_acceleration * lim.late
     for i in range(3):
         if not math.isfinite(theta[i]):
@@ -115,7 +169,7 @@ def _angles(lim, mem, dt, theta):
     mem[m.TANK] = min(mem[m.TANK] - given, lim.energy)
     mem[m.GIVEN] += given
     mem[m.POWER] += dt / (dt + lim.ramp_fall) * (given / dt - mem[m.POWER])
-    mem[m.KNOWN] = 0.0 if bits & _ANGLE_INVALID else 1.0
+    mem[m.KNOWN] = 0.0 if bits & _UNKNOWN else 1.0
     for i in range(3):
         mem[m.THETA + i] = theta[i]
     return bits
@@ -220,14 +274,15 @@ def _ramp(lim, mem, dt):
 
 
 @compiled
-def check(lim, mem, now, theta, p, reach, volume):
+def check(lim, mem, now, theta, readings, p, reach, volume):
     """Checks what was read, and moves the state on. Call it once a tick, before `limit`.
 
     Args:
         lim: The limits, `SafetyLimits`.
         mem: (MEMORY,) memory.
         now: Time of the reading, s; any clock that only grows.
-        theta: (3,) shoulder angles as read, rad; NaN for an encoder that knows of its own fault.
+        theta: (3,) shoulder angles, rad; NaN for an encoder that knows of its own fault.
+        readings: (3,) of the encoders, rad: `theta` before a calibration.
         p: (3,) position by forward kinematics of `theta`, m; NaN where there is none.
         reach: Smallest closure w of the three chains at p, m; see `pose_margins.pose_margins`.
         volume: det S / L_B^3 at p.
@@ -241,10 +296,11 @@ def check(lim, mem, now, theta, p, reach, volume):
     bits, dt = _clock(lim, mem, now)
     read = _angles(lim, mem, dt, theta)
     bits |= read | int(mem[m.SIGNALS])
-    good = read & (_ANGLE_INVALID | _ANGLE_JUMP) == 0
+    good = read & (_UNKNOWN | _ANGLE_JUMP) == 0
+    bits |= _repeated(lim, mem, readings)
     if good:
         bits |= _frozen(lim, mem, dt, theta, fresh)
-    if read & _ANGLE_INVALID:
+    if read & _UNKNOWN:
         mem[m.PLACED] = mem[m.EDGE] = mem[m.NEAR] = 0.0
     else:
         bits |= _pose(lim, mem, dt, p, reach, volume, good and not fresh)

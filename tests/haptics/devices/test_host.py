@@ -18,6 +18,7 @@ from haptics.control.filters import low_pass
 from haptics.control.pose import RATES, model
 from haptics.control.supervisor.faults import FaultCode, State
 from haptics.control.supervisor.memory import ENABLE, REQUEST, SIGNALS
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, run
 from haptics.devices.fake import DisturbedDevice, FakeDevice, signalling
 from haptics.devices.host import Host
@@ -79,7 +80,7 @@ def test_it_is_the_controllers_tick() -> None:
     memory.supervisor[REQUEST] = ENABLE
     for k in range(50):
         theta = REST + 1e-3 * np.sin(0.1 * k)
-        bits = tick(controller(), memory, LAWS, k * 1e-3, theta, out)
+        bits = tick(controller(), memory, LAWS, k * 1e-3, theta, theta, ALL_FRESH, out)
         np.testing.assert_array_equal(ours(Reading(theta, k * 1e-3)), out)
         assert ours.bits == bits
     assert np.abs(out).max() > 0.01

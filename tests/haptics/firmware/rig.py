@@ -17,6 +17,7 @@ from haptics.control.controller import Controller, fresh, tick
 from haptics.control.correction import COLUMNS as COLUMNS_MADE
 from haptics.control.correction import DRAWN, ROWS, Correction, correct, turned
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.firmware.generate import sources
 from haptics.firmware.memories import SUPERVISOR
 from haptics.firmware.ports import files_of_ports
@@ -77,7 +78,7 @@ def tool(name: str) -> str:
 
 def reading_type(real: Any) -> np.dtype:
     """`reading` of `replay.c`."""
-    parts = [("now", "f8"), ("theta", real, 3), ("request", "i4"), ("signal", "u4"), ("spare", "u4")]
+    parts = [("now", "f8"), ("theta", real, 3), ("request", "i4"), ("signal", "u4"), ("fresh", "u4")]
     return np.dtype(parts, align=True)
 
 
@@ -118,12 +119,16 @@ def recording(machine: MachineModel, ticks: int, seed: int, period: float, fault
         for k in rng.integers(ticks // 3, ticks, max(ticks // 4000, 2)):
             result["signal"][k : k + 3] = 1 << int(rng.choice([23, 24, 25]))
             request[k : k + 700] = NOTHING
+    result["fresh"] = ALL_FRESH
+    if faults:
+        for k in rng.integers(ticks // 3, ticks, max(ticks // 900, 4)):
+            result["fresh"][k : k + rng.integers(1, 5)] = rng.integers(0, ALL_FRESH)
     result["now"], result["theta"], result["request"] = now, theta, request
     return Recorded(result, LAWS)
 
 
 @compiled
-def _run(controller, known, memory, laws, now, theta, request, signal, torque, bits):
+def _run(controller, known, memory, laws, now, theta, request, signal, fresh, torque, bits):
     supervisor, made = memory.supervisor, np.zeros((ROWS, 3))
     out = np.zeros(3)
     for k in range(now.shape[0]):
@@ -139,10 +144,10 @@ def _run(controller, known, memory, laws, now, theta, request, signal, torque, b
         supervisor[SIGNALS] = float(signal[k])
         if known.forearm_length > 0.0:
             correct(known, theta[k], made)
-            bits[k] = tick(controller, memory, laws, now[k], made[DRAWN], out)
+            bits[k] = tick(controller, memory, laws, now[k], made[DRAWN], theta[k], fresh[k], out)
             turned(made, out, controller.limits.torque, torque[k])
         else:
-            bits[k] = tick(controller, memory, laws, now[k], theta[k], out)
+            bits[k] = tick(controller, memory, laws, now[k], theta[k], theta[k], fresh[k], out)
             torque[k, :] = out
 
 
@@ -153,6 +158,7 @@ def by_python(
     r, memory = recorded.readings, fresh(controller)
     torque, bits = np.zeros((len(r), 3)), np.zeros(len(r), np.int64)
     columns = [np.ascontiguousarray(r[name]) for name in ("now", "theta", "request", "signal")]
+    columns.append(r["fresh"].astype(np.int64))
     _run(controller, known, memory, recorded.laws, *columns, torque, bits)
     return bits, torque, np.concatenate([memory.filters.ravel(), memory.supervisor, memory.work.ravel()])
 

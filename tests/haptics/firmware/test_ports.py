@@ -225,7 +225,11 @@ static double now;
 int hal_begin(void) { return 0; }
 void hal_wait(void) {}
 double hal_now(void) { return now; }
-int hal_encoder(int joint, double *angle) { *angle = joint; return 0; }
+int hal_encoders(double angle[3], int fresh[3])
+{
+    for (int j = 0; j < 3; j++) { angle[j] = j; fresh[j] = 1; }
+    return 0;
+}
 void hal_damping(int joint, double share) { (void)joint; (void)share; }
 void hal_current(int joint, double ampere) { if (joint == 0) printf("%g ", ampere); }
 void hal_enable(int on) { (void)on; }

@@ -25,6 +25,8 @@ from tests.haptics.control.startup.planted import LONGEST, PERIOD, Ended, Fault,
 from tests.haptics.firmware.rig import FLAGS, tool
 from tests.haptics.scene_machine import scene_machine
 
+FRESH = (ctypes.c_int * 3)(1, 1, 1)
+
 
 class Refused(ctypes.Structure):
     """`delta_refusal`."""
@@ -46,7 +48,9 @@ def library(machine: MachineModel, folder: Path, precision: Precision, absolute:
     subprocess.run([tool("gcc"), *FLAGS, *told], check=True)
     loaded = ctypes.CDLL(str(folder / "x.so"))
     loaded.delta_startup_tick.restype = ctypes.c_longlong
-    loaded.delta_startup_tick.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
+    loaded.delta_startup_tick.argtypes = [
+        ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p,
+    ]  # fmt: skip
     loaded.delta_startup_signal.argtypes = [ctypes.c_void_p, ctypes.c_longlong]
     loaded.delta_startup_refusal.restype = Refused
     return loaded
@@ -60,7 +64,7 @@ def replayed(loaded: ctypes.CDLL, ended: Ended, real: type) -> tuple[np.ndarray,
     for row, signal in zip(ended.readings, ended.signals, strict=True):
         loaded.delta_startup_signal(memory.ctypes.data, int(signal))
         theta = row[1:].astype(real)
-        bits.append(loaded.delta_startup_tick(memory.ctypes.data, row[0], theta.ctypes.data, out.ctypes.data))
+        bits.append(loaded.delta_startup_tick(memory.ctypes.data, row[0], theta.ctypes.data, FRESH, out.ctypes.data))
         torques.append(out.copy())
     return np.array(torques), np.array(bits), memory
 
@@ -105,7 +109,7 @@ def test_single_precision_finds_the_same(machine: MachineModel, tmp_path: Path) 
     while device.time < LONGEST and loaded.delta_startup_step(place) < Step.READY:
         sample = device.read()
         theta = (sample.angles + off).astype(np.float32)
-        loaded.delta_startup_tick(memory.ctypes.data, sample.time, theta.ctypes.data, out.ctypes.data)
+        loaded.delta_startup_tick(memory.ctypes.data, sample.time, theta.ctypes.data, FRESH, out.ctypes.data)
         device.write(out.astype(float))
     assert loaded.delta_startup_step(place) == Step.READY == ended.step
     told, known = memory[: START.dtype(MIXED).itemsize].view(START.dtype(MIXED))[0], ended.memory.start

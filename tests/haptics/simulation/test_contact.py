@@ -13,6 +13,7 @@ from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import TOUCHED, Controller, fresh, tick
 from haptics.control.supervisor.faults import FaultCode
 from haptics.control.supervisor.memory import DISABLE, ENABLE, REQUEST, RESET, SIGNALS
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.control.wall_cap import UNCAPPED
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
@@ -49,7 +50,8 @@ def touched(controller: Controller, machine: MachineModel, p: np.ndarray, *laws:
     memory, table = fresh(controller), law_table(*laws)
     table[-1, GAIN] = gain
     memory.supervisor[REQUEST] = ENABLE
-    tick(controller, memory, table, 0.0, inverse_kinematics(machine.geometry, p), np.zeros(3))
+    theta = inverse_kinematics(machine.geometry, p)
+    tick(controller, memory, table, 0.0, theta, theta, ALL_FRESH, np.zeros(3))
     return memory.work[TOUCHED]
 
 
@@ -72,7 +74,7 @@ def test_a_wall_is_touched_behind_its_face(machine: MachineModel, controller: Co
 def test_where_the_handle_is_not_known_no_wall_is_touched(controller: Controller) -> None:
     memory, wall = fresh(controller), law_table(axis_wall("+x", -1.0, stiffness=1e3))
     memory.supervisor[REQUEST] = ENABLE
-    tick(controller, memory, wall, 0.0, np.full(3, np.nan), np.zeros(3))
+    tick(controller, memory, wall, 0.0, np.full(3, np.nan), np.zeros(3), ALL_FRESH, np.zeros(3))
     assert memory.work[TOUCHED] == 0.0
 
 
@@ -85,7 +87,7 @@ def test_without_force_no_wall_is_touched(machine: MachineModel, controller: Con
         [(0, 0), (ENABLE, 0), (0, 0), (DISABLE, 0), (0, 0), (ENABLE, 0), (0, stop), (0, 0), (RESET, 0), (ENABLE, 0)]
     ):
         memory.supervisor[REQUEST], memory.supervisor[SIGNALS] = request, float(signal)
-        tick(controller, memory, wall, k * T, theta, np.zeros(3))
+        tick(controller, memory, wall, k * T, theta, theta, ALL_FRESH, np.zeros(3))
         told.append(memory.work[TOUCHED])
     assert told == [0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 

@@ -30,10 +30,13 @@ void hal_wait(void)
 
 double hal_now(void) { return (double)ticks * DELTA_PERIOD_S; }
 
-int hal_encoder(int joint, double *found)
+int hal_encoders(double found[3], int fresh[3])
 {
-    *found = hal_wired.encoder[joint] * nearbyint(angle[joint] / DELTA_COUNT_RAD) * DELTA_COUNT_RAD;
-    return isfinite(*found) ? 0 : 1;
+    for (int j = 0; j < 3; j++) {
+        found[j] = hal_wired.encoder[j] * nearbyint(angle[j] / DELTA_COUNT_RAD) * DELTA_COUNT_RAD;
+        fresh[j] = isfinite(found[j]) != 0;
+    }
+    return 0;
 }
 
 void hal_damping(int joint, double share)

@@ -91,7 +91,7 @@ def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -
         theta = fault.read(sample.angles.copy(), sample.time)
         signal = fault.signal(sample.time)
         memory.supervisor[SIGNALS] = float(signal)
-        bits.append(int(start(par, memory, sample.time, theta, out)))
+        bits.append(int(start(par, memory, sample.time, theta, sample.fresh, out)))
         readings.append((sample.time, *theta))
         torques.append(out.copy())
         signals.append(signal)

@@ -164,7 +164,7 @@ def storm(lim, par, mem, ticks, seed, log):
                 rendered[i] = np.random.uniform(-3.0, 3.0)
         bits = 0
         if not (mode == 15 and np.random.random() < 0.02):
-            bits = check(lim, mem, stamp, read, place, reach, volume)
+            bits = check(lim, mem, stamp, read, read, place, reach, volume)
         bits |= limit(lim, mem, rendered, gravity, out)
         for i in range(3):
             log.out[k, i] = out[i]
