@@ -30,6 +30,7 @@ from haptics.devices.protocol import (
     following,
     newer,
 )
+from haptics.devices.serial_link import SerialLink
 
 TRIES = 5  # HELLOs and BYEs before it is given up: with one of two packets lost, 5 fail once in thousand
 
@@ -64,7 +65,7 @@ class RemoteDevice:
 
     def __init__(
         self,
-        link: UdpLink,
+        link: UdpLink | SerialLink,
         *,
         watchdog: float = 0.02,
         timeout: float = 0.1,

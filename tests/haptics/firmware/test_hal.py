@@ -33,7 +33,7 @@ typedef struct { int none; } delta_startup_memory;
 typedef struct { int none; } delta_memory;
 typedef struct { int none; } delta_made;
 typedef struct { int joint, code; double value, bound; } delta_refusal;
-enum { DELTA_STARTUP_READY = 10, DELTA_STARTUP_REFUSED = 11 };
+enum { DELTA_STARTUP_READY = 10, DELTA_STARTUP_REFUSED = 11, DELTA_STATE_FAULT = 4 };
 #define DELTA_EMERGENCY_STOP 1LL
 #define DELTA_WATCHDOG 2LL
 void delta_startup_begin(delta_startup_memory *start);
