@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from haptics.control.supervisor.faults import FaultCode
 from haptics.devices.board import NS_PER_S
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, three_torques
-from haptics.devices.link import UdpLink
+from haptics.devices.link import SerialLink, UdpLink
 from haptics.devices.protocol import (
     DAMPS_AT_WALLS,
     FAULT_OF_FLAG,
@@ -30,7 +30,6 @@ from haptics.devices.protocol import (
     following,
     newer,
 )
-from haptics.devices.serial_link import SerialLink
 
 TRIES = 5  # HELLOs and BYEs before it is given up: with one of two packets lost, 5 fail once in thousand
 

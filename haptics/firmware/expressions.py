@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import ast
 import inspect
-import io
 import math
-import re
 import textwrap
-import tokenize
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any, Protocol
@@ -17,13 +14,12 @@ from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
 from delta_cad.common.jit import Compiled
-from haptics.firmware.inference import inferred
+from haptics.firmware.inference import REASON, inferred, of_kind, plain, reasons, variables
 from haptics.firmware.layout import WIDE, c_type, is_record, is_row, is_scalar, is_table, letter, record_name
-from haptics.firmware.literals import Value, cast, literal
+from haptics.firmware.literals import Value, as_whole, cast, literal
 from haptics.firmware.memories import LAID, RESERVED, Layout, Member
 from haptics.firmware.precision import INTEGER, REAL, SINGLE, Precision
 
-REASON = "exact: "  # Begins the comment of a line that holds two real numbers to be equal
 MATH = {"sqrt", "sin", "cos", "exp", "hypot", "atan2", "tan", "acos", "asin", "atan", "log", "log1p", "expm1"}
 OPERATORS = {
     ast.Add: "+",
@@ -68,12 +64,12 @@ class Expressions:
         self.owner, self.python = owner, function.py_func
         precision = owner.precision
         self.real, self.exact = precision.of_function(function), False
-        typemap, returns = inferred(self.python, tuple(map(_plain, arguments)))
+        typemap, returns = inferred(self.python, tuple(map(plain, arguments)))
         self.returns = of_kind(returns, self.real)
-        self.types = {name: of_kind(kind, self.real) for name, kind in _variables(typemap).items()}
+        self.types = {name: of_kind(kind, self.real) for name, kind in variables(typemap).items()}
         self.scope = inspect.getclosurevars(self.python)
         source = getattr(self.python, "source", None) or textwrap.dedent(inspect.getsource(self.python))
-        self.reasons = _reasons(source)
+        self.reasons = reasons(source)
         tree = ast.parse(source)
         self.tree = next(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
         self.arguments = [argument.arg for argument in self.tree.args.args]
@@ -431,7 +427,7 @@ class Expressions:
         """A call of another compiled function, whose arguments may be of another precision than ours."""
         values = [self.value(argument) for argument in node.args]
         name, returns = self.owner.add(
-            called, tuple(kind if isinstance(kind, Layout) else _plain(kind) for _, kind in values)
+            called, tuple(kind if isinstance(kind, Layout) else plain(kind) for _, kind in values)
         )
         names = list(inspect.signature(called.py_func).parameters)
         texts = []
@@ -443,55 +439,3 @@ class Expressions:
             else:
                 texts.append(value[0])
         return f"{name}({', '.join(texts)})", returns
-
-
-def of_kind(kind: Any, real: Any) -> Any:
-    """A type whose real number, or those of a tuple, are of a kind; arrays and records stay."""
-    if isinstance(kind, types.Float):
-        return real
-    if isinstance(kind, types.BaseTuple) and not is_record(kind):
-        return types.Tuple([of_kind(part, real) for part in kind])  # pyright: ignore
-    return kind
-
-
-def _variables(typemap: dict[str, Any]) -> dict[str, Any]:
-    """Name of each local variable -> its type; a double where one of its versions is."""
-    result: dict[str, Any] = {}
-    for name, kind in typemap.items():
-        variable = name.split(".")[0]
-        if variable.startswith("$") or variable in ("arg", "_"):
-            continue
-        plain = _plain(kind)
-        if not (is_scalar(plain) or is_row(plain) or is_table(plain) or is_record(plain)):
-            continue
-        if variable not in result or isinstance(plain, types.Float):
-            result[variable] = plain
-    return result
-
-
-def _reasons(source: str) -> dict[int, str]:
-    """Line of a source -> why two real numbers may be held to be equal there, by the comment at its end."""
-    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    comments = {t.start[0]: t.string.lstrip("# ") for t in tokens if t.type == tokenize.COMMENT}
-    return {line: text.removeprefix(REASON) for line, text in comments.items() if text.startswith(REASON)}
-
-
-def as_whole(text: str) -> str | None:
-    """A literal of a whole number as an integer; None for other text."""
-    found = re.fullmatch(r"\(?(-?\d+)(?:LL|\.0f?)?\)?( /\* \w+ \*/)?", text)
-    return f"{found[1]}{found[2] or ''}" if found else None
-
-
-def _plain(kind: Any) -> Any:
-    """A type as the compiler infers with: doubles, and without its knowledge of constants and alignment."""
-    if isinstance(kind, Layout):
-        return types.Array(REAL, 1, "C")
-    if isinstance(kind, types.Float):
-        return REAL
-    if isinstance(kind, types.Boolean | types.BooleanLiteral):
-        return types.boolean
-    if isinstance(kind, types.Integer | types.IntegerLiteral):
-        return INTEGER
-    if isinstance(kind, types.Array):
-        return types.Array(kind.dtype, kind.ndim, "C")
-    return kind

@@ -36,3 +36,9 @@ def cast(value: Value, kind: Any) -> str:
     if not isinstance(own, types.Float) and whole:
         return literal(float(whole[1]), kind) + (whole[2] or "")
     return f"(({c_type(kind)})({text}))"
+
+
+def as_whole(text: str) -> str | None:
+    """A literal of a whole number as an integer; None for other text."""
+    found = re.fullmatch(r"\(?(-?\d+)(?:LL|\.0f?)?\)?( /\* \w+ \*/)?", text)
+    return f"{found[1]}{found[2] or ''}" if found else None

@@ -17,9 +17,9 @@ from typing import Any
 
 from numba.core import types
 
-from haptics.firmware.expressions import Expressions, as_whole
+from haptics.firmware.expressions import Expressions
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, record_name, struct, tuple_name
-from haptics.firmware.literals import Value, cast
+from haptics.firmware.literals import Value, as_whole, cast
 from haptics.firmware.memories import Layout
 from haptics.firmware.precision import DOUBLE, INTEGER, REAL, Precision
 

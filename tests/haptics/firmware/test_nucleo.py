@@ -18,8 +18,8 @@ import pytest
 from delta_cad.design import Design
 from haptics.control.startup.record import Step
 from haptics.devices.device import Reading, run
+from haptics.devices.link import SerialLink
 from haptics.devices.remote import RemoteDevice
-from haptics.devices.serial_link import SerialLink
 from haptics.firmware.project import firmware, write_firmware
 from haptics.model.machine import MachineModel
 from tests.haptics.firmware.rig import BARE, CORES, FLAGS, tool

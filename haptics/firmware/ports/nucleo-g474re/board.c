@@ -1,4 +1,4 @@
-/* The hardware layer on a NUCLEO-G474RE; README.md has its wires. */
+/* The hardware layer on a NUCLEO-G474RE; PORTING.md has its wires. */
 #include "board.h"
 #include "../delta_controller.h"
 #include "../delta_device.h"

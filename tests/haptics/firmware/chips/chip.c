@@ -33,9 +33,9 @@ static unsigned char held(chip *one, unsigned address)
 {
     uint32_t word = one->latched << 3 | one->latched_status;
     switch (address) {
-    case 0x003: return (unsigned char)(word >> 16);
-    case 0x004: return (unsigned char)(word >> 8);
-    case 0x005: return (unsigned char)word;
+    case 0x003: return (unsigned char)(word >> 16 ^ one->flips >> 24);
+    case 0x004: return (unsigned char)(word >> 8 ^ one->flips >> 16);
+    case 0x005: return (unsigned char)(word ^ one->flips >> 8);
     case 0x006:
         one->unread = 0;
         return (unsigned char)(remainder_of(word) ^ one->flips);

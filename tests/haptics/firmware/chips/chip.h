@@ -7,7 +7,7 @@
 typedef struct {
     uint32_t angle;         /* 21 bits, of the magnet now */
     unsigned status;        /* bits of STATUS */
-    unsigned flips;         /* bits of the CRC that are turned round on the wire */
+    uint32_t flips;         /* bits of a frame that are turned round on the wire, the CRC's eight the lowest */
     int line;               /* -1: the chip drives MISO; 0 or 1: the line is held there */
     unsigned char registers[0x20];
     /* of the bus */
