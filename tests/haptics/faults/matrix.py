@@ -1,4 +1,4 @@
-"""Faults of sensors and amplifiers in the closed loop of plant and controller: when is the force off, and what until then?
+"""Faults of sensors and amplifiers in the closed loop of plant and controller: when the force is off, what until then.
 
 The board loop of the committed design at 8 kHz, its encoders with counts, noise and waves. A hand presses the handle
 into a wall with the force that is rendered and slides it along; the fault begins where it is fastest. Every run has a
