@@ -15,7 +15,7 @@ from haptics.firmware.precision import DOUBLE
 from haptics.firmware.translate import Translation
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, advance, angles
-from haptics.simulation.hardware import real_plant
+from haptics.simulation.hardware import real_plant, sensor_errors
 from haptics.simulation.loops import LoopChoice
 
 STEPS = 4  # Of the integrator in a period of an eighth of a millisecond
@@ -27,6 +27,8 @@ HEADER = """\
 #define DELTA_AMPERE_PER_N_M {ampere} /* motor current of a torque at the joint: torque constant, ratio, efficiency */
 #define DELTA_COUNTS_PER_TURN {counts} /* of an encoder in a turn of the joint */
 #define DELTA_COUNT_RAD {count}
+#define DELTA_NOISE_RAD {noise} /* of one reading, rms, as its filter is set */
+#define DELTA_NOISE_KEPT {kept} /* share of it that is in the next reading, too */
 #define DELTA_CENTRE_Z_M {centre} /* of the cube, above the shoulders' plane */
 #define DELTA_DAMPING {damping} /* of a drive, as a share of its motor's short circuit */
 #define DELTA_CONTACT_DAMPING {contact} /* the same while a wall is touched */
@@ -84,6 +86,7 @@ def device_files(machine: MachineModel, loop: LoopChoice) -> dict[str, str]:
         File name -> text.
     """
     motor, drive = catalogue.motor.chosen(machine.design.hardware), machine.drive
+    errors = sensor_errors(machine, loop)
     par, vector = real_plant(machine, loop), typeof(np.zeros(3))
     translation = Translation(DOUBLE)
     room = typeof(np.zeros((13, STATES)))
@@ -109,6 +112,8 @@ def device_files(machine: MachineModel, loop: LoopChoice) -> dict[str, str]:
         ampere=literal(1.0 / (motor.torque_constant_N_m_A * drive.ratio * drive.efficiency)),
         counts=round(joint_counts_per_turn(machine.design)),
         count=literal(encoder_count_rad(machine.design)),
+        noise=literal(errors.noise),
+        kept=literal(errors.kept),
         centre=literal(float(machine.centre[2])),
         damping=literal(loop.drive_damping),
         contact=literal(loop.contact_damping),

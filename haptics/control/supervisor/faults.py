@@ -31,14 +31,15 @@ class Severity(IntEnum):
 class Reaction(IntEnum):
     """What is done, from the mildest; of several latched faults the strictest counts.
 
-    NONE reports. FADE takes the scene's force away as far as the finding says; HOLD keeps the gravity torque alone;
-    DAMP keeps it and adds `-damping theta_dot`; BRAKE damps without gravity, where the pose is known too badly to hold
-    it; OFF lets all torque go to zero. Each goes along the slew limits.
+    NONE reports. FADE takes the scene's force away as far as the finding says. All others take it away at once, within
+    two periods, and differ in the weight: LOWER lets it down within `lowering`, 1 s, since a wrong clock cannot be
+    trusted with more; DAMP holds it until the operator's reset and adds `-damping theta_dot`; BRAKE damps without it,
+    where the pose is known too badly; OFF lets it go along `gravity_slew`, all of a joint's torque within 0.2 s.
     """
 
     NONE = 0
     FADE = 1
-    HOLD = 2
+    LOWER = 2
     DAMP = 3
     BRAKE = 4
     OFF = 5
@@ -112,9 +113,9 @@ TABLE: dict[FaultCode, About] = {
     FaultCode.FROZEN_SUSPECTED: About(
         "an encoder keeps one count under a large torque for a time", _W, _R.FADE, "the first count that changes"
     ),
-    FaultCode.CLOCK_INVALID: About("the time of a tick is no number or does not grow", _F, _R.HOLD, _RESET),
+    FaultCode.CLOCK_INVALID: About("the time of a tick is no number or does not grow", _F, _R.LOWER, _RESET),
     FaultCode.TICK_LATE: About("a tick came late", _W, _R.NONE, "the next tick in time"),
-    FaultCode.DEADLINE_MISSED: About("ticks are late again and again, or one by far", _F, _R.HOLD, _RESET),
+    FaultCode.DEADLINE_MISSED: About("ticks are late again and again, or one by far", _F, _R.LOWER, _RESET),
     FaultCode.EDGE_LEFT: About("the handle is outside the certified cube", _W, _R.FADE, "moving it back"),
     FaultCode.EDGE_FAR: About(
         "the handle is far outside the certified cube", _F, _R.DAMP, "moving it back, then reset"

@@ -35,9 +35,9 @@ from haptics.model.motor_heat import allowed, warmed
 
 _DISABLED, _RAMPING, _ACTIVE = float(State.DISABLED), float(State.RAMPING), float(State.ACTIVE)
 _DEGRADED, _FAULT = float(State.DEGRADED), float(State.FAULT)
-_WITH_GRAVITY = reacting(Reaction.HOLD, Reaction.DAMP)
+_WITH_GRAVITY = reacting(Reaction.LOWER, Reaction.DAMP)
 _WITH_DAMPING = reacting(Reaction.DAMP, Reaction.BRAKE)
-_OFF, _BRAKE = reacting(Reaction.OFF), reacting(Reaction.BRAKE)
+_OFF, _BRAKE, _LOWERING = reacting(Reaction.OFF), reacting(Reaction.BRAKE), reacting(Reaction.LOWER)
 # bits of the faults, looked up by name: compiled code knows no properties
 _ANGLE_INVALID = FaultCode.ANGLE_INVALID.bit
 _ANGLE_JUMP = FaultCode.ANGLE_JUMP.bit
@@ -149,6 +149,13 @@ def _angles(lim, mem, dt, theta):
             bits |= _ANGLE_INVALID
         elif known and abs(theta[i] - mem[m.THETA + i]) > lim.joint_speed * dt + lim.encoder_count:
             bits |= _ANGLE_JUMP
+    in_time = known and bits == 0 and 0.5 * lim.period <= dt <= lim.late
+    for i in range(3):
+        turn = theta[i] - mem[m.THETA + i]
+        if in_time and mem[m.PACED] == 1.0 and abs(turn) > abs(mem[m.PACE + i]) * dt + lim.kink:
+            bits |= _ANGLE_JUMP
+        mem[m.PACE + i] = turn / dt
+    mem[m.PACED] = 1.0 if in_time else 0.0
     for i in range(3):
         r = mem[m.RENDERED + i]
         if known and bits == 0:
@@ -382,6 +389,8 @@ def limit(lim, mem, rendered, gravity, out):
     latched = int(mem[m.LATCHED])
     enabled = mem[m.STATE] != _DISABLED and mem[m.STATE] != _FAULT
     hold = enabled or (latched & _WITH_GRAVITY != 0 and latched & (_OFF | _BRAKE) == 0)
+    mem[m.LOWERED] = mem[m.LOWERED] + lim.period if latched & _LOWERING else 0.0
+    weight = max(1.0 - mem[m.LOWERED] / lim.lowering, 0.0)
     fade = mem[m.EDGE] * mem[m.NEAR]
     damping = lim.damping * (1.0 - fade) if enabled else 0.0
     if latched & _WITH_DAMPING and latched & _OFF == 0:
@@ -391,7 +400,7 @@ def limit(lim, mem, rendered, gravity, out):
     step, small = lim.slew * lim.period, lim.gravity_slew * lim.period
     share = 1.0
     for i in range(3):
-        target = min(max(gravity[i], -most), most) if hold and wrong == 0 else 0.0
+        target = weight * min(max(gravity[i], -most), most) if hold and wrong == 0 else 0.0
         held = slewed(target, mem[m.GRAVITY + i], small)
         mem[m.GRAVITY + i] = held
         wanted = factor * rendered[i] if factor > 0.0 and wrong == 0 else 0.0

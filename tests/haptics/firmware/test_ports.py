@@ -118,16 +118,15 @@ def board(program: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
 
 
 @pytest.mark.parametrize("touched", [False, True])
-def test_the_device_at_the_other_end_is_the_simulated_one(
-    machine: MachineModel, board: tuple[subprocess.Popen[str], int], touched: bool
-) -> None:
-    """Whether or not a wall is touched, by which the drives damp more."""
-    process, port = board
+def test_the_device_at_the_other_end_is_the_simulated_one(machine: MachineModel, program: Path, touched: bool) -> None:
+    """Whether or not a wall is touched, by which the drives damp more; without noise, which each draws alone."""
 
     def wavy(sample: Reading) -> np.ndarray:
         return np.array([0.02, -0.03, 0.06]) * np.cos(100.0 * sample.time)
 
-    device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0)
+    process = subprocess.Popen([program, "0", "exact"], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    device = RemoteDevice(UdpLink("127.0.0.1", int(process.stdout.readline().split()[-1])), timeout=5.0)
     assert device.damps_at_walls
     device.touch(touched)
     far = run(device, wavy, ticks=400)

@@ -1,4 +1,5 @@
-/* board [PORT [paced]]: a board of the socket protocol on loopback, the simulated device behind it; one session. */
+/* board [PORT [paced|exact]]: a board of the socket protocol on loopback, the simulated device behind it; one session.
+ * Paced it keeps to the clock; exact its readings have no noise. */
 #define _POSIX_C_SOURCE 200809L
 #include "../delta_board.h"
 #include "../delta_controller.h"
@@ -55,6 +56,7 @@ int main(int many, char **words)
     }
     struct timespec due, last;
     int paced = many > 2 && strcmp(words[2], "paced") == 0;
+    hal_wired.exact = many > 2 && strcmp(words[2], "exact") == 0;
     struct sigaction pressed; /* by `signal` a second press would end the process */
     memset(&pressed, 0, sizeof pressed);
     pressed.sa_handler = press;
