@@ -24,7 +24,7 @@ FLAG = types.int32
 RESERVED = {"double", "long", "int", "row", "table", "part", "fill", "short", "float", "register", "signed", "default"}
 # Places whose values are whole: states, codes and flags; bits and counts, which need more than 32 binary digits.
 WHOLE = {
-    **dict.fromkeys(("STATE", "REQUEST", "STARTED", "CHECKED", "KNOWN", "PLACED", "STILL", "SHORT", "STEADY"), FLAG),
+    **dict.fromkeys(("STATE", "REQUEST", "STARTED", "CHECKED", "KNOWN", "PLACED", "STILL", "SHORT", "PACED"), FLAG),
     **dict.fromkeys(("STEP", "CODE", "JOINT", "BEGUN", "TESTED"), FLAG),
     **dict.fromkeys(("LATCHED", "PRESENT", "SIGNALS", "TICKS", "REPEATS", "ALL_REPEAT", "MISSED"), INTEGER),
 }
