@@ -281,7 +281,7 @@ class Expressions:
             raise self.refuse(node or self.tree, f"an index of {layout.struct} must begin with the name of a place")
         return layout.members[name], None
 
-    def equality(self, node: ast.Compare, sides: list[str], kind: Any) -> Value:
+    def equality(self, node: ast.Compare, sides: list[str], kind: Any) -> list[str]:
         """Numbers that are equal: whole ones as such; real ones by `equal`, with the reason that the line must give."""
         nodes = [node.left, *node.comparators]
         mark = len(self.lines)
@@ -293,14 +293,13 @@ class Expressions:
         ]
         if any(isinstance(own, types.Integer) for own in kinds) and None not in texts:
             pairs = zip(texts, node.ops, texts[1:], strict=False)
-            return "(" + " && ".join(f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in pairs) + ")", types.boolean
+            return [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in pairs]
         reason = self.reasons.get(node.lineno)
         if reason is None:
             raise self.refuse(node, f"real numbers held to be equal need a reason at the line's end: # {REASON}why")
         self.emit(f"/* {REASON}{reason} */")
         pairs = zip(sides, node.ops, sides[1:], strict=False)
-        tests = [f"{'!' * isinstance(op, ast.NotEq)}equal{letter(kind)}({a}, {b})" for a, op, b in pairs]
-        return "(" + " && ".join(tests) + ")", types.boolean
+        return [f"{'!' * isinstance(op, ast.NotEq)}equal{letter(kind)}({a}, {b})" for a, op, b in pairs]
 
     def ends(self, node: ast.Slice) -> str:
         """C text of the ends of a slice; it begins with the first element if nothing is said."""
@@ -369,8 +368,9 @@ class Expressions:
             return self.of_boolop(ast.BoolOp(ast.Or(), list(tests)))
         sides, kind = self.joined(node.left, *node.comparators)
         if all(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops) and isinstance(kind, types.Float):
-            return self.equality(node, sides, kind)
-        tests = [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in zip(sides, node.ops, sides[1:], strict=False)]
+            tests = self.equality(node, sides, kind)
+        else:
+            tests = [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in zip(sides, node.ops, sides[1:], strict=False)]
         return "(" + " && ".join(tests) + ")", types.boolean
 
     def of_ifexp(self, node: ast.IfExp) -> Value:

@@ -7,7 +7,9 @@
 #include "registers.h"
 #include <string.h>
 
-enum { PATIENCE = 1000000 }; /* readings of a flag that a working chip sets long before */
+/* Readings of a flag that a working chip sets long before: of an oscillator or the watchdog, and of a byte by SPI, where
+ * waiting in vain for all encoders must leave time for the tick. */
+enum { PATIENCE = 1000000, BYTE_PATIENCE = 300 };
 enum { CLOCK_HZ = 170000000, TICK_DIVIDER = 10, BAUD = 2000000 };
 enum { ENABLE_PIN = 0, STOP_PIN = 5 };           /* of port B */
 enum { FIRST_ENCODER_PIN = 6 };                  /* of port C: 6, 7, 8 */
@@ -24,9 +26,9 @@ static const int encoder_sign[3] = { 1, 1, 1 };
 board_state board_now;
 
 /* Waits for bits of a register to have a value; 0 if they did. */
-static int wait_for(uint32_t address, uint32_t bits, uint32_t value)
+static int wait_for(uint32_t address, uint32_t bits, uint32_t value, long readings)
 {
-    for (long k = 0; k < PATIENCE; k++) {
+    for (long k = 0; k < readings; k++) {
         if ((reg_get(address) & bits) == value) return 0;
     }
     return 1;
@@ -61,17 +63,18 @@ static int pin_is_high(uint32_t port, unsigned pin) { return (reg_get(port + GPI
 static int clock(void)
 {
     reg_set(RCC_CR, 1u << 16);
-    if (wait_for(RCC_CR, 1u << 17, 1u << 17) != 0) return 1;
+    if (wait_for(RCC_CR, 1u << 17, 1u << 17, PATIENCE) != 0) return 1;
     reg_set(RCC_APB1ENR1, 1u << 28);
     reg_field(PWR_CR5, 8, 1, 0);
-    reg_put(FLASH_ACR, 4u | 1u << 8 | 1u << 9 | 1u << 10);
-    if (wait_for(FLASH_ACR, 15u, 4u) != 0) return 1;
+    reg_field(FLASH_ACR, 0, 15, 4);
+    reg_set(FLASH_ACR, 1u << 8 | 1u << 9 | 1u << 10);
+    if (wait_for(FLASH_ACR, 15u, 4u, PATIENCE) != 0) return 1;
     reg_put(RCC_PLLCFGR, 3u | 5u << 4 | 85u << 8 | 1u << 24);
     reg_set(RCC_CR, 1u << 24);
-    if (wait_for(RCC_CR, 1u << 25, 1u << 25) != 0) return 1;
+    if (wait_for(RCC_CR, 1u << 25, 1u << 25, PATIENCE) != 0) return 1;
     reg_field(RCC_CFGR, 4, 15, 8); /* half of it for the first microsecond */
     reg_field(RCC_CFGR, 0, 3, 3);
-    if (wait_for(RCC_CFGR, 3u << 2, 3u << 2) != 0) return 1;
+    if (wait_for(RCC_CFGR, 3u << 2, 3u << 2, PATIENCE) != 0) return 1;
     for (int k = 0; k < 100; k++) (void)reg_get(RCC_CFGR);
     reg_field(RCC_CFGR, 4, 15, 0);
     return 0;
@@ -91,8 +94,8 @@ static void pins(void)
         pin_mode(GPIOC, select, MODE_OUTPUT);
         pin_mode(GPIOA, 4 + (unsigned)joint, MODE_ANALOG);
     }
-    reg_put(DAC1 + DAC_MCR, 0); /* to the pins, buffered */
-    reg_put(DAC2 + DAC_MCR, 0);
+    reg_put(DAC1 + DAC_MCR, 2u << 14); /* to the pins, buffered; the bus is faster than 160 MHz */
+    reg_put(DAC2 + DAC_MCR, 2u << 14);
     reg_put(DAC1 + DAC_CR, 1u << 0 | 1u << 16);
     reg_put(DAC2 + DAC_CR, 1u << 0);
 }
@@ -143,7 +146,7 @@ int hal_begin(void)
     reg_put(IWDG_KR, 0x5555);
     reg_put(IWDG_PR, 0);
     reg_put(IWDG_RLR, WATCHDOG_STEPS);
-    if (wait_for(IWDG_SR, 7u, 0) != 0) return 1;
+    if (wait_for(IWDG_SR, 7u, 0, PATIENCE) != 0) return 1;
     hal_watchdog();
     if (board_now.by_watchdog) return 1; /* it does not start by itself again */
     for (int joint = 0; joint < 3; joint++) {
@@ -219,12 +222,13 @@ int wire_encoder(int joint, const unsigned char *out, unsigned char *in, size_t 
 {
     unsigned select = FIRST_ENCODER_PIN + (unsigned)joint;
     int failed = 0;
+    for (int k = 0; k < 4 && (reg_get(SPI3_SR) & 1u << 0); k++) (void)reg_get(SPI3_DR); /* left by one that failed */
     pin_set(GPIOC, select, 0);
     for (int k = 0; k < 8; k++) (void)reg_get(SPI3_SR); /* 100 ns and more before the first clock */
     for (size_t k = 0; k < bytes && !failed; k++) {
-        failed = wait_for(SPI3_SR, 1u << 1, 1u << 1);
+        failed = wait_for(SPI3_SR, 1u << 1, 1u << 1, BYTE_PATIENCE);
         reg_put_byte(SPI3_DR, out[k]);
-        failed = failed || wait_for(SPI3_SR, 1u << 0, 1u << 0);
+        failed = failed || wait_for(SPI3_SR, 1u << 0, 1u << 0, BYTE_PATIENCE);
         in[k] = (unsigned char)reg_get(SPI3_DR);
     }
     pin_set(GPIOC, select, 1);
