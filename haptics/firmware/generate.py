@@ -127,7 +127,7 @@ int delta_touched(const delta_memory *memory);
 EXACT = """`-ffp-contract=off` keeps every double
 as the Python controller has it; without it results differ by rounding."""
 SINGLE = """Singles, but for the clock,
-faults, heat and energies: torques are within some 1e-5 N m of the doubles', 1e-3 at a touch-down."""
+heat and energies: torques are within some 1e-5 N m of the doubles', 1e-3 at a touch-down."""
 WALLS = """Walls are held to
 `{share:.3g} (b / q + B) / {cost:.3g} s`, with b = {friction:.3g} N m s/rad, q = |J^T n|^2 at the pose, the wall's
 normal n and damping B; each has at least {damping:g} N s/m, as far as the joints' inertia bears that, within
@@ -320,7 +320,7 @@ def sources(
     header = HEADER.format(
         name=name,
         real="float" if single else "double",
-        precise="Single precision but for clock, faults and heat." if single else "Doubles throughout.",
+        precise="Single precision but for clock, heat and energies." if single else "Doubles throughout.",
         period=literal(limits.period),
         torque=literal(limits.torque, real),
         codes=",\n".join(f"    DELTA_FAULT_{fault.name} = {int(fault)}" for fault in FaultCode),
