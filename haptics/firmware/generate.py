@@ -63,6 +63,9 @@ typedef {real} delta_real;
 #define DELTA_PERIOD_S {period}
 #define DELTA_TORQUE_N_M {torque}
 #define DELTA_LAW_COLUMNS {columns}
+#define DELTA_REPEATS {repeats} /* readings in a row that one encoder may repeat; 0: no limit, its noise is not known */
+#define DELTA_ALL_REPEAT {all_repeat} /* that all three may repeat together; likewise */
+#define DELTA_UNREAD {unread} /* ticks in a row that are left out because a reading is not fresh */
 
 /* A table of laws has one in each row: its kind, its gain (0 to 1), then its parameters; the rest is 0. */
 {laws}
@@ -329,6 +332,9 @@ def sources(
         states=",\n".join(f"    DELTA_STATE_{state.name} = {int(state)}" for state in State),
         supervisor_struct=SUPERVISOR.definition(precision),
         rows=",\n".join(f"    DELTA_WORK_{name} = {row}" for name, row in WORK_ROWS.items()),
+        repeats=_ticks(limits.repeats),
+        all_repeat=_ticks(limits.all_repeat),
+        unread=_ticks(limits.unread),
         laws=_law_macros(),
         startup=startup.header(precision) if start else "",
         calibration=calibration.HEADER,
@@ -377,6 +383,11 @@ def _translated(
 def _walls(cap: WallCap) -> str:
     """How walls are held down."""
     return WALLS.format(blend_mm=cap.blend * MM_PER_M, **cap._asdict()) if cap.share > 0.0 else FREE_WALLS
+
+
+def _ticks(limit: float) -> int:
+    """A limit in ticks as C has it; 0 for none."""
+    return int(limit) if math.isfinite(limit) else 0
 
 
 def _macro(fault: FaultCode) -> str:

@@ -19,15 +19,15 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from haptics.control.controller import FORCE, TOUCHED, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
-from haptics.control.supervisor.faults import State
-from haptics.control.supervisor.memory import ENABLE, RENDERED, REQUEST, STATE
+from haptics.control.supervisor.faults import FaultCode, State
+from haptics.control.supervisor.memory import ENABLE, RENDERED, REQUEST, SIGNALS, STATE
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, SPEED, STATES, TWIST
 from haptics.model.plant import FREE, Hand, Plant, angles, energy, moved_on
 from haptics.model.sensor import EXACT, SensorErrors, reading
 from haptics.simulation.wrong import HEALTHY, PAST, LoopFault, drive_wrong, read_wrong
 
 SUBSTEPS = 10
-_FAULT = float(State.FAULT)
+_FAULT, _WATCHDOG = float(State.FAULT), float(FaultCode.WATCHDOG.bit)
 SAME = 1e-9  # Share of a period by which a delay of whole periods may be off by rounding
 
 
@@ -186,7 +186,7 @@ def simulate(
     hands = (Hand(*map(float, hand)), FREE)
     sensor = (SensorErrors(*map(float, errors)), float(count), offset, noise)
     machines = (machine, machine.in_contact)
-    wrong = LoopFault(int(fault.wrong), int(fault.begin), int(fault.joint), float(fault.size))
+    wrong = LoopFault(int(fault.wrong), int(fault.begin), int(fault.joint), float(fault.size), int(fault.noticed))
     _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, wrong, state, pending, out, bits)
     return SimulatedRun(
         time=np.arange(ticks) * clock.period,
@@ -241,6 +241,8 @@ def _run(
         for i in range(3):
             out[k, 36 + i] = theta[i]
         bits[k, 1] = read_wrong(fault, k, clock.period, count, past, read)
+        if fault.noticed > 0 and k >= fault.begin + fault.noticed:
+            memory.supervisor[SIGNALS] = _WATCHDOG
         bits[k, 0] = tick(controller, memory, laws, k * clock.period, read, read, bits[k, 1], torque)
         out[k, 29] = memory.supervisor[STATE]
         for i in range(3):

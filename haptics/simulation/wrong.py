@@ -42,12 +42,14 @@ class LoopFault(NamedTuple):
         begin: Tick at which it begins.
         joint: 0 to 2; 3 for all.
         size: As `Wrong` says.
+        noticed: Ticks after its begin at which the drive signals WATCHDOG; 0 for never.
     """
 
     wrong: int = 0
     begin: int = 0
     joint: int = 3
     size: float = 0.0
+    noticed: int = 0
 
 
 HEALTHY = LoopFault()

@@ -266,7 +266,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("haptics/firmware/memories.py", "a member has the name of the next", "one.c_name}{size}",
          "one.name[::-1].lower()}{size}"),
     ),
-    "tests/haptics/devices/test_link.py": (
+    "tests/haptics/firmware/test_serial_line.py": (
         ("haptics/devices/link.py", "a frame that is too long is cut", "if 0 < len(self._frame) <= LONGEST and",
          "if 0 < len(self._frame) and"),
     ),

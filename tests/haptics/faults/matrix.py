@@ -23,7 +23,7 @@ from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.assumptions import encoder_count
 from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
 from haptics.simulation.loop import SimulatedRun, simulate, timing
-from haptics.simulation.loops import BOARD
+from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.simulation.wrong import HEALTHY, LoopFault, Wrong
 from tests.committed import BEST
 from tests.haptics.scene_machine import scene_machine
@@ -52,8 +52,8 @@ class Case(NamedTuple):
     within: float | None
 
 
-def _fault(wrong: Wrong, joint: int, size: float = 0.0) -> LoopFault:
-    return LoopFault(int(wrong), BEGIN, joint, size)
+def _fault(wrong: Wrong, joint: int, size: float = 0.0, noticed: int = 0) -> LoopFault:
+    return LoopFault(int(wrong), BEGIN, joint, size, noticed)
 
 
 FAST_s, SLOW_s = 0.02, 0.1
@@ -75,6 +75,7 @@ CASES = (
     Case("one amplifier gives no torque", _fault(Wrong.WEAK, 0), None),
     Case("one amplifier gives full torque upwards", _fault(Wrong.FULL, 0, 0.8), None),
     Case("one amplifier gives full torque downwards", _fault(Wrong.FULL, 0, -0.8), None),
+    Case("the same, and its drive notices within 5 ms", _fault(Wrong.FULL, 0, -0.8, 40), SLOW_s),
 )
 
 
@@ -105,35 +106,35 @@ def machine() -> MachineModel:
 
 
 @cache
-def device() -> tuple[Plant, Controller]:
-    """The plant and the board's controller."""
-    return real_plant(machine(), BOARD), board_controller(machine(), BOARD, ramp=RAMP)
+def device(loop: LoopChoice = BOARD) -> tuple[Plant, Controller]:
+    """The plant and a loop's controller."""
+    return real_plant(machine(), loop), board_controller(machine(), loop, ramp=RAMP)
 
 
-def run(force: float, motion: str, seconds: float, fault: LoopFault = HEALTHY, seed: int = 1) -> SimulatedRun:
-    """One run: a force, N, a motion, and how long it goes on after the fault's begin."""
-    plant, controller = device()
-    ticks = BEGIN + round(seconds / BOARD.period)
-    speed = MOTIONS[motion]
-    rate = speed / STROKE
-    anchor = np.tile(machine().centre, (ticks, 1))
-    anchor[:, 1] += STROKE * np.sin(rate * (np.arange(ticks) - BEGIN) * BOARD.period)
-    push = np.zeros((ticks, 3))
-    push[:, 0] = force
+def laws(force: float) -> np.ndarray:
+    """The wall, in the cube's middle, or before the handle where it is to give no force."""
     face = machine().centre[0] + (2e-3 if force == 0.0 else 0.0)
-    start = anchor[0].copy()
-    return simulate(
-        plant, controller, law_table(axis_wall("+x", float(face), stiffness=WALL_N_m)),
-        timing(BOARD.period, BOARD.delay + reading_age(machine(), BOARD), SUBSTEPS),
-        start, hand=GRIP, anchor=anchor, push=push, count=encoder_count(machine()),
-        errors=sensor_errors(machine(), BOARD), seed=seed, fault=fault,
-    )  # fmt: skip
+    return law_table(axis_wall("+x", float(face), stiffness=WALL_N_m))
 
 
 @cache
-def healthy(force: float, motion: str, seconds: float) -> SimulatedRun:
-    """The twin without a fault."""
-    return run(force, motion, seconds)
+def run(
+    force: float, motion: str, seconds: float, fault: LoopFault = HEALTHY, loop: LoopChoice = BOARD
+) -> SimulatedRun:
+    """One run: a force, N, a motion, how long it goes on after the fault's begin, s; without a fault it is the twin."""
+    plant, controller = device(loop)
+    ticks = BEGIN + round(seconds / loop.period)
+    speed = MOTIONS[motion]
+    rate = speed / STROKE
+    anchor = np.tile(machine().centre, (ticks, 1))
+    anchor[:, 1] += STROKE * np.sin(rate * (np.arange(ticks) - BEGIN) * loop.period)
+    push = np.zeros((ticks, 3))
+    push[:, 0] = force
+    clock = timing(loop.period, loop.delay + reading_age(machine(), loop), round(SUBSTEPS * loop.period / BOARD.period))
+    return simulate(
+        plant, controller, laws(force), clock, anchor[0].copy(), hand=GRIP, anchor=anchor, push=push,
+        count=encoder_count(machine()), errors=sensor_errors(machine(), loop), seed=1, fault=fault,
+    )  # fmt: skip
 
 
 def motor_force(run: SimulatedRun) -> np.ndarray:
@@ -152,10 +153,11 @@ def outcome(record: SimulatedRun, twin: SimulatedRun) -> Outcome:
     until = slice(BEGIN, end)
     wrong = (motor_force(record) - motor_force(twin))[until]
     speed = (record.velocity - twin.velocity)[until]
-    work = np.cumsum((wrong * record.velocity[until]).sum(axis=1)) * BOARD.period
+    period = record.time[1]
+    work = np.cumsum((wrong * record.velocity[until]).sum(axis=1)) * period
     bits = int(np.bitwise_or.reduce(record.bits[BEGIN:])) & LATCHING
     return Outcome(
-        off=(at[0] - BEGIN) * BOARD.period if len(at) else np.inf,
+        off=(at[0] - BEGIN) * period if len(at) else np.inf,
         codes=findings(bits) if len(at) else (),
         force=float(np.linalg.norm(wrong, axis=1).max()),
         travel=float(np.linalg.norm((record.knob - twin.knob)[until], axis=1).max()),
@@ -164,6 +166,6 @@ def outcome(record: SimulatedRun, twin: SimulatedRun) -> Outcome:
     )
 
 
-def judged(case: Case, force: float, motion: str, seconds: float) -> Outcome:
+def judged(case: Case, force: float, motion: str, seconds: float, loop: LoopChoice = BOARD) -> Outcome:
     """One place of the matrix."""
-    return outcome(run(force, motion, seconds, case.fault), healthy(force, motion, seconds))
+    return outcome(run(force, motion, seconds, case.fault, loop), run(force, motion, seconds, loop=loop))

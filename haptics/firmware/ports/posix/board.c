@@ -73,13 +73,11 @@ int main(int many, char **words)
     last = due;
     while (!(served && !board.connected)) {
         long left = PATIENCE_MS - since(&last);
-        int waiting = !board.connected ? IDLE_MS : ((board.answered || paced || left < 0) ? 0 : (int)left);
+        long idle = IDLE_MS - since(&last); /* what opens no session does not keep it awake */
+        int waiting = !board.connected ? (idle > 0 ? (int)idle : 0) : ((board.answered || paced || left < 0) ? 0 : (int)left);
         int ready = link_ready(waiting);
-        if (!ready && !board.connected) break; /* nobody came */
-        if (!board.connected) {
-            clock_gettime(CLOCK_MONOTONIC, &due);
-            last = due;
-        }
+        if (!board.connected && (!ready || idle <= 0)) break; /* nobody came */
+        if (!board.connected) clock_gettime(CLOCK_MONOTONIC, &due);
         if (paced && board.connected) pace(&due);
         hal_wired.stopped = stopped;
         for (int k = 0; k < AT_ONCE; k++) {
@@ -87,6 +85,7 @@ int main(int many, char **words)
             if (bytes == 0) break;
             size_t answer = delta_board_received(&board, data, bytes, sender, reply);
             if (answer > 0) hal_send(reply, answer, sender);
+            if (!served && board.connected) clock_gettime(CLOCK_MONOTONIC, &last);
             served = served || board.connected;
         }
         if (board.connected && (board.answered || paced || since(&last) >= PATIENCE_MS)) {
