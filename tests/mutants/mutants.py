@@ -241,7 +241,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("haptics/firmware/expressions.py", "a chain of comparisons holds if one does",
          '"(" + " && ".join(tests) + ")"', '"(" + " || ".join(tests) + ")"'),
     ),
-    "tests/haptics/firmware/test_drivers.py": (
+    "tests/haptics/firmware/boards/test_drivers.py": (
         (f"{PORTS}/drivers/mt6835.c", "16 of 21 bits are taken", "| (uint32_t)frame[2] >> 3", "| 0u"),
         (f"{PORTS}/drivers/mt6835.c", "a wrong CRC is taken", "if (crc(frame, FRAME - 1) != frame[FRAME - 1])",
          "if (crc(frame, FRAME - 1) > 255u)"),
@@ -266,7 +266,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("haptics/firmware/memories.py", "a member has the name of the next", "one.c_name}{size}",
          "one.name[::-1].lower()}{size}"),
     ),
-    "tests/haptics/firmware/test_serial_line.py": (
+    "tests/haptics/firmware/boards/test_serial_line.py": (
         ("haptics/devices/link.py", "a frame that is too long is cut", "if 0 < len(self._frame) <= LONGEST and",
          "if 0 < len(self._frame) and"),
     ),

@@ -22,8 +22,8 @@ from haptics.devices.link import SerialLink
 from haptics.devices.remote import RemoteDevice
 from haptics.firmware.project import firmware, write_firmware
 from haptics.model.machine import MachineModel
+from tests.haptics.firmware.boards.test_drivers import CHIPS
 from tests.haptics.firmware.rig import BARE, CORES, FLAGS, tool
-from tests.haptics.firmware.test_drivers import CHIPS
 from tests.haptics.scene_machine import scene_machine
 
 PORT = "nucleo-g474re"
