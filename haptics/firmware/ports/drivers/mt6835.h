@@ -14,9 +14,10 @@
 enum { MT6835_COUNTS = 2097152 };
 /* Status bits of a reading. */
 enum { MT6835_OVERSPEED = 1, MT6835_WEAK_FIELD = 2, MT6835_UNDERVOLTAGE = 4 };
-/* Readings that are the same to the last bit, after which one more is no longer fresh. The chip's noise is 0.0015 deg rms
- * with BW = 5 and half of that with BW = 3, 4.4 counts: two readings agree in one case of 15, sixteen never. */
-enum { MT6835_SAME = 15 };
+/* Readings in a row that may be the same to the last bit; one more is not fresh. The chip's noise is 0.0015 deg rms with
+ * BW = 5 and half of that with BW = 3, 4.4 counts. The supervisor has a limit of its own, which is lower and follows from
+ * the encoder's row: this one is for a reader without it. */
+enum { MT6835_SAME = 24 };
 
 typedef enum {
     MT6835_FRESH,

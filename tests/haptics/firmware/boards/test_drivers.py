@@ -180,8 +180,8 @@ def test_after_a_reading_that_was_broken_off_the_next_is_old(bench: Bench) -> No
 
 def test_a_value_that_stays_is_stuck_until_it_changes(bench: Bench) -> None:
     found = [bench.read(555) for _ in range(40)]
-    assert found[:16] == [Finding.FRESH] * 16
-    assert set(found[16:]) == {Finding.STUCK}
+    assert found[:25] == [Finding.FRESH] * 25
+    assert set(found[25:]) == {Finding.STUCK}
     assert bench.read(556) is Finding.FRESH
 
 
