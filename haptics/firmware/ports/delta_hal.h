@@ -22,7 +22,8 @@ void hal_damping(int joint, double share);
 void hal_current(int joint, double ampere);
 /* Power stage of all drives; off lets the motors turn freely. */
 void hal_enable(int on);
-/* 0 once a drive has cut its current by itself: supply, heat, its own watchdog. */
+/* 0 once a drive has cut its current by itself (supply, heat, its own watchdog), or its measured current is not the one
+ * that was commanded: nothing else sees that. */
 int hal_healthy(void);
 /* Whether the emergency stop is pressed. It must cut the power stage by wire, too. */
 int hal_stop_pressed(void);

@@ -34,6 +34,7 @@ def test_a_healthy_device_is_never_stopped(force: float, motion: str) -> None:
 @pytest.mark.parametrize("force", MOST_FIRST)
 @pytest.mark.parametrize("case", SEEN, ids=lambda case: case.name)
 def test_the_force_is_off_in_time(case: Case, force: float) -> None:
+    assert case.within is not None
     for motion in MOTIONS:
         found = judged(case, force, motion, LONG_s)
         assert found.off <= case.within, motion

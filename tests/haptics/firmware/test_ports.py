@@ -55,10 +55,10 @@ def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> P
     return written(machine, tmp_path_factory.mktemp("ports") / "board", False)
 
 
-def compiled(folder: Path, name: str, *parts: str, compiler: str = "gcc") -> Path:
-    program = folder / name
+def compiled(folder: Path, name: str, *parts: str, compiler: str = "gcc", flags: tuple[str, ...] = ()) -> Path:
+    program = folder / "-".join([name, *flags])
     named = [str(folder / part) for part in (f"posix/{name}.c", *parts, *COMMON)]
-    subprocess.run([tool(compiler), *FLAGS, *CHECKED, *named, "-o", str(program), "-lm"], check=True)
+    subprocess.run([tool(compiler), *FLAGS, *CHECKED, *flags, *named, "-o", str(program), "-lm"], check=True)
     return program
 
 
@@ -213,6 +213,22 @@ def test_a_flood_does_not_hold_the_watchdog_up(program: Path, pace: str) -> None
         started.kill()
         started.wait()
         started.stdout.close()
+
+
+def test_what_opens_no_session_does_not_keep_a_board_awake(folder: Path) -> None:
+    """A datagram each 20 ms, and half a second without a session in which it is to end."""
+    program = compiled(folder, "board", "posix/link.c", "delta_board.c", flags=("-DIDLE_MS=500",))
+    started = subprocess.Popen([program], stdout=subprocess.PIPE, text=True)
+    assert started.stdout is not None
+    place = ("127.0.0.1", int(started.stdout.readline().split()[-1]))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        for _ in range(500):
+            stranger.sendto(b"junk", place)
+            if started.poll() is not None:
+                break
+            time.sleep(0.02)
+    assert started.poll() == 0
+    started.stdout.close()
 
 
 LATE = """

@@ -15,7 +15,10 @@
 #include <string.h>
 #include <time.h>
 
-enum { PATIENCE_MS = 50, IDLE_MS = 20000, AT_ONCE = 16 }; /* datagrams of a tick: a flood must not hold it up */
+#ifndef IDLE_MS
+#define IDLE_MS 20000 /* without a session after which it ends */
+#endif
+enum { PATIENCE_MS = 50, AT_ONCE = 16 }; /* datagrams of a tick: a flood must not hold it up */
 static volatile sig_atomic_t stopped;
 
 /* SIGUSR1 presses the emergency stop, SIGUSR2 releases it. */
