@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import math
 import re
 from pathlib import Path
 
 import pytest
-from numba import float64
+from numba import float64, int64
 
 from delta_cad.common.jit import compiled
 from delta_cad.design import Design
@@ -18,7 +19,7 @@ from haptics.control.supervisor import memory
 from haptics.control.supervisor.faults import FaultCode, State
 from haptics.firmware.expressions import TranslationError
 from haptics.firmware.generate import sources
-from haptics.firmware.memories import START, SUPERVISOR, WHOLE, Layout
+from haptics.firmware.memories import START, SUPERVISOR, WHOLE, Layout, layout
 from haptics.firmware.ports import files_of_ports
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
 from haptics.firmware.translate import Translation
@@ -51,19 +52,19 @@ def test_faults_states_steps_and_refusals_are_enums(files: dict[str, str]) -> No
     assert "delta_startup_step_code delta_startup_step(const delta_startup_memory *memory);" in header
 
 
-@pytest.mark.parametrize("layout", [SUPERVISOR, START], ids=["supervisor", "start-up"])
-def test_each_place_of_a_memory_is_a_named_member_with_its_comment(files: dict[str, str], layout: Layout) -> None:
+@pytest.mark.parametrize("laid", [SUPERVISOR, START], ids=["supervisor", "start-up"])
+def test_each_place_of_a_memory_is_a_named_member_with_its_comment(files: dict[str, str], laid: Layout) -> None:
     body = re.search(
-        rf"typedef struct {{\n((?:(?!typedef).)*?)}} {layout.struct};", files["delta_controller.h"], re.DOTALL
+        rf"typedef struct {{\n((?:(?!typedef).)*?)}} {laid.struct};", files["delta_controller.h"], re.DOTALL
     )
     assert body is not None
     rows = re.findall(r"^    [\w ]+? (\w+?)_?(?:\[(\d+)\])?; /\* (.*) \*/$", body[1], re.MULTILINE)
     found = {name.upper(): (int(width or 1), about) for name, width, about in rows}
     # the constants of the module are the offsets, one after the other
-    assert sum(width for width, _ in found.values()) == layout.module.MEMORY
-    offset, source = 0, Path(layout.module.__file__ or "").read_text()
+    assert sum(width for width, _ in found.values()) == laid.module.MEMORY
+    offset, source = 0, Path(laid.module.__file__ or "").read_text()
     for name, (width, about) in found.items():
-        assert getattr(layout.module, name) == offset
+        assert getattr(laid.module, name) == offset
         assert re.search(rf"^{name} = {offset}  # {re.escape(about)}$", source, re.MULTILINE)
         offset += width
 
@@ -114,3 +115,40 @@ def test_an_equality_without_a_reason_has_no_translation() -> None:
     with pytest.raises(TranslationError, match="need a reason"):
         translation.add(_bare, (float64, float64))
     assert _reasoned(math.nan, math.nan) == 2.0
+
+
+@compiled
+def _beyond(mem, i):
+    return mem[memory.TANK + i]
+
+
+@compiled
+def _numbered(mem, i):
+    return mem[3] + i
+
+
+@compiled
+def _named(mem, i):
+    return mem[memory.ANCHOR + 3 * i + 1] + mem[memory.TANK]
+
+
+def test_a_place_is_reached_by_its_name_alone() -> None:
+    translation = Translation(DOUBLE)
+    name, _ = translation.add(_named, (SUPERVISOR, int64))
+    assert "return (mem->anchor[((3LL * i) + 1LL)] + mem->tank);" in translation.functions[name]
+    with pytest.raises(TranslationError, match="TANK is one number"):
+        translation.add(_beyond, (SUPERVISOR, int64))
+    with pytest.raises(TranslationError, match="must begin with the name of a place"):
+        translation.add(_numbered, (SUPERVISOR, int64))
+
+
+@pytest.mark.parametrize("lines", ["A = 0\nB = 1  # m\nMEMORY = 2", "A = 1  # m\nB = 1  # m\nMEMORY = 2"])
+def test_a_place_without_a_comment_or_room_is_refused(tmp_path: Path, lines: str) -> None:
+    (tmp_path / "laid.py").write_text(lines + "\n")
+    spec = importlib.util.spec_from_file_location("laid", tmp_path / "laid.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    with pytest.raises(ValueError, match=r"laid\.A: offsets must rise, and each line needs a comment"):
+        layout(module, "delta_laid")

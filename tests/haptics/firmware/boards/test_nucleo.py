@@ -9,6 +9,8 @@ no timing of the core, and no electrical fault.
 from __future__ import annotations
 
 import os
+import re
+import shlex
 import subprocess
 from pathlib import Path
 
@@ -87,6 +89,19 @@ def test_it_compiles_for_its_core_and_fits(folders: dict[str, Path], name: str) 
     stack, reset, *rest = np.frombuffer(vectors, "<u4")
     assert stack == 0x20000000 + RAM
     assert all(0x08000000 <= address < 0x08000000 + FLASH and address % 2 for address in (reset, rest[0], rest[-1]))
+
+
+@pytest.mark.parametrize("name", MAIN)
+def test_the_command_of_the_guide_makes_the_image(folders: dict[str, Path], name: str) -> None:
+    """As it stands in PORTING.md, and with the two exchanges that it names."""
+    folder = folders[name]
+    guide = (folder / "PORTING.md").read_text()
+    found = re.search(r"^    (arm-none-eabi-gcc (?:.*\\\n)+.*-o nucleo\.elf)$", guide, re.MULTILINE)
+    assert found is not None
+    words = shlex.split(found[1].replace("\\\n", " "))
+    linked = {f"{PORT}/alone.c": f"{PORT}/linked.c", "delta_run.c": "delta_board.c"}
+    subprocess.run([linked.get(word, word) if name == "linked" else word for word in words], cwd=folder, check=True)
+    assert (folder / "nucleo.elf").read_bytes()[:4] == b"\x7fELF"
 
 
 def run_alone(program: Path, *words: str) -> tuple[np.ndarray, dict[str, float]]:
