@@ -5,12 +5,16 @@ A controller calls two functions a tick, in this order, on one array of `MEMORY`
     bits = check(limits, memory, now, theta, readings, p, reach, volume)
     bits = limit(limits, memory, rendered, gravity, out)
 
+Before them `left_out` says whether the tick is left out for want of a fresh reading.
+
 `rendered` is J^T of the scene's force, `gravity` what holds the moving bodies; they are limited apart, each with its
 own slew limit, because only the first is held to an energy. Nothing is allocated, nothing raises; the bits are those
 of `faults`, those present at this tick and those latched together. The reactions are in `faults`, the energy rule in
-`energy_tank`, the motors' temperature in `motor_heat`. What can be known of a frozen encoder without false alarms:
+`energy_tank`, the motors' temperature in `motor_heat`. An encoder that has noise never repeats its reading for long:
+`repeats` and `all_repeat` are how long, see `haptics.simulation.hardware.sensor_limits`. What can be known of a frozen
+encoder without noise, and without false alarms:
 
-- At rest an encoder is rightly still, so stillness alone is nothing. But a joint keeps one count only while the handle
+- At rest it is rightly still, so stillness alone is nothing. But a joint keeps one count only while the handle
   moves on a sphere about its elbow. A hand draws such a sphere for a while, most of all where friction holds the joint:
   in simulated drawing with trembling hands one joint stood still while another turned 1.0 rad in 3 of 27 runs of 30 s,
   1.2 rad in none. So an encoder that keeps one count while another joint gets `frozen_turn` (1.2 rad, half of its
@@ -20,7 +24,7 @@ of `faults`, those present at this tick and those latched together. The reaction
   dead. The supervisor probes: it takes the force away within `probe_time`. A handle in a hand, or under a weight, or
   against a spring gives way by a count long before that (0.03 N on a stiff hand), and the force comes back. If no
   count changes for another half of that time without force, the encoder is frozen, or the handle jammed: both stop.
-- Not detected: all encoders dead while no force is rendered; one that flickers between two counts.
+- Not detected: all of them dead while no force is rendered; any that flickers between two counts.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.registry import COLUMNS
 from tests.committed import ROOT
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES
-from tests.haptics.devices.host_board import HAND, simulated
+from tests.haptics.devices.boards.host_board import HAND, simulated
 
 FORCE = np.array([0.2, -0.1, 1.0])
 """N; upwards in all joints, as the torque that holds the moving bodies: so the sum of both falls evenly at a stop."""
@@ -63,7 +63,7 @@ def board(pressed: float = 1e9, released: float = 1e9, limit: float = 0.8) -> It
     """A board process, and the device that speaks to it."""
     words = [str(word) for word in (PATIENT, pressed, released, limit)]
     with subprocess.Popen(
-        [sys.executable, "-m", "tests.haptics.devices.host_board", *words],
+        [sys.executable, "-m", "tests.haptics.devices.boards.host_board", *words],
         stdout=subprocess.PIPE,
         text=True,
         cwd=ROOT,

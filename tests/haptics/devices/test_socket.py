@@ -44,7 +44,7 @@ def wavy(sample: Reading) -> np.ndarray:
 def process(request: pytest.FixtureRequest) -> Iterator[tuple[subprocess.Popen[str], int]]:
     patience = getattr(request, "param", PATIENT)
     started = subprocess.Popen(
-        [sys.executable, "-m", "tests.haptics.devices.board_process", str(patience)],
+        [sys.executable, "-m", "tests.haptics.devices.boards.board_process", str(patience)],
         stdout=subprocess.PIPE,
         text=True,
         cwd=ROOT,

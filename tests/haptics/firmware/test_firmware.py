@@ -81,13 +81,14 @@ def compiled(controller: Controller, folder: Path, *macros: str) -> Any:
 FRESH_BUT = 5  # all but joint 1
 
 
-def flags(fresh: int) -> Any:
-    """The flags of a tick as C has them."""
-    return (ctypes.c_int * 3)(*(fresh >> joint & 1 for joint in range(3)))
-
-
 def pointer(array: Any) -> Any:
     return np.asarray(array).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def c_tick(library: Any, memory: np.ndarray, now: float, theta: np.ndarray, fresh: int, out: np.ndarray) -> int:
+    """One tick in C, of a device without calibration."""
+    flags, angles = (ctypes.c_int * 3)(*(fresh >> joint & 1 for joint in range(3))), pointer(theta)
+    return library.delta_tick(pointer(memory), pointer(LAWS), len(LAWS), now, angles, angles, flags, pointer(out))
 
 
 def readings(machine: MachineModel, ticks: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -127,10 +128,7 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
         # two ticks are left out, four are too many
         held = FRESH_BUT if k % 750 in (7, 8) or k % 3000 > 2995 else ALL_FRESH
         bits = tick(controller, ours, LAWS, time[k], theta[k], theta[k], held, out)
-        read = pointer(theta[k])
-        c_bits = library.delta_tick(
-            pointer(theirs), pointer(LAWS), len(LAWS), time[k], read, read, flags(held), pointer(c_out)
-        )
+        c_bits = c_tick(library, theirs, time[k], theta[k], held, c_out)
         assert bits == c_bits, f"tick {k}"
         assert np.array_equal(out, c_out), f"tick {k}"
         seen |= bits
@@ -180,10 +178,7 @@ class Twins:
             self.now += 1e-3
             theta = self.theta + 4e-4 * math.sin(60.0 * self.now)
             ours = self.host(Reading(theta, self.now, self.flags))
-            read = pointer(theta)
-            bits = self.library.delta_tick(
-                pointer(self.memory), pointer(LAWS), len(LAWS), self.now, read, read, flags(ALL_FRESH), pointer(out)
-            )
+            bits = c_tick(self.library, self.memory, self.now, theta, ALL_FRESH, out)
             assert bits == self.host.bits
             assert np.array_equal(out, ours)
             ours = self.host.memory

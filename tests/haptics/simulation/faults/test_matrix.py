@@ -11,9 +11,20 @@ from haptics.control.supervisor.faults import LATCHING, FaultCode, State
 from haptics.firmware.precision import DOUBLE
 from haptics.simulation.loops import at_rate
 from haptics.simulation.wrong import Wrong
-from tests.haptics.faults.matrix import BEGIN, CASES, FORCES_N, MOTIONS, Case, FAST_s, device, judged, laws, run
-from tests.haptics.faults.table import PAGE, computed
 from tests.haptics.firmware.rig import ENABLED, Recorded, compile_host, reading_type, replay, write
+from tests.haptics.simulation.faults.matrix import (
+    BEGIN,
+    CASES,
+    FORCES_N,
+    MOTIONS,
+    Case,
+    FAST_s,
+    device,
+    judged,
+    laws,
+    run,
+)
+from tests.haptics.simulation.faults.table import PAGE, computed
 
 LONG_s = 0.1  # Looked on after the fault
 MOST_FIRST = sorted(FORCES_N, key=lambda force: force not in (0.0, 6.0))

@@ -1,4 +1,4 @@
-"""The table of `docs/reference/faults.md`, computed; `python -m tests.haptics.faults.table` writes it into the page."""
+"""The tables of `docs/reference/faults.md`; `python -m tests.haptics.simulation.faults.table` writes them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from haptics.control.supervisor.faults import TABLE, Severity
 from haptics.gravity import gravity_torque
 from tests.committed import ROOT
-from tests.haptics.faults.matrix import CASES, FORCES_N, MOTIONS, Outcome, device, judged, machine
+from tests.haptics.simulation.faults.matrix import CASES, FORCES_N, MOTIONS, Outcome, device, judged, machine
 
 PAGE = ROOT / "docs" / "reference" / "faults.md"
 BEGIN, END = "<!-- computed: {} -->", "<!-- end: {} -->"
