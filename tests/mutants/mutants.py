@@ -220,6 +220,22 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("haptics/control/supervisor/energy_tank.py", "the tank answers for more than it has",
          "if needed <= level:", "if needed <= 1.1 * level:"),
     ),
+    "tests/haptics/control/supervisor/test_readings.py": (
+        ("haptics/control/supervisor/supervisor.py", "two encoders that repeat are all three",
+         "together = together and same", "together = together or same"),
+        ("haptics/control/supervisor/supervisor.py", "a joint that turns round has gained speed",
+         "abs(turn) > abs(mem[m.PACE + i]) * dt + lim.kink", "abs(turn - mem[m.PACE + i] * dt) > lim.kink"),
+        ("haptics/control/supervisor/supervisor.py", "readings may be missed without limit",
+         "mem[m.MISSED] > lim.unread or", "mem[m.MISSED] < 0.0 or"),
+        ("haptics/control/supervisor/supervisor.py", "a wrong clock holds the weight without limit",
+         "if latched & _LOWERING else 0.0", "if latched & _OFF else 0.0"),
+        ("haptics/simulation/hardware.py", "a loud encoder is waited for as a quiet one",
+         "math.sqrt(1.0 - errors.kept**2) / encoder_count(machine)", "(1.0 - errors.kept) / encoder_count(machine)"),
+    ),
+    "tests/haptics/devices/boards/test_boards.py": (
+        (f"{PORTS}/delta_board.c", "a STATE says of joint 0 alone that it is not fresh",
+         "(unsigned)NOT_FRESH << j", "(unsigned)NOT_FRESH"),
+    ),
     "tests/haptics/model/test_motor_heat.py tests/haptics/model/test_sensor.py": (
         ("haptics/model/motor_heat.py", "a housing is warmed through its own resistance to the air",
          "coupling=1.0 / (inner * housing)", "coupling=1.0 / (outer * housing)"),

@@ -130,15 +130,15 @@ TABLE: dict[FaultCode, About] = {
         "a motor is at its largest temperature", _F, _R.OFF, "cooling down till it is not warm, then reset"
     ),
     FaultCode.COMMAND_STALE: About("the host has not spoken for too long", _W, _R.FADE, "the host's next word"),
-    FaultCode.COMMAND_INVALID: About("the controller asked for no number", _F, _R.OFF, _RESET),
+    FaultCode.COMMAND_INVALID: About("the controller commands no number", _F, _R.OFF, _RESET),
     FaultCode.RAMP_HELD: About(
         "the scene pushes the handle away while its force is coming in", _W, _R.FADE, "the handle at rest or free"
     ),
     FaultCode.ENERGY_LIMITED: About(
         "the hand has been given the energy it may be given", _W, _R.FADE, "work of the hand against the force"
     ),
-    FaultCode.ENERGY_SPENT: About("the scene goes on asking for energy that it may not give", _F, _R.DAMP, _RESET),
-    FaultCode.ORDER: About("torques were asked for without a check before them", _F, _R.OFF, _RESET),
+    FaultCode.ENERGY_SPENT: About("the scene goes on demanding energy that it may not give", _F, _R.DAMP, _RESET),
+    FaultCode.ORDER: About("torques were commanded without a check before them", _F, _R.OFF, _RESET),
     FaultCode.WATCHDOG: About("the drive's watchdog has cut the torque", _F, _R.OFF, _RESET),
     FaultCode.DEVICE_LOST: About("the device does not answer", _F, _R.OFF, "the device's answer, then reset"),
     FaultCode.EMERGENCY_STOP: About("emergency stop", _F, _R.OFF, "its release, then reset"),

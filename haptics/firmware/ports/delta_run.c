@@ -32,7 +32,7 @@ int delta_run(const delta_real *laws, long rows, long long ticks)
         double now = delta_joints_read(raw, fresh);
         if (running) {
             for (int j = 0; j < 3; j++) raw[j] += offset[j];
-            delta_drawn(&made, raw, theta);
+            if (fresh[0] && fresh[1] && fresh[2]) delta_drawn(&made, raw, theta); /* else the last place stands, too */
             delta_signal(&memory, delta_joints_signals());
             delta_heard(&memory, now); /* the laws are the board's own; with a host: at each of its messages */
             long long bits = delta_tick(&memory, laws, rows, now, theta, raw, fresh, wanted);

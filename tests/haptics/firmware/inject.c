@@ -83,7 +83,7 @@ void hal_enable(int on)
 int hal_healthy(void) { return !failing("healthy"); }
 int hal_stop_pressed(void) { return failing("stop"); }
 
-/* The last call of a tick: what is asked of the motors stands. */
+/* The last call of a tick: the motors have their currents. */
 void hal_watchdog(void)
 {
     fed++;

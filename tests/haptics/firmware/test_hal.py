@@ -147,6 +147,7 @@ long long delta_tick(delta_memory *memory, const delta_real *laws, long rows, do
                      const delta_real reading[3], const int fresh[3], delta_real torque[3])
 {
     (void)laws; (void)rows; (void)time; (void)reading; (void)fresh;
+    fault = 1; /* the next reading is not fresh: the last place stands */
     scaled(theta, torque, memory->none ? 1.0 : 0.0);
     return 0;
 }

@@ -12,6 +12,8 @@ from delta_cad.design import Design
 from haptics.control.startup.record import Refusal, Step
 from haptics.control.supervisor.faults import FaultCode, findings
 from haptics.firmware.project import firmware, write_firmware
+from haptics.simulation.hardware import sensor_limits
+from haptics.simulation.loops import at_rate
 from tests.committed import ROOT
 from tests.haptics.firmware.rig import FLAGS, tool
 from tests.haptics.scene_machine import scene_machine
@@ -123,6 +125,17 @@ def test_a_function_that_fails_under_the_start_up_refuses_it(program: Path, read
     ended = ran(program, kind, begin, 20)
     assert (ended.code, ended.powered, ended.refusal) == (REFUSED, 0, int(Refusal.SUPERVISOR))
     assert (ended.tick - begin) / RATE_Hz <= 0.2
+
+
+def test_the_header_has_the_limits_of_readings(best: Design, program: Path) -> None:
+    header = (program.parent / "delta_controller.h").read_text()
+    found = {line.split()[1]: line.split()[2] for line in header.splitlines() if line.startswith("#define ")}
+    limits = sensor_limits(scene_machine(best), at_rate(RATE_Hz))
+    assert (found["DELTA_REPEATS"], found["DELTA_ALL_REPEAT"]) == (
+        f"{limits['repeats']:g}",
+        f"{limits['all_repeat']:g}",
+    )
+    assert found["DELTA_UNREAD"] == "2"
 
 
 def test_hardware_that_does_not_answer_is_never_switched_on(program: Path) -> None:

@@ -31,7 +31,7 @@ from tests.haptics.scene_machine import scene_machine
 FORCES_N = (0.0, 1.0, 3.0, 6.0, 9.0)
 MOTIONS = {"rest": 0.0, "slow": 0.02, "fast": 0.5}  # Name -> speed at which the fault begins, m/s
 STROKE = 0.02  # Of the hand along the wall, m
-WALL_N_m = 1e5  # Asked for; the controller holds it to what the loop bears
+WALL_N_m = 1e5  # As the law has it; the controller holds it to what the loop bears
 BEGIN = 1280  # Tick at which a fault begins: the force is in, the hand at rest on the wall
 RAMP = 0.02  # Time in which the force comes in, s; a device takes half a second
 SUBSTEPS = 2
@@ -144,7 +144,7 @@ def motor_force(run: SimulatedRun) -> np.ndarray:
 
 
 def outcome(record: SimulatedRun, twin: SimulatedRun) -> Outcome:
-    """What a fault did beside its twin of the same length."""
+    """What a fault did, against its twin of the same length."""
     commanded = np.abs(record.rendered).max(axis=1) > 0.0
     stopped = (record.state == State.FAULT) & ~commanded
     stopped[:BEGIN] = False

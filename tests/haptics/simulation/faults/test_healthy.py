@@ -34,7 +34,7 @@ def machine(hardware: str) -> MachineModel:
 def used(
     device: MachineModel, loop: LoopChoice, hand: Hand, anchor: np.ndarray, push: np.ndarray, place: int
 ) -> SimulatedRun:
-    """A device in use beside a wall of 3 mm off its centre, with friction at a place of its range."""
+    """A device in use near a wall 3 mm off its centre, with friction at a place of its range."""
     return simulate(
         real_plant(device, loop, place), board_controller(device, loop),
         law_table(axis_wall("+x", float(device.centre[0] + 3e-3), stiffness=1e5)),
