@@ -79,8 +79,8 @@ def test_it_compiles_for_its_core_and_fits(folders: dict[str, Path], name: str) 
     parts = (f"{PORT}/{name}.c", f"{PORT}/start.c", *COMMON, MAIN[name])
     command = [tool("arm-none-eabi-gcc"), *FLAGS, *CORES["m4"][0], f"-T{folder / PORT / 'link.ld'}"]
     subprocess.run([*command, *(str(folder / part) for part in parts), "-o", str(image), *BARE], check=True)
-    told = subprocess.run(["arm-none-eabi-size", image], capture_output=True, text=True, check=True).stdout
-    text, data, bss = (int(word) for word in told.splitlines()[1].split()[:3])
+    printed = subprocess.run(["arm-none-eabi-size", image], capture_output=True, text=True, check=True).stdout
+    text, data, bss = (int(word) for word in printed.splitlines()[1].split()[:3])
     assert 10_000 < text + data < 0.1 * FLASH
     assert 1_000 < data + bss < 0.1 * RAM
     vectors = subprocess.run(
@@ -163,8 +163,8 @@ def test_a_host_drives_it_through_the_serial_line(programs: dict[str, Path]) -> 
     recorded = run(device, wavy, ticks=300)
     process.stdin.close()
     process.stdout.close()
-    told = process.stderr.read().decode()
+    printed = process.stderr.read().decode()
     process.stderr.close()
     assert process.wait(timeout=30) == 0
     assert np.ptp(recorded.angles, axis=0).min() > 1e-4
-    assert "enable 0" in told
+    assert "enable 0" in printed
