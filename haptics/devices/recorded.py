@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.devices.device import DeviceError, EndOfRecordingError, Reading, three_torques
@@ -12,7 +11,7 @@ from haptics.devices.recording import Recorder, Recording, load_recording, save_
 
 
 class RecordedDevice:
-    """Replays the angles of a recording, one that is no number as not fresh; the handle does not feel what is written.
+    """Replays the angles of a recording; the handle does not feel what is written.
 
     Args:
         recording: A recording, or a file of one.
@@ -43,9 +42,7 @@ class RecordedDevice:
         if self._tick + 1 >= len(self.recording.time):
             raise EndOfRecordingError(f"the recording has no more than {len(self.recording.time)} ticks")
         self._tick += 1
-        angles = self.recording.angles[self._tick].copy()
-        fresh = sum(1 << joint for joint in range(3) if np.isfinite(angles[joint]))
-        return Reading(angles, self.time, fresh=fresh)
+        return Reading(self.recording.angles[self._tick].copy(), self.time)
 
     def write(self, torques: ArrayLike) -> None:
         """Keeps them beside the last reading; see `Device`. Before the first reading and at the end they are zero."""

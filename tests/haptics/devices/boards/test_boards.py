@@ -99,6 +99,8 @@ class Both:
         self.state: Packet | None = None
         self.kinds: Counter[str] = Counter()
         self._set("board_healthy", ctypes.c_int, 1)
+        self._set("board_damping", ctypes.c_double, FREE)
+        self._three("board_torque", ctypes.c_double)[:] = [0.0, 0.0, 0.0]
         self._set("board_stopped", ctypes.c_int, 0)
 
     def _set(self, name: str, kind: Any, value: float) -> None:
