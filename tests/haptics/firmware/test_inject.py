@@ -129,7 +129,7 @@ def test_a_function_that_fails_under_the_start_up_refuses_it(program: Path, read
 
 def test_the_header_has_the_limits_of_readings(best: Design, program: Path) -> None:
     header = (program.parent / "delta_controller.h").read_text()
-    found = {line.split()[1]: line.split()[2] for line in header.splitlines() if line.startswith("#define ")}
+    found = {line.split()[1]: line.split()[2] for line in header.splitlines() if len(line.split()) > 2}
     limits = sensor_limits(scene_machine(best), at_rate(RATE_Hz))
     assert (found["DELTA_REPEATS"], found["DELTA_ALL_REPEAT"]) == (
         f"{limits['repeats']:g}",
