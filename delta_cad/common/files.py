@@ -118,8 +118,17 @@ def _filled(path: Path, to: Callable[[], Path] | None) -> Iterator[Path]:
     finally:
         if part.is_symlink():  # which the name was: what it leads to is somebody else's
             part.unlink()
-        shutil.rmtree(part, ignore_errors=True)  # what failed, or the replaced folder after an exchange
+        _remove(part)  # what failed, or the replaced folder after an exchange
         os.close(lock)
+
+
+def _remove(folder: Path) -> None:
+    """Removes a folder, whole even if Ctrl-C comes meanwhile, which then takes effect."""
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+    except KeyboardInterrupt:
+        _remove(folder)
+        raise
 
 
 def require_room(path: Path, *, folder: bool = False) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
 from delta_cad.export.drawings.layout import LayoutError, laid_out
 from delta_cad.export.drawings.paper.dxf import dxf_text
-from delta_cad.export.drawings.paper.lettering import LetteringError
+from delta_cad.export.drawings.paper.lettering import missing_note
 from delta_cad.export.drawings.paper.pdf import pdf_bytes
 from delta_cad.export.drawings.paper.sheet import Drawing
 from delta_cad.export.drawings.paper.svg import svg_text
@@ -42,7 +42,7 @@ REVISION = "A"
 FOLDER = "drawings"
 LOADS = ("ezdxf", "fontTools.subset")
 CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
-UNDRAWN = (HoleError, ViewError, LayoutError, RoomError, LetteringError)
+UNDRAWN = (HoleError, ViewError, LayoutError, RoomError)
 """What keeps a single part from being drawn."""
 
 
@@ -182,11 +182,14 @@ def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing,
 
     Raises:
         HoleError: The declared bores are not in the solid.
-        ViewError, LayoutError, RoomError, LetteringError: It cannot be drawn.
+        ViewError, LayoutError, RoomError: It cannot be drawn.
     """
     features = features_of(part, faces_of(part.solid), held)
     views = views_of(part, features)
-    sheets = laid_out(views, features, held, titles, notes_of(part, features, views[0].frame))
+    notes = notes_of(part, features, views[0].frame)
+    if note := missing_note((*asdict(titles).values(), *(text for _, text in notes))):
+        notes.append(("", f"{note}."))
+    sheets = laid_out(views, features, held, titles, notes)
     return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets)), features
 
 
