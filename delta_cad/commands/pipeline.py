@@ -326,6 +326,8 @@ def check_drawings(drawn: Drawn) -> CheckResult:
     count = sum(len(faults) for faults in drawn.faults.values())
     worst = next(iter(drawn.faults), None)
     told = f"{drawn.count} drawings: every bore and coordinate told once, no text over an edge or another"
+    if drawn.missing:
+        told += f"; shown by a substitute: {', '.join(sorted(drawn.missing))}"
     if worst is not None:
         told = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
     pair = None if worst is None else (worst,)

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from delta_cad.common.ours import require_ours, write_record
+from delta_cad.common.ours import remove, require_ours, write_record
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
 NO_PLAIN_FILE = "is no plain file"
@@ -118,17 +118,8 @@ def _filled(path: Path, to: Callable[[], Path] | None) -> Iterator[Path]:
     finally:
         if part.is_symlink():  # which the name was: what it leads to is somebody else's
             part.unlink()
-        _remove(part)  # what failed, or the replaced folder after an exchange
+        remove(part)  # what failed, or the replaced folder after an exchange
         os.close(lock)
-
-
-def _remove(folder: Path) -> None:
-    """Removes a folder, whole even if Ctrl-C comes meanwhile, which then takes effect."""
-    try:
-        shutil.rmtree(folder, ignore_errors=True)
-    except KeyboardInterrupt:
-        _remove(folder)
-        raise
 
 
 def require_room(path: Path, *, folder: bool = False) -> None:

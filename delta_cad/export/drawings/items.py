@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
 from delta_cad.export.bom import BomRow
 from delta_cad.export.drawings.paper.lettering import LINE, fitted, missing_note
@@ -58,7 +57,7 @@ def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, 
                 items.append(Text(at, 2.0, line, told=told))
         y -= lines * ROW_MM + PADDING_MM
         items.append(Stroke("table", ((left, y), (edges[-1], y))))
-    if note := missing_note(text for row in rows for text in asdict(row).values() if isinstance(text, str)):
+    if note := missing_note(line for row in rows for cell in _cells(row) for line in cell):
         if y - ROW_MM - PADDING_MM < bottom:
             close()
             y = top

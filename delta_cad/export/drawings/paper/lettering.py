@@ -25,6 +25,7 @@ SURFACE, SURFACE_WIDE = "\ue000", 1.25
 SUBSTITUTE = "\u25a1"  # a square
 LEFT_OUT = "\u2026"
 FROM_THE_RIGHT = {"R", "AL", "AN"}  # classes of direction, of Unicode
+LAST = "\uffff"  # a DXF file has no number for a letter beyond
 NAMED = 12  # letters that a note names
 
 
@@ -55,7 +56,7 @@ def _advances(face: int) -> dict[int, float]:
 @lru_cache(maxsize=4096)
 def _face_of(letter: str) -> int | None:
     """Number of the first face that has a letter; None where none has it, or it is not one to be set as it comes."""
-    if not letter.isprintable() or unicodedata.bidirectional(letter) in FROM_THE_RIGHT:
+    if letter > LAST or not letter.isprintable() or unicodedata.bidirectional(letter) in FROM_THE_RIGHT:
         return None
     return next((face for face in range(len(FACES)) if ord(letter) in _advances(face)), None)
 

@@ -135,9 +135,9 @@ def _string(coded: bytes) -> bytes:
 
 
 def _title(text: str) -> bytes:
-    """A text of the file's properties, in UTF-16 where the encoding lacks a letter."""
+    """A text of the file's properties: in their own code, of which ISO 8859-1 is a part, or in UTF-16."""
     try:
-        return _string(text.encode(ENCODING))
+        return _string(text.encode("iso8859_1"))
     except UnicodeEncodeError:
         return b"<FEFF" + text.encode("utf-16-be").hex().upper().encode() + b">"
 
