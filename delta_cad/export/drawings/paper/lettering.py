@@ -8,6 +8,7 @@ note on the sheet; so is one that is written from the right, which needs more th
 from __future__ import annotations
 
 import unicodedata
+from base64 import b64encode
 from collections.abc import Iterable
 from functools import lru_cache
 from importlib.util import find_spec
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 FACES = ("DejaVu Sans", "Droid Sans Fallback")
+FAMILIES = ", ".join([FACES[0], *(f"Lettering {face}" for face in range(len(FACES))), "Arial", "sans-serif"])
 NARROW = 0.85  # of a face's own width
 ENCODING = "cp1252"
 LINE = 1.6  # from line to line, in heights of the capitals
@@ -238,6 +240,15 @@ def extra_letters(texts: Iterable[str]) -> dict[int, str]:
     for run in (run for text in texts for run in runs(text) if not run.coded):
         found.setdefault(run.face, set()).update(run.text)
     return {face: "".join(sorted(found[face])) for face in sorted(found)}
+
+
+def face_rules(texts: Iterable[str]) -> str:
+    """Gives the faces of `FAMILIES` for a page, as rules of CSS that hold the letters not every reader's own have."""
+    rules = []
+    for face, letters in extra_letters(texts).items():
+        data = b64encode(carried(face, letters).program).decode()
+        rules.append(f'@font-face {{ font-family: "Lettering {face}"; src: url("data:font/ttf;base64,{data}") }}')
+    return " ".join(rules)
 
 
 def _encodable(letter: str) -> bool:

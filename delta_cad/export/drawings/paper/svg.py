@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from math import cos, radians, sin
 from xml.sax.saxutils import escape
 
 from delta_cad.common.refusal import printable
-from delta_cad.export.drawings.paper.lettering import FACES, carried, em_mm, extra_letters, shown
+from delta_cad.export.drawings.paper.lettering import FAMILIES, em_mm, face_rules, shown
 from delta_cad.export.drawings.paper.sheet import (
     LAYERS,
     Arc,
@@ -15,7 +14,6 @@ from delta_cad.export.drawings.paper.sheet import (
     Drawing,
     Leaf,
     Mark,
-    Sheet,
     Stroke,
     Text,
     in_a_row,
@@ -31,7 +29,7 @@ def svg_text(drawing: Drawing) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
         f'viewBox="0 0 {width} {height}">',
         f"<title>{escape(printable(drawing.title))}</title>",
-        *_faces(sheet),
+        *([f"<style>{rules}</style>"] if (rules := face_rules(text.text for text in sheet.texts)) else ()),
         '<rect width="100%" height="100%" fill="white"/>',
     ]
     plain = [item for item in sheet.items if not isinstance(item, Mark) or item.measure]
@@ -43,7 +41,7 @@ def svg_text(drawing: Drawing) -> str:
             if any(not isinstance(item, Text) and item.layer == layer for item in symbol.items):
                 out += _layer(layer, list(symbol.items), sheet.height)
         out.append("</g>")
-    out.append(f'<g id="lettering" font-family="{_families()}" fill="black">')
+    out.append(f'<g id="lettering" font-family="{FAMILIES}" fill="black">')
     for text in sheet.texts:
         x, y = text.at[0], sheet.height - text.at[1]
         turn = f' transform="rotate(-90 {x:.3f} {y:.3f})"' if text.upright else ""
@@ -52,19 +50,6 @@ def svg_text(drawing: Drawing) -> str:
             f'lengthAdjust="spacingAndGlyphs"{turn}>{escape(shown(text.text))}</text>'
         )
     return "\n".join([*out, "</g>", "</svg>"]) + "\n"
-
-
-def _families() -> str:
-    return ", ".join([FACES[0], *(f"Lettering {face}" for face in range(len(FACES))), "Arial", "sans-serif"])
-
-
-def _faces(sheet: Sheet) -> list[str]:
-    """The faces themselves, with the letters that not every reader's own have."""
-    rules = []
-    for face, letters in extra_letters(text.text for text in sheet.texts).items():
-        data = b64encode(carried(face, letters).program).decode()
-        rules.append(f'@font-face {{ font-family: "Lettering {face}"; src: url("data:font/ttf;base64,{data}") }}')
-    return [f"<style>{' '.join(rules)}</style>"] if rules else []
 
 
 def _layer(layer: str, items: list[Leaf], height: float, name: str = "") -> list[str]:

@@ -19,6 +19,7 @@ from delta_cad.common.beside import BesideError
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.views.scene import PictureError
+from delta_cad.report.manual.page import page as write_page
 from delta_cad.report.manual.page import write_manual, written
 from delta_cad.report.manual.pictures import ACCENTS, ARROW, SIZE
 from tests.committed import Built
@@ -88,6 +89,23 @@ def test_the_page_asks_nothing_of_any_other_place_and_escapes_names(
     )
     assert "<script" not in text
     assert "&lt;script&gt;" in text
+
+
+def test_the_page_carries_the_letters_that_not_every_browser_has(blocks: Assembly, best_dimensions: Dimensions) -> None:
+    from fontTools.ttLib import TTFont
+
+    text = "球形 강철 ąč стальной"
+    written = write_page(best_dimensions, replace(blocks, name=text), [], {})
+    faces = re.findall(
+        r'@font-face \{ font-family: "(Lettering \d)"; src: url\("data:font/ttf;base64,([^"]*)"\) \}', written
+    )
+    letters = {code for _, data in faces for code in TTFont(io.BytesIO(base64.b64decode(data))).getBestCmap()}
+    assert {ord(letter) for letter in text if letter != " "} <= letters
+    assert len(letters) < 60
+    used = re.search(r"font: ([^;]*system-ui[^;]*);", written)
+    assert used is not None
+    assert all(f'"{name}"' in used[1] for name, _ in faces)
+    assert "font-src data:" in written
 
 
 class Ended:
