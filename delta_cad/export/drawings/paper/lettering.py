@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 FACES = ("DejaVu Sans", "Droid Sans Fallback")
-FAMILIES = ", ".join([FACES[0], *(f"Lettering {face}" for face in range(len(FACES))), "Arial", "sans-serif"])
+FAMILIES = ", ".join([*(f"Lettering{face}" for face in range(len(FACES))), FACES[0], "Arial", "sans-serif"])
 NARROW = 0.85  # of a face's own width
 ENCODING = "cp1252"
 LINE = 1.6  # from line to line, in heights of the capitals
@@ -247,7 +247,9 @@ def face_rules(texts: Iterable[str]) -> str:
     rules = []
     for face, letters in extra_letters(texts).items():
         data = b64encode(carried(face, letters).program).decode()
-        rules.append(f'@font-face {{ font-family: "Lettering {face}"; src: url("data:font/ttf;base64,{data}") }}')
+        of = ", ".join(f"U+{ord(letter):04X}" for letter in letters)
+        source = f'font-family: "Lettering{face}"; src: url("data:font/ttf;base64,{data}"); unicode-range: {of}'
+        rules.append(f"@font-face {{ {source} }}")
     return " ".join(rules)
 
 
