@@ -15,7 +15,7 @@ PREFIX = 3  # letters from which on the beginning of a name stands for it
 _PARTS = re.compile(r"[^\W_]+")
 LONGEST = 200  # characters of a word in a message, such as a field's path or a value; those of our files have forty
 MOST_DOUBLE = sys.float_info.max
-MOST_LINE = 4000  # characters of a message; the longest of ours, with all ids of a family, have a quarter
+MOST_LINE = 2500  # characters of a message; the longest lists of what is known have a half
 FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # first letters of cells that spreadsheets compute
 _LONG = re.compile(rf"\S{{{LONGEST + 1},}}")
 
