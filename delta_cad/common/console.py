@@ -116,11 +116,13 @@ def run_program(commands: str) -> NoReturn:
         commands: Module with `main() -> exit code`.
     """
     _open_streams()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
         code = import_module(commands).main()
     except KeyboardInterrupt:
         code = refuse(NOTHING_WRITTEN, INTERRUPTED)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     # At once: threads and other processes may be busy for long, and none writes a file. So what Ctrl-C ended well:
     # if it struck in text that is executed, the interpreter would end by the signal, though it was caught.
     if code == INTERRUPTED or Interrupt.heard:
