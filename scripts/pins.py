@@ -33,6 +33,7 @@ HEAD = """\
 # All of them: pip install --require-hashes --no-deps -r constraints.txt
 """
 PIN = re.compile(r"^([A-Za-z0-9._-]+)==(\S+)", re.MULTILINE)
+FACE = ROOT / "delta_cad" / "export" / "drawings" / "paper" / "faces" / "README.md"
 VENDORED = ROOT / "delta_cad" / "report" / "vendor" / "three.json"
 
 
@@ -101,6 +102,8 @@ def third_party() -> str:
     """Writes THIRD-PARTY.md from constraints.txt and the metadata of what is installed."""
     versions, users = pins(CONSTRAINTS.read_text(encoding="utf-8")), needed_by()
     vendored = json.loads(VENDORED.read_text(encoding="utf-8"))
+    face = re.search(r"`(\S+\.ttf)`, version (\S+?):.*?SHA-256: `(\w+)`", FACE.read_text(encoding="utf-8"), re.DOTALL)
+    assert face is not None
     rows = [
         f"| {name} | {version} | {licence(name)} | {', '.join(users.get(name, ())) or 'nothing'} |"
         for name, version in sorted(versions.items())
@@ -114,9 +117,11 @@ def third_party() -> str:
             "`core` is always installed, `build` builds the package, users run nothing of `test` and `docs`. A package",
             "may contain libraries under further licences: its own licence files list them.",
             "",
-            "Part of this repository: "
-            f"`delta_cad/report/vendor/three.js`, {vendored['package']} {vendored['version']}, {vendored['license']}, "
-            f"sha256 `{vendored['sha256']}`.",
+            "Parts of this repository:",
+            "",
+            f"- `delta_cad/report/vendor/three.js`: {vendored['package']} {vendored['version']}, "
+            f"{vendored['license']}, sha256 `{vendored['sha256']}`",
+            f"- `delta_cad/export/drawings/paper/faces/{face[1]}`: version {face[2]}, Apache-2.0, sha256 `{face[3]}`",
             "",
             "| package | version | licence | needed by |",
             "| --- | --- | --- | --- |",

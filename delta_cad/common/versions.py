@@ -14,6 +14,7 @@ TESTED = {
     "jinja2": "3.1.6",
     "lxml": "6.1.3",
     "matplotlib": "3.11.2",
+    "msgspec": "0.22.0",
     "networkx": "3.6.1",
     "numba": "0.68.1",
     "numpy": "2.4.6",
@@ -27,6 +28,7 @@ TESTED = {
     "threadpoolctl": "3.8.0",
     "trimesh": "5.2.0",
     "viser": "1.1.1",
+    "websockets": "16.1.1",
 }
 """Package -> version; scripts/pins.py writes them from constraints.txt."""
 SAME = 2  # leading numbers of a version that must be equal
