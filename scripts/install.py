@@ -13,13 +13,15 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 OLDEST = (3, 11)
 TELL_S = 3.0  # s between two signs of life
 KEPT = 40  # last lines of a step that fails
+BLOCK = re.compile(r"^# (.*)\n((?:[^#\n].*\n)+)", re.MULTILINE)
+"""In constraints.txt: the extras that need a pin, and the pin with its hashes."""
 SAID = re.compile(r"^\s*(Collecting|Downloading|Using cached|Building wheel for|Installing build) ?(\S*)")
 ALL = re.compile(r"^Installing collected packages: (.*)")
 
@@ -86,6 +88,27 @@ def pip_at(lines: Sequence[str], folder: Path) -> str:
     return ""
 
 
+def needed(constraints: str, extras: Collection[str]) -> str:
+    """Chooses pins and their hashes.
+
+    Args:
+        constraints: Text of constraints.txt.
+        extras: Of pyproject.toml; those of the package itself and of its build come with any.
+
+    Returns:
+        Text of a requirements file.
+
+    Raises:
+        KeyError: No pin names an extra.
+    """
+    blocks = [(set(users.split(", ")), pin) for users, pin in BLOCK.findall(constraints)]
+    for extra in extras:
+        if not any(extra in users for users, _ in blocks):
+            raise KeyError(extra)
+    wanted = {"core", "build", *extras}
+    return "".join(pin for users, pin in blocks if users & wanted)
+
+
 def main(words: Sequence[str]) -> int:
     """Installs; returns the exit code."""
     if len(words) != 2:
@@ -94,17 +117,28 @@ def main(words: Sequence[str]) -> int:
     if sys.version_info < OLDEST:
         print(f"Python 3.11 or newer is needed, not {sys.version.split()[0]}", file=sys.stderr)
         return 2
-    place, extras = (ROOT / words[0]).resolve(), words[1]
+    place, extras = (ROOT / words[0]).resolve(), words[1].split(",")
+    try:
+        pins = needed((ROOT / "constraints.txt").read_text(encoding="utf-8"), extras)
+    except KeyError as error:
+        print(f"{error.args[0]} is no extra of pyproject.toml", file=sys.stderr)
+        return 2
     python = place / "bin" / "python"
-    tested = ["tests"] if "test" in extras.split(",") else []
+    tested = ["tests"] if "test" in extras else []
     if code := run("system libraries", ["sh", "scripts/system_libraries.sh", *tested]):
         return code
     if not python.exists() and (code := run("virtual environment", [sys.executable, "-m", "venv", str(place)])):
         return code
     pip = [str(python), "-m", "pip", "install", "--disable-pip-version-check", "--progress-bar", "off"]
     site = place / "lib" / f"python{sys.version_info[0]}.{sys.version_info[1]}" / "site-packages"
-    pip += ["-c", "constraints.txt", "-e", f".[{extras}]"]
-    if code := run(f"packages for {extras}", pip, lambda lines: pip_at(lines, site)):
+    chosen = place / "requirements.txt"
+    chosen.write_text(pins, encoding="utf-8")
+    # wheels alone: the hash of a source says nothing of what its build would fetch
+    packages = [*pip, "--require-hashes", "--no-deps", "--only-binary", ":all:", "-r", str(chosen)]
+    if code := run(f"packages for {words[1]}", packages, lambda lines: pip_at(lines, site)):
+        return code
+    own = [*pip, "--no-deps", "--no-build-isolation", "--no-index", "-e", "."]
+    if code := run("this package", own) or run("versions fit together", [*pip[:3], "check"]):
         return code
     # from a disk that has just been written it takes long, and in a process that can say nothing meanwhile
     return run(

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from delta_cad.catalogue.reader import CatalogueError, Family, OwnParts, read_family
 from delta_cad.catalogue.row import CatalogueRow
-from delta_cad.common.refusal import LONGEST
 
 
 def read_own(
@@ -37,7 +36,7 @@ def read_own(
     for path in files:
         name = path.name.removesuffix(".csv")
         if name not in families:
-            raise CatalogueError(f"{path.name[:LONGEST]}: is called as no family; must be one of {legal}")
+            raise CatalogueError(f"{path.name}: is called as no family; must be one of {legal}")
         family = families[name]
         rows[name] = dict(read_family(path, family.record, own=True, taken=family.rows))
     parts = OwnParts(folder, rows)
@@ -55,4 +54,4 @@ def _require_partners(
         key, legal = getattr(row, column), shared(family, parts)
         if key not in legal:
             allowed = f"must be one of {', '.join(legal)}"
-            raise CatalogueError(f"{file}: {row.id}: {column} = {key[:LONGEST]!r}: {allowed}")
+            raise CatalogueError(f"{file}: {row.id}: {column} = {key!r}: {allowed}")

@@ -15,7 +15,7 @@ from typing import Any, Generic, Protocol, TypeVar, cast, get_args, get_type_hin
 
 from delta_cad.catalogue.row import CatalogueRow
 from delta_cad.common.reading import ReadError, read_bounded, text_of
-from delta_cad.common.refusal import LONGEST, printable
+from delta_cad.common.refusal import printable, visible
 
 DATA = Path(__file__).parent / "data"
 MOST_BYTES = 4_000_000  # of a family; ours have a thousandth of it
@@ -25,6 +25,7 @@ MOST_DIGITS = 15  # of a whole number: each is a double, too
 SIZES = 1e-12, 1e12
 ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
+MOST_LETTERS = 4000  # of a text; the longest of ours has a half
 MAY_BE_ZERO = frozenset(
     {"red", "green", "blue", "cogging_torque_N_m", "torque_ripple", "pilot_diameter_mm", "pilot_height_mm"}
 )
@@ -56,7 +57,9 @@ def _value(text: str, kind: Any, name: str) -> Any:
     if kind is str:
         if not text and name not in MAY_BE_EMPTY:
             raise ValueError("must not be empty")
-        return text
+        if len(shown := visible(text)) > MOST_LETTERS:
+            raise ValueError(f"must have at most {MOST_LETTERS} characters")
+        return shown
     if kind is int:
         if not text.isdecimal() or len(text) > MOST_DIGITS or int(text) == 0:
             raise ValueError(f"must be a whole number > 0, of at most {MOST_DIGITS} digits")
@@ -104,18 +107,16 @@ def read_family(path: Path, record: type[R], *, own: bool = False, taken: Collec
                 raise CatalogueError(f"{where}: needs {len(header)} cells")
             row = record(**_values(where, cells, kinds, names, record.defaults if own else {}))
             if not ID.fullmatch(row.id) or row.id in rows:
-                raise CatalogueError(f"{where}: id = {row.id[:LONGEST]!r}: must be unique, of letters, digits, . and -")
+                raise CatalogueError(f"{where}: id = {row.id!r}: must be unique, of letters, digits, . and -")
             if row.id in taken:
-                raise CatalogueError(
-                    f"{where}: id = {row.id[:LONGEST]!r}: is a row of ours; must be another: none is replaced"
-                )
+                raise CatalogueError(f"{where}: id = {row.id!r}: is a row of ours; must be another: none is replaced")
             if row.price_EUR is not None and not row.price_source:
                 raise CatalogueError(f"{where}: price_source = '': must say date and source of price_EUR")
             if fault := row.fault():
-                raise CatalogueError(f"{where}: {fault[:LONGEST]}")
+                raise CatalogueError(f"{where}: {fault}")
             if not VERIFIED.fullmatch(row.verified):
                 rule = "must start with 'yes: ', 'partly: ' or 'no, '"
-                raise CatalogueError(f"{where}: verified = {row.verified[:LONGEST]!r}: {rule}")
+                raise CatalogueError(f"{where}: verified = {row.verified!r}: {rule}")
             rows[row.id] = row
     except ReadError as error:
         raise CatalogueError(str(error)) from None
@@ -133,7 +134,7 @@ def optional_columns(record: type[CatalogueRow]) -> frozenset[str]:
 def _require_columns(file: str, header: list[str], names: list[str], optional: frozenset[str]) -> None:
     """Refuses a header with columns that are missing, not known or repeated."""
     missing = sorted(set(names) - optional - set(header))
-    extra = str(sorted(set(header) - set(names)))[:LONGEST]
+    extra = str(sorted(set(header) - set(names)))
     if missing or len(set(header)) < len(header) or not set(header) <= set(names):
         raise CatalogueError(f"{file}: columns missing {missing}, not known {extra}, or repeated")
 
@@ -150,7 +151,7 @@ def _values(
         try:
             values[name] = _value(cells.get(name, "").strip(), kinds[name], name)
         except ValueError as error:
-            raise CatalogueError(f"{where}: {name} = {cells.get(name, '')[:LONGEST]!r}: {error}") from None
+            raise CatalogueError(f"{where}: {name} = {cells.get(name, '')!r}: {error}") from None
     for name in left:
         try:
             value = defaults[name](values) if callable(defaults[name]) else defaults[name]

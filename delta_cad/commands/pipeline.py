@@ -263,7 +263,7 @@ def build(
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
-    with ExitStack() as others:
+    with output_folder(out, design.name) as folder, ExitStack() as others:  # who fills it ends before it is taken away
         sweeper = others.enter_context(Beside(swept.__name__))
         writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
         draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
@@ -271,52 +271,51 @@ def build(
         machine, sweep = made or make_machine(design, progress), Sweep(sweeper, report, clearance)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
-        with output_folder(out, design.name) as folder:
-            if draughtsman is not None:
-                draughtsman.give((machine.dimensions, machine.assembly, machine.masses, folder.path))
-            if narrator is not None:
-                narrator.give((machine.dimensions, bare, meshes, machine.masses, folder.path))
-            fingerprints: list[str] = []
-            costs: list[Cost] = []
-            drawn: list[Drawn] = []  # of the machine as a whole
+        if draughtsman is not None:
+            draughtsman.give((machine.dimensions, machine.assembly, machine.masses, folder.path))
+        if narrator is not None:
+            narrator.give((machine.dimensions, bare, meshes, machine.masses, folder.path))
+        fingerprints: list[str] = []
+        costs: list[Cost] = []
+        drawn: list[Drawn] = []  # of the machine as a whole
 
-            def meanwhile() -> None:
-                moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
-                moves += (design.requirements.gravity_m_s2, joint_friction(design))
-                writer.give((bare, meshes, folder.path, _stage(machine, sweep) if report else None, moves))
-                progress("costs")
-                costs.append(cost_of(machine))
-                fingerprints.append(write_files(machine, costs[0], folder.path, progress, schema))
-                if drawings:
-                    drawn.append(write_whole(machine, folder.path, progress))
+        def meanwhile() -> None:
+            moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
+            moves += (design.requirements.gravity_m_s2, joint_friction(design))
+            writer.give((bare, meshes, folder.path, _stage(machine, sweep) if report else None, moves))
+            progress("costs")
+            costs.append(cost_of(machine))
+            fingerprints.append(write_files(machine, costs[0], folder.path, progress, schema))
+            if drawings:
+                drawn.append(write_whole(machine, folder.path, progress))
 
-            results = check_machine(machine, progress, sweep, meanwhile)
-            if draughtsman is not None:
-                progress("drawings")
-                results = [*results, check_drawings(draughtsman.take() + drawn[0])]
-            folder.rejected = not all_passed(results)
-            landed = f"{design.name}.rejected" if folder.rejected else design.name
-            unverified = _unverified(machine)
-            outcome = Outcome(design, results, machine.masses, out / landed, unverified, costs[0].total_EUR())
-            (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
-            progress("meshes and pictures" if report else "meshes")
-            mesh_files.written(writer)
-            if narrator is not None:
-                progress("manual")
-                manual.written(narrator)
-            beside(folder.path, outcome)
-            if report:
-                progress("report.html")
-                _report(machine, sweep, outcome, folder.path)
-            progress("manifest")
-            status = "rejected" if folder.rejected else "passed"
-            write_manifest(
-                folder.path,
-                input_hash=design_hash(design),
-                status=status,
-                fingerprint=fingerprints[0],
-                left_out=(*(() if drawings else ("drawings", "manual")), *(() if report else ("report", "pictures"))),
-            )
+        results = check_machine(machine, progress, sweep, meanwhile)
+        if draughtsman is not None:
+            progress("drawings")
+            results = [*results, check_drawings(draughtsman.take() + drawn[0])]
+        folder.rejected = not all_passed(results)
+        landed = f"{design.name}.rejected" if folder.rejected else design.name
+        unverified = _unverified(machine)
+        outcome = Outcome(design, results, machine.masses, out / landed, unverified, costs[0].total_EUR())
+        (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
+        progress("meshes and pictures" if report else "meshes")
+        mesh_files.written(writer)
+        if narrator is not None:
+            progress("manual")
+            manual.written(narrator)
+        beside(folder.path, outcome)
+        if report:
+            progress("report.html")
+            _report(machine, sweep, outcome, folder.path)
+        progress("manifest")
+        status = "rejected" if folder.rejected else "passed"
+        write_manifest(
+            folder.path,
+            input_hash=design_hash(design),
+            status=status,
+            fingerprint=fingerprints[0],
+            left_out=(*(() if drawings else ("drawings", "manual")), *(() if report else ("report", "pictures"))),
+        )
     return outcome
 
 
@@ -332,6 +331,8 @@ def check_drawings(drawn: Drawn) -> CheckResult:
     count = sum(len(faults) for faults in drawn.faults.values())
     worst = next(iter(drawn.faults), None)
     told = f"{drawn.count} drawings: every bore and coordinate told once, no text over an edge or another"
+    if drawn.missing:
+        told += f"; shown by a substitute: {', '.join(sorted(drawn.missing))}"
     if worst is not None:
         told = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
     pair = None if worst is None else (worst,)

@@ -7,6 +7,7 @@ import io
 import socket
 import threading
 from contextlib import closing, redirect_stdout
+from ipaddress import ip_address
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
     from delta_cad.design import Design
+    from delta_cad.report.live.guard import Guard
     from delta_cad.report.live.page import LivePage
 
 NAME = "view"
@@ -38,7 +40,10 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--host",
         default=LOOPBACK,
         metavar="ADDRESS",
-        help="address to listen on; default: 127.0.0.1, this machine only",
+        help="address to listen on, as the browser will have it; default: 127.0.0.1, this machine only",
+    )
+    command.add_argument(
+        "--allow-remote", action="store_true", help="let other machines connect that know the printed address"
     )
 
 
@@ -56,35 +61,53 @@ def run(given: argparse.Namespace) -> int:
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     try:
-        import viser
+        from delta_cad.report.live.guard import Guard, guarded_server
     except ModuleNotFoundError as error:
         return refuse(not_installed(str(error.name), "view"), BAD_INPUT)
     if not 0 < given.port <= MOST_PORT:
         return refuse(f"--port {given.port}: must be from 1 to {MOST_PORT}", BAD_INPUT)
+    if fault := _host_fault(given.host, given.allow_remote):
+        return refuse(f"--host {given.host}: {fault}", BAD_INPUT)
     try:  # viser would take the next one that is free
-        with socket.create_server((given.host, given.port)):
+        family = socket.AF_INET6 if ":" in given.host else socket.AF_INET
+        with socket.create_server((given.host, given.port), family=family):
             pass
     except OSError as error:
         told = f"--host {given.host} --port {given.port}: {error.strerror or error}"
         return refuse(f"{told}; must be an address of this machine and a free port", BAD_INPUT)
-    with redirect_stdout(io.StringIO()):  # which would tell the address in a frame
-        server = viser.ViserServer(host=given.host, port=given.port, label=design.name, verbose=False)
+    guard = Guard(given.host, given.port, lambda line: refuse(line, DONE))
+    server = guarded_server(guard, design.name)
     try:
         with Interrupt():  # of its own: what was heard does not come again while the server stops
-            return _serve(server, design, given)
+            return _serve(server, guard, design, given)
     except KeyboardInterrupt:  # how it is meant to end
         return DONE
     finally:
+        guard.end()
         with redirect_stdout(io.StringIO()):
             server.stop()
 
 
-def _serve(server: ViserServer, design: Design, given: argparse.Namespace) -> int:
+def _host_fault(host: str, allow_remote: bool) -> str:
+    """Says why the page is not to be served at an address; "" where it may."""
+    try:
+        found = {ip_address(where[0]) for *_, where in socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)}
+    except (OSError, ValueError):  # no such name, or no name
+        return "must be an address of this machine"
+    if any(address.is_unspecified for address in found):
+        return "must be the one address by which browsers reach this machine: the page answers to no other"
+    if not (allow_remote or all(address.is_loopback for address in found)):
+        return "is not a loopback address; other machines must be allowed expressly (--allow-remote)"
+    return ""
+
+
+def _serve(server: ViserServer, guard: Guard, design: Design, given: argparse.Namespace) -> int:
     """Shows the skeleton at once and the solids when they are made; goes on until it is interrupted."""
-    from delta_cad.report.live.page import LivePage
+    from delta_cad.report.live.page import HANDLE, LivePage
 
     with closing(LivePage(server, design)) as page:
-        print(f"http://{given.host}:{given.port}  Ctrl-C ends it", flush=True)
+        guard.begin(page.ranges(), HANDLE, page.nearest_m)
+        print(f"{guard.url}  Ctrl-C ends it", flush=True)
         try:
             _solids(page, design)
         except KeyboardInterrupt:  # the next clause would load the CAD kernel, again where that was interrupted

@@ -21,6 +21,7 @@ from typing import Any, ClassVar, NoReturn, TextIO
 
 from delta_cad.common.arguments import Completion, Version, hint
 from delta_cad.common.refusal import not_installed, printable
+from delta_cad.common.versions import difference
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
 CUT_SHORT = 4  # a search ended before it knew: its time was over, or it was stopped
@@ -86,6 +87,8 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
         with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
             try:
                 given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
+                if note := difference():
+                    print(note, file=sys.stderr)
                 getattr(given, "settle", _as_given)(given)
                 with Interrupt(), Line(until_heard=True) as line:
                     line.show("loading")
@@ -116,11 +119,13 @@ def run_program(commands: str) -> NoReturn:
         commands: Module with `main() -> exit code`.
     """
     _open_streams()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
         code = import_module(commands).main()
     except KeyboardInterrupt:
         code = refuse(NOTHING_WRITTEN, INTERRUPTED)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     # At once: threads and other processes may be busy for long, and none writes a file. So what Ctrl-C ended well:
     # if it struck in text that is executed, the interpreter would end by the signal, though it was caught.
     if code == INTERRUPTED or Interrupt.heard:

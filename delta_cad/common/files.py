@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from delta_cad.common.ours import require_ours, write_record
+from delta_cad.common.ours import remove, require_ours, write_record
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
 NO_PLAIN_FILE = "is no plain file"
@@ -118,7 +118,7 @@ def _filled(path: Path, to: Callable[[], Path] | None) -> Iterator[Path]:
     finally:
         if part.is_symlink():  # which the name was: what it leads to is somebody else's
             part.unlink()
-        shutil.rmtree(part, ignore_errors=True)  # what failed, or the replaced folder after an exchange
+        remove(part)  # what failed, or the replaced folder after an exchange
         os.close(lock)
 
 

@@ -1,7 +1,7 @@
 """The one room that compiles functions; numba is loaded when the first of them is called.
 
 No fast-math and no fused operations, so that each rounding is the IEEE one; a division by zero gives infinity or NaN.
-What is compiled is kept on disk, see `machine_code`.
+What is compiled is kept on disk, see `numba_code`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Compiled:
     def __getattr__(self, name: str) -> Any:
         """Gives what numba's dispatcher has; `dispatcher`, and `inner` for compiled callers, are made when needed."""
         if name in ("dispatcher", "inner"):
-            from delta_cad.common.machine_code import dispatcher_of
+            from delta_cad.common.numba_code import dispatcher_of
 
             made = dispatcher_of(self.py_func, name == "inner", **self.options)
             return self.__dict__.setdefault(name, made)  # of two threads at once both make one and share the first

@@ -10,6 +10,7 @@ import errno
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -102,3 +103,12 @@ def _files(folder: Path, above: str) -> Iterator[tuple[str, Path]]:
 
 def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def remove(folder: Path) -> None:
+    """Removes a folder, whole even if Ctrl-C comes meanwhile, which then takes effect."""
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+    except KeyboardInterrupt:
+        remove(folder)
+        raise

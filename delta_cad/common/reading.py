@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Any, NoReturn
 
-from delta_cad.common.refusal import RefusedError, short
+from delta_cad.common.refusal import RefusedError, not_finite, short
 
 MOST_BYTES = 64_000_000  # largest file that is looked at; the files that we write have less than a tenth of it
 MOST_TOML_BYTES = 1_000_000  # what people write by hand has a thousandth of it
@@ -26,6 +26,7 @@ DEEPEST = 32  # most lists and objects within each other; our files have six
 MOST_KEYS = 10_000  # of one object; ours have some tens, and what is wrong with each is gathered before one is told
 MOST_VALUES = 2_000_000  # of one file; ours have some ten thousands, and 31 million empty lists take half a minute
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+_MANY_DIGITS = re.compile(r"\d{300}")  # of a whole number that may be larger than any double
 # A key of more parts than the deepest table has: reading one takes the square of its length, minutes for 60 kB.
 _NAME = r"(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
 _LONG_KEY = re.compile(rf"(?m)(?:^|[\[{{,])[ \t]*+{_NAME}(?:[ \t]*+\.[ \t]*+{_NAME}){{{DEEPEST}}}")
@@ -152,12 +153,16 @@ def parse_json(content: bytes, name: str, finite: bool = True) -> Any:
     try:
         numbers: dict[str, Any] = {"parse_constant": _no_number, "parse_float": _finite} if finite else {}
         data = json.loads(text, object_pairs_hook=_once, **numbers)
+        if finite and _MANY_DIGITS.search(text) and (found := not_finite(data)) is not None:
+            raise ReadError(name, found[0], short(found[1]), "is larger than any double")
         if _SURROGATE.search(text):
             json.dumps(data, ensure_ascii=False).encode()
     except RecursionError:
         raise _too_deep(name) from None
     except UnicodeEncodeError:
         raise ReadError(name, "", "", "is not JSON we can read: half a surrogate pair is no text") from None
+    except ReadError:
+        raise
     except _TwiceError as error:
         rule = "is given more than once in one object; a key must be given once"
         raise ReadError(name, error.key, error.value, rule) from None

@@ -6,16 +6,21 @@ import json
 import math
 import operator
 import re
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 PREFIX = 3  # letters from which on the beginning of a name stands for it
 _PARTS = re.compile(r"[^\W_]+")
-LONGEST = 200  # characters of a field's path in a message; those of our files have forty
+LONGEST = 200  # characters of a word in a message, such as a field's path or a value; those of our files have forty
+MOST_DOUBLE = sys.float_info.max
+MOST_LINE = 2500  # characters of a message; the longest lists of what is known have a half
+FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # first letters of cells that spreadsheets compute
+_LONG = re.compile(rf"\S{{{LONGEST + 1},}}")
 
 
-def printable(text: str) -> str:
+def visible(text: str) -> str:
     """Writes text that may be anybody's as one line which moves no cursor and turns no direction.
 
     Args:
@@ -26,6 +31,34 @@ def printable(text: str) -> str:
     """
     line = " ".join(text.split())
     return line if line.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+
+
+def printable(text: str) -> str:
+    """Writes a message, which may repeat anybody's text, as one visible line of bounded length.
+
+    Args:
+        text: As for `visible`.
+
+    Returns:
+        The line; of a word of more than `LONGEST` characters, and of a line of more than `MOST_LINE`, the middle is
+        left out.
+    """
+    line = _LONG.sub(lambda word: _shortened(word[0], LONGEST), visible(text))
+    return _shortened(line, MOST_LINE)
+
+
+def _shortened(text: str, most: int) -> str:
+    """A text without its middle where it is longer."""
+    return text if len(text) <= most else f"{text[: most * 2 // 3]}...{text[3 - most // 3 :]}"
+
+
+def as_cell(value: Any) -> Any:
+    """Gives a value as a cell of a table: text that a spreadsheet would take for a formula begins with an apostrophe.
+
+    Args:
+        value: Text, a number or None.
+    """
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
 
 
 def not_installed(packages: str, extra: str) -> str:
@@ -50,8 +83,7 @@ class RefusedError(ValueError):
 
     def __init__(self, file: str, field: str, value: str, allowed: str) -> None:
         self.file, self.field, self.value, self.allowed = file, field, value, allowed
-        shown = field if len(field) <= LONGEST else field[: LONGEST - 3] + "..."
-        what = " = ".join(part for part in (shown, value) if part)
+        what = " = ".join(part for part in (field, value) if part)
         super().__init__(printable(": ".join(part for part in (file, what, allowed) if part)))
 
 
@@ -137,8 +169,8 @@ def short(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def not_finite(data: object) -> tuple[str, float] | None:
-    """Finds the first number of nested data that is not finite.
+def not_finite(data: object) -> tuple[str, float | int] | None:
+    """Finds the first number of nested data that is not finite, or a whole one larger than any double.
 
     Args:
         data: Dictionaries and lists of anything.
@@ -150,10 +182,10 @@ def not_finite(data: object) -> tuple[str, float] | None:
     return None if found is None else (found[0].removeprefix("."), found[1])
 
 
-def _not_finite(data: object) -> tuple[str, float] | None:
+def _not_finite(data: object) -> tuple[str, float | int] | None:
     """See `not_finite`; the path begins with the sign that joins it. It is made on the way out: keys may be long."""
-    if isinstance(data, float):
-        return None if math.isfinite(data) else ("", data)
+    if isinstance(data, float | int):
+        return None if -MOST_DOUBLE <= data <= MOST_DOUBLE else ("", data)
     parts: Iterable[tuple[str, object]] = ()
     if isinstance(data, Mapping):
         parts = ((f".{key}", value) for key, value in data.items())

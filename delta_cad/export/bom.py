@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.refusal import as_cell
 from delta_cad.common.units import G_PER_KG
 from delta_cad.export.shop.cost.cost import CENTS, Cost, CostLine
 
@@ -127,8 +128,11 @@ def write_bom(rows: list[BomRow], directory: Path) -> None:
 
 
 def write_csv(path: Path, record: type[DataclassInstance], rows: Sequence[DataclassInstance]) -> None:
-    """Writes records of one kind, comma-separated, UTF-8, one line feed a row: the same bytes on every system."""
+    """Writes records of one kind, comma-separated, UTF-8, one line feed a row: the same bytes on every system.
+
+    A text that a spreadsheet would compute is written as text, see `as_cell`.
+    """
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, [field.name for field in fields(record)], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
+        writer.writerows({name: as_cell(value) for name, value in asdict(row).items()} for row in rows)

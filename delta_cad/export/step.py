@@ -37,7 +37,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions.tolerances.general import ASKED
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.fingerprint import canonical
-from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, without_runouts
+from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, step_text, without_runouts
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
 
@@ -136,8 +136,8 @@ def _define(document: TDocStd_Document, part: Part) -> TDF_Label:
     XCAFDoc_DocumentTool.ColorTool_s(main).SetColor(label, colour, XCAFDoc_ColorGen)
     XCAFDoc_DocumentTool.MaterialTool_s(main).SetMaterial(
         label,
-        TCollection_HAsciiString(part.material.name),
-        TCollection_HAsciiString(part.material.name),
+        step_text(part.material.name),
+        step_text(part.material.name),
         part.material.density_kg_m3 * KG_M3_TO_STEP_DENSITY,
         TCollection_HAsciiString("density measure"),
         TCollection_HAsciiString("POSITIVE_RATIO_MEASURE"),

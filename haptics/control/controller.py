@@ -20,7 +20,7 @@ from haptics.control.saturation import saturate
 from haptics.control.supervisor.faults import State
 from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.memory import STATE, reset_memory
-from haptics.control.supervisor.supervisor import check, limit
+from haptics.control.supervisor.supervisor import check, findings_left_out, left_out, limit
 from haptics.control.wall_cap import UNCAPPED, WallCap, borne_force
 
 # Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), the torque of it that fits
@@ -79,7 +79,7 @@ def fresh(controller: Controller) -> Memory:
 
 
 @compiled
-def tick(controller, memory, laws, now, theta, out):
+def tick(controller, memory, laws, now, theta, readings, fresh, out):
     """Computes the torques of one period from the angles read.
 
     Args:
@@ -87,15 +87,19 @@ def tick(controller, memory, laws, now, theta, out):
         memory: `Memory`, moved on in place.
         laws: (n, COLUMNS) table of force laws.
         now: Time of the reading, s.
-        theta: (3,) shoulder angles as read, rad.
+        theta: (3,) shoulder angles, rad.
+        readings: (3,) of the encoders, rad: `theta` before a calibration.
+        fresh: Bit i is set if the reading of joint i was taken since the last tick and its own check passed.
         out: (3,) filled with the torques, N m.
 
     Returns:
         The supervisor's bits.
     """
+    if left_out(controller.limits, memory.supervisor, fresh, out):
+        return findings_left_out(memory.supervisor)
     known, work = controller.model, memory.work
     reach, volume = pose(known, theta, work)
-    check(controller.limits, memory.supervisor, now, theta, work[POSITION], reach, volume)
+    check(controller.limits, memory.supervisor, now, theta, readings, work[POSITION], reach, volume)
     vx = vy = vz = 0.0
     for i in range(3):
         rate = velocity(controller.estimator, memory.filters[i], theta[i])
@@ -118,7 +122,7 @@ def tick(controller, memory, laws, now, theta, out):
     for i in range(3):
         work[RENDERED, i] *= work[FACTOR]
     bits = limit(controller.limits, memory.supervisor, work[RENDERED], work[HOLDING], out)
-    state = memory.supervisor[STATE]
+    state = int(memory.supervisor[STATE])
     if state in (_DISABLED, _FAULT):
         work[TOUCHED] = 0.0
     return bits

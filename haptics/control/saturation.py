@@ -38,7 +38,7 @@ def saturate(gravity, force_torque, limit, out):
         hold, push, top = gravity[i], force_torque[i], limit[i]
         if not (abs(hold) <= top and math.isfinite(push)):
             served = False
-        elif push != 0.0:
+        elif abs(push) > 0.0:
             room = top - hold if push > 0.0 else top + hold
             factor = min(factor, room / abs(push))
     if not served:

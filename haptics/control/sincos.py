@@ -45,10 +45,10 @@ def sincos(angle):
     one = 1.0 - half
     c = one + (((1.0 - one) - half) + z * z * (F4 - z * (F6 - z * (F8 - tail))))
     quarter = n - 4.0 * float(math.floor(0.25 * n))  # exact, and cheaper on a core than a whole number
-    if quarter == 1.0:
+    if quarter == 1.0:  # exact: a whole number
         return c, -s
-    if quarter == 2.0:
+    if quarter == 2.0:  # exact: a whole number
         return -s, -c
-    if quarter == 3.0:
+    if quarter == 3.0:  # exact: a whole number
         return -c, s
     return s, c

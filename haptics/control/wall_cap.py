@@ -132,7 +132,7 @@ def borne_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
     xx = yy = zz = xy = xz = yz = 0.0  # what the touched walls cost the joints, N m s/rad
     for i in range(laws.shape[0]):
         gain = laws[i, GAIN]
-        if laws[i, KIND] == WALL:
+        if laws[i, KIND] == WALL:  # exact: a kind is a whole number
             depth = virtual_wall.depth_in(laws, i, px, py, pz)
             if depth > 0.0 and gain > 0.0:
                 a, b, c = lever(jacobian, laws, i)

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 
 from delta_cad.design import Design
 from haptics.calibration.record import load_calibration
-from haptics.control.controller import VELOCITY, Controller, Memory, tick
+from haptics.control.controller import VELOCITY, Controller, Memory
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.faults import FaultCode, State, findings
 from haptics.devices.calibrated import CalibratedDevice
 from haptics.devices.device import Device, DeviceError, DeviceLostError, Reading
-from haptics.devices.host import Host
+from haptics.devices.host import Host, ticked
 from haptics.devices.link import UdpLink
 from haptics.devices.recorded import RecordedDevice
 from haptics.devices.remote import RemoteDevice
@@ -170,8 +170,7 @@ class HapticDevice:
         """Position and velocity of the last reading: its tick is run on a copy of the memory, and forgotten."""
         host = self._host
         self._memory = Memory(*(part.copy() for part in host.memory))
-        theta = np.array(self._sample.angles, dtype=float)
-        tick(host.controller, self._memory, host.table, self._sample.time, theta, self._room)
+        ticked(host.controller, self._memory, host.table, self._sample, self._room)
 
 
 def open_device(

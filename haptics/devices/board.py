@@ -15,6 +15,7 @@ import numpy as np
 from haptics.devices.device import Device, Reading
 from haptics.devices.protocol import (
     DAMPS_AT_WALLS,
+    NOT_FRESH,
     RESET_WATCHDOG,
     STOP_PRESSED,
     VERSION,
@@ -125,7 +126,7 @@ class Board:
         if not self.connected:
             return None
         self.answered = False
-        flags = WATCHDOG_TRIPPED * self.tripped | STOP_PRESSED * self.stop
+        flags = WATCHDOG_TRIPPED * self.tripped | STOP_PRESSED * self.stop | NOT_FRESH * (~sample.fresh & 7)
         return self._packet(PacketKind.STATE, tuple(float(a) for a in sample.angles), flags)
 
     def farewell(self) -> bytes | None:

@@ -47,8 +47,9 @@ class CalibratedDevice:
     def read(self) -> Reading:
         """Reads the other device, and gives the angles that the drawn one would have there; see `Device`."""
         sample = self.device.read()
-        correct(self._known, np.asarray(sample.angles, dtype=float), self._out)
-        return sample._replace(angles=self._out[DRAWN].copy())
+        if sample.fresh == 7:  # else the last torques stand, and the last place with them
+            correct(self._known, np.asarray(sample.angles, dtype=float), self._out)
+        return sample._replace(angles=self._out[DRAWN].copy(), readings=sample.angles)
 
     def write(self, torques: ArrayLike) -> None:
         """Writes the torques that do the same at the handle; none, where it is not known where that is."""

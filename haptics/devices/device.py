@@ -34,11 +34,15 @@ class Reading(NamedTuple):
         angles: (3,) shoulder angles, rad; NaN for an encoder that knows of its own fault.
         time: Time of the reading on the device's clock, s.
         flags: Bits of `faults.EXTERNAL` that the device holds up.
+        fresh: Bit i is set if the reading of joint i was taken since the last one and its own check passed.
+        readings: (3,) what the encoders read, rad, where a calibration makes other angles of it; None for the angles.
     """
 
     angles: np.ndarray
     time: float
     flags: int = 0
+    fresh: int = 7
+    readings: np.ndarray | None = None
 
 
 class Device(Protocol):

@@ -18,6 +18,7 @@ from haptics.control.filters import fresh_memory
 from haptics.control.supervisor.faults import EXTERNAL, FaultCode
 from haptics.control.supervisor.memory import GRAVITY, KNOWN, OUT, PLACED, RENDERED, SIGNALS, STARTED
 from haptics.control.supervisor.safety import Supervisor
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.devices.device import Device, DeviceError, DeviceLostError, Reading, run
 from haptics.devices.recording import Recorder, Recording
 from haptics.rendering import law_table
@@ -25,6 +26,13 @@ from haptics.rendering.law import GAIN, ForceLaw
 from haptics.rendering.table import fade
 
 SAME_PERIOD = 1e-6  # Relative difference of two periods that are the same: less than the error of any quartz
+
+
+def ticked(controller: Controller, memory: Memory, laws: np.ndarray, sample: Reading, out: np.ndarray) -> int:
+    """One tick of a controller on a reading; see `controller.tick`."""
+    theta = np.array(sample.angles, dtype=float)
+    readings = theta if sample.readings is None else np.array(sample.readings, dtype=float)
+    return tick(controller, memory, laws, sample.time, theta, readings, sample.fresh, out)
 
 
 class Host:
@@ -60,7 +68,7 @@ class Host:
         self._last: Reading | None = None
         self._torques = np.zeros(3)
         # compiled before a device waits for it
-        tick(controller, fresh(controller), self._laws, 0.0, np.zeros(3), self._torques)
+        tick(controller, fresh(controller), self._laws, 0.0, np.zeros(3), np.zeros(3), ALL_FRESH, self._torques)
 
     @property
     def table(self) -> np.ndarray:
@@ -211,8 +219,7 @@ class Host:
         mine = self._stopped * FaultCode.EMERGENCY_STOP.bit | self._lost * FaultCode.DEVICE_LOST.bit
         self.supervisor.memory[SIGNALS] = float(sample.flags & EXTERNAL | mine)
         self._fade()
-        theta = np.array(sample.angles, dtype=float)
-        self.bits = int(tick(self.controller, self.memory, self._laws, sample.time, theta, self._torques))
+        self.bits = int(ticked(self.controller, self.memory, self._laws, sample, self._torques))
         if touch := getattr(self._device, "touch", None):
             touch(bool(self.memory.work[TOUCHED]))
         self._last = sample
@@ -221,7 +228,8 @@ class Host:
     def _tick_unread(self) -> None:
         """A tick without a reading: the last one again, a period later, so that only signals and requests act."""
         if self._last is not None:
-            self._tick(self._last._replace(time=self._last.time + self.controller.limits.period))
+            later = self._last.time + self.controller.limits.period
+            self._tick(self._last._replace(time=later, fresh=ALL_FRESH))
 
     def _fade(self) -> None:
         """Moves the gains on, and drops laws that have faded out."""

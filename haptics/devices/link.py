@@ -1,12 +1,16 @@
-"""Datagrams between two ends by UDP, which stays on this machine unless other machines are allowed."""
+"""Datagrams between two ends: by UDP, which stays on this machine unless others are allowed, or by a serial line."""
 
 from __future__ import annotations
 
 import ipaddress
+import os
 import select
 import socket
+import time
 
 LARGEST = 2048  # Longest datagram that is read, bytes; ours have at most 60
+LONGEST = 64  # Longest of a serial line, bytes
+END, ESCAPE, ESCAPED_END, ESCAPED_ESCAPE = 0xC0, 0xDB, 0xDC, 0xDD  # Of SLIP
 
 
 class UdpLink:
@@ -38,6 +42,61 @@ class UdpLink:
         self._socket.close()
 
 
+class SerialLink:
+    """A serial line to one board, framed by SLIP (RFC 1055); or any two descriptors.
+
+    Args:
+        reading: Path of a terminal device, such as /dev/ttyACM0; or a descriptor that is read.
+        writing: A descriptor that is written, where `reading` is one.
+
+    Raises:
+        OSError: The device cannot be opened.
+        ValueError: It is no terminal.
+    """
+
+    def __init__(self, reading: str | int, writing: int | None = None) -> None:
+        self._in = _opened(reading) if isinstance(reading, str) else reading
+        self._out = self._in if writing is None else writing
+        self._frame, self._escaped = bytearray(), False
+        self._coming: list[bytes] = []
+
+    def send(self, data: bytes) -> None:
+        """Sends a datagram. Raises OSError if the line is gone."""
+        plain = data.replace(bytes([ESCAPE]), bytes([ESCAPE, ESCAPED_ESCAPE]))
+        os.write(self._out, bytes([END, *plain.replace(bytes([END]), bytes([ESCAPE, ESCAPED_END])), END]))
+
+    def receive(self, seconds: float) -> bytes | None:
+        """The next datagram, or None if none came in that time. Raises OSError if the line is gone."""
+        until = time.monotonic() + max(seconds, 0.0)
+        while not self._coming:
+            left = until - time.monotonic()
+            if not select.select([self._in], [], [], max(left, 0.0))[0]:
+                return None
+            data = os.read(self._in, LARGEST)
+            if not data:
+                raise ConnectionResetError("the serial line has ended")
+            self._take(data)
+        return self._coming.pop(0)
+
+    def _take(self, data: bytes) -> None:
+        for byte in data:
+            if byte == END:
+                if 0 < len(self._frame) <= LONGEST and not self._escaped:
+                    self._coming.append(bytes(self._frame))
+                self._frame, self._escaped = bytearray(), False
+            elif byte == ESCAPE:
+                self._escaped = True
+            elif len(self._frame) <= LONGEST:  # one more than a datagram has: it is dropped at its end
+                meant = {ESCAPED_END: END, ESCAPED_ESCAPE: ESCAPE}.get(byte, byte)
+                self._frame.append(meant if self._escaped else byte)
+                self._escaped = False
+
+    def close(self) -> None:
+        """Closes the line."""
+        for one in {self._in, self._out}:
+            os.close(one)
+
+
 def readable(waiting: socket.socket, seconds: float) -> bool:
     """Waits for a datagram, not longer than that; says whether there is one."""
     return bool(select.select([waiting], [], [], seconds)[0])
@@ -62,3 +121,17 @@ def udp_socket(host: str, allow_remote: bool) -> socket.socket:
             f"{host} is not a loopback address; other machines must be allowed expressly (--allow-remote, allow_remote)"
         )
     return socket.socket(socket.AF_INET6 if address.version == 6 else socket.AF_INET, socket.SOCK_DGRAM)
+
+
+def _opened(path: str) -> int:
+    """A terminal device, raw, at 2 Mbaud."""
+    import termios
+
+    line = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    if not os.isatty(line):
+        os.close(line)
+        raise ValueError(f"{path} is no serial line, such as /dev/ttyACM0")
+    local = termios.CLOCAL | termios.CREAD | termios.CS8
+    speed = getattr(termios, "B2000000", 2_000_000)  # a system without the constant takes the number
+    termios.tcsetattr(line, termios.TCSANOW, [0, 0, local, 0, speed, speed, termios.tcgetattr(line)[6]])
+    return line

@@ -59,6 +59,7 @@ PAYLOAD: dict[PacketKind, struct.Struct] = {
 }
 
 WATCHDOG_TRIPPED, STOP_PRESSED = 1, 2  # Flags of a STATE
+NOT_FRESH = 4  # Flag of a STATE for joint 0; twice and four times it for joints 1 and 2
 RESET_WATCHDOG, WALL_TOUCHED = 1, 2  # Flags of a COMMAND
 DAMPS_AT_WALLS = 1  # Flag of a WELCOME; a board that does not say so is taken to ignore WALL_TOUCHED
 FAULT_OF_FLAG = {WATCHDOG_TRIPPED: FaultCode.WATCHDOG, STOP_PRESSED: FaultCode.EMERGENCY_STOP}

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 from haptics.control.supervisor.faults import FaultCode
 from haptics.devices.board import NS_PER_S
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, three_torques
-from haptics.devices.link import UdpLink
+from haptics.devices.link import SerialLink, UdpLink
 from haptics.devices.protocol import (
     DAMPS_AT_WALLS,
     FAULT_OF_FLAG,
+    NOT_FRESH,
     RESET_WATCHDOG,
     WALL_TOUCHED,
     Packet,
@@ -63,7 +64,7 @@ class RemoteDevice:
 
     def __init__(
         self,
-        link: UdpLink,
+        link: UdpLink | SerialLink,
         *,
         watchdog: float = 0.02,
         timeout: float = 0.1,
@@ -158,7 +159,7 @@ class RemoteDevice:
         if newest.answers != self._sequence:
             self.counts["UNANSWERED"] += 1
         flags = sum(fault.bit for flag, fault in FAULT_OF_FLAG.items() if newest.flags & flag)
-        return Reading(np.array(newest.values), self.time, flags)
+        return Reading(np.array(newest.values), self.time, flags, ~(newest.flags // NOT_FRESH) & 7)
 
     def write(self, torques: ArrayLike) -> None:
         """Sends a COMMAND; see `Device`. Whether it came is seen in the next STATE, not here."""

@@ -53,7 +53,7 @@ def serve(
         listening: Socket of the board; left open.
         patience: Longest wait for the COMMAND to a STATE before the next tick, s; the period of a paced board.
         paced: Whether each tick takes all of that time, as on a real board; otherwise the next follows the COMMAND.
-        idle: Time without a datagram after which it ends, s.
+        idle: Time without a session that opens or a COMMAND that is taken after which it ends, s.
         once: Whether it ends with the first session.
         clock: Grows by the second.
         ready: Waits so many seconds of that clock for a datagram, and says whether there is one.
@@ -76,8 +76,10 @@ def serve(
             if not ready(listening, max(wait, 0.0)):
                 continue
             data, sender = listening.recvfrom(LARGEST)
-            heard = clock()
+            taken = board.sessions + board.served
             reply = board.received(data, sender)
+            if board.sessions + board.served > taken:
+                heard = clock()
             if reply is not None:
                 listening.sendto(reply, sender)
             if board.connected and (not connected or board.peer != peer):

@@ -9,69 +9,20 @@ from numba import float64, typeof
 
 from haptics.control import correction as c
 from haptics.control.correction import Correction
-from haptics.firmware.numbers import initialiser
+from haptics.firmware.literals import initialiser
 from haptics.firmware.precision import Precision
+from haptics.firmware.templates import rendered
 from haptics.firmware.translate import Translation
 
-HEADER = f"""
-/* A made device beside the drawn one; without a calibration both are the same and these functions only copy. */
-typedef struct {{
-    delta_real work[{c.ROWS * 3}];
-}} delta_made;
-
-/* What delta_startup_tick is given for the encoders' readings: with zeros and waves where zeros are kept. */
-void delta_shoulders(const delta_real reading[3], delta_real theta[3]);
-/* What delta_tick is given for them, the start-up's offsets added: the angles of the drawn device at the same place.
- * NaN where there is none, which is fault ANGLE_INVALID. */
-void delta_drawn(delta_made *made, const delta_real reading[3], delta_real theta[3]);
-/* What the motors are given for delta_tick's torques: those that do the same at the handle, within the limit. */
-void delta_turned(const delta_made *made, const delta_real torque[3], delta_real turned[3]);
-"""
-PLAIN = """\
-void delta_shoulders(const delta_real reading[3], delta_real theta[3])
-{
-    for (int k = 0; k < 3; k++) theta[k] = reading[k];
-}
-
-void delta_drawn(delta_made *made, const delta_real reading[3], delta_real theta[3])
-{
-    (void)made;
-    delta_shoulders(reading, theta);
-}
-
-void delta_turned(const delta_made *made, const delta_real torque[3], delta_real turned[3])
-{
-    (void)made;
-    delta_shoulders(torque, turned);
-}
-"""
-CODE = """\
-static const Correction delta_calibration = {known};
-
-void delta_shoulders(const delta_real reading[3], delta_real theta[3])
-{{
-    {shoulders}
-}}
-
-void delta_drawn(delta_made *made, const delta_real reading[3], delta_real theta[3])
-{{
-    row read = {{ (delta_real *)reading, 3{none} }}; /* only read */
-    table out = {{ made->work, {rows}, 3, 3 }};
-    correction_correct(&delta_calibration, read, out);
-    for (int k = 0; k < 3; k++) theta[k] = made->work[{drawn} + k];
-}}
-
-void delta_turned(const delta_made *made, const delta_real torque[3], delta_real turned[3])
-{{
-    row asked = {{ (delta_real *)torque, 3{none} }}, given = {{ turned, 3{none} }};
-    table out = {{ (delta_real *)made->work, {rows}, 3, 3 }};
-    correction_turned(out, asked, DELTA_TORQUE_N_M, given);
-}}
-"""
 SHOULDERS = """\
-row read = {{ (delta_real *)reading, 3{none} }}, angles = {{ theta, 3{none} }};
+row read = { (delta_real *)reading, 3 }, angles = { theta, 3 };
     correction_shoulders(&delta_calibration, read, angles);"""
 HOMED = "for (int k = 0; k < 3; k++) theta[k] = reading[k]; /* the stops give the zeros */"
+
+
+def header() -> str:
+    """What the header says of it."""
+    return rendered("calibration.h", rows=c.ROWS)
 
 
 def arguments(known: Correction | None) -> tuple[Any, ...] | None:
@@ -95,12 +46,11 @@ def code(known: Correction | None, precision: Precision, absolute: bool) -> str:
         absolute: Whether the start-up takes the encoders' zeros as they are, and not the stops'.
     """
     if known is None:
-        return PLAIN
-    none = ", NULL" if precision.single else ""
-    return CODE.format(
+        return rendered("as_drawn.c")
+    return rendered(
+        "calibration.c",
         known=initialiser(known, typeof(known), 0, precision),
-        shoulders=SHOULDERS.format(none=none) if absolute else HOMED,
-        none=none,
+        shoulders=SHOULDERS if absolute else HOMED,
         rows=c.ROWS,
         drawn=3 * c.DRAWN,
     )

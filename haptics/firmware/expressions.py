@@ -14,10 +14,10 @@ from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
 from delta_cad.common.jit import Compiled
-from haptics.control.supervisor import memory
-from haptics.firmware.inference import inferred
-from haptics.firmware.layout import WIDE, c_type, is_record, is_row, is_scalar, is_table, letter
-from haptics.firmware.literals import Value, cast, literal
+from haptics.firmware.inference import REASON, inferred, of_kind, plain, reasons, variables
+from haptics.firmware.layout import WIDE, c_type, is_record, is_row, is_scalar, is_table, letter, record_name
+from haptics.firmware.literals import Value, as_whole, cast, literal
+from haptics.firmware.memories import LAID, RESERVED, Layout, Member
 from haptics.firmware.precision import INTEGER, REAL, SINGLE, Precision
 
 MATH = {"sqrt", "sin", "cos", "exp", "hypot", "atan2", "tan", "acos", "asin", "atan", "log", "log1p", "expm1"}
@@ -37,7 +37,6 @@ OPERATORS = {
     ast.Eq: "==",
     ast.NotEq: "!=",
 }
-RESERVED = {"double", "long", "int", "row", "table", "part", "fill", "short", "float", "register", "signed", "default"}
 
 
 class TranslationError(ValueError):
@@ -65,11 +64,12 @@ class Expressions:
         self.owner, self.python = owner, function.py_func
         precision = owner.precision
         self.real, self.exact = precision.of_function(function), False
-        typemap, returns = inferred(self.python, arguments)
+        typemap, returns = inferred(self.python, tuple(map(plain, arguments)))
         self.returns = of_kind(returns, self.real)
-        self.types = {name: of_kind(kind, self.real) for name, kind in _variables(typemap).items()}
+        self.types = {name: of_kind(kind, self.real) for name, kind in variables(typemap).items()}
         self.scope = inspect.getclosurevars(self.python)
         source = getattr(self.python, "source", None) or textwrap.dedent(inspect.getsource(self.python))
+        self.reasons = reasons(source)
         tree = ast.parse(source)
         self.tree = next(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
         self.arguments = [argument.arg for argument in self.tree.args.args]
@@ -172,11 +172,27 @@ class Expressions:
             return literal(value, self.written), self.written
         raise self.refuse(node, f"{value!r} is no number")
 
+    def named(self, node: ast.expr, name: str) -> Value:
+        """A constant from outside: its number, and its name for whoever reads the code."""
+        text, kind = self.constant(node, self.outside(node))
+        return f"{text} /* {name.lstrip('_')} */", kind
+
+    def whole(self, node: ast.expr) -> str:
+        """C text of a whole number, which Python may compute as a float."""
+        if isinstance(node, ast.IfExp):
+            return f"({self.value(node.test)[0]} ? {self.whole(node.body)} : {self.whole(node.orelse)})"
+        if isinstance(node, ast.Call) and self.outside(node.func) is float:
+            return self.whole(node.args[0])
+        if isinstance(node, ast.BinOp) and type(node.op) in (ast.Add, ast.Sub, ast.BitOr, ast.BitAnd):
+            return f"({self.whole(node.left)} {OPERATORS[type(node.op)]} {self.whole(node.right)})"
+        text, kind = self.value(node)
+        return as_whole(text) or (text if isinstance(kind, types.Integer | types.Boolean) else f"((long long)({text}))")
+
     def of_name(self, node: ast.Name) -> Value:
         """A local variable, or a constant from outside."""
         if node.id in self.types:
             return self.local(node.id), self.types[node.id]
-        return self.constant(node, self.outside(node))
+        return self.named(node, node.id)
 
     def outside(self, node: ast.expr) -> Any:
         """What a name or a module's attribute stands for, outside the function."""
@@ -193,10 +209,13 @@ class Expressions:
     def of_attribute(self, node: ast.Attribute) -> Value:
         """A field of a record, or a constant of a module."""
         if isinstance(node.value, ast.Name) and node.value.id not in self.types:
-            return self.constant(node, self.outside(node))
+            return self.named(node, node.attr)
         text, kind = self.value(node.value)
         if not is_record(kind):
             raise self.refuse(node, f"{kind} has no fields")
+        laid = LAID.get((record_name(kind), node.attr))
+        if laid:
+            return f"{text}->{node.attr}", laid
         part = dict(zip(kind.fields, kind.types, strict=True))[node.attr]
         place = f"{text}->{node.attr}"
         if is_record(part):
@@ -215,6 +234,8 @@ class Expressions:
                 return f"{text}.{('rows', 'columns')[which]}", INTEGER
             raise self.refuse(node, "this array has no such axis")
         text, kind = self.value(node.value)
+        if isinstance(kind, Layout):
+            return self.member(node, text, kind)
         if is_row(kind) and isinstance(node.slice, ast.Slice):
             return f"part({text}, {self.ends(node.slice)})", kind
         if is_table(kind) and isinstance(node.slice, ast.Tuple):
@@ -226,22 +247,59 @@ class Expressions:
                 return f"part({whole}, {self.ends(second)})", types.Array(REAL, 1, "C")
         at = self.places(node.slice)
         if is_row(kind) and len(at) == 1:
-            return self.element(text, node, at[0])
+            return f"{text}.at[{at[0]}]", self.owner.precision.real
         if is_table(kind) and len(at) == 1:
             return f"row_of({text}, {at[0]})", types.Array(REAL, 1, "C")
         if is_table(kind) and len(at) == 2:
             return f"{text}.at[({at[0]}) * {text}.stride + ({at[1]})]", self.owner.precision.real
         raise self.refuse(node, f"{kind} has no such element")
 
-    def element(self, text: str, node: ast.Subscript, at: str) -> Value:
-        """An element of a row; in mixed precision some places of the supervisor's memory lie apart, as doubles."""
-        for part in ast.walk(node.slice):
-            if isinstance(part, ast.Attribute) and self.outside(part.value) is memory:
-                place = self.owner.precision.place(part.attr)
-                if place is not None:
-                    own = literal(getattr(memory, part.attr))
-                    return f"{text}.exact[{at.replace(own, literal(place), 1)}]", REAL
-        return f"{text}.at[{at}]", self.owner.precision.real
+    def member(self, node: ast.Subscript, text: str, layout: Layout) -> Value:
+        """A place of a memory: `mem[m.NAME]`, `mem[m.NAME + i]` or all of it, `mem[m.NAME : m.NAME + 3]`."""
+        whole = isinstance(node.slice, ast.Slice)
+        one, rest = self.place_of(node.slice.lower if isinstance(node.slice, ast.Slice) else node.slice, layout)
+        place, kind = f"{text}->{one.c_name}", one.kind(self.owner.precision)
+        if whole:
+            return f"((row){{ {place}, {one.width}LL }})", types.Array(REAL, 1, "C")
+        if one.width > 1:
+            place += f"[{self.value(rest)[0] if rest else '0'}]"
+        elif rest:
+            raise self.refuse(node, f"{one.name} is one number")
+        return place, kind
+
+    def place_of(self, node: ast.expr | None, layout: Layout) -> tuple[Member, ast.expr | None]:
+        """The place that an index begins with, and what is added to it."""
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+            one, rest = self.place_of(node.left, layout)
+            return one, ast.BinOp(rest, ast.Add(), node.right) if rest else node.right
+        name = None
+        if isinstance(node, ast.Attribute) and self.outside(node.value) is layout.module:
+            name = node.attr
+        if isinstance(node, ast.Name) and node.id not in self.types:
+            name = node.id
+        if name not in layout.members:
+            raise self.refuse(node or self.tree, f"an index of {layout.struct} must begin with the name of a place")
+        return layout.members[name], None
+
+    def equality(self, node: ast.Compare, sides: list[str], kind: Any) -> list[str]:
+        """Numbers that are equal: whole ones as such; real ones by `equal`, with the reason that the line must give."""
+        nodes = [node.left, *node.comparators]
+        mark = len(self.lines)
+        kinds = [self.value(one)[1] for one in nodes]
+        del self.lines[mark:]
+        texts = [
+            self.whole(one) if isinstance(own, types.Integer) else as_whole(text)
+            for one, own, text in zip(nodes, kinds, sides, strict=True)
+        ]
+        if any(isinstance(own, types.Integer) for own in kinds) and None not in texts:
+            pairs = zip(texts, node.ops, texts[1:], strict=False)
+            return [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in pairs]
+        reason = self.reasons.get(node.lineno)
+        if reason is None:
+            raise self.refuse(node, f"real numbers held to be equal need a reason at the line's end: # {REASON}why")
+        self.emit(f"/* {REASON}{reason} */")
+        pairs = zip(sides, node.ops, sides[1:], strict=False)
+        return [f"{'!' * isinstance(op, ast.NotEq)}equal{letter(kind)}({a}, {b})" for a, op, b in pairs]
 
     def ends(self, node: ast.Slice) -> str:
         """C text of the ends of a slice; it begins with the first element if nothing is said."""
@@ -308,8 +366,11 @@ class Expressions:
             one = ast.copy_location
             tests = [one(ast.Compare(node.left, [ast.Eq()], [part]), node) for part in node.comparators[0].elts]
             return self.of_boolop(ast.BoolOp(ast.Or(), list(tests)))
-        sides, _ = self.joined(node.left, *node.comparators)
-        tests = [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in zip(sides, node.ops, sides[1:], strict=False)]
+        sides, kind = self.joined(node.left, *node.comparators)
+        if all(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops) and isinstance(kind, types.Float):
+            tests = self.equality(node, sides, kind)
+        else:
+            tests = [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in zip(sides, node.ops, sides[1:], strict=False)]
         return "(" + " && ".join(tests) + ")", types.boolean
 
     def of_ifexp(self, node: ast.IfExp) -> Value:
@@ -340,30 +401,34 @@ class Expressions:
         inner = node.args[0]
         if called is float and isinstance(inner, ast.Call) and self.outside(inner.func) is math.floor:
             text, kind = self.value(inner.args[0])  # without a way through a whole number, which costs a call each
-            return f"floor{letter(kind)}({text})", kind
+            return f"delta_floor{letter(kind)}({text})", kind
         if called is float:
             return cast(self.value(node.args[0]), self.written), self.written
         values = [self.value(argument) for argument in node.args]
         text, kind = values[0]
         if called is abs:
-            return (f"fabs{letter(kind)}({text})", kind) if isinstance(kind, types.Float) else (f"llabs({text})", kind)
+            name = f"delta_fabs{letter(kind)}" if isinstance(kind, types.Float) else "llabs"
+            return f"{name}({text})", kind
         if called is int:
-            return f"((long long)({text}))", INTEGER
+            return (text if isinstance(kind, types.Integer) else f"((long long)({text}))"), INTEGER
         if called is math.floor:
-            return f"((long long)floor{letter(kind)}({text}))", INTEGER
+            return f"((long long)delta_floor{letter(kind)}({text}))", INTEGER
         if called is len and is_row(kind):
             return f"{text}.n", INTEGER
         if getattr(called, "__module__", "") == "math" and called.__name__ in MATH:
             texts, kind = self.joined(*node.args)
             if kind == INTEGER:
                 texts, kind = [cast((one, INTEGER), self.written) for one in texts], self.written
-            return f"{called.__name__}{letter(kind)}({', '.join(texts)})", kind
+            own = "delta_" if called is math.sqrt else ""
+            return f"{own}{called.__name__}{letter(kind)}({', '.join(texts)})", kind
         raise self.refuse(node, f"{ast.unparse(node.func)} has no translation")
 
     def of_own(self, node: ast.Call, called: Any) -> Value:
         """A call of another compiled function, whose arguments may be of another precision than ours."""
         values = [self.value(argument) for argument in node.args]
-        name, returns = self.owner.add(called, tuple(_plain(kind) for _, kind in values))
+        name, returns = self.owner.add(
+            called, tuple(kind if isinstance(kind, Layout) else plain(kind) for _, kind in values)
+        )
         names = list(inspect.signature(called.py_func).parameters)
         texts = []
         for argument, value, own in zip(node.args, values, names, strict=True):
@@ -374,40 +439,3 @@ class Expressions:
             else:
                 texts.append(value[0])
         return f"{name}({', '.join(texts)})", returns
-
-
-def of_kind(kind: Any, real: Any) -> Any:
-    """A type whose real number, or those of a tuple, are of a kind; arrays and records stay."""
-    if isinstance(kind, types.Float):
-        return real
-    if isinstance(kind, types.BaseTuple) and not is_record(kind):
-        return types.Tuple([of_kind(part, real) for part in kind])  # pyright: ignore
-    return kind
-
-
-def _variables(typemap: dict[str, Any]) -> dict[str, Any]:
-    """Name of each local variable -> its type; a double where one of its versions is."""
-    result: dict[str, Any] = {}
-    for name, kind in typemap.items():
-        variable = name.split(".")[0]
-        if variable.startswith("$") or variable in ("arg", "_"):
-            continue
-        plain = _plain(kind)
-        if not (is_scalar(plain) or is_row(plain) or is_table(plain) or is_record(plain)):
-            continue
-        if variable not in result or isinstance(plain, types.Float):
-            result[variable] = plain
-    return result
-
-
-def _plain(kind: Any) -> Any:
-    """A type as the compiler infers with: doubles, and without its knowledge of constants and alignment."""
-    if isinstance(kind, types.Float):
-        return REAL
-    if isinstance(kind, types.Boolean | types.BooleanLiteral):
-        return types.boolean
-    if isinstance(kind, types.Integer | types.IntegerLiteral):
-        return INTEGER
-    if isinstance(kind, types.Array):
-        return types.Array(kind.dtype, kind.ndim, "C")
-    return kind

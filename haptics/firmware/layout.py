@@ -6,6 +6,7 @@ import re
 
 from numba.core import types
 
+from haptics.firmware.memories import FLAG, LAID, Layout
 from haptics.firmware.precision import SINGLE, Precision
 
 WIDE = "_wide"  # Ending of a record's field that is kept as a double beside the single one
@@ -14,16 +15,25 @@ WIDE = "_wide"  # Ending of a record's field that is kept as a double beside the
 _EXTREMES = """\
 static inline {type} min2{end}({type} a, {type} b) {{ return b < a ? b : a; }}
 static inline {type} max2{end}({type} a, {type} b) {{ return b > a ? b : a; }}
+static inline int equal{end}({type} a, {type} b) {{ return a <= b && a >= b; }} /* each call says why */
+"""
+# One instruction each where the core has it; a freestanding compiler would call the library for the same values.
+_BUILTIN = """\
+#ifdef __GNUC__
+#define DELTA_BUILTIN(name) __builtin_##name
+#else
+#define DELTA_BUILTIN(name) name
+#endif
 """
 _PRELUDE = """\
-typedef struct {{ delta_real *at; long long n;{exact} }} row;
+typedef struct {{ delta_real *at; long long n; }} row;
 typedef struct {{ delta_real *at; long long rows, columns, stride; }} table;
 
 {extremes}\
 static inline long long imin2(long long a, long long b) {{ return b < a ? b : a; }}
 static inline long long imax2(long long a, long long b) {{ return b > a ? b : a; }}
-static inline row row_of(table t, long long i) {{ row r = {{ t.at + i * t.stride, t.columns{none} }}; return r; }}
-static inline row part(row r, long long a, long long b) {{ row p = {{ r.at + a, b - a{none} }}; return p; }}
+static inline row row_of(table t, long long i) {{ row r = {{ t.at + i * t.stride, t.columns }}; return r; }}
+static inline row part(row r, long long a, long long b) {{ row p = {{ r.at + a, b - a }}; return p; }}
 static inline table table_part(table t, long long a, long long b, long long c, long long d)
 {{
     table p = {{ t.at + a * t.stride + c, b - a, d - c, t.stride }};
@@ -37,10 +47,15 @@ def prelude(precision: Precision, code: str) -> str:
     """What a translation begins with: arrays, minimum and maximum, in a precision; only the functions that it calls."""
     double = _EXTREMES.format(type="double", end="")
     single = _EXTREMES.format(type="float", end="f") if precision.single else ""
-    exact, none = (" double *exact;", ", NULL") if precision.single else ("", "")
-    parts = re.split(r"^(?=static )", _PRELUDE.format(extremes=double + single, exact=exact, none=none), flags=re.M)
+    parts = re.split(r"^(?=static )", _PRELUDE.format(extremes=double + single), flags=re.M)
     named = ((part, re.match(r"static inline .*?(\w+)\(", part)) for part in parts)
-    return "".join(part for part, name in named if name is None or f"{name[1]}(" in code)
+    used = [name + end for name in ("fabs", "floor", "sqrt") for end in ("", "f") if f"delta_{name}{end}(" in code]
+    builtins = "".join(f"#define delta_{name}(x) DELTA_BUILTIN({name})(x)\n" for name in used)
+    return (
+        (_BUILTIN if used else "")
+        + builtins
+        + "".join(part for part, name in named if name is None or f"{name[1]}(" in code)
+    )
 
 
 class LayoutError(TypeError):
@@ -89,7 +104,9 @@ def c_type(kind: types.Type) -> str:
     Raises:
         LayoutError: There is none.
     """
-    if isinstance(kind, types.Boolean):
+    if isinstance(kind, Layout):
+        return kind.pointer
+    if isinstance(kind, types.Boolean) or kind == FLAG:
         return "int"
     if isinstance(kind, types.Float):
         return "float" if kind == SINGLE else "double"
@@ -124,6 +141,10 @@ def struct(kind: types.Type, precision: Precision) -> str:
     if is_record(kind):
         lines = []
         for name, part in members(kind):
+            laid = LAID.get((record_name(kind), name))
+            if laid:
+                lines.append(f"    {laid.pointer}{name};")
+                continue
             real = isinstance(part, types.Float)
             text = record_name(part) if is_record(part) else c_type(precision.real if real else part)
             lines.append(f"    {text} {name};")

@@ -19,7 +19,8 @@ from numba.core import types
 
 from haptics.firmware.expressions import Expressions
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, record_name, struct, tuple_name
-from haptics.firmware.literals import Value, cast
+from haptics.firmware.literals import Value, as_whole, cast
+from haptics.firmware.memories import Layout
 from haptics.firmware.precision import DOUBLE, INTEGER, REAL, Precision
 
 
@@ -152,20 +153,40 @@ class _Function(Expressions):
         if isinstance(target, ast.Subscript) and not (
             isinstance(target.slice, ast.Constant) and target.slice.value is ...
         ):
-            mark = len(self.lines)
-            kind = self.value(target)[1]
-            del self.lines[mark:]
-            return kind == REAL
+            return self.place_kind(target) == REAL
         return isinstance(target, ast.Name) and self.types.get(target.id) == REAL
+
+    def place_kind(self, target: ast.expr) -> Any:
+        """Kind of what a place of an array holds."""
+        mark, count = len(self.lines), self.temporaries
+        kind = self.value(target)[1]
+        del self.lines[mark:]
+        self.temporaries = count
+        return kind
+
+    def is_whole(self, target: ast.expr) -> bool:
+        """Whether a place of a memory holds a whole number, where Python has a float."""
+        filled = isinstance(target, ast.Subscript) and not isinstance(target.slice, ast.Constant)
+        return filled and isinstance(self.place_kind(target), types.Integer)
 
     def assign(self, node: ast.Assign, first: ast.expr) -> None:
         if isinstance(first, ast.Tuple):
             if len(node.targets) > 1:
                 raise self.refuse(node, "a chain of tuples has no translation")
-            parts = self.several(node.value, len(first.elts))
+            parts = [
+                (self.whole(given), INTEGER) if given and self.is_whole(place) else part
+                for place, part, given in zip(
+                    first.elts,
+                    self.several(node.value, len(first.elts)),
+                    node.value.elts if isinstance(node.value, ast.Tuple) else [None] * len(first.elts),
+                    strict=True,
+                )
+            ]
             if len(parts) > 1:  # all are taken before any is changed
                 parts = [
-                    (text, kind) if isinstance(one, ast.Name) and one.id == "_" else (self.temporary(kind, text), kind)
+                    (text, kind)
+                    if as_whole(text) or (isinstance(one, ast.Name) and one.id == "_")
+                    else (self.temporary(kind, text), kind)
                     for one, (text, kind) in zip(first.elts, parts, strict=True)
                 ]
             for target, part in zip(first.elts, parts, strict=True):
@@ -177,8 +198,11 @@ class _Function(Expressions):
                 raise self.refuse(node, "only a row can be filled")
             self.emit(f"fill({array}, {cast(self.value(node.value), self.owner.precision.real)});")
             return
+        if self.is_whole(first) and len(node.targets) == 1:
+            self.store(first, (self.whole(node.value), INTEGER))
+            return
         text, kind = self.value(node.value)
-        if len(node.targets) > 1:
+        if len(node.targets) > 1 and not as_whole(text):
             text = self.temporary(kind, text)
         for target in node.targets:
             self.store(target, (text, kind))
@@ -186,7 +210,10 @@ class _Function(Expressions):
     def do_augassign(self, node: ast.AugAssign) -> None:
         both = ast.BinOp(left=_loaded(node.target), op=node.op, right=node.value)
         before, self.exact = self.exact, self.exact or self.kept_exact(node.target)
-        self.store(node.target, self.value(ast.copy_location(both, node)))
+        if self.is_whole(node.target):
+            self.store(node.target, (self.whole(ast.copy_location(both, node)), INTEGER))
+        else:
+            self.store(node.target, self.value(ast.copy_location(both, node)))
         self.exact = before
 
     def do_if(self, node: ast.If) -> None:
@@ -236,6 +263,8 @@ class _Function(Expressions):
 
     def store(self, target: ast.expr, value: Value) -> None:
         if isinstance(target, ast.Name):
+            if isinstance(value[1], Layout):
+                self.types[target.id] = value[1]
             if target.id != "_":
                 self.emit(f"{self.local(target.id)} = {cast(value, self.types[target.id])};")
             return
@@ -243,6 +272,10 @@ class _Function(Expressions):
             place, kind = self.value(target)
             if not is_scalar(kind):
                 raise self.refuse(target, "only a number can be stored")
+            if isinstance(kind, types.Integer):
+                text = as_whole(value[0]) or value[0]
+                self.emit(f"{place} = {text if kind == INTEGER or as_whole(text) else f'(int)({text})'};")
+                return
             self.emit(f"{place} = {cast(value, kind)};")
             return
         raise self.refuse(target, "this place cannot be stored to")

@@ -95,7 +95,7 @@ def drive_torque(par, i, command, state, began, angle, rate, out):
     out[BRISTLES + i] = out[MOTOR + i] = out[ARM_BRISTLES + i] = 0.0
     current = state[MOTOR + i] if par.current_lag > 0.0 else command
     stops = stop_torque(par, angle, rate)
-    if par.cable_stiffness == 0.0:
+    if par.cable_stiffness <= 0.0:
         out[TWIST + i] = out[ROTOR_RATE + i] = 0.0
         torque = motor_torque(par, i, current, angle) - par.viscous * rate
         if par.coulomb > 0.0:
@@ -119,7 +119,7 @@ def drive_torque(par, i, command, state, began, angle, rate, out):
 @inlined
 def rotor_energy(par, i, state):
     """Kinetic energy of a rotor behind a cable that gives way, and the cable's own, J; 0 where it is rigid."""
-    if par.cable_stiffness == 0.0:
+    if par.cable_stiffness <= 0.0:
         return 0.0, 0.0
     turning, twist = state[ROTOR_RATE + i], state[TWIST + i]
     return 0.5 * par.rotor_inertia * turning * turning, 0.5 * par.cable_stiffness * twist * twist

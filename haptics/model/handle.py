@@ -49,7 +49,7 @@ def bezel_force(par, state):
     Returns:
         Along x and y, N.
     """
-    if par.bezel_stiffness == 0.0:
+    if par.bezel_stiffness <= 0.0:
         return 0.0, 0.0
     x, y, vx, vy = state[POSITION], state[POSITION + 1], state[SPEED], state[SPEED + 1]
     if par.structure_stiffness > 0.0:
@@ -92,7 +92,7 @@ def _along(par, hand, anchor, force, state, out, k):
 @inlined
 def handle_energy(par, state):
     """Kinetic energy of a knob on a structure that gives way, and the structure's own, J; 0 where it is rigid."""
-    if par.structure_stiffness == 0.0:
+    if par.structure_stiffness <= 0.0:
         return 0.0, 0.0
     moving = bent = 0.0
     for k in range(3):

@@ -302,7 +302,7 @@ def derivative(par, hand, anchor, force, command, state, theta, work, out):
         work: (6, 3) room; afterwards as `motion` leaves it, but row 4 with all forces.
         out: (STATES,) filled; 0 for the bristles and the motors' torques, which a step takes in closed form.
     """
-    carried = hand.mass if par.structure_stiffness == 0.0 and hand.grasp_stiffness == 0.0 else 0.0
+    carried = hand.mass if par.structure_stiffness <= 0.0 and hand.grasp_stiffness <= 0.0 else 0.0
     m11, m22, m33, m12, m13, m23 = motion(par, carried, state, work)
     fx, fy, fz = handle_force(par, hand, anchor, force, state, out)
     fx, fy, fz = fx + work[4, 0], fy + work[4, 1], fz + work[4, 2]

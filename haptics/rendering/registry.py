@@ -29,13 +29,13 @@ def layout(law: Law) -> list[tuple[str, int, int, str]]:
 
 
 _STATE = "laws, i, px, py, pz"
-_OF_KIND = f"if laws[i, {KIND}] == {{1}}: return {{0}}"
+_OF_KIND = f"if laws[i, {KIND}] == {{1}}: return {{0}}(%s)  # exact: a kind is a whole number"
 # Compiled: force of row i of a table at gain 1, N; none for a row of unknown kind.
 force_of = in_turn(
     f"{_STATE}, vx, vy, vz",
     [(law.force, kind) for kind, law in LAWS.items()],
-    f"{_OF_KIND}({_STATE}, vx, vy, vz)",
+    _OF_KIND % f"{_STATE}, vx, vy, vz",
     "return 0.0, 0.0, 0.0",
 )
 # Compiled: energy that row i of a table stores at gain 1, J.
-energy_of = in_turn(_STATE, [(law.energy, kind) for kind, law in LAWS.items()], f"{_OF_KIND}({_STATE})", "return 0.0")
+energy_of = in_turn(_STATE, [(law.energy, kind) for kind, law in LAWS.items()], _OF_KIND % _STATE, "return 0.0")

@@ -174,7 +174,8 @@ def simulate_law(
         law = capped(machine, axis_wall("+x", float(centre[0]), stiffness=stiffness, damping=damping), centre, loop)
     else:
         law = SpringDamper(stiffness=stiffness, damping=damping, point=centre)
-    controller = board_controller(machine, loop)
+    # the encoders are any, and not those whose noise the limits of readings follow from
+    controller = board_controller(machine, loop, repeats=math.inf, all_repeat=math.inf, kink=math.inf)
     return simulate(
         real_plant(machine, loop),
         controller._replace(force=machine.design.requirements.force_N),

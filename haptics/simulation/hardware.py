@@ -18,11 +18,12 @@ from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.mechanism import jacobian
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
+from haptics.control.supervisor.limits import SafetyLimits, checked
 from haptics.control.wall_cap import SHARE, WallCap
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
 from haptics.model.sensor import SensorErrors
-from haptics.simulation.assumptions import default_controller, joint_friction, nominal_plant
+from haptics.simulation.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.simulation.loops import BOARD, LoopChoice
 
 # Noise of a reading whose row in the catalogue tells none, rad rms: a count of 18 bits, or a count of its own where
@@ -35,6 +36,12 @@ SETTLED = 4.0
 # Share of a sensor's non-linearity that is left after it was calibrated against the mechanism's own closure or a
 # fixture.
 LEFT_OVER = 0.1
+# An encoder may be this much quieter than its row states, and a healthy device may be stopped for readings that repeat
+# once in this time of running, s: ten years.
+QUIETER, ALARM_s = 0.5, 10.0 * 365.25 * 86_400.0
+# Standard deviations of a normal number that three joints at 8 kHz pass once in that time, and how much louder than its
+# row states an encoder may be, or than is assumed where none does.
+TAIL, LOUDER, UNKNOWN_SPREAD = 7.4, 2.0, 4.0
 # Pull over stretch of a rope whose row tells none, N/mm^2 of its circle: the softest of those listed.
 ROPE_N_mm2 = 42.4e3
 # Share of critical damping of cable and structure, least, nominal, largest: wire rope with grease and bolted aluminium;
@@ -169,6 +176,36 @@ def sensor_errors(machine: MachineModel, loop: LoopChoice = BOARD) -> SensorErro
     return SensorErrors(math.sqrt(loop.sensing) * noise, wave, wave, kept=math.exp(-loop.period / lag))
 
 
+def sensor_limits(machine: MachineModel, loop: LoopChoice = BOARD) -> dict[str, float]:
+    """The supervisor's limits of a reading that follow from a design's encoders: `repeats`, `all_repeat`, `kink`.
+
+    Whatever was read before, the next reading of noise that is `s` counts rms new falls into one count of all with a
+    probability of at most `p = 1 / (sqrt(2 pi) s)`, the density's largest value; so n readings in a row repeat with at
+    most p^n, and those of three joints together with p^(3 n). The limit is the n at which a healthy device is stopped
+    less than once in `ALARM_s` of running, with an encoder that has `QUIETER` of the noise that its row states. An
+    encoder whose row states no noise, or that counts lines on the motor, repeats rightly at rest: no limit then, and
+    what sees that it stands still is ANGLE_FROZEN alone. A gain of speed that noise makes up is that of three readings,
+    `n0 - 2 n1 + n2`: `TAIL` standard deviations of it, of `LOUDER` than the stated noise.
+
+    Args:
+        machine: The device.
+        loop: How often they are read, and how their filters are set.
+
+    Returns:
+        Limit -> ticks, or rad for what noise adds to `kink`.
+    """
+    errors, hardware = sensor_errors(machine, loop), machine.design.hardware
+    stated = hardware.encoder_at == "motor" or catalogue.encoder.chosen(hardware).noise_rms_deg is not None
+    new = QUIETER * errors.noise * math.sqrt(1.0 - errors.kept**2) / encoder_count(machine) if stated else 0.0
+    likely = 1.0 / (math.sqrt(2.0 * math.pi) * new) if new > 0.0 else math.inf
+    needed = math.log(3.0 * ALARM_s / loop.period) / -math.log(likely) if likely < 1.0 else math.inf
+    return {
+        "repeats": float(math.ceil(needed)) if needed < math.inf else math.inf,
+        "all_repeat": float(math.ceil(needed / 3.0)) if needed < math.inf else math.inf,
+        "kink": TAIL * math.sqrt(6.0) * (LOUDER if stated else UNKNOWN_SPREAD) * errors.noise,
+    }
+
+
 def reading_age(machine: MachineModel, loop: LoopChoice = BOARD) -> float:
     """Age of a reading when it is read, s: what the catalogue tells, 0 where no source does, and what the chip's filter
     lags more as the loop sets it.
@@ -273,7 +310,13 @@ def board_controller(machine: MachineModel, loop: LoopChoice = BOARD, **limits: 
         **limits: Any of `SafetyLimits`, to replace what follows from the design.
     """
     plain = default_controller(machine, loop.period, low_pass(loop.period, loop.corner), **limits)
-    return plain._replace(walls=wall_cap(machine, loop))
+    known = {name: value for name, value in sensor_limits(machine, loop).items() if name not in limits}
+    return plain._replace(limits=with_sensors(plain.limits, known), walls=wall_cap(machine, loop))
+
+
+def with_sensors(limits: SafetyLimits, known: dict[str, float]) -> SafetyLimits:
+    """Limits with those of `sensor_limits`, whose `kink` comes on top."""
+    return checked(limits._replace(**{**known, "kink": limits.kink + known.get("kink", 0.0)}))
 
 
 def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = SHARE) -> WallCap:

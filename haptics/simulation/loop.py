@@ -19,12 +19,15 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from haptics.control.controller import FORCE, TOUCHED, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
-from haptics.control.supervisor.memory import ENABLE, REQUEST
+from haptics.control.supervisor.faults import FaultCode, State
+from haptics.control.supervisor.memory import ENABLE, RENDERED, REQUEST, SIGNALS, STATE
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, SPEED, STATES, TWIST
 from haptics.model.plant import FREE, Hand, Plant, angles, energy, moved_on
 from haptics.model.sensor import EXACT, SensorErrors, reading
+from haptics.simulation.wrong import HEALTHY, PAST, LoopFault, drive_wrong, read_wrong
 
 SUBSTEPS = 10
+_FAULT, _WATCHDOG = float(State.FAULT), float(FaultCode.WATCHDOG.bit)
 SAME = 1e-9  # Share of a period by which a delay of whole periods may be off by rounding
 
 
@@ -62,6 +65,11 @@ class SimulatedRun:
         hand: (n, 3) force of the hand on the handle, N.
         energy: (n,) kinetic and potential energy of the device, J.
         bits: (n,) the supervisor's findings.
+        state: (n,) the supervisor's state.
+        angles: (n, 3) angles as read, rad.
+        fresh: (n,) bits of the joints whose readings are said to be fresh.
+        rendered: (n, 3) torque commanded for the laws' force, N m.
+        shoulders: (n, 3) true angles, rad.
         knob: (n, 3) true position of what the hand holds, m.
     """
 
@@ -76,6 +84,11 @@ class SimulatedRun:
     hand: np.ndarray
     energy: np.ndarray
     bits: np.ndarray
+    state: np.ndarray
+    angles: np.ndarray
+    fresh: np.ndarray
+    rendered: np.ndarray
+    shoulders: np.ndarray
     knob: np.ndarray
 
 
@@ -122,6 +135,7 @@ def simulate(
     seed: int = 0,
     held: np.ndarray | None = None,
     memory: Memory | None = None,
+    fault: LoopFault = HEALTHY,
 ) -> SimulatedRun:
     """Runs the loop.
 
@@ -139,6 +153,7 @@ def simulate(
         seed: Seed of the place of the counts, and of the noise.
         held: (n,) whether the hand holds the handle at each tick; None for always.
         memory: Memory of the controller, changed in place; None for a fresh one, enabled at once.
+        fault: What goes wrong. Once a fault is latched and no torque is commanded the power stage is off.
 
     Returns:
         n rows.
@@ -164,14 +179,15 @@ def simulate(
     random = np.random.default_rng(seed)
     offset = random.uniform(0.0, 1.0, 3)
     noise = _drawn(random, ticks, errors.kept) if errors.noise > 0.0 else np.zeros((1, 3))
-    out = np.empty((ticks, 29))
-    bits = np.zeros(ticks, dtype=np.int64)
+    out = np.empty((ticks, 39))
+    bits = np.zeros((ticks, 2), dtype=np.int64)
     pending = np.zeros((clock.ticks + 2, 4))
     anchor, push = np.ascontiguousarray(anchor, dtype=float), np.ascontiguousarray(push, dtype=float)
     hands = (Hand(*map(float, hand)), FREE)
     sensor = (SensorErrors(*map(float, errors)), float(count), offset, noise)
     machines = (machine, machine.in_contact)
-    _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits)
+    wrong = LoopFault(int(fault.wrong), int(fault.begin), int(fault.joint), float(fault.size), int(fault.noticed))
+    _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, wrong, state, pending, out, bits)
     return SimulatedRun(
         time=np.arange(ticks) * clock.period,
         position=out[:, 0:3],
@@ -183,7 +199,12 @@ def simulate(
         applied=out[:, 18:21],
         hand=out[:, 21:24],
         energy=out[:, 24] + out[:, 25],
-        bits=bits,
+        bits=bits[:, 0],
+        state=out[:, 29],
+        angles=out[:, 30:33],
+        fresh=bits[:, 1],
+        rendered=out[:, 33:36],
+        shoulders=out[:, 36:39],
         knob=out[:, 26:29],
     )
 
@@ -200,10 +221,12 @@ def _drawn(random: np.random.Generator, ticks: int, kept: float) -> np.ndarray:
 
 
 @compiled
-def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits):
-    """Fills out (ticks, 29) and bits (ticks,); state and pending are changed. Machines: free, and in contact."""
+def _run(
+    machines, controller, memory, laws, clock, hands, held, anchor, push, sensor, fault, state, pending, out, bits
+):
+    """Fills out (ticks, 39) and bits (ticks, 2); state and pending are changed. Machines: free, and in contact."""
     machine = machines[0]
-    room = np.zeros((13, STATES))
+    room, past, powered = np.zeros((13, STATES)), np.zeros((PAST + 1, 3)), True
     theta, torque, read = np.zeros(6), np.zeros(3), np.zeros(3)
     slots = pending.shape[0]
     errors, count, offset, noise = sensor
@@ -215,7 +238,20 @@ def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, s
         drawn = noise[k % noise.shape[0]]
         for i in range(3):
             read[i] = reading(errors, i, theta[i], theta[3 + i], drawn[i], count, offset[i])
-        bits[k] = tick(controller, memory, laws, k * clock.period, read, torque)
+        for i in range(3):
+            out[k, 36 + i] = theta[i]
+        bits[k, 1] = read_wrong(fault, k, clock.period, count, past, read)
+        if fault.noticed > 0 and k >= fault.begin + fault.noticed:
+            memory.supervisor[SIGNALS] = _WATCHDOG
+        bits[k, 0] = tick(controller, memory, laws, k * clock.period, read, read, bits[k, 1], torque)
+        out[k, 29] = memory.supervisor[STATE]
+        for i in range(3):
+            out[k, 15 + i], out[k, 30 + i] = torque[i], read[i]
+            out[k, 33 + i] = memory.supervisor[RENDERED + i]
+        if out[k, 29] == _FAULT and torque[0] == 0.0 and torque[1] == 0.0 and torque[2] == 0.0:
+            powered = False
+        if powered:
+            drive_wrong(fault, k, torque)
         pending[k % slots, 3] = memory.work[TOUCHED]
         for i in range(3):
             pending[k % slots, i] = torque[i]
@@ -224,7 +260,6 @@ def _run(machines, controller, memory, laws, clock, hands, held, anchor, push, s
             out[k, 6 + i] = memory.work[POSITION, i]
             out[k, 9 + i] = memory.work[VELOCITY, i]
             out[k, 12 + i] = memory.work[FORCE, i]
-            out[k, 15 + i] = torque[i]
             out[k, 18 + i] = state[MOTOR + i]
             bends = machine.structure_stiffness > 0.0
             place, speed = state[i] + state[KNOB + i], state[KNOB_SPEED + i] if bends else state[SPEED + i]

@@ -18,7 +18,8 @@ from haptics.control.supervisor.limits import checked, safety_limits
 from haptics.control.supervisor.memory import reset_memory
 from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import joint_friction
-from haptics.simulation.hardware import real_plant
+from haptics.simulation.hardware import real_plant, sensor_limits, with_sensors
+from haptics.simulation.loops import chosen_loop
 
 WEAK = 0.5  # Share of a joint's torque that a start-up may use
 SLOW = 0.7  # Largest speed of the handle, m/s
@@ -47,7 +48,8 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
         absolute = design.hardware.encoder_at != "motor"  # all of the catalogue's for shafts are
     masses, arm = machine.masses, machine.geometry.upper_arm_length
     inertia = masses.arm_inertia + masses.rotor_inertia + (masses.rod_elbow + masses.rod_cross) * arm**2
-    plain = safety_limits(design, period=period)
+    known = sensor_limits(machine, chosen_loop(design, 1.0 / period))
+    plain = with_sensors(safety_limits(design, period=period), known)
     torque = WEAK * plain.torque
     limits = plain._replace(
         theta_low=plant.stop_low - BEYOND,

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from delta_cad.common.refusal import as_cell
 from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.grid import Grid
 from optimizer.synthesis.checkpoint import Records
@@ -101,7 +102,7 @@ def csv_text(rows: Sequence[AtlasRow]) -> str:
     out = io.StringIO()
     writer = csv.DictWriter(out, columns, lineterminator="\n")
     writer.writeheader()
-    writer.writerows({name: "" if value is None else value for name, value in line.items()} for line in table)
+    writer.writerows({name: "" if value is None else as_cell(value) for name, value in line.items()} for line in table)
     return out.getvalue()
 
 

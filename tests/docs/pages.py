@@ -113,9 +113,13 @@ def _run_lines(block: Block, folder: Path) -> tuple[str, int, str]:
 
 def _missing(expected: str, printed: str) -> list[str]:
     """Lines that a page shows and a command does not print, in their order; `...` stands for any lines."""
-    rest = iter([" ".join(line.split()) for line in printed.splitlines()])
-    lines = [" ".join(line.split()) for line in expected.splitlines()]
-    return [line for line in lines if line != "..." and line not in rest]
+    rest, missing = [" ".join(line.split()) for line in printed.splitlines()], list[str]()
+    for line in (" ".join(line.split()) for line in expected.splitlines()):
+        if line in rest:
+            rest = rest[rest.index(line) + 1 :]
+        elif line != "...":
+            missing.append(line)
+    return missing
 
 
 def checkout(folder: Path, built: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from delta_cad.design import Design, load_design
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import Masses
@@ -10,6 +12,9 @@ from tests.committed import BEST, ROOT
 
 MASSES = Masses(0.0654, 0.0022, -3.707e-4, 1.845e-4, 0.003798, 0.001425, 0.003798, 7.998e-5)
 """Of the solids of `tests.committed.BEST` to three digits; `gravity.test_gravity` holds them to the build."""
+
+WITHOUT_NOISE = {"repeats": math.inf, "all_repeat": math.inf}
+"""Limits of a controller whose readings are exact in a test, and rightly repeat at rest."""
 
 GALLERY = {
     "pocket-40": Masses(0.04474, 9.528e-4, -1.487e-4, 5.599e-5, 0.003102, 0.001190, 0.003102, 3.558e-5),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
 from delta_cad.export.drawings.layout import LayoutError, laid_out
 from delta_cad.export.drawings.paper.dxf import dxf_text
-from delta_cad.export.drawings.paper.lettering import LetteringError
+from delta_cad.export.drawings.paper.lettering import missing, missing_note
 from delta_cad.export.drawings.paper.pdf import pdf_bytes
 from delta_cad.export.drawings.paper.sheet import Drawing
 from delta_cad.export.drawings.paper.svg import svg_text
@@ -42,20 +42,27 @@ REVISION = "A"
 FOLDER = "drawings"
 LOADS = ("ezdxf", "fontTools.subset")
 CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
-UNDRAWN = (HoleError, ViewError, LayoutError, RoomError, LetteringError)
+UNDRAWN = (HoleError, ViewError, LayoutError, RoomError)
 """What keeps a single part from being drawn."""
 
 
 @dataclass
 class Drawn:
-    """What came of the drawings: how many there are, and what is wrong with them, by the part's number."""
+    """What came of the drawings.
+
+    Attributes:
+        count: How many there are.
+        faults: What is wrong with them, by the part's number.
+        missing: Letters that they show by a substitute, such as "U+1F600".
+    """
 
     count: int = 0
     faults: dict[str, list[str]] = field(default_factory=dict)
+    missing: set[str] = field(default_factory=set)
 
     def __add__(self, other: Drawn) -> Drawn:
         """Gives what came of both."""
-        return Drawn(self.count + other.count, self.faults | other.faults)
+        return Drawn(self.count + other.count, self.faults | other.faults, self.missing | other.missing)
 
 
 def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iterator[Drawn]:
@@ -136,7 +143,7 @@ def write_whole_drawing(
     whole = assembly_drawing(assembly, rows, _whole_titles(d, assembly, masses), progress)
     (folder / f"{whole.name}.pdf").write_bytes(pdf_bytes(whole))
     faults = balloon_faults(whole, placed_items(assembly, rows), rows)
-    _count(drawn, whole.name, faults + [fault for sheet in whole.sheets for fault in sheet_faults(sheet)])
+    _count(drawn, whole, faults + [fault for sheet in whole.sheets for fault in sheet_faults(sheet)])
     return drawn
 
 
@@ -151,15 +158,16 @@ def _masses(masses: Mapping[str, Any]) -> dict[str, float]:
     return {number: body["mass_kg"] for number, body in masses["parts"].items()}
 
 
-def _count(drawn: Drawn, name: str, faults: list[str]) -> None:
+def _count(drawn: Drawn, drawing: Drawing, faults: list[str]) -> None:
     drawn.count += 1
+    drawn.missing |= set(missing(text.text for sheet in drawing.sheets for text in sheet.texts))
     if faults:
-        drawn.faults[name] = faults
+        drawn.faults[drawing.name] = faults
 
 
 def count_faults(drawn: Drawn, drawing: Drawing, part: Part, features: Features) -> None:
     """Counts a part's drawing, with what is wrong with it."""
-    _count(drawn, part.number, drawing_faults(drawing, part, features))
+    _count(drawn, drawing, drawing_faults(drawing, part, features))
 
 
 def write_drawing(drawing: Drawing, folder: Path) -> None:
@@ -182,11 +190,14 @@ def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing,
 
     Raises:
         HoleError: The declared bores are not in the solid.
-        ViewError, LayoutError, RoomError, LetteringError: It cannot be drawn.
+        ViewError, LayoutError, RoomError: It cannot be drawn.
     """
     features = features_of(part, faces_of(part.solid), held)
     views = views_of(part, features)
-    sheets = laid_out(views, features, held, titles, notes_of(part, features, views[0].frame))
+    notes = notes_of(part, features, views[0].frame)
+    if note := missing_note((*asdict(titles).values(), *(text for _, text in notes))):
+        notes.append(("", f"{note}."))
+    sheets = laid_out(views, features, held, titles, notes)
     return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets)), features
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from delta_cad.export.bom import BomRow
-from delta_cad.export.drawings.paper.lettering import LINE, wrapped
+from delta_cad.export.drawings.paper.lettering import LINE, fitted, missing_note
 from delta_cad.export.drawings.paper.sheet import Box, Item, Stroke, Text
 from delta_cad.export.drawings.part.holes import lettered
 from delta_cad.export.drawings.title import grams, inner, title_box
@@ -22,6 +22,7 @@ COLUMNS: tuple[tuple[str, float], ...] = (
 )
 TEXT_MM = 2.0
 ROW_MM = TEXT_MM * LINE
+MOST_LINES = 8  # of a cell
 PADDING_MM = 0.9  # of a row, besides its lines: some fifty items fit on a sheet
 
 
@@ -56,6 +57,11 @@ def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, 
                 items.append(Text(at, 2.0, line, told=told))
         y -= lines * ROW_MM + PADDING_MM
         items.append(Stroke("table", ((left, y), (edges[-1], y))))
+    if note := missing_note(line for row in rows for cell in _cells(row) for line in cell):
+        if y - ROW_MM - PADDING_MM < bottom:
+            close()
+            y = top
+        items.append(Text((left, y - PADDING_MM - TEXT_MM), TEXT_MM, f"{note}."))
     close()
     return pages
 
@@ -69,4 +75,4 @@ def _cells(row: BomRow | None) -> list[list[str]]:
     what = ", ".join(filter(None, codes)) if bought else row.material
     texts = [str(row.item), str(row.quantity), row.part_number, row.description, what or row.material]
     texts += [grams(row.unit_mass_g), row.make_or_buy]
-    return [wrapped(lettered(text), 2.0, COLUMNS[k][1] - 2.0) for k, text in enumerate(texts)]
+    return [fitted(lettered(text), TEXT_MM, COLUMNS[k][1] - 2.0, MOST_LINES) for k, text in enumerate(texts)]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
-from delta_cad.export.drawings.paper.lettering import LINE, width_of, wrapped
+from delta_cad.export.drawings.paper.lettering import LINE, fitted, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.views.block import Block
@@ -124,6 +124,8 @@ def _fitted(value: str, left: float, top: float, width: float, height: float) ->
         pitch = letter * (LINE if len(lines) > 1 else 1.0) * 0.94
         if pitch * len(lines) <= height and all(width_of(line, letter) <= width for line in lines):
             break
+    else:
+        lines = fitted(value, letter, width, max(int(height / pitch), 1))
     return [Text((left, top - letter - n * pitch), letter, line) for n, line in enumerate(lines) if line]
 
 

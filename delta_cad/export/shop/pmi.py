@@ -54,6 +54,7 @@ GENERAL = {
     "edges": EDGES,
 }
 """What holds for every part where nothing else is said."""
+NOT_PLAIN = re.compile(r"[^\x00-\x5b\x5d-\x7f]+")
 GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
 
 
@@ -148,17 +149,17 @@ def add_notes(model: Any, part: Part, general: str = ASKED) -> None:
     definition.SetValue(product)
     for name, text in notes(part, general).items():
         stated = StepRepr_PropertyDefinition()
-        stated.Init(_text(name), True, _text(""), definition)
+        stated.Init(step_text(name), True, step_text(""), definition)
         general = StepBasic_GeneralProperty()
-        general.Init(_text(""), _text(name), True, _text("user defined attribute"))
+        general.Init(step_text(""), step_text(name), True, step_text("user defined attribute"))
         association = StepBasic_GeneralPropertyAssociation()
-        association.Init(_text("user defined attribute"), _text(""), general, stated)
+        association.Init(step_text("user defined attribute"), step_text(""), general, stated)
         item = StepRepr_DescriptiveRepresentationItem()
-        item.Init(_text(name), _text(text))
+        item.Init(step_text(name), step_text(text))
         items = StepRepr_HArray1OfRepresentationItem(1, 1)
         items.SetValue(1, item)
         shown = StepRepr_Representation()
-        shown.Init(_text(name), items, context)
+        shown.Init(step_text(name), items, context)
         represented, holder = StepRepr_RepresentedDefinition(), StepRepr_PropertyDefinitionRepresentation()
         represented.SetValue(stated)
         holder.Init(represented, shown)
@@ -216,7 +217,7 @@ class _Writer:
         label = self._tool.AddDimension()
         self._tool.SetDimension(self._labels(first), self._labels(second), label)
         for name, text in remarks.items():
-            size.AddDescription(_text(text), _text(name))
+            size.AddDescription(step_text(text), step_text(name))
         XCAFDoc_Dimension.Set_s(label).SetObject(size)
 
     def tolerance(self, asked: Zone, faces: list[cq.Face], datums: dict[str, list[cq.Face]]) -> None:
@@ -233,7 +234,7 @@ class _Writer:
             datum = self._tool.AddDatum()  # every reference wants a label of its own
             self._tool.SetDatum(self._labels(shown), datum)
             record = XCAFDimTolObjects.XCAFDimTolObjects_DatumObject()
-            record.SetName(_text(name))
+            record.SetName(step_text(name))
             record.SetPosition(position)
             XCAFDoc_Datum.Set_s(datum).SetObject(record)
             self._tool.SetDatumToGeomTol(datum, label)
@@ -273,5 +274,11 @@ def _same_wall(one: Bore, other: Bore) -> bool:
     return float(np.linalg.norm(a + one.depth_mm * along - b)) < 1e-6 or float(np.linalg.norm(a - b)) < 1e-6
 
 
-def _text(value: str) -> TCollection_HAsciiString:
-    return TCollection_HAsciiString(value)
+def step_text(value: str) -> TCollection_HAsciiString:
+    r"""Codes a text as ISO 10303-21 does: `\X2\` or `\X4\` for what is not ASCII, and for a backslash of its own."""
+
+    def coded(found: re.Match[str]) -> str:
+        kind, code = ("X2", "utf-16-be") if max(found[0]) <= "\uffff" else ("X4", "utf-32-be")
+        return f"\\{kind}\\{found[0].encode(code).hex().upper()}\\X0\\"
+
+    return TCollection_HAsciiString(NOT_PLAIN.sub(coded, value))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from threading import Event, RLock, Thread
+from functools import partial
+from threading import Condition, Event, RLock, Thread
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +17,11 @@ from delta_cad.design import Design
 from delta_cad.mechanism import jacobian
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.report.live.force import FLOOR, SCENES, felt
+from delta_cad.report.live.guard import one_of, within
 from delta_cad.report.live.lengths import Lengths, readings, skeleton
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine
 
     from viser import ViserServer
 
@@ -49,13 +51,14 @@ ROOM = 1.35  # of what is shown about the middle, to the radius of the elbows: k
 COVERED = 0.6  # of its height, by viser's own panel
 STYLE = "<div style='font-size:0.8rem;padding:0 0.75rem'>"
 HANDLE = "/handle"
+LEVEL = 1e-6  # length of what of the vertical a camera sees that looks along it
 
 
 class LivePage:
     """What all viewers of one server see; the last one who moves something is right.
 
     Args:
-        server: A viser server.
+        server: A viser server; see `guard.guarded_server`.
         design: The design.
     """
 
@@ -73,10 +76,12 @@ class LivePage:
         self._neighbours: Neighbours | None = None
         self._near: tuple[np.ndarray, Nearest | None] | None = None  # and where the handle was
         self._velocity, self._moved_at, self._moved = np.zeros(3), monotonic(), Event()
+        self._wanted: dict[str, Callable[[], None]] = {}
+        self._wanting, self._closed = Condition(), False
         self._begin()
-        self._closed = False
-        self._follower = Thread(target=self._follow, daemon=True)
-        self._follower.start()
+        self._threads = [Thread(target=work, daemon=True) for work in (self._follow, self._act)]
+        for thread in self._threads:
+            thread.start()
 
     def _begin(self) -> None:
         server = self._server
@@ -90,14 +95,19 @@ class LivePage:
         self._told = server.gui.add_html("")
         with server.gui.add_folder("Lengths, mm"):
             self._sliders = {name: self._slider(name, words) for name, words in SLIDERS.items()}
-            server.gui.add_button("original lengths").on_click(lambda _: self.change(self.own))
-        server.gui.add_button("centre of the cube").on_click(lambda _: self.move(self.lengths.centre_mm))
+            original = server.gui.add_button("original lengths")
+        centre = server.gui.add_button("centre of the cube")
+        self._buttons = original, centre
         self._solids = server.gui.add_checkbox("solids", True, disabled=True, hint="for the original lengths only")
-        self._solids.on_update(lambda _: self._show())
         self._scene = server.gui.add_dropdown("virtual contact", SCENES)
-        self._scene.on_update(lambda _: self._show())
         self._grip = server.scene.add_transform_controls(HANDLE, scale=0.06, disable_rotations=True, depth_test=False)
-        self._grip.on_update(lambda event: self.move(MM_PER_M * np.asarray(event.target.position)))
+        original.on_click(self._later("lengths", lambda _: partial(self.change, self.own)))
+        centre.on_click(self._later("handle", lambda _: self._centre))
+        for shown in (self._solids, self._scene):
+            shown.on_update(self._later("show", lambda _: self._show))
+        self._grip.on_update(
+            self._later("handle", lambda event: partial(self.move, MM_PER_M * np.asarray(event.target.position)))
+        )
         self.move(self.handle_mm)
 
     def _slider(self, name: str, words: str) -> Any:
@@ -106,12 +116,43 @@ class LivePage:
         slider = self._server.gui.add_slider(
             words, round(value - room, 1), round(value + room, 1), 0.1, round(value, 1)
         )
-        slider.on_update(lambda event: self._slid(name, event))
+        slider.on_update(self._later(name, lambda event: partial(self._slid, name, float(event.target.value))))
         return slider
 
-    def _slid(self, name: str, event: Any) -> None:
-        if event.client is not None:  # not what `change` sets
-            self.change(replace(self.lengths, **{name: float(event.target.value)}))
+    def _later(
+        self, what: str, wish: Callable[[Any], Callable[[], None]]
+    ) -> Callable[[Any], Coroutine[Any, Any, None]]:
+        """Makes the callback of a control: the page follows the latest of each kind, however many come meanwhile.
+
+        Args:
+            what: The kind.
+            wish: Gives what is to be done for an event; called at once, as the control's value may be another later.
+        """
+
+        async def wanted(event: Any) -> None:
+            if event.client_id is None:  # what the page itself sets
+                return
+            with self._wanting:
+                self._wanted[what] = wish(event)
+                self._wanting.notify()
+
+        return wanted
+
+    def _act(self) -> None:
+        """Does what viewers want, one after the other."""
+        while True:
+            with self._wanting:
+                self._wanting.wait_for(lambda: self._wanted or self._closed)
+                if self._closed:
+                    return
+                act = self._wanted.pop(next(iter(self._wanted)))
+            act()
+
+    def _slid(self, name: str, value_mm: float) -> None:
+        self.change(replace(self.lengths, **{name: value_mm}))
+
+    def _centre(self) -> None:
+        self.move(self.lengths.centre_mm)
 
     def frame(self, camera: Any) -> None:
         """Shows the machine over the panel of controls where the screen is narrow, whose lower part that covers."""
@@ -121,7 +162,9 @@ class LivePage:
         away = np.asarray(camera.position) - np.asarray(camera.look_at)
         away /= np.linalg.norm(away)
         up = np.array([0.0, 0.0, 1.0]) - away[2] * away
-        up /= np.linalg.norm(up)
+        if (length := np.linalg.norm(up)) < LEVEL:  # it looks straight down
+            return
+        up /= length
         shown, half = 1.0 - COVERED, ROOM * M_PER_MM * (self.own.base_radius_mm + self.own.upper_arm_length_mm)
         share = min(shown, camera.image_width / camera.image_height)  # of the screen's height, which is free
         far = half / (share * np.tan(camera.fov / 2.0))
@@ -197,9 +240,24 @@ class LivePage:
 
     def close(self) -> None:
         """Ends what goes on beside the server, which may stop then."""
-        self._closed = True
+        with self._wanting:
+            self._closed = True
+            self._wanting.notify()
         self._moved.set()
-        self._follower.join()
+        for thread in self._threads:
+            thread.join()
+
+    def ranges(self) -> dict[str, Callable[[Any], Any]]:
+        """Gives what each control may be set to: id of the control -> see `guard.Guard.controls`."""
+        found = [(slider, within(slider.min, slider.max)) for slider in self._sliders.values()]
+        found += [(button, one_of(True)) for button in self._buttons]
+        found += [(self._solids, one_of(True, False)), (self._scene, one_of(*SCENES))]
+        return {control._impl.uuid: legal for control, legal in found}
+
+    def nearest_m(self, position_m: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Gives the position within the cube that is nearest to one, m."""
+        x, y, z = M_PER_MM * self.lengths.within(MM_PER_M * np.asarray(position_m))
+        return float(x), float(y), float(z)
 
     def rest(self) -> None:
         """Lets the handle stand still."""
@@ -222,7 +280,8 @@ class LivePage:
         with self._lock:
             self.lengths = lengths
             for name, slider in self._sliders.items():
-                if slider.value != (value := round(float(getattr(lengths, name)), 1)):
+                value = round(float(getattr(lengths, name)), 1)
+                if name not in self._wanted and slider.value != value:
                     slider.value = value
             self.move(self.handle_mm)
 

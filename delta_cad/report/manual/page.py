@@ -15,6 +15,7 @@ from delta_cad.common.beside import Beside, BesideError
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
+from delta_cad.export.drawings.paper.lettering import face_rules
 from delta_cad.export.views.scene import PictureError
 from delta_cad.report.manual.pictures import SIZE, Colour, Studio
 from delta_cad.report.manual.told import Chapter, chapters, scenes
@@ -120,7 +121,7 @@ def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mappi
     tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
     environment = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
     tools = dict.fromkeys(tool for chapter in told for step in chapter.steps for tool in step.tools)
-    return environment.get_template("manual.html").render(
+    text = environment.get_template("manual.html").render(
         name=assembly.name,
         chapters=told,
         steps=sum(len(chapter.steps) for chapter in told),
@@ -132,6 +133,7 @@ def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mappi
         hash=design_hash(d.design),
         style=Markup((ASSETS / "manual.css").read_text(encoding="utf-8")),
     )
+    return text.replace("</style>", f"{face_rules(sorted(set(text)))}</style>", 1)
 
 
 def _sorted_as(tool: str) -> tuple[str, float]:

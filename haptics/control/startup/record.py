@@ -140,7 +140,11 @@ class StartUp(NamedTuple):
 
 
 # Places of the memory, one float each where no length is said
-STEP, CODE, JOINT, VALUE, BOUND = 0, 1, 2, 3, 4  # the last four of a refusal; JOINT before it: the last that moved
+STEP = 0  # a `Step`
+CODE = 1  # a `Refusal`
+JOINT = 2  # of the refusal; before it the last that moved
+VALUE = 3  # of the refusal, unit of its code
+BOUND = 4  # of the refusal, unit of its code
 BEGUN = 5  # 1 after the first tick
 TIME = 6  # in this step, s
 CALM = 7  # time without motion, s

@@ -27,16 +27,16 @@ from haptics.control.startup import record as r
 from haptics.control.startup.record import Refusal, Step
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import LATCHING, State
-from haptics.control.supervisor.supervisor import check, limit
+from haptics.control.supervisor.supervisor import ALL_FRESH, check, findings_left_out, left_out, limit
 
 _ACTIVE = float(State.ACTIVE)
-_SETTLE, _ENABLE, _SIGN, _RELAX = float(Step.SETTLE), float(Step.ENABLE), float(Step.SIGN), float(Step.RELAX)
-_RAISE, _PULSE, _RETURN, _GRAVITY = float(Step.RAISE), float(Step.PULSE), float(Step.RETURN), float(Step.GRAVITY)
-_RANGE, _LOWER, _READY, _REFUSED = float(Step.RANGE), float(Step.LOWER), float(Step.READY), float(Step.REFUSED)
-_NOT_STILL, _ZERO, _SUPERVISOR = float(Refusal.NOT_STILL), float(Refusal.ZERO), float(Refusal.SUPERVISOR)
-_WRONG_SIGN, _NO_MOTION, _SWAPPED = float(Refusal.SIGN), float(Refusal.NO_MOTION), float(Refusal.SWAPPED)
-_LOST, _GAIN, _WEIGHT = float(Refusal.LOST), float(Refusal.GAIN), float(Refusal.GRAVITY)
-_STOP = float(Refusal.RANGE)
+_SETTLE, _ENABLE, _SIGN, _RELAX = int(Step.SETTLE), int(Step.ENABLE), int(Step.SIGN), int(Step.RELAX)
+_RAISE, _PULSE, _RETURN, _GRAVITY = int(Step.RAISE), int(Step.PULSE), int(Step.RETURN), int(Step.GRAVITY)
+_RANGE, _LOWER, _READY, _REFUSED = int(Step.RANGE), int(Step.LOWER), int(Step.READY), int(Step.REFUSED)
+_NOT_STILL, _ZERO, _SUPERVISOR = int(Refusal.NOT_STILL), int(Refusal.ZERO), int(Refusal.SUPERVISOR)
+_WRONG_SIGN, _NO_MOTION, _SWAPPED = int(Refusal.SIGN), int(Refusal.NO_MOTION), int(Refusal.SWAPPED)
+_LOST, _GAIN, _WEIGHT = int(Refusal.LOST), int(Refusal.GAIN), int(Refusal.GRAVITY)
+_STOP = int(Refusal.RANGE)
 PRESSED = 0.06  # How far beyond the upper stop the arms are sent, rad: the hold then presses them on it
 SKIPPED = 0.3  # Share of a stroke in which the friction turns round and is not summed
 
@@ -80,7 +80,7 @@ def _settle(par, mem, supervisor, dt):
     if mem[r.CALM] >= par.still:
         for i in range(3):
             off = mem[r.ANGLES + i] - par.stop_low
-            if par.absolute == 0.0:
+            if par.absolute < 0.5:
                 mem[r.OFFSET + i] -= off
             elif abs(off) > par.zero:
                 _refuse(mem, _ZERO, i, off, par.zero)
@@ -118,7 +118,7 @@ def _relax(par, mem, dt):
     _calm(par, mem, dt)
     if mem[r.CALM] >= par.still:
         mem[r.TESTED] += 1.0
-        if mem[r.TESTED] < 2.5:
+        if mem[r.TESTED] < 3:
             _enter(mem, _SIGN)
         else:
             mem[r.TESTED] = 0.0
@@ -139,7 +139,7 @@ def _follow(par, mem, target, speed, dt):
             _refuse(mem, _LOST, i, off, par.lost)
         else:
             mem[r.WANTED + i] = par.stiffness * off - par.damping * mem[r.RATE + i]
-    return mem[r.REFERENCE] == target
+    return mem[r.REFERENCE] == target  # exact: the clamp above gives the target itself
 
 
 @inlined
@@ -189,7 +189,7 @@ def _return(par, mem, dt):
         else:
             mem[r.SIDE] = 1.0
             mem[r.TESTED] += 1.0
-        if mem[r.TESTED] < 2.5:
+        if mem[r.TESTED] < 3:
             for i in range(3):
                 mem[r.FROZEN + i] = mem[r.WANTED + i]
             _enter(mem, _PULSE)
@@ -241,7 +241,7 @@ def _range(par, mem, dt):
 @inlined
 def _act(par, mem, supervisor, work, dt):
     """What the step does in this tick."""
-    step = mem[r.STEP]
+    step = int(mem[r.STEP])
     mem[r.TIME] += dt
     if step == _SETTLE:
         _settle(par, mem, supervisor, dt)
@@ -249,7 +249,7 @@ def _act(par, mem, supervisor, work, dt):
         if supervisor[m.STATE] == _ACTIVE:
             _enter(mem, _SIGN)
         elif mem[r.TIME] > par.patience:
-            _refuse(mem, _SUPERVISOR, 3, supervisor[m.PRESENT], 0.0)
+            _refuse(mem, _SUPERVISOR, 3, float(int(supervisor[m.PRESENT])), 0.0)
     elif step == _SIGN:
         _sign(par, mem, dt)
     elif step == _RELAX:
@@ -275,7 +275,7 @@ def _act(par, mem, supervisor, work, dt):
 
 
 @compiled
-def start(par, memory, now, theta, out):
+def start(par, memory, now, theta, fresh, out):
     """One period of a start-up: readings in, torques out.
 
     Args:
@@ -283,16 +283,19 @@ def start(par, memory, now, theta, out):
         memory: `StartMemory`, moved on in place.
         now: Time of the reading, s.
         theta: (3,) angles as read, rad; of any zero where that is not absolute.
+        fresh: Bit i is set if the reading of joint i was taken since the last tick and its own check passed.
         out: (3,) filled with the torques, N m.
 
     Returns:
         Bits of what the supervisor found.
     """
     mem, supervisor, work = memory.start, memory.supervisor, memory.work
-    if mem[r.BEGUN] == 0.0:
+    if left_out(par.limits, supervisor, fresh, out):
+        return findings_left_out(supervisor)
+    if mem[r.BEGUN] == 0.0 and fresh == ALL_FRESH:
         mem[r.BEGUN] = mem[r.SIDE] = 1.0
         for i in range(3):
-            if par.absolute == 0.0:
+            if par.absolute < 0.5:
                 mem[r.OFFSET + i] = par.stop_low - theta[i]
             mem[r.ANCHOR + i] = mem[r.BEFORE + i] = theta[i] + mem[r.OFFSET + i]
     dt = min(max(now - supervisor[m.NOW], 0.0), 2.0 * par.limits.period)
@@ -303,7 +306,7 @@ def start(par, memory, now, theta, out):
         mem[r.BEFORE + i] = mem[r.ANGLES + i]
     angles, wanted = mem[r.ANGLES : r.ANGLES + 3], mem[r.WANTED : r.WANTED + 3]
     reach, volume = pose(par.model, angles, work)
-    bits = check(par.limits, supervisor, now, angles, work[POSITION], reach, volume)
+    bits = check(par.limits, supervisor, now, angles, theta, work[POSITION], reach, volume)
     if bits & LATCHING and mem[r.STEP] != _READY:
         _refuse(mem, _SUPERVISOR, 3, float(bits & LATCHING), 0.0)
     _act(par, mem, supervisor, work, dt)

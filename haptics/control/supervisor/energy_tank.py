@@ -29,6 +29,7 @@ from __future__ import annotations
 import math
 
 from delta_cad.common.jit import inlined
+from haptics.control.supervisor import memory as m
 
 HALVINGS = 12  # Bisections of the largest share that the tank allows: to 1/4096 of the torque, always on the safe side
 
@@ -57,17 +58,15 @@ def slewed(target, before, step):
 
 
 @inlined
-def share_allowed(level, growth, step, memory, turns, before, target):
+def share_allowed(level, growth, step, mem):
     """Largest share of a wanted torque that the tank can answer for.
 
     Args:
         level: Level of the tank, J.
         growth: By how much the largest turn can grow from tick to tick, rad.
         step: Largest change of a torque in a tick, N m.
-        memory: Array that holds the following, each (3) from the index given; slices would cost a reference count.
-        turns: Index of the largest turn of each joint in the coming tick, rad.
-        before: Index of the torque of the tick before, N m.
-        target: Index of the wanted torque, N m.
+        mem: (MEMORY,) the supervisor's: TURNS, the largest turn of each joint in the coming tick; RENDERED, the torque
+            of the tick before; WANTED, the wanted torque.
 
     Returns:
         Between 0 and 1; 1 if all of it is allowed, 0 if it must be braked. |torque| rises with the share, also where
@@ -77,13 +76,13 @@ def share_allowed(level, growth, step, memory, turns, before, target):
     for _ in range(HALVINGS + 1):
         needed = 0.0
         for i in range(3):
-            torque = slewed(share * memory[target + i], memory[before + i], step)
-            needed += need(torque, step, memory[turns + i], growth)
+            torque = slewed(share * mem[m.WANTED + i], mem[m.RENDERED + i], step)
+            needed += need(torque, step, mem[m.TURNS + i], growth)
         if needed <= level:
             low = share
         else:
             high = share
-        if low == 1.0:
+        if low >= 1.0:
             break
         share = 0.5 * (low + high)
     return low

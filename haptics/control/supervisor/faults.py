@@ -31,14 +31,15 @@ class Severity(IntEnum):
 class Reaction(IntEnum):
     """What is done, from the mildest; of several latched faults the strictest counts.
 
-    NONE reports. FADE takes the scene's force away as far as the finding says; HOLD keeps the gravity torque alone;
-    DAMP keeps it and adds `-damping theta_dot`; BRAKE damps without gravity, where the pose is known too badly to hold
-    it; OFF lets all torque go to zero. Each goes along the slew limits.
+    NONE reports. FADE takes the scene's force away as far as the finding says. All others take it away at once, within
+    two periods, and differ in the weight: LOWER lets it down within `lowering`, 1 s, since a wrong clock cannot be
+    trusted with more; DAMP holds it until the operator's reset and adds `-damping theta_dot`; BRAKE damps without it,
+    where the pose is known too badly; OFF lets it go along `gravity_slew`, all of a joint's torque within 0.2 s.
     """
 
     NONE = 0
     FADE = 1
-    HOLD = 2
+    LOWER = 2
     DAMP = 3
     BRAKE = 4
     OFF = 5
@@ -72,6 +73,9 @@ class FaultCode(IntEnum):
     WATCHDOG = 23
     DEVICE_LOST = 24
     EMERGENCY_STOP = 25
+    ANGLE_MISSED = 26
+    ANGLE_STALE = 27
+    ANGLE_REPEATED = 28
 
     @property
     def bit(self) -> int:
@@ -100,16 +104,18 @@ _RESET = "operator's reset, once the condition is gone"
 
 TABLE: dict[FaultCode, About] = {
     FaultCode.ANGLE_INVALID: About("an encoder reads no number", _F, _R.OFF, _RESET),
-    FaultCode.ANGLE_JUMP: About("an encoder moved faster than its joint can turn", _F, _R.OFF, _RESET),
+    FaultCode.ANGLE_JUMP: About(
+        "an encoder moved faster than its joint can turn, or gained speed as no joint can", _F, _R.OFF, _RESET
+    ),
     FaultCode.ANGLE_FROZEN: About(
         "an encoder keeps one count while the other joints turn, or while all force is taken away", _F, _R.OFF, _RESET
     ),
     FaultCode.FROZEN_SUSPECTED: About(
         "an encoder keeps one count under a large torque for a time", _W, _R.FADE, "the first count that changes"
     ),
-    FaultCode.CLOCK_INVALID: About("the time of a tick is no number or does not grow", _F, _R.HOLD, _RESET),
+    FaultCode.CLOCK_INVALID: About("the time of a tick is no number or does not grow", _F, _R.LOWER, _RESET),
     FaultCode.TICK_LATE: About("a tick came late", _W, _R.NONE, "the next tick in time"),
-    FaultCode.DEADLINE_MISSED: About("ticks are late again and again, or one by far", _F, _R.HOLD, _RESET),
+    FaultCode.DEADLINE_MISSED: About("ticks are late again and again, or one by far", _F, _R.LOWER, _RESET),
     FaultCode.EDGE_LEFT: About("the handle is outside the certified cube", _W, _R.FADE, "moving it back"),
     FaultCode.EDGE_FAR: About(
         "the handle is far outside the certified cube", _F, _R.DAMP, "moving it back, then reset"
@@ -124,18 +130,25 @@ TABLE: dict[FaultCode, About] = {
         "a motor is at its largest temperature", _F, _R.OFF, "cooling down till it is not warm, then reset"
     ),
     FaultCode.COMMAND_STALE: About("the host has not spoken for too long", _W, _R.FADE, "the host's next word"),
-    FaultCode.COMMAND_INVALID: About("the controller asked for no number", _F, _R.OFF, _RESET),
+    FaultCode.COMMAND_INVALID: About("the controller commands no number", _F, _R.OFF, _RESET),
     FaultCode.RAMP_HELD: About(
         "the scene pushes the handle away while its force is coming in", _W, _R.FADE, "the handle at rest or free"
     ),
     FaultCode.ENERGY_LIMITED: About(
         "the hand has been given the energy it may be given", _W, _R.FADE, "work of the hand against the force"
     ),
-    FaultCode.ENERGY_SPENT: About("the scene goes on asking for energy that it may not give", _F, _R.DAMP, _RESET),
-    FaultCode.ORDER: About("torques were asked for without a check before them", _F, _R.OFF, _RESET),
+    FaultCode.ENERGY_SPENT: About("the scene goes on demanding energy that it may not give", _F, _R.DAMP, _RESET),
+    FaultCode.ORDER: About("torques were commanded without a check before them", _F, _R.OFF, _RESET),
     FaultCode.WATCHDOG: About("the drive's watchdog has cut the torque", _F, _R.OFF, _RESET),
     FaultCode.DEVICE_LOST: About("the device does not answer", _F, _R.OFF, "the device's answer, then reset"),
     FaultCode.EMERGENCY_STOP: About("emergency stop", _F, _R.OFF, "its release, then reset"),
+    FaultCode.ANGLE_MISSED: About(
+        "a reading is not fresh; the last torques stand for this tick", _W, _R.NONE, "the next fresh reading"
+    ),
+    FaultCode.ANGLE_STALE: About("an encoder has given no fresh reading for too many ticks", _F, _R.OFF, _RESET),
+    FaultCode.ANGLE_REPEATED: About(
+        "an encoder repeats its reading more often than its noise allows", _F, _R.OFF, _RESET
+    ),
 }
 
 

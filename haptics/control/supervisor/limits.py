@@ -35,6 +35,11 @@ class SafetyLimits(NamedTuple):
         frozen_torque: Rendered torque under which an encoder must not stand still for ever, N m; may be infinite.
         frozen_time: After this time under that torque the force is taken away to see whether a count changes, s.
         probe_time: Time in which it is taken away, and for half of which it stays away, s.
+        repeats: Ticks for which one encoder may repeat its reading; infinite where its noise is not known.
+        all_repeat: Ticks for which all three may do so together; likewise.
+        kink: Turn in a tick by which a joint may gain speed on the tick before, rad; may be infinite. A stop or a hand
+            turns a joint round, which is no gain.
+        unread: Ticks in a row that may be left out because a reading is not fresh.
         late: Interval above which a tick is late, s.
         missed: Interval above which one tick is a fault, s.
         late_ticks: Number of late ticks that are a fault.
@@ -53,6 +58,7 @@ class SafetyLimits(NamedTuple):
         slew: Slew of the rendered torque, N m/s.
         gravity_slew: Slew of the gravity torque, N m/s; the output's slew is the sum of both.
         damping: Coefficient of the damping reaction, N m s/rad.
+        lowering: Time in which the weight is let down after a fault of the clock, s.
         stale: Age of the host's last command at which force fades, s; infinite for a controller without host.
         fade: Time in which it fades then, s.
         ramp: Time in which force comes in after enabling, or comes back, s.
@@ -75,6 +81,10 @@ class SafetyLimits(NamedTuple):
     frozen_torque: float
     frozen_time: float
     probe_time: float
+    repeats: float
+    all_repeat: float
+    kink: float
+    unread: float
     late: float
     missed: float
     late_ticks: float
@@ -93,6 +103,7 @@ class SafetyLimits(NamedTuple):
     slew: float
     gravity_slew: float
     damping: float
+    lowering: float
     stale: float
     fade: float
     ramp: float
@@ -105,8 +116,18 @@ class SafetyLimits(NamedTuple):
 
 
 SIGNED = ("theta_low", "theta_high", "ambient", "derate", "hottest", "cube_bottom")
-ZERO_ALLOWED = ("damping", "velocity_lag", "ramp_power", "edge_margin", "slope", "coupling", "heat", "energy_start")
-OFF_ALLOWED = ("frozen_turn", "frozen_torque", "stale")
+ZERO_ALLOWED = (
+    "damping",
+    "velocity_lag",
+    "ramp_power",
+    "edge_margin",
+    "slope",
+    "coupling",
+    "heat",
+    "energy_start",
+    "unread",
+)
+OFF_ALLOWED = ("frozen_turn", "frozen_torque", "repeats", "all_repeat", "kink", "stale")
 # Pairs of which the first must be smaller.
 RISING = (
     ("theta_low", "theta_high"),
@@ -190,7 +211,7 @@ def safety_limits(
         )
         raise DesignError(design.name, "cube.half_side_mm", f"{design.cube.half_side_mm:g}", allowed)
     torque = drive.controlled_torque_N_m
-    joint_speed = 1.5 * speed * turn
+    joint_speed, growth = 1.5 * speed * turn, 2.0 * torque / drive.reflected_inertia_kg_m2
     count = encoder_count_rad(design)
     diagonal = 2.0 * math.sqrt(3.0) * half
     energy = changes.get("energy", design.requirements.force_N * diagonal)
@@ -199,13 +220,17 @@ def safety_limits(
         "period": period,
         "encoder_count": count,
         "joint_speed": joint_speed,
-        "joint_acceleration": 2.0 * torque / drive.reflected_inertia_kg_m2,
+        "joint_acceleration": growth,
         "theta_low": low - 0.05,
         "theta_high": high + 0.05,
         "frozen_turn": 1.2,
         "frozen_torque": 0.25 * torque,
         "frozen_time": 2.0,
         "probe_time": 0.2,
+        "repeats": math.inf,
+        "all_repeat": math.inf,
+        "kink": growth * (1.5 * period) ** 2 + 4.0 * count,
+        "unread": 2.0,
         "late": 1.5 * period,
         "missed": 20.0 * period,
         "late_ticks": 10.0,
@@ -224,6 +249,7 @@ def safety_limits(
         "slew": torque / (2.0 * period),
         "gravity_slew": 5.0 * torque,
         "damping": 0.02,
+        "lowering": 1.0,
         "stale": math.inf,
         "fade": 0.2,
         "ramp": 0.5,

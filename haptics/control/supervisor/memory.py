@@ -46,7 +46,14 @@ WINDING = 63  # (3) C
 HOUSING = 66  # (3) C
 TURNS = 69  # (3) room of `limit`
 WANTED = 72  # (3) room of `limit`
-MEMORY = 75
+READ = 75  # (3) the last readings, rad
+REPEATS = 78  # (3) how often each has repeated
+ALL_REPEAT = 81  # how often all three have repeated together
+MISSED = 82  # ticks in a row whose readings were not all fresh
+PACE = 83  # (3) speed of the joints over the last tick, rad/s
+PACED = 86  # 1 if that tick was in time
+LOWERED = 87  # time since the weight began to be let down, s
+MEMORY = 88
 
 ENABLE, DISABLE, RESET = 1.0, 2.0, 3.0  # Values of memory[REQUEST]; 0 for none
 # Share of a period below which the time of a tick is taken as standing still: rates would have no meaning.

@@ -75,8 +75,11 @@ class Supervisor:
         self.memory[m.SIGNALS] = float(held | fault.bit if present else held & ~fault.bit)
 
     def check(self, now: float, theta: np.ndarray, p: np.ndarray, reach: float, volume: float) -> int:
-        """Looks for faults in a reading before the controller computes anything; arguments as `supervisor.check`."""
-        return s.check(self.limits, self.memory, now, theta, p, reach, volume)
+        """Looks for faults in a reading before the controller computes anything; arguments as `supervisor.check`.
+
+        The readings are the angles, as of a device without calibration.
+        """
+        return s.check(self.limits, self.memory, now, theta, theta, p, reach, volume)
 
     def limit(self, rendered: np.ndarray, gravity: np.ndarray, out: np.ndarray) -> int:
         """Bounds what the controller computed to what is safe; arguments as `supervisor.limit`."""

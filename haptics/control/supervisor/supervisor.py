@@ -2,15 +2,19 @@
 
 A controller calls two functions a tick, in this order, on one array of `MEMORY` floats, laid out in `memory`:
 
-    bits = check(limits, memory, now, theta, p, reach, volume)
+    bits = check(limits, memory, now, theta, readings, p, reach, volume)
     bits = limit(limits, memory, rendered, gravity, out)
+
+Before them `left_out` says whether the tick is left out for want of a fresh reading.
 
 `rendered` is J^T of the scene's force, `gravity` what holds the moving bodies; they are limited apart, each with its
 own slew limit, because only the first is held to an energy. Nothing is allocated, nothing raises; the bits are those
 of `faults`, those present at this tick and those latched together. The reactions are in `faults`, the energy rule in
-`energy_tank`, the motors' temperature in `motor_heat`. What can be known of a frozen encoder without false alarms:
+`energy_tank`, the motors' temperature in `motor_heat`. An encoder that has noise never repeats its reading for long:
+`repeats` and `all_repeat` are how long, see `haptics.simulation.hardware.sensor_limits`. What can be known of a frozen
+encoder without noise, and without false alarms:
 
-- At rest an encoder is rightly still, so stillness alone is nothing. But a joint keeps one count only while the handle
+- At rest it is rightly still, so stillness alone is nothing. But a joint keeps one count only while the handle
   moves on a sphere about its elbow. A hand draws such a sphere for a while, most of all where friction holds the joint:
   in simulated drawing with trembling hands one joint stood still while another turned 1.0 rad in 3 of 27 runs of 30 s,
   1.2 rad in none. So an encoder that keeps one count while another joint gets `frozen_turn` (1.2 rad, half of its
@@ -20,7 +24,7 @@ of `faults`, those present at this tick and those latched together. The reaction
   dead. The supervisor probes: it takes the force away within `probe_time`. A handle in a hand, or under a weight, or
   against a spring gives way by a count long before that (0.03 N on a stiff hand), and the force comes back. If no
   count changes for another half of that time without force, the encoder is frozen, or the handle jammed: both stop.
-- Not detected: all encoders dead while no force is rendered; one that flickers between two counts.
+- Not detected: all of them dead while no force is rendered; any that flickers between two counts.
 """
 
 from __future__ import annotations
@@ -35,13 +39,18 @@ from haptics.model.motor_heat import allowed, warmed
 
 _DISABLED, _RAMPING, _ACTIVE = float(State.DISABLED), float(State.RAMPING), float(State.ACTIVE)
 _DEGRADED, _FAULT = float(State.DEGRADED), float(State.FAULT)
-_WITH_GRAVITY = reacting(Reaction.HOLD, Reaction.DAMP)
+_WITH_GRAVITY = reacting(Reaction.LOWER, Reaction.DAMP)
 _WITH_DAMPING = reacting(Reaction.DAMP, Reaction.BRAKE)
-_OFF, _BRAKE = reacting(Reaction.OFF), reacting(Reaction.BRAKE)
+_OFF, _BRAKE, _LOWERING = reacting(Reaction.OFF), reacting(Reaction.BRAKE), reacting(Reaction.LOWER)
 # bits of the faults, looked up by name: compiled code knows no properties
 _ANGLE_INVALID = FaultCode.ANGLE_INVALID.bit
 _ANGLE_JUMP = FaultCode.ANGLE_JUMP.bit
 _ANGLE_FROZEN = FaultCode.ANGLE_FROZEN.bit
+_ANGLE_MISSED = FaultCode.ANGLE_MISSED.bit
+_ANGLE_STALE = FaultCode.ANGLE_STALE.bit
+_ANGLE_REPEATED = FaultCode.ANGLE_REPEATED.bit
+_UNKNOWN = _ANGLE_INVALID | _ANGLE_STALE
+ALL_FRESH = 7  # bit i: the reading of joint i was taken since the last tick, and its own check passed
 _FROZEN_SUSPECTED = FaultCode.FROZEN_SUSPECTED.bit
 _CLOCK_INVALID = FaultCode.CLOCK_INVALID.bit
 _TICK_LATE = FaultCode.TICK_LATE.bit
@@ -61,6 +70,53 @@ _RAMP_HELD = FaultCode.RAMP_HELD.bit
 _ENERGY_LIMITED = FaultCode.ENERGY_LIMITED.bit
 _ENERGY_SPENT = FaultCode.ENERGY_SPENT.bit
 _ORDER = FaultCode.ORDER.bit
+
+
+@compiled
+def left_out(lim, mem, fresh, out):
+    """Whether this tick is left out because a reading is not fresh: the last torques then stand.
+
+    The next fresh reading makes a tick that comes late, with all that follows from it. After `unread` ticks in a row
+    the tick is made, and `check` finds ANGLE_STALE.
+
+    Args:
+        lim: The limits.
+        mem: (MEMORY,) memory.
+        fresh: Bit i is set if the reading of joint i was taken since the last tick and its own check passed.
+        out: (3,) filled with the last torques, N m, if it is left out.
+    """
+    if fresh & ALL_FRESH == ALL_FRESH:
+        mem[m.MISSED] = 0.0
+        return False
+    mem[m.MISSED] += 1.0
+    if mem[m.MISSED] > lim.unread or mem[m.KNOWN] == 0.0:
+        return False
+    for i in range(3):
+        out[i] = mem[m.OUT + i]
+    return True
+
+
+@compiled
+def findings_left_out(mem):
+    """Bits of a tick that is left out: the last tick's, and ANGLE_MISSED."""
+    return int(mem[m.PRESENT]) | int(mem[m.LATCHED]) | _ANGLE_MISSED
+
+
+@inlined
+def _repeated(lim, mem, readings):
+    """Bits of readings that repeat."""
+    bits, together = 0, True
+    for i in range(3):
+        same = abs(readings[i] - mem[m.READ + i]) < 0.25 * lim.encoder_count
+        mem[m.REPEATS + i] = mem[m.REPEATS + i] + 1.0 if same else 0.0
+        mem[m.READ + i] = readings[i]
+        if mem[m.REPEATS + i] > lim.repeats:
+            bits = _ANGLE_REPEATED
+        together = together and same
+    mem[m.ALL_REPEAT] = mem[m.ALL_REPEAT] + 1.0 if together else 0.0
+    if mem[m.ALL_REPEAT] > lim.all_repeat:
+        bits = _ANGLE_REPEATED
+    return bits
 
 
 @inlined
@@ -89,12 +145,21 @@ def _angles(lim, mem, dt, theta):
     """Bits of the angles; takes the tick's energy out of the tank and renews rates and speed bounds."""
     bits, given = 0, 0.0
     known = mem[m.KNOWN] == 1.0
+    if mem[m.MISSED] > 0.0:
+        bits |= _ANGLE_STALE
     gain = lim.joint_acceleration * lim.late
     for i in range(3):
         if not math.isfinite(theta[i]):
             bits |= _ANGLE_INVALID
         elif known and abs(theta[i] - mem[m.THETA + i]) > lim.joint_speed * dt + lim.encoder_count:
             bits |= _ANGLE_JUMP
+    in_time = known and bits == 0 and 0.5 * lim.period <= dt <= lim.late
+    for i in range(3):
+        turn = theta[i] - mem[m.THETA + i]
+        if in_time and mem[m.PACED] == 1.0 and abs(turn) > abs(mem[m.PACE + i]) * dt + lim.kink:
+            bits |= _ANGLE_JUMP
+        mem[m.PACE + i] = turn / dt
+    mem[m.PACED] = 1.0 if in_time else 0.0
     for i in range(3):
         r = mem[m.RENDERED + i]
         if known and bits == 0:
@@ -115,7 +180,7 @@ def _angles(lim, mem, dt, theta):
     mem[m.TANK] = min(mem[m.TANK] - given, lim.energy)
     mem[m.GIVEN] += given
     mem[m.POWER] += dt / (dt + lim.ramp_fall) * (given / dt - mem[m.POWER])
-    mem[m.KNOWN] = 0.0 if bits & _ANGLE_INVALID else 1.0
+    mem[m.KNOWN] = 0.0 if bits & _UNKNOWN else 1.0
     for i in range(3):
         mem[m.THETA + i] = theta[i]
     return bits
@@ -126,14 +191,13 @@ def _frozen(lim, mem, dt, theta, fresh):
     """Bits of encoders that stand still; see the module's text."""
     bits, probing = 0, False
     for i in range(3):
-        row = m.ANCHOR + 3 * i
-        if fresh or abs(theta[i] - mem[row + i]) > 0.5 * lim.encoder_count:
+        if fresh or abs(theta[i] - mem[m.ANCHOR + 3 * i + i]) > 0.5 * lim.encoder_count:
             mem[m.LOADED + i] = mem[m.STILL + i] = 0.0
             for j in range(3):
-                mem[row + j] = theta[j]
+                mem[m.ANCHOR + 3 * i + j] = theta[j]
             continue
         for j in range(3):
-            if abs(theta[j] - mem[row + j]) > lim.frozen_turn:
+            if abs(theta[j] - mem[m.ANCHOR + 3 * i + j]) > lim.frozen_turn:
                 bits |= _ANGLE_FROZEN
         loaded = abs(mem[m.RENDERED + i]) > lim.frozen_torque
         mem[m.LOADED + i] = mem[m.LOADED + i] + dt if loaded else 0.0
@@ -143,7 +207,7 @@ def _frozen(lim, mem, dt, theta, fresh):
     if probing:
         bits |= _FROZEN_SUSPECTED
         mem[m.PROBE] = max(mem[m.PROBE] - dt / lim.probe_time, -0.5)
-        if mem[m.PROBE] == -0.5:
+        if mem[m.PROBE] <= -0.5:
             bits |= _ANGLE_FROZEN
     else:
         mem[m.PROBE] = min(max(mem[m.PROBE], 0.0) + dt / lim.ramp, 1.0)
@@ -221,14 +285,15 @@ def _ramp(lim, mem, dt):
 
 
 @compiled
-def check(lim, mem, now, theta, p, reach, volume):
+def check(lim, mem, now, theta, readings, p, reach, volume):
     """Checks what was read, and moves the state on. Call it once a tick, before `limit`.
 
     Args:
         lim: The limits, `SafetyLimits`.
         mem: (MEMORY,) memory.
         now: Time of the reading, s; any clock that only grows.
-        theta: (3,) shoulder angles as read, rad; NaN for an encoder that knows of its own fault.
+        theta: (3,) shoulder angles, rad; NaN for an encoder that knows of its own fault.
+        readings: (3,) of the encoders, rad: `theta` before a calibration.
         p: (3,) position by forward kinematics of `theta`, m; NaN where there is none.
         reach: Smallest closure w of the three chains at p, m; see `pose_margins.pose_margins`.
         volume: det S / L_B^3 at p.
@@ -242,10 +307,11 @@ def check(lim, mem, now, theta, p, reach, volume):
     bits, dt = _clock(lim, mem, now)
     read = _angles(lim, mem, dt, theta)
     bits |= read | int(mem[m.SIGNALS])
-    good = read & (_ANGLE_INVALID | _ANGLE_JUMP) == 0
+    good = read & (_UNKNOWN | _ANGLE_JUMP) == 0
+    bits |= _repeated(lim, mem, readings)
     if good:
         bits |= _frozen(lim, mem, dt, theta, fresh)
-    if read & _ANGLE_INVALID:
+    if read & _UNKNOWN:
         mem[m.PLACED] = mem[m.EDGE] = mem[m.NEAR] = 0.0
     else:
         bits |= _pose(lim, mem, dt, p, reach, volume, good and not fresh)
@@ -280,7 +346,7 @@ def _forget(mem):
 @inlined
 def _move(lim, mem, bits):
     """The operator's request, the latch, and the state that follows."""
-    request = mem[m.REQUEST]
+    request = int(mem[m.REQUEST])
     mem[m.REQUEST] = 0.0
     if request == m.RESET and mem[m.STATE] == _FAULT:
         mem[m.STATE], mem[m.LATCHED] = _DISABLED, 0.0
@@ -296,7 +362,7 @@ def _move(lim, mem, bits):
     if latching:
         mem[m.LATCHED] = float(int(mem[m.LATCHED]) | latching)
         mem[m.STATE] = _FAULT
-    elif mem[m.STATE] == _RAMPING and mem[m.SCALE] == 1.0:
+    elif mem[m.STATE] == _RAMPING and mem[m.SCALE] >= 1.0:
         mem[m.STATE] = _ACTIVE
     if mem[m.STATE] == _ACTIVE or mem[m.STATE] == _DEGRADED:
         mem[m.STATE] = _ACTIVE if bits == 0 else _DEGRADED
@@ -327,6 +393,8 @@ def limit(lim, mem, rendered, gravity, out):
     latched = int(mem[m.LATCHED])
     enabled = mem[m.STATE] != _DISABLED and mem[m.STATE] != _FAULT
     hold = enabled or (latched & _WITH_GRAVITY != 0 and latched & (_OFF | _BRAKE) == 0)
+    mem[m.LOWERED] = mem[m.LOWERED] + lim.period if latched & _LOWERING else 0.0
+    weight = max(1.0 - mem[m.LOWERED] / lim.lowering, 0.0)
     fade = mem[m.EDGE] * mem[m.NEAR]
     damping = lim.damping * (1.0 - fade) if enabled else 0.0
     if latched & _WITH_DAMPING and latched & _OFF == 0:
@@ -336,7 +404,7 @@ def limit(lim, mem, rendered, gravity, out):
     step, small = lim.slew * lim.period, lim.gravity_slew * lim.period
     share = 1.0
     for i in range(3):
-        target = min(max(gravity[i], -most), most) if hold and wrong == 0 else 0.0
+        target = weight * min(max(gravity[i], -most), most) if hold and wrong == 0 else 0.0
         held = slewed(target, mem[m.GRAVITY + i], small)
         mem[m.GRAVITY + i] = held
         wanted = factor * rendered[i] if factor > 0.0 and wrong == 0 else 0.0
@@ -351,7 +419,7 @@ def limit(lim, mem, rendered, gravity, out):
     for i in range(3):
         mem[m.WANTED + i] *= share
     growth = lim.late * lim.late * lim.joint_acceleration
-    kept = share_allowed(mem[m.TANK], growth, step, mem, m.TURNS, m.RENDERED, m.WANTED)
+    kept = share_allowed(mem[m.TANK], growth, step, mem)
     mem[m.SHORT] = 1.0 if kept < 1.0 and enabled else 0.0
     for i in range(3):
         torque = slewed(kept * mem[m.WANTED + i], mem[m.RENDERED + i], step)

@@ -11,7 +11,7 @@
 enum { HELLO = 1, WELCOME, STATE, COMMAND, BYE, REFUSED };
 enum { HEAD = 28, CHECK = 4, VERSION = 1 };
 enum { WRONG_VERSION = 1, BUSY, WATCHDOG };
-enum { TRIPPED = 1, STOPPED = 2, RESET_WATCHDOG = 1, WALL_TOUCHED = 2, DAMPS_AT_WALLS = 1 };
+enum { TRIPPED = 1, STOPPED = 2, RESET_WATCHDOG = 1, WALL_TOUCHED = 2, DAMPS_AT_WALLS = 1, NOT_FRESH = 4 };
 #define LONGEST_WATCHDOG 0.1
 static const unsigned char magic[4] = { 'D', 'H', 'A', 'P' };
 
@@ -215,7 +215,7 @@ size_t delta_board_received(delta_board *board, const unsigned char *data, size_
 size_t delta_board_tick(delta_board *board, unsigned char state[DELTA_PACKET_MOST])
 {
     delta_real torque[3], theta[3];
-    int stopped = hal_stop_pressed();
+    int fresh[3], stopped = hal_stop_pressed();
     if (board->connected) {
         board->silent = board->answered ? 0.0 : board->silent + board->passed;
         if (board->silent > board->watchdog + 0.5 * board->period || !hal_healthy()) board->tripped = 1;
@@ -226,13 +226,15 @@ size_t delta_board_tick(delta_board *board, unsigned char state[DELTA_PACKET_MOS
     hal_watchdog();
     hal_wait();
     double before = board->time;
-    board->time = delta_joints_read(theta);
+    board->time = delta_joints_read(theta, fresh);
     /* a tick that comes late counts for all the time that it took */
     board->passed = board->time - before > board->period ? board->time - before : board->period;
     if (!board->connected) return 0;
     board->answered = 0;
     for (int j = 0; j < 3; j++) put_real(state + HEAD + 8 * j, (double)theta[j]);
-    return own_packet(board, state, STATE, (board->tripped ? TRIPPED : 0u) | (stopped ? STOPPED : 0u));
+    unsigned flags = (board->tripped ? TRIPPED : 0u) | (stopped ? STOPPED : 0u);
+    for (int j = 0; j < 3; j++) flags |= fresh[j] ? 0u : (unsigned)NOT_FRESH << j;
+    return own_packet(board, state, STATE, flags);
 }
 
 size_t delta_board_farewell(delta_board *board, unsigned char bye[DELTA_PACKET_MOST])

@@ -12,15 +12,18 @@ int hal_begin(void);
 void hal_wait(void);
 /* Time in s of a counter of 64 bits that only grows; of the reading that follows. */
 double hal_now(void);
-/* Angle of a joint, 0 to 2. 0 if it is good: parity or CRC right, magnet in its range. */
-int hal_encoder(int joint, double *angle);
+/* Angles of all joints, of one moment. `fresh` is 1 for a joint whose reading was taken since the last call and passed its
+ * own check (CRC or parity, warning bits), else 0, and its angle then does not count. 0 if the bus answered; else none is
+ * fresh. */
+int hal_encoders(double angle[3], int fresh[3]);
 /* Physical damping of a motor by its drive from the next current on, as a share of its short circuit, k_t^2 / R. */
 void hal_damping(int joint, double share);
 /* Current of a motor, A; positive lifts the arm. Takes effect at once: by half of the period. */
 void hal_current(int joint, double ampere);
 /* Power stage of all drives; off lets the motors turn freely. */
 void hal_enable(int on);
-/* 0 once a drive has cut its current by itself: supply, heat, its own watchdog. */
+/* 0 once a drive has cut its current by itself (supply, heat, its own watchdog), or its measured current is not the one
+ * that was commanded: nothing else sees that. */
 int hal_healthy(void);
 /* Whether the emergency stop is pressed. It must cut the power stage by wire, too. */
 int hal_stop_pressed(void);

@@ -6,12 +6,13 @@
 #include "delta_hal.h"
 #include <math.h>
 
-double delta_joints_read(delta_real theta[3])
+double delta_joints_read(delta_real theta[3], int fresh[3])
 {
-    double now = hal_now();
+    double now = hal_now(), angle[3] = { NAN, NAN, NAN };
+    int found[3] = { 0, 0, 0 }, answered = hal_encoders(angle, found) == 0;
     for (int j = 0; j < 3; j++) {
-        double angle = 0.0;
-        theta[j] = hal_encoder(j, &angle) == 0 ? (delta_real)angle : (delta_real)NAN;
+        fresh[j] = answered && found[j] == 1;
+        theta[j] = fresh[j] ? (delta_real)angle[j] : (delta_real)NAN;
     }
     return now;
 }

@@ -4,8 +4,8 @@
 
 #include "delta_controller.h"
 
-/* Reads all encoders; NaN for one that is not good. Returns the time of the reading, s. */
-double delta_joints_read(delta_real theta[3]);
+/* Reads all encoders and which readings are fresh; see hal_encoders. Returns the time of the reading, s. */
+double delta_joints_read(delta_real theta[3], int fresh[3]);
 /* Sets the currents of torques at the joints, and what the drives damp: more while a wall is touched. */
 void delta_joints_write(const delta_real torque[3], int touched);
 /* What the hardware holds up for the supervisor: bits of delta_signal. */

@@ -14,7 +14,7 @@ typedef struct {
     delta_real theta[3];
     int32_t request;
     uint32_t signal;
-    uint32_t spare;
+    uint32_t fresh; /* bit i of joint i */
 } reading;
 
 typedef struct {
@@ -93,10 +93,12 @@ int main(void)
             const reading *r = &all.in[k];
             answer *a = &all.out[k];
             delta_real theta[3], torque[3];
+            int fresh[3];
             request(r);
+            for (int j = 0; j < 3; j++) fresh[j] = (int)((r->fresh >> j) & 1u);
             uint32_t begun = clock_now();
             delta_drawn(&all.made, r->theta, theta);
-            a->bits = delta_tick(&all.memory, all.laws[0], (long)rows, r->now, theta, torque);
+            a->bits = delta_tick(&all.memory, all.laws[0], (long)rows, r->now, theta, r->theta, fresh, torque);
             delta_turned(&all.made, torque, a->torque);
             a->took = clock_between(begun, clock_now());
         }

@@ -22,6 +22,7 @@
 #define TRIES 5
 #define LARGEST 64 /* of a packet that is read, bytes; those of the protocol have at most 60 */
 #define HEADER 28
+#define NOT_FRESH 28u /* flags of a STATE, a bit a joint */
 #define NS 1e9
 
 enum kind { HELLO = 1, WELCOME = 2, STATE = 3, COMMAND = 4, BYE = 5, REFUSED = 6 };
@@ -268,7 +269,7 @@ static int posed(delta_device *device)
 static void took(delta_device *device, const struct packet *packet)
 {
     double step = (double)(packet->time - device->time) / NS;
-    int sound = 1;
+    int sound = (packet->flags & NOT_FRESH) == 0u;
     for (int i = 0; i < 3; i++)
         sound = sound && isfinite(packet->values[i]);
     for (int i = 0; i < 3; i++) {

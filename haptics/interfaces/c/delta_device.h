@@ -44,7 +44,7 @@ enum delta_status {
 enum delta_flag {
     DELTA_WATCHDOG = 1,     /* the board's watchdog has cut the torque */
     DELTA_STOP = 2,         /* the emergency stop is pressed */
-    DELTA_POSE_UNKNOWN = 4, /* an encoder knows of a fault of its own, or no position fits the angles */
+    DELTA_POSE_UNKNOWN = 4, /* a reading is not fresh or no number, or no position fits the angles */
     DELTA_LATCHED = 8       /* one of these was up and delta_reset has not been called since */
 };
 

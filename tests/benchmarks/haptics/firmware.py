@@ -48,6 +48,7 @@ int main(void)
     static delta_memory memory;
     static double took[%(ticks)d];
     delta_real torque[3];
+    const int fresh[3] = { 1, 1, 1 };
     double sum = 0.0, empty = 1.0;
     long long bits = 0;
     delta_start(&memory);
@@ -58,7 +59,8 @@ int main(void)
     }
     for (long k = 0; k < %(ticks)d; k++) {
         double begun = seconds();
-        bits |= delta_tick(&memory, laws[0], %(rows)d, k * DELTA_PERIOD_S, theta[k %% %(n)d], torque);
+        bits |= delta_tick(&memory, laws[0], %(rows)d, k * DELTA_PERIOD_S, theta[k %% %(n)d],
+                           theta[k %% %(n)d], fresh, torque);
         took[k] = seconds() - begun - empty;
         sum += (double)torque[0];
     }

@@ -143,6 +143,7 @@ def measured() -> None:
     from delta_cad.mechanism import inverse_kinematics
     from haptics.control.controller import fresh, tick
     from haptics.control.supervisor.memory import ENABLE, REQUEST
+    from haptics.control.supervisor.supervisor import ALL_FRESH
     from haptics.model.hands import HANDS
     from haptics.rendering import law_table
     from haptics.rendering.laws.virtual_wall import axis_wall
@@ -185,7 +186,7 @@ def measured() -> None:
         took = np.empty(TICKS)
         for k in range(TICKS):
             start = perf_counter_ns()
-            tick(controller, memory, laws, k * 1e-3, thetas[k], out)
+            tick(controller, memory, laws, k * 1e-3, thetas[k], thetas[k], ALL_FRESH, out)
             took[k] = perf_counter_ns() - start
         medians.append(float(np.median(took)) / 1e3)
         tails.append(float(np.percentile(took, 99.0)) / 1e3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import socket
 import subprocess
@@ -28,7 +29,7 @@ def test_it_tells_its_address_and_ends_by_ctrl_c() -> None:
         try:
             assert run.stdout is not None
             address = run.stdout.readline().split()[0]
-            assert address == f"http://127.0.0.1:{port}"
+            assert re.fullmatch(rf"http://127\.0\.0\.1:{port}/[\w-]{{22}}/", address)
             with urlopen(address, timeout=HANGS_S) as answer:
                 assert b"<html" in answer.read(4000)
             run.send_signal(signal.SIGINT)
@@ -57,10 +58,32 @@ def test_a_port_that_is_none_is_refused(port: str, capsys: pytest.CaptureFixture
     assert capsys.readouterr().err == f"--port {port}: must be from 1 to 65535\n"
 
 
+@pytest.mark.parametrize(
+    ("host", "allowed", "said_"),
+    [
+        ("0.0.0.0", True, "--host 0.0.0.0: must be the one address"),
+        ("::", True, "--host ::: must be the one address"),
+        ("192.0.2.1", False, "--allow-remote"),
+        ("192.0.2.1", True, "must be an address of this machine"),
+        ("no such host", True, "must be an address of this machine"),
+        ("x" * 300, True, "must be an address of this machine"),
+    ],
+)
+def test_other_machines_are_let_in_expressly_and_by_one_address(
+    host: str, allowed: bool, said_: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more = ["--allow-remote"] if allowed else []
+    assert main(["view", "--design", str(BEST), "--port", str(free_port()), "--host", host, *more]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert said_ in told
+
+
 def test_without_viser_it_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
+    monkeypatch.delitem(sys.modules, "delta_cad.report.live.guard", raising=False)
     assert main(["view", "--design", str(BEST)]) == 2
     assert capsys.readouterr().err == not_installed("viser", "view") + "\n"
 

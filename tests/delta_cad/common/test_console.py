@@ -206,8 +206,9 @@ def test_a_second_request_interrupts_at_once(monkeypatch: pytest.MonkeyPatch) ->
             os.kill(os.getpid(), signal.SIGINT)
 
 
-def test_ctrl_c_while_the_commands_load_is_one_line(tmp_path: Path) -> None:
-    (tmp_path / "slow.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_ctrl_c_while_the_commands_load_is_one_line(number: str, tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text(f"import os, signal\nos.kill(os.getpid(), signal.{number})\n")
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
     run = subprocess.run([sys.executable, "-c", f"{code}run_program('slow')"], capture_output=True, text=True)
     assert (run.returncode, run.stderr) == (console.INTERRUPTED, "interrupted; nothing was written\n")

@@ -12,9 +12,9 @@ from threading import Barrier
 
 import pytest
 
-from delta_cad.common import machine_code
+from delta_cad.common import numba_code
 from delta_cad.common.jit import compiled
-from delta_cad.common.machine_code import PACKAGES, ROOT, UNUSED_MAX_S
+from delta_cad.common.numba_code.kept import PACKAGES, ROOT, UNUSED_MAX_S
 from tests.delta_cad.common.forked import Forked
 
 CALLER = """
@@ -331,6 +331,25 @@ def test_numba_may_be_switched_off(copy: Path, tmp_path: Path) -> None:
     assert told(fresh(copy, code, HOME=tmp_path, NUMBA_DISABLE_JIT=Path("1"))) == [2.0]
 
 
+def test_another_release_of_numba_compiles_by_its_public_interface(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = """
+import numba, sys
+numba.__version__ = "9.0.0"
+import numpy as np
+from optimizer.trial import first, second
+out = np.array([1.0, 2.0])
+first(3.0, out)
+print(*out, second(3.0, out), int("delta_cad.common.numba_code.private" in sys.modules))
+print(sum(first.dispatcher.stats.cache_hits.values()))
+"""
+    private = told(run(copy, code.replace('numba.__version__ = "9.0.0"', ""), HOME=tmp_path))
+    found = told(run(copy, code, HOME=tmp_path))
+    assert private[:3] == found[:3] == [4.0, 9.0, 0.0]
+    assert (private[3:], found[3:]) == ([1.0, 0.0], [0.0, 0.0])
+    assert told(run(copy, code, HOME=tmp_path))[3:] == [0.0, 1.0]  # the second run finds the machine code of the first
+
+
 def test_two_threads_that_call_first_at_once_share_one_dispatcher(monkeypatch: pytest.MonkeyPatch) -> None:
     made, both = [], Barrier(2)
 
@@ -340,7 +359,7 @@ def test_two_threads_that_call_first_at_once_share_one_dispatcher(monkeypatch: p
         made.append(one)
         return one
 
-    monkeypatch.setattr(machine_code, "dispatcher_of", dispatcher_of)
+    monkeypatch.setattr(numba_code, "dispatcher_of", dispatcher_of)
     one = compiled(abs)
     with ThreadPoolExecutor(2) as threads:
         first, second = threads.map(lambda _: one.dispatcher, range(2))

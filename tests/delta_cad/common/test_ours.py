@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from delta_cad.common.files import require_room, whole_folder
-from delta_cad.common.ours import RECORD
+from delta_cad.common.ours import RECORD, remove
 from delta_cad.export.folder import output_folder
 from delta_cad.export.manifest import write_manifest
 
@@ -139,3 +140,20 @@ def test_where_a_link_leads_to_nothing_is_lost(tmp_path: Path) -> None:
     assert names(tmp_path / "out") == [RECORD, "b"]
     assert names(place) == [RECORD, "a"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["disk", "out"]
+
+
+def test_a_folder_goes_whole_though_ctrl_c_comes_while_it_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "part" / "in").mkdir(parents=True)
+    (tmp_path / "part" / "in" / "a").write_text("a")
+    remove_all, count = shutil.rmtree, [0]
+
+    def interrupted(folder: Path, ignore_errors: bool) -> None:
+        count[0] += 1
+        if count[0] < 3:
+            raise KeyboardInterrupt
+        remove_all(folder, ignore_errors=ignore_errors)
+
+    monkeypatch.setattr(shutil, "rmtree", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        remove(tmp_path / "part")
+    assert list(tmp_path.iterdir()) == []

@@ -45,6 +45,8 @@ def test_plain_data_is_read_as_the_standard_reader_reads_it(tmp_path: Path) -> N
         (b"[-Infinity]", "-Infinity is no number"),
         (b"[1e999]", "1e999 is larger than any double"),
         (b"[" + b"9" * 5000 + b"]", "is not JSON we can read"),
+        (b'{"a": {"b": [1, ' + b"9" * 400 + b"]}}", r"a.b\[1\] = 9+\.\.\.: is larger than any double"),
+        (b"[-1" + b"0" * 309 + b"]", r"\[0\] = -10+\.\.\.: is larger than any double"),
         (b"{", "is not JSON: .* at line 1 column 2"),
         (b"", "is not JSON: "),
         (b"\xff{}", "is not UTF-8 text: .* at byte 0"),

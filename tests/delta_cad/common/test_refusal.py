@@ -9,7 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.refusal import RefusedError, not_finite, not_installed, printable, short
+from delta_cad.common.refusal import (
+    LONGEST,
+    MOST_LINE,
+    RefusedError,
+    as_cell,
+    not_finite,
+    not_installed,
+    printable,
+    short,
+)
 
 
 @pytest.mark.parametrize(
@@ -25,6 +34,24 @@ from delta_cad.common.refusal import RefusedError, not_finite, not_installed, pr
 )
 def test_text_of_anybody_is_one_printable_line(text: str, shown: str) -> None:
     assert printable(text) == shown
+
+
+@pytest.mark.parametrize("long", ["x" * 100_000, "a b " * 25_000, "\x1b" * 100_000, "漢" * 4001])
+def test_a_message_has_a_bounded_length_and_keeps_its_ends(long: str) -> None:
+    line = printable(f"d.json: name = {long}: must be short")
+    assert line.startswith("d.json: name = ")
+    assert line.endswith("must be short")
+    assert LONGEST <= len(line) <= MOST_LINE
+    assert all(len(word) <= LONGEST for word in line.split())
+    for most in (LONGEST, MOST_LINE):
+        word = ("ab " * most)[:most].strip()
+        assert printable(word) == word
+
+
+@pytest.mark.parametrize("text", ["=1", "+1", "-1", "@a", "\t=1", "\r=1"])
+def test_a_cell_that_a_spreadsheet_would_compute_is_text(text: str) -> None:
+    assert as_cell(text) == f"'{text}"
+    assert [as_cell(value) for value in ("a=1", "", -1.5, None)] == ["a=1", "", -1.5, None]
 
 
 def test_a_refusal_names_file_field_value_and_what_is_allowed() -> None:
@@ -49,6 +76,7 @@ def test_the_first_number_that_is_not_finite_is_named() -> None:
     assert not_finite({"a": [1.0, 2, "inf", None]}) is None
     assert not_finite(-math.inf) == ("", -math.inf)
     assert not_finite({"a": {"b": [0.0, (1.0, math.inf)]}, "c": math.nan}) == ("a.b[1][1]", math.inf)
+    assert not_finite({"a": [2**63, 10**400]}) == ("a[1]", 10**400)
     assert not_finite({"long" * 500_000: [0.0] * 500_000}) is None  # a path for each would be a terabyte
 
 

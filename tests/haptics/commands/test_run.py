@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -91,7 +92,8 @@ def test_a_calibration_moves_what_is_read(
     point = cube_points(best, rng, 1, 0.3)
     from tests.haptics.calibration.devices import readings
 
-    still = Recording(np.arange(300) * 1e-3, np.tile(readings(device, point), (300, 1)), np.zeros((300, 3)))
+    noise = rng.normal(0.0, math.radians(0.0015), (300, 3))  # of the default encoder: a reading that repeats is a fault
+    still = Recording(np.arange(300) * 1e-3, readings(device, point) + noise, np.zeros((300, 3)))
     save_recording(still, tmp_path / "still.npz")
     off = []
     for more in ((), ("--calibration", tmp_path / "calibration.json")):

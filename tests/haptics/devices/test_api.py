@@ -28,7 +28,7 @@ from haptics.simulation.loops import at_rate
 from tests.committed import BEST
 from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.served import served
-from tests.haptics.scene_machine import scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
 from tests.optimizer.certify.designs import masses
 from tests.terminal import HANGS_S
 
@@ -45,7 +45,7 @@ def smooth(machine: MachineModel) -> SimulatedDevice:
 
 
 def handle(machine: MachineModel, device: object) -> HapticDevice:
-    return HapticDevice(device, board_controller(machine, at_rate(1000.0)))  # type: ignore[arg-type]
+    return HapticDevice(device, board_controller(machine, at_rate(1000.0), **WITHOUT_NOISE))  # type: ignore[arg-type]
 
 
 def test_a_force_is_felt_as_it_was_given(machine: MachineModel) -> None:

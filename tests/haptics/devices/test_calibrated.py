@@ -82,3 +82,20 @@ def test_where_nothing_is_known_nothing_is_pushed() -> None:
     np.testing.assert_array_equal(fake.written, np.zeros((2, 3)))
     with pytest.raises(ValueError, match="finite"):
         seen.write([np.nan, 0.0, 0.0])
+
+
+def test_a_reading_that_is_not_fresh_leaves_the_last_place(best: Design) -> None:
+    """The torques that stand for a tick that is left out are turned as before it."""
+    rng = np.random.default_rng(2)
+    device, point = made(best, rng), cube_points(best, rng, 1)
+    angles = readings(device, point)[0]
+    fake = FakeDevice([Reading(angles, 0.0), Reading(np.where([0, 1, 0], np.nan, angles), 1e-3, 0, 5)])
+    seen = CalibratedDevice(fake, best.geometry, device)
+    found = []
+    for _ in range(2):
+        found.append(seen.read())
+        seen.write([0.1, -0.2, 0.3])
+    assert (found[0].fresh, found[1].fresh) == (7, 5)
+    np.testing.assert_array_equal(found[0].angles, found[1].angles)
+    np.testing.assert_array_equal(fake.written[0], fake.written[1])
+    assert np.abs(fake.written[0]).min() > 0.0

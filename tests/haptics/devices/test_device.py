@@ -26,7 +26,7 @@ from haptics.simulation.loop import simulate, timing
 from haptics.simulation.loops import at_rate
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, PLANT
 from tests.haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
-from tests.haptics.scene_machine import scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
 
 ANGLES = np.array([[0.1, 0.2, 0.3], [0.11, 0.21, np.nan], [0.12, 0.22, 0.31]])
 PULL = np.array([0.01, -0.02, 0.03])
@@ -183,7 +183,7 @@ def machine(best: Design) -> MachineModel:
 def test_the_device_of_run_is_that_of_simulate(machine: MachineModel, rate_Hz: float, linked: bool) -> None:
     """What gives way, ripple, stops and delay: a spring that pulls the handle into a wall, by the other loop's code."""
     loop = at_rate(rate_Hz).linked if linked else at_rate(rate_Hz)
-    controller, ticks = board_controller(machine, loop), round(0.7 * rate_Hz)
+    controller, ticks = board_controller(machine, loop, **WITHOUT_NOISE), round(0.7 * rate_Hz)
     laws = law_table(
         SpringDamper(200.0, 1.0, machine.centre + 0.01), axis_wall("+x", machine.centre[0] + 2e-3, stiffness=500.0)
     )

@@ -18,6 +18,7 @@ from haptics.control.filters import low_pass
 from haptics.control.pose import RATES, model
 from haptics.control.supervisor.faults import FaultCode, State
 from haptics.control.supervisor.memory import ENABLE, REQUEST, SIGNALS
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, run
 from haptics.devices.host import Host
 from haptics.devices.link import UdpLink
@@ -30,8 +31,8 @@ from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.registry import COLUMNS
 from tests.committed import ROOT
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES
+from tests.haptics.devices.boards.host_board import HAND, simulated
 from tests.haptics.devices.fake import DisturbedDevice, FakeDevice, signalling
-from tests.haptics.devices.host_board import HAND, simulated
 
 FORCE = np.array([0.2, -0.1, 1.0])
 """N; upwards in all joints, as the torque that holds the moving bodies: so the sum of both falls evenly at a stop."""
@@ -62,7 +63,7 @@ def board(pressed: float = 1e9, released: float = 1e9, limit: float = 0.8) -> It
     """A board process, and the device that speaks to it."""
     words = [str(word) for word in (PATIENT, pressed, released, limit)]
     with subprocess.Popen(
-        [sys.executable, "-m", "tests.haptics.devices.host_board", *words],
+        [sys.executable, "-m", "tests.haptics.devices.boards.host_board", *words],
         stdout=subprocess.PIPE,
         text=True,
         cwd=ROOT,
@@ -79,7 +80,7 @@ def test_it_is_the_controllers_tick() -> None:
     memory.supervisor[REQUEST] = ENABLE
     for k in range(50):
         theta = REST + 1e-3 * np.sin(0.1 * k)
-        bits = tick(controller(), memory, LAWS, k * 1e-3, theta, out)
+        bits = tick(controller(), memory, LAWS, k * 1e-3, theta, theta, ALL_FRESH, out)
         np.testing.assert_array_equal(ours(Reading(theta, k * 1e-3)), out)
         assert ours.bits == bits
     assert np.abs(out).max() > 0.01

@@ -44,7 +44,7 @@ def wavy(sample: Reading) -> np.ndarray:
 def process(request: pytest.FixtureRequest) -> Iterator[tuple[subprocess.Popen[str], int]]:
     patience = getattr(request, "param", PATIENT)
     started = subprocess.Popen(
-        [sys.executable, "-m", "tests.haptics.devices.board_process", str(patience)],
+        [sys.executable, "-m", "tests.haptics.devices.boards.board_process", str(patience)],
         stdout=subprocess.PIPE,
         text=True,
         cwd=ROOT,
@@ -177,6 +177,14 @@ BYE = encode(Packet(PacketKind.BYE, 7, 2, 0, 0))
 def test_a_server_without_a_host_ends_when_it_is_idle() -> None:
     _, motors, replies, sessions = served([], patience=0.01, idle=0.5)
     assert (sessions, replies, motors.written) == (0, [], [])
+
+
+def test_what_opens_no_session_does_not_keep_a_server_awake() -> None:
+    """Each look at the clock is 10 us: 200 datagrams are more than 2 ms, after which it ends among them."""
+    others = [b"junk", encode(Packet(PacketKind.COMMAND, 7, 2, 1, 0, (0.1, 0.1, 0.1))), HELLO[:-1]]
+    board, _, replies, sessions = served([others[k % 3] for k in range(200)], patience=0.01, idle=2e-3)
+    assert (sessions, replies) == (0, [])
+    assert 10 < board.counts.total() < 150
 
 
 def test_a_session_from_hello_to_bye() -> None:

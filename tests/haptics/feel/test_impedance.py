@@ -21,7 +21,7 @@ from haptics.simulation.loops import BOARD, DAMPED
 from haptics.stability.wall_share import closed_form, proven_cap
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
 from haptics.stability.walls import WallAt
-from tests.haptics.scene_machine import scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
 
 LEAN, SWING = 2.0, 0.2  # N: presses the handle into the wall, and swings about that
 HELD, SETTLES, CYCLES = 0.7, 0.8, 30  # s held till all force has come in, s to settle; cycles that are measured
@@ -52,7 +52,7 @@ def simulated(machine: MachineModel, place: Plane, frequency: float, wall: bool)
     plain = real_plant(machine, DAMPED)._replace(coulomb=0.0, arm_coulomb=0.0, ripple=0.0, cogging=0.0)
     run = simulate(
         plain,
-        board_controller(machine, DAMPED)._replace(walls=UNCAPPED),
+        board_controller(machine, DAMPED, **WITHOUT_NOISE)._replace(walls=UNCAPPED),
         law,
         timing(period, DAMPED.delay + reading_age(machine), LOOP_SUBSTEPS),
         place.position,

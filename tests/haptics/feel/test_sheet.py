@@ -20,6 +20,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.mechanism import SingularError, inverse_kinematics, jacobian
 from haptics.commands.cli import main
 from haptics.control.controller import FORCE, fresh, tick
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.feel.holds import hold_facts, hold_markdown, holds
 from haptics.feel.loop_page import quantum_bound
 from haptics.feel.loops import DEFINITIONS, LoopSheet, loop_sheet
@@ -106,7 +107,7 @@ def test_the_wall_that_is_told_is_the_one_that_the_tick_renders(machine: Machine
         for normal in [worst, *rng.normal(size=(40, 3))]:
             n = normal / np.linalg.norm(normal)
             memory, wall = fresh(controller), VirtualWall(1e6, p + 1e-4 * n, tuple(n))
-            tick(controller, memory, law_table(wall), 0.0, theta, out)
+            tick(controller, memory, law_table(wall), 0.0, theta, theta, ALL_FRESH, out)
             least = min(least, float(memory.work[FORCE] @ n) / 1e-4)
         assert least == pytest.approx(told, rel=1e-6)
 

@@ -17,9 +17,11 @@ from haptics.control.controller import Controller, fresh, tick
 from haptics.control.correction import COLUMNS as COLUMNS_MADE
 from haptics.control.correction import DRAWN, ROWS, Correction, correct, turned
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.firmware.generate import sources
+from haptics.firmware.memories import SUPERVISOR
 from haptics.firmware.ports import files_of_ports
-from haptics.firmware.precision import Precision
+from haptics.firmware.precision import DOUBLE, Precision
 from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
@@ -30,7 +32,7 @@ from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.rendering.registry import COLUMNS
 from haptics.rendering.registry import LAWS as REGISTRY
 
-WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wfloat-equal", "-Werror")
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", *WARNINGS)
 BARE = ("-mthumb", "-mfloat-abi=hard", "-ffreestanding", "-nostartfiles", "-lm", "-lc", "-lgcc")
 # Core -> its flags, and QEMU's board with it.
@@ -76,7 +78,7 @@ def tool(name: str) -> str:
 
 def reading_type(real: Any) -> np.dtype:
     """`reading` of `replay.c`."""
-    parts = [("now", "f8"), ("theta", real, 3), ("request", "i4"), ("signal", "u4"), ("spare", "u4")]
+    parts = [("now", "f8"), ("theta", real, 3), ("request", "i4"), ("signal", "u4"), ("fresh", "u4")]
     return np.dtype(parts, align=True)
 
 
@@ -117,12 +119,16 @@ def recording(machine: MachineModel, ticks: int, seed: int, period: float, fault
         for k in rng.integers(ticks // 3, ticks, max(ticks // 4000, 2)):
             result["signal"][k : k + 3] = 1 << int(rng.choice([23, 24, 25]))
             request[k : k + 700] = NOTHING
+    result["fresh"] = ALL_FRESH
+    if faults:
+        for k in rng.integers(ticks // 3, ticks, max(ticks // 900, 4)):
+            result["fresh"][k : k + rng.integers(1, 5)] = rng.integers(0, ALL_FRESH)
     result["now"], result["theta"], result["request"] = now, theta, request
     return Recorded(result, LAWS)
 
 
 @compiled
-def _run(controller, known, memory, laws, now, theta, request, signal, torque, bits):
+def _run(controller, known, memory, laws, now, theta, request, signal, fresh, torque, bits):
     supervisor, made = memory.supervisor, np.zeros((ROWS, 3))
     out = np.zeros(3)
     for k in range(now.shape[0]):
@@ -138,10 +144,10 @@ def _run(controller, known, memory, laws, now, theta, request, signal, torque, b
         supervisor[SIGNALS] = float(signal[k])
         if known.forearm_length > 0.0:
             correct(known, theta[k], made)
-            bits[k] = tick(controller, memory, laws, now[k], made[DRAWN], out)
+            bits[k] = tick(controller, memory, laws, now[k], made[DRAWN], theta[k], fresh[k], out)
             turned(made, out, controller.limits.torque, torque[k])
         else:
-            bits[k] = tick(controller, memory, laws, now[k], theta[k], out)
+            bits[k] = tick(controller, memory, laws, now[k], theta[k], theta[k], fresh[k], out)
             torque[k, :] = out
 
 
@@ -152,8 +158,31 @@ def by_python(
     r, memory = recorded.readings, fresh(controller)
     torque, bits = np.zeros((len(r), 3)), np.zeros(len(r), np.int64)
     columns = [np.ascontiguousarray(r[name]) for name in ("now", "theta", "request", "signal")]
+    columns.append(r["fresh"].astype(np.int64))
     _run(controller, known, memory, recorded.laws, *columns, torque, bits)
     return bits, torque, np.concatenate([memory.filters.ravel(), memory.supervisor, memory.work.ravel()])
+
+
+def memory_type(controller: Controller, precision: Precision = DOUBLE) -> np.dtype:
+    """`delta_memory` of a controller."""
+    memory, real = fresh(controller), "f4" if precision.single else "f8"
+    parts = [
+        ("filters", real, memory.filters.shape),
+        ("supervisor", SUPERVISOR.dtype(precision)),
+        ("work", real, memory.work.shape),
+    ]
+    return np.dtype(parts, align=True)
+
+
+def flat(memory: np.ndarray) -> np.ndarray:
+    """A C memory in the order of Python's: filters, supervisor, work."""
+    supervisor = [np.ravel(memory["supervisor"][one.c_name]).astype(float) for one in SUPERVISOR.members.values()]
+    return np.concatenate([memory["filters"].ravel(), *supervisor, memory["work"].ravel()]).astype(float)
+
+
+def remembered(left: bytes, controller: Controller) -> np.ndarray:
+    """What a replay in doubles remembers, in the order of Python's memory."""
+    return flat(np.frombuffer(left, memory_type(controller))[0])
 
 
 @cache

@@ -33,12 +33,13 @@ typedef struct { int none; } delta_startup_memory;
 typedef struct { int none; } delta_memory;
 typedef struct { int none; } delta_made;
 typedef struct { int joint, code; double value, bound; } delta_refusal;
-enum { DELTA_STARTUP_READY = 10, DELTA_STARTUP_REFUSED = 11 };
+enum { DELTA_STARTUP_READY = 10, DELTA_STARTUP_REFUSED = 11, DELTA_STATE_FAULT = 4 };
 #define DELTA_EMERGENCY_STOP 1LL
 #define DELTA_WATCHDOG 2LL
 void delta_startup_begin(delta_startup_memory *start);
 void delta_startup_signal(delta_startup_memory *start, long long bits);
-long long delta_startup_tick(delta_startup_memory *start, double now, const delta_real theta[3], delta_real torque[3]);
+long long delta_startup_tick(delta_startup_memory *start, double now, const delta_real theta[3], const int fresh[3],
+                             delta_real torque[3]);
 int delta_startup_step(const delta_startup_memory *start);
 delta_refusal delta_startup_refusal(const delta_startup_memory *start);
 void delta_startup_offsets(const delta_startup_memory *start, delta_real offset[3]);
@@ -47,7 +48,7 @@ void delta_enable(delta_memory *memory);
 void delta_signal(delta_memory *memory, long long bits);
 void delta_heard(delta_memory *memory, double now);
 long long delta_tick(delta_memory *memory, const delta_real *laws, long rows, double now, const delta_real theta[3],
-                     delta_real torque[3]);
+                     const delta_real reading[3], const int fresh[3], delta_real torque[3]);
 int delta_state(const delta_memory *memory);
 int delta_touched(const delta_memory *memory);
 void delta_shoulders(const delta_real raw[3], delta_real theta[3]);
@@ -67,7 +68,14 @@ static double now = 0.0, ampere[3], damping[3], at_work[4]; /* the last: current
 int hal_begin(void) { return 0; }
 void hal_wait(void) { now += 1e-3; }
 double hal_now(void) { return now; }
-int hal_encoder(int joint, double *angle) { *angle = 0.1 * (joint + 1); return joint == fault ? 7 : 0; }
+int hal_encoders(double angle[3], int fresh[3])
+{
+    for (int j = 0; j < 3; j++) {
+        angle[j] = 0.1 * (j + 1);
+        fresh[j] = j != fault;
+    }
+    return fault == 3;
+}
 void hal_damping(int joint, double share) { damping[joint] = share; }
 void hal_current(int joint, double value) { ampere[joint] = value; }
 void hal_enable(int wanted) { on = wanted; }
@@ -86,11 +94,13 @@ void hal_report(int event, int joint, double value, double bound)
 JOINTS = """
 int main(int count, char **words)
 {
+    int fresh[3];
     delta_real theta[3], torque[3] = { 0.5, -0.25, 0.125 };
     (void)words;
     fault = count - 2;
-    delta_joints_read(theta);
+    delta_joints_read(theta, fresh);
     delta_joints_write(torque, 0);
+    printf("%d %d %d ", fresh[0], fresh[1], fresh[2]);
     printf("%g %g %g %g %g %g %g", theta[0], theta[1], theta[2], ampere[0], ampere[1], ampere[2], damping[2]);
     delta_joints_write(torque, 1);
     printf(" %g", damping[2]);
@@ -110,9 +120,10 @@ static void scaled(const delta_real *from, delta_real *to, double by)
 }
 void delta_startup_begin(delta_startup_memory *start) { start->none = 0; }
 void delta_startup_signal(delta_startup_memory *start, long long bits) { (void)start; (void)bits; }
-long long delta_startup_tick(delta_startup_memory *start, double time, const delta_real theta[3], delta_real torque[3])
+long long delta_startup_tick(delta_startup_memory *start, double time, const delta_real theta[3], const int fresh[3],
+                             delta_real torque[3])
 {
-    (void)start; (void)time;
+    (void)start; (void)time; (void)fresh;
     scaled(theta, torque, 0.0);
     return 0;
 }
@@ -133,9 +144,10 @@ void delta_enable(delta_memory *memory) { memory->none = 1; }
 void delta_signal(delta_memory *memory, long long bits) { (void)memory; (void)bits; }
 void delta_heard(delta_memory *memory, double time) { (void)memory; (void)time; }
 long long delta_tick(delta_memory *memory, const delta_real *laws, long rows, double time, const delta_real theta[3],
-                     delta_real torque[3])
+                     const delta_real reading[3], const int fresh[3], delta_real torque[3])
 {
-    (void)laws; (void)rows; (void)time;
+    (void)laws; (void)rows; (void)time; (void)reading; (void)fresh;
+    fault = 1; /* the next reading is not fresh: the last place stands */
     scaled(theta, torque, memory->none ? 1.0 : 0.0);
     return 0;
 }
@@ -208,14 +220,16 @@ def printed_figures(program: Path, *words: str) -> list[float]:
 
 
 def test_what_the_wires_say_comes_through(tmp_path: Path) -> None:
-    """An encoder that answers with a fault's code has no angle; 2 A for a newton metre; and a wall damps more."""
+    """An encoder that is not fresh has no angle, none has without a bus; 2 A for a newton metre; a wall damps more."""
     program = made(tmp_path, JOINTS, "delta_joints.c")
-    for fault in (None, 0, 1, 2):
+    for fault in (None, 0, 1, 2, 3):
         words = () if fault is None else ("fault",) * (fault + 1)
-        *theta, a, b, c, free, wall, fine, sick, stopped, both = printed_figures(program, *words)
-        assert [math.isnan(value) for value in theta] == [joint == fault for joint in range(3)]
+        *found, a, b, c, free, wall, fine, sick, stopped, both = printed_figures(program, *words)
+        fresh, theta = found[:3], found[3:]
+        assert fresh == [joint != fault and fault != 3 for joint in range(3)]
+        assert [math.isnan(value) for value in theta] == [not one for one in fresh]
         assert [value for value in theta if not math.isnan(value)] == pytest.approx(
-            [0.1 * (joint + 1) for joint in range(3) if joint != fault]
+            [0.1 * (joint + 1) for joint in range(3) if fresh[joint]]
         )
         assert (a, b, c) == (1.0, -0.5, 0.25)
         assert (free, wall) == (0.25, 0.75)

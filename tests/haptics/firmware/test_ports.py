@@ -55,10 +55,10 @@ def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> P
     return written(machine, tmp_path_factory.mktemp("ports") / "board", False)
 
 
-def compiled(folder: Path, name: str, *parts: str, compiler: str = "gcc") -> Path:
-    program = folder / name
+def compiled(folder: Path, name: str, *parts: str, compiler: str = "gcc", flags: tuple[str, ...] = ()) -> Path:
+    program = folder / "-".join([name, *flags])
     named = [str(folder / part) for part in (f"posix/{name}.c", *parts, *COMMON)]
-    subprocess.run([tool(compiler), *FLAGS, *CHECKED, *named, "-o", str(program), "-lm"], check=True)
+    subprocess.run([tool(compiler), *FLAGS, *CHECKED, *flags, *named, "-o", str(program), "-lm"], check=True)
     return program
 
 
@@ -118,16 +118,15 @@ def board(program: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
 
 
 @pytest.mark.parametrize("touched", [False, True])
-def test_the_device_at_the_other_end_is_the_simulated_one(
-    machine: MachineModel, board: tuple[subprocess.Popen[str], int], touched: bool
-) -> None:
-    """Whether or not a wall is touched, by which the drives damp more."""
-    process, port = board
+def test_the_device_at_the_other_end_is_the_simulated_one(machine: MachineModel, program: Path, touched: bool) -> None:
+    """Whether or not a wall is touched, by which the drives damp more; without noise, which each draws alone."""
 
     def wavy(sample: Reading) -> np.ndarray:
         return np.array([0.02, -0.03, 0.06]) * np.cos(100.0 * sample.time)
 
-    device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0)
+    process = subprocess.Popen([program, "0", "exact"], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    device = RemoteDevice(UdpLink("127.0.0.1", int(process.stdout.readline().split()[-1])), timeout=5.0)
     assert device.damps_at_walls
     device.touch(touched)
     far = run(device, wavy, ticks=400)
@@ -216,6 +215,22 @@ def test_a_flood_does_not_hold_the_watchdog_up(program: Path, pace: str) -> None
         started.stdout.close()
 
 
+def test_what_opens_no_session_does_not_keep_a_board_awake(folder: Path) -> None:
+    """A datagram each 20 ms, and half a second without a session in which it is to end."""
+    program = compiled(folder, "board", "posix/link.c", "delta_board.c", flags=("-DIDLE_MS=500",))
+    started = subprocess.Popen([program], stdout=subprocess.PIPE, text=True)
+    assert started.stdout is not None
+    place = ("127.0.0.1", int(started.stdout.readline().split()[-1]))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        for _ in range(500):
+            stranger.sendto(b"junk", place)
+            if started.poll() is not None:
+                break
+            time.sleep(0.02)
+    assert started.poll() == 0
+    started.stdout.close()
+
+
 LATE = """
 #include "delta_board.h"
 #include "delta_hal.h"
@@ -225,7 +240,11 @@ static double now;
 int hal_begin(void) { return 0; }
 void hal_wait(void) {}
 double hal_now(void) { return now; }
-int hal_encoder(int joint, double *angle) { *angle = joint; return 0; }
+int hal_encoders(double angle[3], int fresh[3])
+{
+    for (int j = 0; j < 3; j++) { angle[j] = j; fresh[j] = 1; }
+    return 0;
+}
 void hal_damping(int joint, double share) { (void)joint; (void)share; }
 void hal_current(int joint, double ampere) { if (joint == 0) printf("%g ", ampere); }
 void hal_enable(int on) { (void)on; }

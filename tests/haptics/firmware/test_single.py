@@ -12,7 +12,7 @@ from haptics.control.controller import Controller, fresh
 from haptics.control.pose import HOLDING, ROWS, pose
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import FaultCode
-from haptics.firmware.precision import EXACT_PLACES, MIXED
+from haptics.firmware.precision import MIXED
 from haptics.model.machine import MachineModel
 from haptics.simulation.hardware import board_controller
 from haptics.simulation.loops import at_rate
@@ -27,6 +27,7 @@ from tests.haptics.firmware.rig import (
     by_python,
     compile_bare,
     compile_host,
+    memory_type,
     recording,
     replay,
     write,
@@ -149,15 +150,14 @@ def test_motors_warm_as_in_doubles(machine: MachineModel, controller: Controller
     bits, torque, memory = by_python(controller, recorded)
     answers, left = replay(program, recorded, "f4")
     assert np.square(torque).mean() > 1e-3
-    exact = np.frombuffer(left[-8 * sum(EXACT_PLACES.values()) :], "f8")
-    warm = dict(zip(EXACT_PLACES, np.split(exact, np.cumsum(list(EXACT_PLACES.values()))[:-1]), strict=True))
+    warm = np.frombuffer(left, memory_type(controller, MIXED))[0]["supervisor"]
     supervisor = memory[fresh(controller).filters.size :][: m.MEMORY]
     ambient = controller.limits.motor.ambient
     for name, place in (("WINDING", m.WINDING), ("HOUSING", m.HOUSING)):
         rise = supervisor[place : place + 3] - ambient
         assert rise.min() > 1e-4
-        np.testing.assert_allclose(warm[name] - ambient, rise, rtol=1e-4)
-    assert warm["TICKS"] == len(torque)
+        np.testing.assert_allclose(warm[name.lower()] - ambient, rise, rtol=1e-4)
+    assert warm["ticks"] == len(torque)
     # Where the tank holds a torque back, its search by halves goes to 2^-12 of what is wanted: a level that is rounded
     # otherwise moves the torque by a step of that, and the next level with it. Everywhere else the bound is the same as
     # above, at touch-downs with 0.5 m/s too, where the damping comes in within 0.02 mm.

@@ -15,6 +15,7 @@ from haptics.control.startup import record as r
 from haptics.control.startup.record import ABOUT, Refusal, Step
 from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.generate import sources
+from haptics.firmware.memories import START
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
 from haptics.model.machine import MachineModel
 from haptics.simulation.hardware import board_controller, real_plant
@@ -23,6 +24,8 @@ from haptics.simulation.start_up import start_up
 from tests.haptics.control.startup.planted import LONGEST, PERIOD, Ended, Fault, Held, lying, run, scaled
 from tests.haptics.firmware.rig import FLAGS, tool
 from tests.haptics.scene_machine import scene_machine
+
+FRESH = (ctypes.c_int * 3)(1, 1, 1)
 
 
 class Refused(ctypes.Structure):
@@ -45,7 +48,9 @@ def library(machine: MachineModel, folder: Path, precision: Precision, absolute:
     subprocess.run([tool("gcc"), *FLAGS, *told], check=True)
     loaded = ctypes.CDLL(str(folder / "x.so"))
     loaded.delta_startup_tick.restype = ctypes.c_longlong
-    loaded.delta_startup_tick.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
+    loaded.delta_startup_tick.argtypes = [
+        ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p,
+    ]  # fmt: skip
     loaded.delta_startup_signal.argtypes = [ctypes.c_void_p, ctypes.c_longlong]
     loaded.delta_startup_refusal.restype = Refused
     return loaded
@@ -59,7 +64,7 @@ def replayed(loaded: ctypes.CDLL, ended: Ended, real: type) -> tuple[np.ndarray,
     for row, signal in zip(ended.readings, ended.signals, strict=True):
         loaded.delta_startup_signal(memory.ctypes.data, int(signal))
         theta = row[1:].astype(real)
-        bits.append(loaded.delta_startup_tick(memory.ctypes.data, row[0], theta.ctypes.data, out.ctypes.data))
+        bits.append(loaded.delta_startup_tick(memory.ctypes.data, row[0], theta.ctypes.data, FRESH, out.ctypes.data))
         torques.append(out.copy())
     return np.array(torques), np.array(bits), memory
 
@@ -104,19 +109,20 @@ def test_single_precision_finds_the_same(machine: MachineModel, tmp_path: Path) 
     while device.time < LONGEST and loaded.delta_startup_step(place) < Step.READY:
         sample = device.read()
         theta = (sample.angles + off).astype(np.float32)
-        loaded.delta_startup_tick(memory.ctypes.data, sample.time, theta.ctypes.data, out.ctypes.data)
+        loaded.delta_startup_tick(memory.ctypes.data, sample.time, theta.ctypes.data, FRESH, out.ctypes.data)
         device.write(out.astype(float))
     assert loaded.delta_startup_step(place) == Step.READY == ended.step
-    told, known = memory.view(np.float32), ended.memory.start
+    told, known = memory[: START.dtype(MIXED).itemsize].view(START.dtype(MIXED))[0], ended.memory.start
     # a step may end a tick sooner or later, a fortieth of a pulse
-    assert told[r.GAINS : r.GAINS + 3] == pytest.approx(known[r.GAINS : r.GAINS + 3], abs=0.05)
-    assert told[r.OFFSET : r.OFFSET + 3] == pytest.approx(known[r.OFFSET : r.OFFSET + 3] - off, abs=1e-6)
+    assert told["gains"] == pytest.approx(known[r.GAINS : r.GAINS + 3], abs=0.05)
+    assert told["offset"] == pytest.approx(known[r.OFFSET : r.OFFSET + 3] - off, abs=1e-6)
 
 
 def test_header_and_guide_name_every_step_and_refusal(machine: MachineModel) -> None:
     files = sources(board_controller(machine), "x", DOUBLE, start_up(machine, PERIOD))
     for step in Step:
-        assert f"#define DELTA_STARTUP_{step.name} {int(step)}\n" in files["delta_controller.h"]
+        assert f"    DELTA_STARTUP_{step.name} = {int(step)}" in files["delta_controller.h"]
+    for refusal in Refusal:
+        assert f"    DELTA_REFUSED_{refusal.name} = {int(refusal)}" in files["delta_controller.h"]
     for refusal in set(Refusal) - {Refusal.NONE}:
-        assert f"#define DELTA_REFUSED_{refusal.name} {int(refusal)}\n" in files["delta_controller.h"]
         assert f"| {int(refusal)} {refusal.name} | {ABOUT[refusal][0]} |" in files["README.md"]

@@ -13,6 +13,7 @@ from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import TOUCHED, Controller, fresh, tick
 from haptics.control.supervisor.faults import FaultCode
 from haptics.control.supervisor.memory import DISABLE, ENABLE, REQUEST, RESET, SIGNALS
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.control.wall_cap import UNCAPPED
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
@@ -30,7 +31,7 @@ from haptics.simulation.loops import DAMPED
 from haptics.stability.linear import linearise
 from haptics.stability.wall_share import closed_form
 from haptics.stability.wall_trial import LOOP_SUBSTEPS
-from tests.haptics.scene_machine import scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
 
 T, WALL = DAMPED.period, 5000.0
 
@@ -42,14 +43,15 @@ def machine(best: Design) -> MachineModel:
 
 @pytest.fixture(scope="module")
 def controller(machine: MachineModel) -> Controller:
-    return board_controller(machine, DAMPED, energy=1e3, energy_start=1e3, ramp_power=1e3)
+    return board_controller(machine, DAMPED, energy=1e3, energy_start=1e3, ramp_power=1e3, **WITHOUT_NOISE)
 
 
 def touched(controller: Controller, machine: MachineModel, p: np.ndarray, *laws: ForceLaw, gain: float = 1.0) -> float:
     memory, table = fresh(controller), law_table(*laws)
     table[-1, GAIN] = gain
     memory.supervisor[REQUEST] = ENABLE
-    tick(controller, memory, table, 0.0, inverse_kinematics(machine.geometry, p), np.zeros(3))
+    theta = inverse_kinematics(machine.geometry, p)
+    tick(controller, memory, table, 0.0, theta, theta, ALL_FRESH, np.zeros(3))
     return memory.work[TOUCHED]
 
 
@@ -72,7 +74,7 @@ def test_a_wall_is_touched_behind_its_face(machine: MachineModel, controller: Co
 def test_where_the_handle_is_not_known_no_wall_is_touched(controller: Controller) -> None:
     memory, wall = fresh(controller), law_table(axis_wall("+x", -1.0, stiffness=1e3))
     memory.supervisor[REQUEST] = ENABLE
-    tick(controller, memory, wall, 0.0, np.full(3, np.nan), np.zeros(3))
+    tick(controller, memory, wall, 0.0, np.full(3, np.nan), np.zeros(3), ALL_FRESH, np.zeros(3))
     assert memory.work[TOUCHED] == 0.0
 
 
@@ -85,7 +87,7 @@ def test_without_force_no_wall_is_touched(machine: MachineModel, controller: Con
         [(0, 0), (ENABLE, 0), (0, 0), (DISABLE, 0), (0, 0), (ENABLE, 0), (0, stop), (0, 0), (RESET, 0), (ENABLE, 0)]
     ):
         memory.supervisor[REQUEST], memory.supervisor[SIGNALS] = request, float(signal)
-        tick(controller, memory, wall, k * T, theta, np.zeros(3))
+        tick(controller, memory, wall, k * T, theta, theta, ALL_FRESH, np.zeros(3))
         told.append(memory.work[TOUCHED])
     assert told == [0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 
@@ -110,7 +112,7 @@ def test_the_handle_slows_down_as_the_drives_damp(floating: MachineModel, inside
     p, v = floating.centre, np.array([0.0, 2e-3, 1e-3])
     still = np.zeros((ticks, 3))
     run = simulate(
-        par, board_controller(floating, DAMPED),
+        par, board_controller(floating, DAMPED, **WITHOUT_NOISE),
         law_table(axis_wall("+x", p[0] + (-1e-3 if inside else 1e-3), stiffness=0.0)),
         timing(T, 1.5 * T, 8), np.concatenate([p, v]), hand=FREE, anchor=still, push=still, count=0.0,
     )  # fmt: skip
@@ -140,7 +142,9 @@ def left_over(
     it meets and leaves at each turn; `noisy` with the encoders' counts, noise and age, and the work of the force that
     the spring gives since its reading is off.
     """
-    controller = board_controller(floating, DAMPED, energy=1e3, energy_start=1e3, ramp_power=1e3)._replace(force=100.0)
+    quiet = {} if noisy else WITHOUT_NOISE
+    controller = board_controller(floating, DAMPED, energy=1e3, energy_start=1e3, ramp_power=1e3, **quiet)
+    controller = controller._replace(force=100.0)
     held, ticks, p = round(0.7 / T), round(1.6 / T), floating.centre + floating.half_side * np.array(place)
     time, push, normal = T * np.arange(ticks - held), np.zeros((ticks, 3)), np.eye(3)[axis]
     push[held:, axis] = 0.3 + np.sign(np.sin(2.0 * np.pi * time / cycle))

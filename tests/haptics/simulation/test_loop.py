@@ -14,6 +14,7 @@ from haptics.control.controller import FACTOR, FORCE, VELOCITY, Controller, fres
 from haptics.control.filters import backward_difference
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.gravity import gravity_torque
 from haptics.model.ball_joints import ball_friction
 from haptics.model.machine import MachineModel
@@ -59,7 +60,9 @@ def settled(controller: Controller, laws: np.ndarray, p: Any, ticks: int = 800) 
     memory.supervisor[REQUEST] = ENABLE
     theta = inverse_kinematics(_geometry(controller), p)
     for k in range(ticks):
-        assert tick(controller, memory, laws, k * 1e-3, theta, out) & ~(1 << 19) == 0  # all but the ramp's own bit
+        assert (
+            tick(controller, memory, laws, k * 1e-3, theta, theta, ALL_FRESH, out) & ~(1 << 19) == 0
+        )  # all but the ramp's own bit
     return out, memory
 
 

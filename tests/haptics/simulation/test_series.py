@@ -54,7 +54,9 @@ def test_columns_carry_units_and_are_rounded_to_them() -> None:
     rng, n = np.random.default_rng(0), 5
     three = {name: rng.normal(size=(n, 3)) for name in ("position", "velocity", "measured", "estimated", "force")}
     more = {name: rng.normal(size=(n, 3)) for name in ("torque", "applied", "hand")}
-    r = SimulatedRun(np.arange(n) * 1e-3, **three, **more, energy=np.zeros(n), bits=np.arange(n), knob=np.zeros((n, 3)))
+    reading = {name: np.zeros((n, 3)) for name in ("angles", "rendered", "shoulders", "knob")}
+    whole = {"bits": np.arange(n), "state": np.zeros(n), "fresh": np.zeros(n, dtype=int)}
+    r = SimulatedRun(np.arange(n) * 1e-3, **three, **more, **reading, **whole, energy=np.zeros(n))
     columns = series(r, 0.002, r.force, distance_mm=np.full(n, 1.23456789))
     assert columns["time_s"].tolist() == [-0.002, -0.001, 0.0, 0.001, 0.002]
     assert columns["position_z_mm"] == pytest.approx(1000.0 * r.position[:, 2], abs=0.5e-5)

@@ -10,6 +10,7 @@ import pytest
 from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import CEILING, FORCE, fresh, tick
+from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.control.wall_cap import JOINTLY, SHARE, UNCAPPED, WallCap, borne, borne_force, lever
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
@@ -121,7 +122,7 @@ def test_a_tick_renders_the_capped_wall(machine: MachineModel) -> None:
     for one in (controller, controller._replace(walls=UNCAPPED)):
         memory = fresh(one)
         for k in range(3):  # at rest: no damping
-            tick(one, memory, wall, k * BOARD.period, theta, out)
+            tick(one, memory, wall, k * BOARD.period, theta, theta, ALL_FRESH, out)
         forces.append(memory.work[FORCE].copy())
         assert memory.work[CEILING, 0] == controller.limits.torque
     stiffness, _ = closed_form(controller.walls, jacobian(machine.geometry, pose), np.array(AXES["x"]))

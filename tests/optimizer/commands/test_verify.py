@@ -289,8 +289,8 @@ def test_a_file_that_two_readers_could_read_differently_or_not_at_all_is_refused
     assert call("verify", tmp_path / "c.json") == 2
     assert capsys.readouterr().err.startswith("c.json: findings: List should have at most ")
     (tmp_path / "c.json").write_text(json.dumps(redigested(whole | {"boxes": 10**1000})))
-    assert call("verify", tmp_path / "c.json") == 1
-    assert len(capsys.readouterr().err) < 200
+    assert call("verify", tmp_path / "c.json") == 2
+    assert capsys.readouterr().err.startswith("c.json: boxes = 1000")
 
 
 def test_more_leaves_than_anybody_would_replay_are_not_written(

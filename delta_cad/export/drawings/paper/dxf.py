@@ -14,7 +14,7 @@ from io import StringIO
 from math import atan2, degrees, hypot
 from typing import Any
 
-from delta_cad.export.drawings.paper.lettering import NARROW
+from delta_cad.export.drawings.paper.lettering import NARROW, shown
 from delta_cad.export.drawings.paper.sheet import (
     LAYERS,
     Arc,
@@ -32,6 +32,7 @@ from delta_cad.export.drawings.paper.sheet import (
 )
 
 NOT_ASCII = re.compile(r"[^\x00-\x7f]")
+CODE = re.compile(r"%(?=%)|\\(?=[UuMm]\+)|\^")  # a space after which makes it a sign again
 SIGNS = {"Ø": "%%c", "±": "%%p", "°": "%%d"}  # any other letter by its number
 MILLIMETRES = 4  # $INSUNITS
 STYLE = "LETTERING"
@@ -156,12 +157,19 @@ def _dimension(document: Any, mark: Mark, measure: Measure) -> None:
     document.modelspace().new_entity("DIMENSION", look)
 
 
+def _coded(text: str) -> str:
+    """A text with what DXF reads as a code broken up."""
+    return CODE.sub(r"\g<0> ", shown(text))
+
+
 def _draw(space: Any, item: Stroke | Arc | Area | Text) -> None:
     from ezdxf.enums import TextEntityAlignment
 
     if isinstance(item, Text):
         look = {"layer": "text", "style": STYLE}
-        text = space.add_text(item.text, height=item.height, rotation=90.0 if item.upright else 0.0, dxfattribs=look)
+        text = space.add_text(
+            _coded(item.text), height=item.height, rotation=90.0 if item.upright else 0.0, dxfattribs=look
+        )
         text.set_placement(item.at, _near(item.end), align=TextEntityAlignment.FIT)
         return
     look = {"layer": item.layer}

@@ -5,8 +5,20 @@ from __future__ import annotations
 from math import cos, radians, sin
 from xml.sax.saxutils import escape
 
-from delta_cad.export.drawings.paper.lettering import FACE, em_mm
-from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Leaf, Mark, Stroke, Text, in_a_row, leaves
+from delta_cad.common.refusal import printable
+from delta_cad.export.drawings.paper.lettering import FAMILIES, em_mm, face_rules, shown
+from delta_cad.export.drawings.paper.sheet import (
+    LAYERS,
+    Arc,
+    Area,
+    Drawing,
+    Leaf,
+    Mark,
+    Stroke,
+    Text,
+    in_a_row,
+    leaves,
+)
 
 
 def svg_text(drawing: Drawing) -> str:
@@ -16,7 +28,8 @@ def svg_text(drawing: Drawing) -> str:
     out = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
         f'viewBox="0 0 {width} {height}">',
-        f"<title>{escape(drawing.title)}</title>",
+        f"<title>{escape(printable(drawing.title))}</title>",
+        *([f"<style>{rules}</style>"] if (rules := face_rules(text.text for text in sheet.texts)) else ()),
         '<rect width="100%" height="100%" fill="white"/>',
     ]
     plain = [item for item in sheet.items if not isinstance(item, Mark) or item.measure]
@@ -28,13 +41,13 @@ def svg_text(drawing: Drawing) -> str:
             if any(not isinstance(item, Text) and item.layer == layer for item in symbol.items):
                 out += _layer(layer, list(symbol.items), sheet.height)
         out.append("</g>")
-    out.append(f'<g id="lettering" font-family="{FACE}, Arial, sans-serif" fill="black">')
+    out.append(f'<g id="lettering" font-family="{FAMILIES}" fill="black">')
     for text in sheet.texts:
         x, y = text.at[0], sheet.height - text.at[1]
         turn = f' transform="rotate(-90 {x:.3f} {y:.3f})"' if text.upright else ""
         out.append(
             f'<text x="{x:.3f}" y="{y:.3f}" font-size="{em_mm(text.height):.3f}" textLength="{text.length:.3f}" '
-            f'lengthAdjust="spacingAndGlyphs"{turn}>{escape(text.text)}</text>'
+            f'lengthAdjust="spacingAndGlyphs"{turn}>{escape(shown(text.text))}</text>'
         )
     return "\n".join([*out, "</g>", "</svg>"]) + "\n"
 

@@ -1,4 +1,5 @@
-/* board [PORT [paced]]: a board of the socket protocol on loopback, the simulated device behind it; one session. */
+/* board [PORT [paced|exact]]: a board of the socket protocol on loopback, the simulated device behind it; one session.
+ * Paced it keeps to the clock; exact its readings have no noise. */
 #define _POSIX_C_SOURCE 200809L
 #include "../delta_board.h"
 #include "../delta_controller.h"
@@ -14,7 +15,10 @@
 #include <string.h>
 #include <time.h>
 
-enum { PATIENCE_MS = 50, IDLE_MS = 20000, AT_ONCE = 16 }; /* datagrams of a tick: a flood must not hold it up */
+#ifndef IDLE_MS
+#define IDLE_MS 20000 /* without a session after which it ends */
+#endif
+enum { PATIENCE_MS = 50, AT_ONCE = 16 }; /* datagrams of a tick: a flood must not hold it up */
 static volatile sig_atomic_t stopped;
 
 /* SIGUSR1 presses the emergency stop, SIGUSR2 releases it. */
@@ -55,6 +59,7 @@ int main(int many, char **words)
     }
     struct timespec due, last;
     int paced = many > 2 && strcmp(words[2], "paced") == 0;
+    hal_wired.exact = many > 2 && strcmp(words[2], "exact") == 0;
     struct sigaction pressed; /* by `signal` a second press would end the process */
     memset(&pressed, 0, sizeof pressed);
     pressed.sa_handler = press;
@@ -71,13 +76,11 @@ int main(int many, char **words)
     last = due;
     while (!(served && !board.connected)) {
         long left = PATIENCE_MS - since(&last);
-        int waiting = !board.connected ? IDLE_MS : ((board.answered || paced || left < 0) ? 0 : (int)left);
+        long idle = IDLE_MS - since(&last); /* what opens no session does not keep it awake */
+        int waiting = !board.connected ? (idle > 0 ? (int)idle : 0) : ((board.answered || paced || left < 0) ? 0 : (int)left);
         int ready = link_ready(waiting);
-        if (!ready && !board.connected) break; /* nobody came */
-        if (!board.connected) {
-            clock_gettime(CLOCK_MONOTONIC, &due);
-            last = due;
-        }
+        if (!board.connected && (!ready || idle <= 0)) break; /* nobody came */
+        if (!board.connected) clock_gettime(CLOCK_MONOTONIC, &due);
         if (paced && board.connected) pace(&due);
         hal_wired.stopped = stopped;
         for (int k = 0; k < AT_ONCE; k++) {
@@ -85,6 +88,7 @@ int main(int many, char **words)
             if (bytes == 0) break;
             size_t answer = delta_board_received(&board, data, bytes, sender, reply);
             if (answer > 0) hal_send(reply, answer, sender);
+            if (!served && board.connected) clock_gettime(CLOCK_MONOTONIC, &last);
             served = served || board.connected;
         }
         if (board.connected && (board.answered || paced || since(&last) >= PATIENCE_MS)) {

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from delta_cad.export.drawings.paper.lettering import LetteringError, width_of, wrapped
+from delta_cad.export.drawings.paper.lettering import width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
 from delta_cad.export.drawings.views.leaders import Leader, crossings, in_turn, lines_cross, runs_along, untangled
 from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread, spread_within
@@ -59,12 +59,6 @@ def test_widths_are_the_face_s_own() -> None:
     face = ImageFont.truetype(str(_file()), 1000)
     assert width_of(text, 2.5) == pytest.approx(face.getlength(text) / 1000 * em_mm(2.5) * NARROW, rel=0.01)
     assert em_mm(2.5) == pytest.approx(2.5 / 0.729, rel=1e-3)  # capitals of DejaVu Sans: 1493 of 2048
-
-
-@pytest.mark.parametrize("text", ["⌀8", "a\nb", "漢"])
-def test_what_cannot_be_lettered_is_refused(text: str) -> None:
-    with pytest.raises(LetteringError, match="cannot be lettered"):
-        width_of(text, 2.5)
 
 
 def test_lines_are_broken_between_words() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.machine_code import PACKAGES, ROOT
+from delta_cad.common.numba_code.kept import PACKAGES, ROOT
 from delta_cad.mechanism import Cube, cube_extremes
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 

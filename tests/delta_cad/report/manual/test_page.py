@@ -7,6 +7,7 @@ import io
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +18,10 @@ from delta_cad.assembly.order.record import Bring
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.common.beside import BesideError
 from delta_cad.dimensions import Dimensions
+from delta_cad.export.drawings.paper.lettering import _file
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.views.scene import PictureError
+from delta_cad.report.manual.page import page as write_page
 from delta_cad.report.manual.page import write_manual, written
 from delta_cad.report.manual.pictures import ACCENTS, ARROW, SIZE
 from tests.committed import Built
@@ -88,6 +91,34 @@ def test_the_page_asks_nothing_of_any_other_place_and_escapes_names(
     )
     assert "<script" not in text
     assert "&lt;script&gt;" in text
+
+
+def test_the_page_carries_the_letters_that_not_every_browser_has(
+    blocks: Assembly, best_dimensions: Dimensions, chromium: Any
+) -> None:
+    """Read from its faces, and seen in a browser: as much ink as the same letters have by the whole face itself."""
+    from fontTools.ttLib import TTFont
+    from PIL import Image, ImageDraw, ImageFont
+
+    text = "球形 강철 ąč стальной"
+    written = write_page(best_dimensions, replace(blocks, name=text), [], {})
+    faces = re.findall(r'font-family: "Lettering\d"; src: url\("data:font/ttf;base64,([^"]*)"\)', written)
+    letters = {code for data in faces for code in TTFont(io.BytesIO(base64.b64decode(data))).getBestCmap()}
+    assert {ord(letter) for letter in text if letter != " "} <= letters
+    assert len(letters) < 60
+    viewer = chromium.new_page()
+    viewer.set_content(written)
+    viewer.evaluate("document.fonts.ready")
+    shot = viewer.locator("h1").first
+    shot.evaluate(
+        "one => { one.textContent = '球形'; one.style = 'font-size: 60px; font-weight: 400; display: inline' }"
+    )
+    viewer.wait_for_timeout(500)
+    seen = Image.open(io.BytesIO(shot.screenshot())).convert("L").point(lambda value: 255 * (value < 128))
+    viewer.close()
+    own = Image.new("L", (400, 200))
+    ImageDraw.Draw(own).text((20, 20), "球形", 255, ImageFont.truetype(str(_file(1)), 60))
+    assert sum(seen.histogram()[128:]) == pytest.approx(sum(own.histogram()[128:]), rel=0.1)
 
 
 class Ended:

@@ -16,7 +16,8 @@ from haptics.control.supervisor.memory import SIGNALS
 from haptics.devices.simulated import SimulatedDevice
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
-from haptics.simulation.hardware import real_plant
+from haptics.simulation.hardware import real_plant, sensor_errors
+from haptics.simulation.loops import chosen_loop
 from haptics.simulation.start_up import fresh_start
 
 PERIOD = 5e-4
@@ -69,7 +70,9 @@ class Ended(NamedTuple):
 def lying(machine: MachineModel, par: StartUp, truth: Plant) -> SimulatedDevice:
     """A device at rest on its lower stops."""
     rest = forward_kinematics(machine.geometry, np.full(3, par.stop_low + 1e-3))
-    return SimulatedDevice(truth, rest, period=par.limits.period, count=par.limits.encoder_count, steps=6)
+    period = par.limits.period
+    errors = sensor_errors(machine, chosen_loop(machine.design, 1.0 / period))._replace(once=0.0, twice=0.0)
+    return SimulatedDevice(truth, rest, period=period, count=par.limits.encoder_count, steps=6, errors=errors)
 
 
 def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -> Ended:
@@ -91,7 +94,7 @@ def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -
         theta = fault.read(sample.angles.copy(), sample.time)
         signal = fault.signal(sample.time)
         memory.supervisor[SIGNALS] = float(signal)
-        bits.append(int(start(par, memory, sample.time, theta, out)))
+        bits.append(int(start(par, memory, sample.time, theta, sample.fresh, out)))
         readings.append((sample.time, *theta))
         torques.append(out.copy())
         signals.append(signal)
@@ -138,12 +141,15 @@ class Held:
         joint: Which.
         begin: s.
         value: What it says; None for its last count.
+        flicker: What every other reading has more, rad.
     """
 
     joint: int
     begin: float = 0.0
     value: float | None = None
+    flicker: float = 0.0
     last: list[float] = field(default_factory=list)
+    odd: bool = False
 
     def __call__(self, theta: np.ndarray, time: float) -> np.ndarray:
         """The angles as read."""
@@ -151,4 +157,6 @@ class Held:
             if not self.last:
                 self.last.append(theta[self.joint])
             theta[self.joint] = self.last[0] if self.value is None else self.value
+            self.odd = not self.odd
+            theta[self.joint] += self.flicker * self.odd
         return theta

@@ -69,9 +69,11 @@ FAULTS = {
         2,
     ),
     "an encoder that falls silent": (Fault(read=Held(0, 2.0, math.nan)), Refusal.SUPERVISOR, 3),
-    "an encoder that sticks on the way": (Fault(read=Held(0, 1.9)), Refusal.LOST, 0),
+    "an encoder that sticks on the way": (Fault(read=Held(0, 1.9)), Refusal.SUPERVISOR, 3),
+    "an encoder that flickers on the way": (Fault(read=Held(0, 1.9, flicker=1e-5)), Refusal.LOST, 0),
     "a dead motor": (Fault(drive=scaled(0, 0.0)), Refusal.NO_MOTION, 0),
-    "a dead encoder": (Fault(read=Held(1)), Refusal.SWAPPED, 1),
+    "a dead encoder": (Fault(read=Held(1)), Refusal.SUPERVISOR, 3),
+    "a dead encoder that flickers": (Fault(read=Held(1, flicker=1e-5)), Refusal.SWAPPED, 1),
     "encoders exchanged": (Fault(read=exchanged), Refusal.SWAPPED, 0),
     "a jammed joint": (Fault(plant=lambda par: par._replace(arm_coulomb=1.0)), Refusal.NO_MOTION, 0),
     "mounted askew": (

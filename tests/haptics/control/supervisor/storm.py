@@ -12,11 +12,11 @@ from delta_cad.common.jit import compiled
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import FaultCode
-from haptics.control.supervisor.supervisor import check, limit
+from haptics.control.supervisor.supervisor import ALL_FRESH, check, findings_left_out, left_out, limit
 from haptics.model.plant import angles
 
 CALM = 0
-MODES = 24
+MODES = 25
 """Kinds of trouble; see `storm`."""
 LYING = (2, 3, 8)
 """Those in which an encoder reads a number that is not so."""
@@ -100,6 +100,7 @@ def storm(lim, par, mem, ticks, seed, log):
         # the handle
         steps = max(int(dt / 5e-4), 1)
         h = dt / steps
+        was = p.copy()
         for _ in range(steps):
             stiff = 100.0 if mode == 11 else 30.0
             for i in range(3):
@@ -107,7 +108,7 @@ def storm(lim, par, mem, ticks, seed, log):
                 p[i] += h * v[i]
         if mode == 17:
             v[:] = 0.0
-            p[:] = place
+            p[:] = was
         state[:3] = p
         angles(par, state, true)
         for i in range(3):
@@ -162,10 +163,16 @@ def storm(lim, par, mem, ticks, seed, log):
         if mode == 20:
             for i in range(3):
                 rendered[i] = np.random.uniform(-3.0, 3.0)
-        bits = 0
-        if not (mode == 15 and np.random.random() < 0.02):
-            bits = check(lim, mem, stamp, read, place, reach, volume)
-        bits |= limit(lim, mem, rendered, gravity, out)
+        fresh = ALL_FRESH
+        if mode == 24 and np.random.random() < 0.5:
+            fresh = np.random.randint(0, ALL_FRESH)
+        skipped, bits = left_out(lim, mem, fresh, out), 0
+        if skipped:
+            bits = findings_left_out(mem)
+        if not skipped and not (mode == 15 and np.random.random() < 0.02):
+            bits = check(lim, mem, stamp, read, read, place, reach, volume)
+        if not skipped:
+            bits |= limit(lim, mem, rendered, gravity, out)
         for i in range(3):
             log.out[k, i] = out[i]
             log.rendered[k, i] = mem[m.RENDERED + i]

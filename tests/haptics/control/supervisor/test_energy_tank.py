@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.energy_tank import HALVINGS, need, slewed
 from haptics.control.supervisor.energy_tank import share_allowed as share_in_memory
 
@@ -17,7 +18,10 @@ turns = st.floats(0.0, 0.2)
 def share_allowed(
     level: float, turns: np.ndarray, growth: float, step: float, before: np.ndarray, target: np.ndarray
 ) -> float:
-    return share_in_memory(level, growth, step, np.concatenate([turns, before, target]), 0, 3, 6)
+    memory = np.zeros(m.MEMORY)
+    for place, values in ((m.TURNS, turns), (m.RENDERED, before), (m.WANTED, target)):
+        memory[place : place + 3] = values
+    return share_in_memory(level, growth, step, memory)
 
 
 @given(torques, steps, turns, turns)

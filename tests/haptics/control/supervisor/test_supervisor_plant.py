@@ -186,7 +186,7 @@ def test_enabled_inside_a_wall_under_a_hand_that_holds_the_force_comes_in() -> N
 def test_the_braking_reaction_takes_energy_and_does_not_buzz() -> None:
     loop = Loop(lambda _p, v: 0.0 * v).enable().run(600)
     loop.state[3:6] = [0.0, 0.0, 1.2]
-    loop.supervisor.limits = LIMITS._replace(speed=1.0)
+    loop.supervisor.limits = LIMITS._replace(speed=1.0, kink=np.inf)  # at once at that speed
     loop.run(1, until=State.FAULT)
     loop.run(20, until=State.FAULT)
     assert loop.supervisor.latched == (FaultCode.OVERSPEED,)

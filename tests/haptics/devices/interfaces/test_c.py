@@ -22,7 +22,7 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
 from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability.walls import WallAt
-from tests.haptics.devices.fake import DisturbedDevice, invalid
+from tests.haptics.devices.fake import Disturbance, DisturbedDevice, invalid
 from tests.haptics.devices.served import Served, served
 from tests.haptics.scene_machine import scene_machine
 
@@ -144,9 +144,12 @@ def test_force_comes_in_over_the_ramp_and_is_bounded(machine: MachineModel, clie
     assert "nan 1 period 0.001" in lines
 
 
-def test_an_encoder_that_fails_takes_the_force_until_the_reset(machine: MachineModel, client: Path) -> None:
+@pytest.mark.parametrize("fault", [invalid(0), lambda sample: sample._replace(fresh=5)], ids=["invalid", "not fresh"])
+def test_an_encoder_that_fails_takes_the_force_until_the_reset(
+    machine: MachineModel, client: Path, fault: Disturbance
+) -> None:
     with served(machine) as up:
-        bad = {n: invalid(0) for n in range(40, 60)}
+        bad = dict.fromkeys(range(40, 60), fault)
         up.device.read = DisturbedDevice(Bare(up.device), bad).read  # type: ignore[method-assign]
         lines = ran(client, up.port, 200, 0.0, RESET_AT="120")
     head, found = ticks(lines)

@@ -6,18 +6,28 @@ below stays LLVM's intermediate code until a function that Python calls takes it
 knows of `+` at each `+`; here each operator remembers what it makes of which types.
 
 The code that comes out rounds as before: LLVM keeps each operation's rounding at whatever level it optimizes.
+
+These classes are private to numba: only releases of `SERIES` in this package's `__init__` come here.
 """
 
 from __future__ import annotations
 
+import fcntl
 import math
 import operator
+import os
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, ClassVar
 
+from numba import njit  # noqa: TID251 - one of two places
+from numba.core import types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.errors import TypingError
+
+from delta_cad.common.numba_code.kept import all_known, as_started, folder, not_kept, throw_away_old
 
 OFTEN = (*(getattr(operator, name) for name in operator.__all__), abs, len, math.sqrt)
 """Built-in functions that compiled code calls often."""
@@ -117,3 +127,93 @@ class InnerCompiler(OuterCompiler):
 
     def __init__(self, typing: Any, target: Any, *others: Any) -> None:
         super().__init__(typing, inner_target(target), *others)
+
+
+class _Locator(InTreeCacheLocator):
+    """Gives each folder of sources one below `folder`, so that copies of the packages share nothing."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        super().__init__(function, file)
+        self._cache_path = os.path.join(str(folder()), self.get_suitable_cache_subpath(file))
+
+    def ensure_cache_path(self) -> None:
+        """Makes nothing: what was kept once is used from a disk that cannot be written, too."""
+
+
+class _InnerLocator(_Locator):
+    """Keeps functions without a way in from Python apart from those that have one."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        super().__init__(function, file)
+        self._cache_path = os.path.join(self._cache_path, "inner")
+
+
+class _Kept(CompileResultCacheImpl):
+    _locator_classes: ClassVar = [_Locator]
+
+
+class _KeptInner(CompileResultCacheImpl):
+    _locator_classes: ClassVar = [_InnerLocator]
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Reads a function as intermediate code."""
+        return super().rebuild(inner_target(target_context), payload)
+
+
+class _Cache(FunctionCache):
+    """numba's cache of one function, which never stops a run: what it cannot read or write is compiled."""
+
+    _impl_class = _Kept
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Reads a function; None, so that it is compiled, whatever is wrong with the file."""
+        if not as_started():
+            return None
+        try:
+            return super().load_overload(sig, target_context)
+        except OSError:
+            return None
+        except Exception:  # unpickling a damaged file raises anything
+            with suppress(OSError):
+                self.flush()  # or keeping the function anew would read the file again
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keeps a function if that can be; the lock, since numba gives two processes at once the same file name."""
+        place = folder()
+        assert place is not None
+        if not as_started():
+            return
+        try:
+            if not place.exists():
+                place.mkdir(parents=True, exist_ok=True)
+                throw_away_old(place)
+            os.makedirs(self.cache_path, exist_ok=True)
+            with open(place / "lock", "w") as lock:
+                with suppress(OSError):  # a file system without locks
+                    fcntl.flock(lock, fcntl.LOCK_EX)
+                super().save_overload(sig, data)
+        except OSError as error:
+            not_kept(f"{place}: {error.strerror}")
+
+
+class _InnerCache(_Cache):
+    _impl_class = _KeptInner
+
+
+def private_dispatcher(function: Callable[..., Any], inner: bool, **options: Any) -> Any:
+    """Makes numba's dispatcher of a function, as `dispatcher_of`, with the compilers and the cache of this module."""
+    if inner:
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    compiler = InnerCompiler if inner else OuterCompiler
+    dispatcher: Any = njit(error_model="numpy", pipeline_class=compiler, **options)(function)
+    typed = dispatcher.get_call_template
+
+    def without_literals(args: Any, kws: Any) -> Any:
+        """Types a call of `f(3)` as one of `f(k)`: numba would compile f anew for each number that is written out."""
+        return typed([types.unliteral(arg) for arg in args], {key: types.unliteral(arg) for key, arg in kws.items()})
+
+    dispatcher.get_call_template = without_literals
+    if all_known(function) and folder() is not None:
+        dispatcher._cache = _InnerCache(function) if inner else _Cache(function)
+    return dispatcher

@@ -22,8 +22,9 @@ from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.report.live import page as live_page
 from delta_cad.report.live.force import FLOOR, FLOOR_N_MM, FREE, RESISTANCE, RESISTANCE_N_S_MM, felt
+from delta_cad.report.live.guard import Guard, guarded_server
 from delta_cad.report.live.nearest import Nearest, Neighbours
-from delta_cad.report.live.page import ARROW_MM_N, NEAR_COLOUR, LivePage, quaternion
+from delta_cad.report.live.page import ARROW_MM_N, HANDLE, NEAR_COLOUR, LivePage, quaternion
 from delta_cad.report.subject import Subject
 from tests.delta_cad.checks.machines import LIMITS, machine
 
@@ -38,12 +39,15 @@ def free_port() -> int:
 
 
 @pytest.fixture
-def page(best: Design) -> Iterator[LivePage]:
-    import viser
+def guard() -> Guard:
+    return Guard("127.0.0.1", free_port(), print)
 
-    with redirect_stdout(StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=free_port(), verbose=False)
+
+@pytest.fixture
+def page(best: Design, guard: Guard) -> Iterator[LivePage]:
+    server = guarded_server(guard, "test")
     page = LivePage(server, best)
+    guard.begin(page.ranges(), HANDLE, page.nearest_m)
     yield page
     page.close()
     with redirect_stdout(StringIO()):
@@ -218,12 +222,11 @@ def test_the_neighbours_are_those_of_measuring_everything() -> None:
 
 
 @pytest.mark.slow
-def test_a_mouse_drags_the_handle_along_one_axis(page: LivePage, chromium: Any) -> None:
+def test_a_mouse_drags_the_handle_along_one_axis(page: LivePage, guard: Guard, chromium: Any) -> None:
     viewer = chromium.new_page(viewport={"width": 1000, "height": 700})
     asked: list[str] = []
     viewer.on("request", lambda request: asked.append(request.url))
-    host = f"http://127.0.0.1:{page._server.get_port()}/"
-    viewer.goto(host)
+    viewer.goto(guard.url)
     viewer.get_by_text("conditioning").wait_for(timeout=DRAWN_MS)
     start = page.handle_mm
     for _ in range(TRIES):  # until the picture is drawn there is nothing to take hold of
@@ -239,7 +242,9 @@ def test_a_mouse_drags_the_handle_along_one_axis(page: LivePage, chromium: Any) 
     assert page.handle_mm[:2] == pytest.approx(start[:2], abs=1e-6)
     assert page.lengths.bottom_height_mm - 1e-6 <= page.handle_mm[2] < start[2] - 5.0
     assert viewer.get_by_text(f"{page.handle_mm[2]:.1f} mm").count() == 1
-    assert {url for url in asked if not url.startswith((host, "blob:" + host, "data:"))} == set()
+    host = f"http://127.0.0.1:{page._server.get_port()}/"
+    assert {url for url in asked if not url.startswith((guard.url, "blob:" + host, "data:"))} == set()
+    assert guard.refusals.count == 0
     viewer.close()
 
 

@@ -1,0 +1,335 @@
+"""The guard in front of the live page's server: who may connect, and which messages go through.
+
+A request is accepted with the printed address as its Host (and as the Origin of what a browser's page opens) and with
+the random token of the printed address, and of a WebSocket only messages that a viewer of this page sends: each typed,
+its numbers finite and within the range of what they move. Anything else is refused before viser sees it, and counted.
+"""
+
+from __future__ import annotations
+
+import hmac
+import http
+import io
+import logging
+import math
+import secrets
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
+from threading import Lock
+from time import monotonic
+from typing import Any
+
+import msgspec
+import viser
+import websockets.asyncio.server
+from viser import _messages as viser_messages
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError
+from websockets.frames import CloseCode
+from websockets.http11 import Request, Response
+
+TOKEN_BYTES = 16
+MOST_BYTES = 4096  # of a message; a camera, the longest one that the page sends, has a tenth of it
+MOST_CLIENTS = 40
+MOST_REFUSED = 100  # messages of one connection, after which it is cut
+MOST_m = 100.0  # of a camera's position; machines have tenths of a metre
+MOST_px = 32768  # of a screen
+EVERY_S = 10.0  # between two lines about one kind of refusal
+HTTP_PORT = 80  # which an address leaves out
+HEADERS = {
+    "Referrer-Policy": "no-referrer",  # the token is part of the address
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+}
+Vector = tuple[float, float, float]
+Turn = tuple[float, float, float, float]
+
+
+class Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
+    """What a viewer may send; its fields are those of viser's message of that name."""
+
+
+class Camera(Message, tag="ViewerCameraMessage"):
+    """Where a viewer looks from, m and rad."""
+
+    wxyz: Turn
+    position: Vector
+    fov: float
+    near: float
+    far: float
+    image_height: int
+    image_width: int
+    look_at: Vector
+    up_direction: Vector
+
+
+class Drag(Message, tag="TransformControlsUpdateMessage"):
+    """Where the handle is dragged to, m."""
+
+    name: str
+    wxyz: Turn
+    position: Vector
+    owner: str = ""
+
+
+class DragStart(Message, tag="TransformControlsDragStartMessage"):
+    """The handle is taken hold of."""
+
+    name: str
+    owner: str = ""
+
+
+class DragEnd(Message, tag="TransformControlsDragEndMessage"):
+    """The handle is let go."""
+
+    name: str
+    owner: str = ""
+
+
+class Value(msgspec.Struct, forbid_unknown_fields=True):
+    """The new value of a control."""
+
+    value: bool | float | str
+
+
+class Change(Message, tag="GuiUpdateMessage"):
+    """A control is moved."""
+
+    uuid: str
+    updates: Value
+
+
+DECODER = msgspec.msgpack.Decoder(Camera | Drag | DragStart | DragEnd | Change)
+
+
+class Refusals:
+    """Counts what is refused, and says so: the first of a kind at once, then a line each `EVERY_S` at most.
+
+    Args:
+        say: Takes a line.
+        now: The clock, s.
+    """
+
+    def __init__(self, say: Callable[[str], object], now: Callable[[], float] = monotonic) -> None:
+        self._say, self._now, self._lock = say, now, Lock()
+        self._waiting: dict[str, tuple[int, float]] = {}  # kind -> how many were not told, and when it was told last
+        self.count = 0
+
+    def add(self, kind: str) -> None:
+        """Counts one of a kind; kinds are texts of this program, never of who is refused."""
+        with self._lock:
+            self.count += 1
+            (waiting, last), now = self._waiting.get(kind, (0, -math.inf)), self._now()
+            told = now - last >= EVERY_S
+            self._waiting[kind] = (0, now) if told else (waiting + 1, last)
+        if told:
+            self._say(f"refused: {kind}" + (f" ({waiting + 1} since the last line)" if waiting else ""))
+
+
+class _Log(logging.Logger):
+    """Takes what websockets says of a connection that failed, whatever filters viser adds: no traceback."""
+
+    def __init__(self, refusals: Refusals) -> None:
+        super().__init__("delta_cad.live", logging.ERROR)
+        self._refusals = refusals
+
+    def handle(self, record: logging.LogRecord) -> None:
+        self._refusals.add(f"a connection ({record.getMessage()})")
+
+
+class Guard:
+    """Decides what reaches the server.
+
+    Args:
+        host: Address that the server listens on, as it is printed.
+        port: Its port.
+        say: Takes a line about what was refused.
+
+    Attributes:
+        url: The address to print; it holds the token.
+        refusals: What was refused.
+    """
+
+    def __init__(self, host: str, port: int, say: Callable[[str], object]) -> None:
+        self.host, self.port = host, port
+        name = f"[{host}]" if ":" in host else host.lower()
+        self._authority = name if port == HTTP_PORT else f"{name}:{port}"
+        self._origin, self._token = f"http://{self._authority}", secrets.token_urlsafe(TOKEN_BYTES)
+        self.url = f"{self._origin}/{self._token}/"
+        self.refusals = Refusals(say)
+        self._controls: dict[str, Callable[[Any], Any]] = {}
+        self._handle: tuple[str, Callable[[Vector], Vector]] | None = None
+
+    def begin(
+        self, controls: dict[str, Callable[[Any], Any]], handle: str, nearest_m: Callable[[Vector], Vector]
+    ) -> None:
+        """Lets messages through from now on.
+
+        Args:
+            controls: Id of a control -> what makes of a value one within its range, or raises ValueError.
+            handle: Name of the handle.
+            nearest_m: Makes of a position of the handle, m, one within its range.
+        """
+        self._controls, self._handle = controls, (handle, nearest_m)
+
+    def end(self) -> None:
+        """Lets no message through any more, as the server is about to stop."""
+        self._handle = None
+
+    def fault(self, request: Request, clients: int) -> str:
+        """Says why a request is not accepted, without a word of its own; "" where it is.
+
+        Args:
+            request: The request.
+            clients: How many viewers are connected.
+        """
+        headers = request.headers
+        if [host.lower() for host in headers.get_all("Host")] != [self._authority]:
+            return "a request to another host than the printed address"
+        upgrade, origins = headers.get_all("Upgrade"), headers.get_all("Origin")
+        if upgrade not in ([], ["websocket"]):
+            return "a request to upgrade to something else than a WebSocket"
+        if origins != [self._origin] and (upgrade or origins):
+            return "a request from a page of another origin"
+        token = request.path.partition("?")[0].removeprefix("/").partition("/")[0]
+        if not hmac.compare_digest(token.encode("utf-8", "replace"), self._token.encode()):
+            return "a request without the token of the printed address"
+        if upgrade and headers.get_all("Sec-WebSocket-Protocol") != [f"viser-v{viser.__version__}"]:
+            return "a viewer of another version"
+        if upgrade and clients >= MOST_CLIENTS:
+            return f"more than {MOST_CLIENTS} viewers"
+        return ""
+
+    def passed(self, raw: str | bytes) -> bytes | None:
+        """Gives a message as viser may have it, its values within their ranges; None, and counted, where it may not."""
+        if (handle := self._handle) is None:
+            return None
+        try:
+            if isinstance(raw, str):
+                raise ValueError("text")
+            message = DECODER.decode(raw)
+            self._limit(message, *handle)
+        except (ValueError, OverflowError, RecursionError):  # msgspec's errors are ValueErrors
+            self.refusals.add("a message that no viewer of this page sends, or with values that no control has")
+            return None
+        return msgspec.msgpack.encode(message)
+
+    def _limit(self, message: Message, handle: str, nearest_m: Callable[[Vector], Vector]) -> None:
+        """Brings the values of a message into their ranges; ValueError where they have none."""
+        if isinstance(message, Change):
+            if (limited := self._controls.get(message.uuid)) is None:
+                raise ValueError("control")
+            message.updates.value = limited(message.updates.value)
+        elif isinstance(message, Camera):
+            _require_camera(message)
+        elif isinstance(message, Drag | DragStart | DragEnd):
+            if message.name != handle or message.owner:
+                raise ValueError("name")
+            if isinstance(message, Drag):
+                message.position, message.wxyz = nearest_m(finite(message.position)), (1.0, 0.0, 0.0, 0.0)
+
+    @contextmanager
+    def in_front(self) -> Iterator[None]:
+        """Stands before each server of websockets that begins to serve within the block."""
+        guard, serve, begun = self, websockets.asyncio.server.serve, []
+
+        class Guarded(ServerConnection):
+            """A connection of which only what passes is received."""
+
+            refused = 0
+
+            async def recv(self, decode: bool | None = None) -> Any:
+                while True:
+                    try:
+                        message = guard.passed(await super().recv(decode))
+                    except ConnectionClosed as closed:
+                        if closed.sent is not None and closed.sent.code == CloseCode.MESSAGE_TOO_BIG:
+                            guard.refusals.add(f"a message of more than {MOST_BYTES} bytes")
+                        raise
+                    if message is not None:
+                        return message
+                    self.refused += 1
+                    if self.refused >= MOST_REFUSED:
+                        self.transport.abort()  # a close in good form would wait for what is still to be read
+                        raise ConnectionClosedError(None, None)
+
+        def guarded(*arguments: Any, process_request: Any, **options: Any) -> Any:
+            def answer(connection: ServerConnection, request: Request) -> Response | None:
+                if fault := guard.fault(request, len(connection.server.connections)):
+                    guard.refusals.add(fault)
+                    return connection.respond(http.HTTPStatus.FORBIDDEN, "refused\n")
+                request.path = "/" + request.path.removeprefix("/").partition("/")[2]
+                response: Response | None = process_request(connection, request)
+                if response is not None:
+                    response.headers.update(HEADERS)
+                return response
+
+            begun.append(True)
+            options |= {"max_size": MOST_BYTES, "logger": _Log(guard.refusals), "create_connection": Guarded}
+            return serve(*arguments, process_request=answer, **options)
+
+        websockets.asyncio.server.serve = guarded  # pyright: ignore[reportAttributeAccessIssue]
+        try:
+            yield
+        finally:
+            websockets.asyncio.server.serve = serve
+        if not begun:
+            raise RuntimeError(f"viser {viser.__version__} does not serve by websockets.asyncio.server.serve")
+
+
+def guarded_server(guard: Guard, label: str) -> viser.ViserServer:
+    """Starts a viser server behind a guard; it says nothing, and cannot be asked to share itself by another's server.
+
+    Args:
+        guard: The guard; its port is free.
+        label: Title of the page.
+    """
+    with redirect_stdout(io.StringIO()), guard.in_front():  # which would print the address in a frame
+        server = viser.ViserServer(host=guard.host, port=guard.port, label=label, verbose=False)
+    for share in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(share)
+    return server
+
+
+def finite(numbers: tuple[float, ...]) -> Any:
+    """Gives numbers back; ValueError where one is not finite."""
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError("not finite")
+    return numbers
+
+
+def within(low: float, high: float) -> Callable[[Any], float]:
+    """Makes the range of a slider: gives the nearest value in it, or ValueError where none is a number."""
+
+    def nearest(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, float | int):
+            raise ValueError("not a number")
+        return min(max(finite((float(value),))[0], low), high)
+
+    return nearest
+
+
+def one_of(*legal: Any) -> Callable[[Any], Any]:
+    """Makes the range of a control with few values: gives the value back, or ValueError where it is none of them."""
+
+    def same(value: Any) -> Any:
+        if not any(type(value) is type(one) and value == one for one in legal):
+            raise ValueError("none of the values")
+        return value
+
+    return same
+
+
+def _require_camera(camera: Camera) -> None:
+    """Raises ValueError for a camera that looks from nowhere, or at nothing."""
+    far = (*camera.position, *camera.look_at)
+    finite((*camera.wxyz, *far, *camera.up_direction, camera.near, camera.far))
+    if not all(abs(value) <= MOST_m for value in far) or camera.position == camera.look_at:
+        raise ValueError("position")
+    if not (0.0 < camera.fov < math.pi and 0.0 < camera.near < camera.far):
+        raise ValueError("lens")
+    if not all(0 < size <= MOST_px for size in (camera.image_width, camera.image_height)):
+        raise ValueError("image")
+    if not all(0.0 < math.hypot(*turn) < math.inf for turn in (camera.wxyz, camera.up_direction)):
+        raise ValueError("direction")
