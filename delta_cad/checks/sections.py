@@ -123,7 +123,7 @@ def _carried(span: Span, stations: np.ndarray, cut: _Cut) -> Iterator[_Share]:
         k = int(shares.argmin())
         text = (
             f"{span.part}, {span.name} at {_place(span, stations[k])}: {shares[k]:.3f} of the {what} that the "
-            f"structure assumes, {span.least:.3f} asked"
+            f"structure assumes, {span.least:.3f} required"
         )
         yield _Share(float(shares[k]) / span.least, span.part, text)
 

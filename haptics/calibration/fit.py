@@ -154,8 +154,8 @@ def fit(
     noise = Noise() if noise is None else noise
     count, needed = len(poses.positions), poses_needed(own_frame)
     if count < needed:
-        raise FitError(f"{count} poses; at least {needed} are needed for {3 * COUNT - ALWAYS_HIDDEN} parameters that "
-                       f"can be told{' and a frame' if own_frame else ''}, with {SPARE} to spare")  # fmt: skip
+        unknowns = f"{3 * COUNT - ALWAYS_HIDDEN} identifiable parameters{' and a frame' if own_frame else ''}"
+        raise FitError(f"{count} poses; at least {needed} are needed for {unknowns}, {SPARE} of them to judge the fit")
     drawn = nominal(g, turns)
     scale, frame = sigmas(wave).ravel(), Frame(np.eye(3), np.zeros(3), own_frame)
     reached = _reached(drawn, poses)

@@ -10,7 +10,7 @@ from optimizer.commands import atlas, certify, design, front, init, reproduce, s
 COMMANDS = (init, schema, design, synthesize, reproduce, certify, verify, front, atlas)
 EXIT_CODES = (
     "exit codes: 0 done; 1 the requirements cannot be met, or were not; 2 the input or the usage is wrong; "
-    "4 a search ended before it knew; 130 interrupted by Ctrl-C"
+    "4 a search ended without a result; 130 interrupted by Ctrl-C"
 )
 
 

@@ -50,7 +50,7 @@ def check_contacts(assembly: Assembly) -> CheckResult:
             known[key] = MEASURES[contact.kind](library[a.part], library[b.part], a_in_b, contact.gap_mm)
         unit = "mm" if contact.kind in ("cylinder", "cable", "tip") else "mm^2"
         text = (
-            f"{a.name} / {b.name} {known[key]:.2f} {unit} within {contact.gap_mm:g} mm, {contact.least:.2f} asked: "
+            f"{a.name} / {b.name} {known[key]:.2f} {unit} within {contact.gap_mm:g} mm, {contact.least:.2f} required: "
             f"{contact.reason}"
         )
         shares.append((known[key] / contact.least, contact, text))

@@ -42,7 +42,7 @@ def check_stops(assembly: Assembly) -> CheckResult:
             shares.append((0.0, stop, f"{where} meet more than a degree before"))
             continue
         length = _meeting(assembly, stop, *pair, WITHIN_RAD, known)
-        text = f"{where} meet over {length:.2f} mm, {stop.least_mm:.2f} mm asked"
+        text = f"{where} meet over {length:.2f} mm, {stop.least_mm:.2f} mm required"
         shares.append((length / stop.least_mm, stop, text))
     if not shares:
         return CheckResult("stops met", False, None, 1.0, "", detail="the assembly declares no stop")

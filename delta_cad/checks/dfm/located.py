@@ -64,9 +64,9 @@ def location_faults(part: Part) -> list[str]:
 def _said_wrong(bore: Bore) -> str:
     """What of a bore's declaration contradicts the rest of it, or ""."""
     if bore.thread and abs((core := catalogue.screw(bore.thread).tap_drill_mm) - bore.diameter_mm) > DIAMETER_MM:
-        return f"is told to be {bore.thread}, whose core is {core:g} mm"
+        return f"is specified as {bore.thread}, whose core is {core:g} mm"
     if bore.fit and bore.deviations_um != deviations_um(bore.fit, bore.diameter_mm):
-        return f"is told to be {bore.fit}, and to deviate by {bore.deviations_um} um"
+        return f"is specified as {bore.fit} with deviations {bore.deviations_um} um"
     missing = next((word for word in (bore.thread, bore.fit) if word and word not in bore.callout), "")
     return f"is {missing}, which its callout {bore.callout!r} does not say" if missing else ""
 

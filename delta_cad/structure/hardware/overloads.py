@@ -94,7 +94,8 @@ def _torque(design: Design, pushed: np.ndarray, hanging: np.ndarray, weighed: fl
         f"{force:g} N in the worst direction take {force * float(pushed.max()):.3g} N m, the weight "
         f"{float(hanging.max()):.3g} at least, both at once {most:.3g}; at most {held:g}"
     )
-    yield Reason("drive", "torque with gravity", message, (larger(TORQUE), smaller(ARM), smaller(FORCE)))
+    given = (larger(TORQUE),) if most <= drive_torque(design).continuous_torque_N_m else ()  # else the drive lacks it
+    yield Reason("drive", "torque with gravity", message, (*given, smaller(ARM), smaller(FORCE)))
 
 
 def _overloaded(d: Dimensions, load: Load, field: str) -> Reason:

@@ -61,7 +61,7 @@ def test_a_bore_that_is_otherwise_is_told(fault: str) -> None:
     ("bore", "callout", "told"),
     [
         (replace(tapped(THROUGH, "M4"), thread="M5"), "M5 through", "whose core is 4.2 mm"),
-        (replace(fitted(THROUGH, "H7"), fit="G7"), "4.5 G7 through", "told to be G7, and to deviate by (0"),
+        (replace(fitted(THROUGH, "H7"), fit="G7"), "4.5 G7 through", "specified as G7 with deviations (0"),
         (tapped(THROUGH, "M4"), "M5 through", "is M4, which its callout 'M5 through' does not say"),
         (fitted(THROUGH, "H7"), "4.5 through", "is H7, which its callout"),
     ],

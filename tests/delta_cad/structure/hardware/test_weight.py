@@ -56,10 +56,16 @@ def test_a_machine_on_its_side_weighs_as_much() -> None:
     level, tilted = ((0.0, 0.0, -9.81), (9.81, 0.0, 0.0))
     bounds = []
     for gravity in (level, tilted):
-        heavy = changed(requirements__joint_torque_N_m=0.2, requirements__gravity_m_s2=gravity)
-        bounds.append(enough(ended(design_from_dict(heavy))["drive, torque with gravity"], TORQUE))
+        heavy = changed(requirements__joint_torque_N_m=0.36, requirements__gravity_m_s2=gravity)
+        bounds.append(enough(ended(design_from_dict(heavy))["drive, torque with gravity"], "requirements.force_N"))
     assert bounds[0] != pytest.approx(bounds[1], rel=1e-3)
-    assert np.all(np.array(bounds) > 0.353)
+    assert np.all(np.array(bounds) < 3.0)
+
+
+def test_no_more_torque_is_proposed_than_the_drive_gives() -> None:
+    heavy = changed(requirements__force_N=5.0, requirements__peak_force_N=8.0)
+    (reason,) = (one for one in refusals(design_from_dict(heavy)) if one.feature == "torque with gravity")
+    assert [way.fields for way in reason.ways] == [("mechanism.upper_arm_length_mm",), ("requirements.force_N",)]
 
 
 def test_a_load_that_the_weight_makes_too_large_is_refused() -> None:
