@@ -90,10 +90,10 @@ def needed_by(requires: Callable[[str], Iterable[str]] | None = None) -> dict[st
 def licence(name: str) -> str:
     """Reads the licence that a package states: its SPDX expression, else its classifiers, else its short text."""
     data = metadata.metadata(name)
-    if data["License-Expression"]:
-        return data["License-Expression"]
+    if expression := data.get("License-Expression"):
+        return expression
     classified = [line.rsplit(" :: ", 1)[-1] for line in data.get_all("Classifier") or () if "License ::" in line]
-    text = " ".join((data["License"] or "").split())
+    text = " ".join((data.get("License") or "").split())
     named = [line for line in classified if line not in ("OSI Approved", "OSI Approved :: Other")]
     return " OR ".join(named) or text[:80] or "not stated"
 

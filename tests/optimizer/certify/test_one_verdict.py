@@ -35,6 +35,8 @@ from tests.optimizer.certify.designs import call, masses
 NEAR = 1e-4
 RUBS = HandleFriction(0.004, 0.05, 0.06)
 ANGLE = 0.01  # rad; an angle near 0 has no relative distance
+HALVINGS = workspace.HALVINGS
+TURNS = 1e-3  # couple index; below it the platform turns freely, and a limit next to it would be negative
 FREE = SimpleNamespace(tilt_limit_rad=math.nextafter(math.pi / 2.0, 0.0))
 
 
@@ -92,6 +94,14 @@ def verdicts(design: Design, path: Path) -> dict[str, dict[str, bool]]:
     }
 
 
+def finely(design: Design, limits: Any) -> list[WorstFigure]:
+    """The worst figures by the search as users have it: a limit next to a coarse one may lie on the other side."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(extremes, "CubeSearch", CubeSearch)
+        patch.setattr(workspace, "HALVINGS", HALVINGS)
+        return worst_figures(design.geometry, design.workspace, limits)
+
+
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search that is fast and sees little: the verdict is not its."""
@@ -106,12 +116,15 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     ("seed", "count"), [(0, 10), *(pytest.param(n, 27, marks=pytest.mark.slow) for n in range(1, 12))]
 )
 def test_every_command_has_the_same_verdict_next_to_a_limit(seed: int, count: int, tmp_path: Path) -> None:
-    source = designs(seed)
-    for _ in range(count):
+    source, done = designs(seed), 0
+    while done < count:
         design, path = next(source), tmp_path / "mass_properties.json"
         known = known_masses(json.loads(masses(tmp_path, design, 1e-4).read_text()), design)
         limits = Limits.measured(joint.limit_values(design, known))
-        worst = worst_figures(design.geometry, design.workspace, limits)
+        worst = finely(design, limits)
+        if any(one.limit.name == "couple_index" and one.value < TURNS for one in worst):
+            continue
+        done += 1
         for side in (1.0, -1.0):
             asked, bounded = near(design, worst, side)
             said = verdicts(asked, path)

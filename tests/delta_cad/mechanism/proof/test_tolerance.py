@@ -61,7 +61,7 @@ DRAWN = np.tile(
 )
 GAP = {
     "reach": 1.2, "torque": 6.5, "kappa": 3.0, "lean": 1.2, "shoulder_min": 1.4, "shoulder_max": 1.9,
-    "effective_mass": 2.0, "couple_index": 1.9, "holding_torque": 13.6, "friction": 2.3, "position_step": 7.8,
+    "effective_mass": 2.0, "couple_index": 1.9, "torque_with_gravity": 13.6, "friction": 2.3, "position_step": 7.8,
     "elbow_angle": 3.1,
 }  # fmt: skip
 """How many times the tolerance proved the worst machine known breaks the limit; 1 would be exact, README (46)."""
