@@ -95,6 +95,8 @@ def licence(name: str) -> str:
     classified = [line.rsplit(" :: ", 1)[-1] for line in data.get_all("Classifier") or () if "License ::" in line]
     text = " ".join((data.get("License") or "").split())
     named = [line for line in classified if line not in ("OSI Approved", "OSI Approved :: Other")]
+    if "Permission is hereby granted, free of charge, to any person" in text:  # its whole text in place of its name
+        text = "MIT"
     return " OR ".join(named) or text[:80] or "not stated"
 
 

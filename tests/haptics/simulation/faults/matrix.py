@@ -44,7 +44,7 @@ class Case(NamedTuple):
     Attributes:
         name: For a person.
         fault: What goes wrong.
-        within: Time within which the force is off, s; None where the supervisor does not see it whatever the motion.
+        within: Time within which the force is off, s; None where it is not off in every motion.
     """
 
     name: str
@@ -69,6 +69,8 @@ CASES = (
     Case("reading jumps by 0.05 degrees", _fault(Wrong.OFFSET, 0, 0.05 * np.pi / 180.0), None),
     Case("reading drifts by 0.5 degrees a second", _fault(Wrong.DRIFT, 0, 0.5 * np.pi / 180.0), None),
     Case("reading drifts by 20 degrees a second", _fault(Wrong.DRIFT, 0, 20.0 * np.pi / 180.0), None),
+    Case("reading drifts upwards by 300 degrees a second", _fault(Wrong.DRIFT, 0, 300.0 * np.pi / 180.0), None),
+    Case("reading drifts downwards by 300 degrees a second", _fault(Wrong.DRIFT, 0, -300.0 * np.pi / 180.0), None),
     Case("readings 8 ticks old, taken as fresh", _fault(Wrong.LATE, 3, 8.0), None),
     Case("readings 40 ticks old, taken as fresh", _fault(Wrong.LATE, 3, 40.0), None),
     Case("encoders of two joints exchanged", _fault(Wrong.SWAPPED, 0), None),
@@ -84,7 +86,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         off: Time from its begin until no force is commanded and the supervisor is in FAULT, s; infinite if never.
-        codes: Faults that latched.
+        codes: Faults that latched, whether or not the force is off.
         force: Largest difference of the motors' force on the handle to the twin's until then, N.
         travel: Largest difference of the handle's position until then, m.
         speed: Largest difference of its speed, m/s.
@@ -158,7 +160,7 @@ def outcome(record: SimulatedRun, twin: SimulatedRun) -> Outcome:
     bits = int(np.bitwise_or.reduce(record.bits[BEGIN:])) & LATCHING
     return Outcome(
         off=(at[0] - BEGIN) * period if len(at) else np.inf,
-        codes=findings(bits) if len(at) else (),
+        codes=findings(bits),
         force=float(np.linalg.norm(wrong, axis=1).max()),
         travel=float(np.linalg.norm((record.knob - twin.knob)[until], axis=1).max()),
         speed=float(np.linalg.norm(speed, axis=1).max()),

@@ -18,23 +18,23 @@ SECONDS = 1.0  # Looked on after a fault begins
 
 
 def rows(seconds: float = SECONDS) -> list[str]:
-    """The matrix, a row a fault: what sees it, when the force is off, and what follows where nothing does."""
+    """The matrix, a row a fault: what sees it, when the force is off, and what follows where it is not."""
     lines = [
-        "| fault | seen by | seen in | force off, ms | travel, mm | speed, mm/s "
-        "| where not seen: force, N | travel, mm | energy, mJ |",
+        "| fault | seen by | off in | force off, ms | travel, mm | speed, mm/s "
+        "| where not off: force, N | travel, mm | energy, mJ |",
         "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for case in CASES:
         found = [judged(case, force, motion, seconds) for force in FORCES_N for motion in MOTIONS]
-        seen = [one for one in found if np.isfinite(one.off)]
-        unseen = [one for one in found if not np.isfinite(one.off)]
-        first = sorted({one.codes[0].name for one in seen})
+        off = [one for one in found if np.isfinite(one.off)]
+        on = [one for one in found if not np.isfinite(one.off)]
+        first = sorted({one.codes[0].name for one in found if one.codes})
         cells = [
             case.name,
             ", ".join(first) or "nothing",
-            f"{len(seen)} of {len(found)}",
-            *_most(seen, ("off", "travel", "speed"), "{:.2f}", "{:.2f}", "{:.0f}"),
-            *_most(unseen, ("force", "travel", "energy"), "{:.1f}", "{:.1f}", "{:.0f}"),
+            f"{len(off)} of {len(found)}",
+            *_most(off, ("off", "travel", "speed"), "{:.2f}", "{:.2f}", "{:.0f}"),
+            *_most(on, ("force", "travel", "energy"), "{:.1f}", "{:.1f}", "{:.0f}"),
         ]
         lines.append("| " + " | ".join(cells) + " |")
     return lines
