@@ -57,7 +57,8 @@ def test_it_inspects_proves_and_renders_a_wall(
     assert "kappa proved" in told["cell 2"]
     assert "kappa refuted (" in told["cell 2"]
     depth = float(told["cell 3"].split()[0])
-    assert depth == pytest.approx(2.0 / 2.0, rel=0.1)  # mm: push over stiffness; the joints' friction bears the rest
+    (friction,) = (check["value"] for check in committed.record["checks"] if check["name"] == "friction")
+    assert (2.0 - friction) / 2.0 < depth < 2.0 / 2.0  # mm: push over stiffness, less what the joints' friction bears
 
 
 @pytest.mark.slow

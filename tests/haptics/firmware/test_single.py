@@ -32,7 +32,7 @@ from tests.haptics.firmware.rig import (
     replay,
     write,
 )
-from tests.haptics.scene_machine import scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
 
 RATE_Hz = 4000.0
 
@@ -44,7 +44,7 @@ def machine(best: Design) -> MachineModel:
 
 @pytest.fixture(scope="module")
 def controller(machine: MachineModel) -> Controller:
-    return board_controller(machine, at_rate(RATE_Hz), stale=0.1)
+    return board_controller(machine, at_rate(RATE_Hz), stale=0.1, **WITHOUT_NOISE)
 
 
 @pytest.fixture(scope="module")
