@@ -57,7 +57,9 @@ class Board:
         peer: Address of the session's host; None without a session.
         answered: Whether the newest STATE has its COMMAND, so that a simulated clock need not wait any longer.
         tripped: Whether the watchdog has cut the torque; RESET_WATCHDOG on a COMMAND, or a new session, ends it.
-        stop: Whether the emergency stop is pressed: torque is zero then.
+        stop: Whether the emergency stop is pressed.
+        held: Whether it was pressed since the last reset: torque is zero then. RESET_WATCHDOG on a COMMAND, or a new
+            session, ends it once the stop is released.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class Board:
         self._torques, self._time = np.zeros(3), 0.0
         self.counts: Counter[str] = Counter()
         self.sessions = self.served = 0
-        self.stop = False
+        self.stop = self.held = False
 
     @property
     def connected(self) -> bool:
@@ -119,14 +121,16 @@ class Board:
             if self._silent > self._watchdog + 0.5 * self._period and not self.tripped:
                 self.tripped = True
                 self.counts["TRIPPED"] += 1
-        off = self.tripped or self.stop or not self.connected
+        self.held = self.stop or (self.held and self.connected)
+        off = self.tripped or self.held or not self.connected
         self._drive(np.zeros(3) if off else self._torques, self._touched and not off)
         sample: Reading = self._device.read()
         self._time = sample.time
         if not self.connected:
             return None
         self.answered = False
-        flags = WATCHDOG_TRIPPED * self.tripped | STOP_PRESSED * self.stop | NOT_FRESH * (~sample.fresh & 7)
+        cut = self.tripped or (self.held and not self.stop)
+        flags = WATCHDOG_TRIPPED * cut | STOP_PRESSED * self.stop | NOT_FRESH * (~sample.fresh & 7)
         return self._packet(PacketKind.STATE, tuple(float(a) for a in sample.angles), flags)
 
     def farewell(self) -> bytes | None:
@@ -139,7 +143,7 @@ class Board:
 
     def end(self) -> None:
         """Ends the session and lets all torque go."""
-        self.peer, self._torques, self.tripped, self._touched = None, np.zeros(3), False, False
+        self.peer, self._torques, self.tripped, self.held, self._touched = None, np.zeros(3), False, False, False
         self._drive(self._torques, touched=False)
 
     def _drive(self, torques: np.ndarray, touched: bool) -> None:
@@ -172,7 +176,7 @@ class Board:
         if packet.answers != self._sequence:
             self.counts["LATE"] += 1
         if packet.flags & RESET_WATCHDOG:
-            self.tripped, self._silent = False, 0.0
+            self.tripped, self.held, self._silent = False, False, 0.0
         self._touched = bool(packet.flags & WALL_TOUCHED)
         self._torques = np.clip(packet.values, -self._limit, self._limit)
 

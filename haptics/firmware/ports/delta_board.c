@@ -103,7 +103,7 @@ static int newer(uint32_t sequence, uint32_t than)
 static void end(delta_board *board)
 {
     static const delta_real none[3] = { 0, 0, 0 };
-    board->connected = board->tripped = board->touched = 0;
+    board->connected = board->tripped = board->held = board->touched = 0;
     for (int j = 0; j < 3; j++) board->torque[j] = 0.0;
     delta_joints_write(none, 0);
 }
@@ -164,7 +164,7 @@ static void command(delta_board *board, const unsigned char *data, uint32_t sequ
     board->served++;
     if (get(data + 16, 4) != board->sequence) board->late++;
     if (get(data + 6, 2) & RESET_WATCHDOG) {
-        board->tripped = 0;
+        board->tripped = board->held = 0;
         board->silent = 0.0;
     }
     board->touched = (get(data + 6, 2) & WALL_TOUCHED) != 0;
@@ -220,7 +220,8 @@ size_t delta_board_tick(delta_board *board, unsigned char state[DELTA_PACKET_MOS
         board->silent = board->answered ? 0.0 : board->silent + board->passed;
         if (board->silent > board->watchdog + 0.5 * board->period || !hal_healthy()) board->tripped = 1;
     }
-    int off = board->tripped || stopped || !board->connected;
+    board->held = stopped || (board->held && board->connected); /* a stop that is released gives no torque back */
+    int off = board->tripped || board->held || !board->connected;
     for (int j = 0; j < 3; j++) torque[j] = off ? 0 : (delta_real)board->torque[j];
     delta_joints_write(torque, !off && board->touched);
     hal_watchdog();
@@ -232,7 +233,7 @@ size_t delta_board_tick(delta_board *board, unsigned char state[DELTA_PACKET_MOS
     if (!board->connected) return 0;
     board->answered = 0;
     for (int j = 0; j < 3; j++) put_real(state + HEAD + 8 * j, (double)theta[j]);
-    unsigned flags = (board->tripped ? TRIPPED : 0u) | (stopped ? STOPPED : 0u);
+    unsigned flags = (board->tripped || (board->held && !stopped) ? TRIPPED : 0u) | (stopped ? STOPPED : 0u);
     for (int j = 0; j < 3; j++) flags |= fresh[j] ? 0u : (unsigned)NOT_FRESH << j;
     return own_packet(board, state, STATE, flags);
 }

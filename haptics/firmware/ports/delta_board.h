@@ -9,7 +9,7 @@ enum { DELTA_PACKET_MOST = 64, DELTA_PEER = 32 };
 
 typedef struct {
     unsigned char peer[DELTA_PEER];
-    int connected, answered, tripped, touched;
+    int connected, answered, tripped, held, touched;
     uint32_t session, sequence, issued, heard, counts_per_turn;
     double period, torque_limit, watchdog, silent, time, passed;
     double torque[3];

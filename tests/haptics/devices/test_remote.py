@@ -267,7 +267,15 @@ def test_the_boards_emergency_stop() -> None:
     assert not np.any(motors.written[-1])
     far.stop = False
     device.write(PULL)
+    assert device.read().flags == FaultCode.WATCHDOG.bit
+    assert not np.any(motors.written[-1])  # the release alone gives no torque back
+    device.reset_watchdog()
+    device.write(PULL)
+    device.read()
     assert device.read().flags == 0
+    device.write(PULL)
+    device.read()
+    assert np.any(motors.written[-1])
 
 
 def test_torque_beyond_the_boards_limit_is_clipped() -> None:
