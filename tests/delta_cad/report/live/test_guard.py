@@ -427,7 +427,7 @@ def test_a_fuzzer_leaves_no_trace(served: Served, count: int) -> None:
         wait_until(lambda: served.page.lengths == lengths)
         viewer.send(packed(drag([0.0, 0.0, float(lengths.centre_mm[2]) / 1000.0])))
         wait_until(lambda: float(abs(served.page.handle_mm - lengths.centre_mm).max()) < 1e-6)
-    assert served.guard.refusals.count > count / 10
+    assert served.guard.refusals.count >= MOST_REFUSED  # what follows in a connection that is cut off is not counted
     assert resident() - before < MOST_GROWN
     assert len(state(served)) < kept + 100
     assert len(served.lines) <= 2 * ((time.monotonic() - began) / EVERY_S + 1)  # all are of two kinds
