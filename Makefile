@@ -38,16 +38,16 @@ test: $(STAMP)
 
 # The live page's server is attacked in a process of its own: late in a worker that had loaded all the other libraries
 # these attacks twice ended the worker, for a reason that is not known.
-GUARD := tests/delta_cad/report/live/test_guard.py
+LIVE := tests/delta_cad/report/live
 
 tests: $(STAMP)
-	$(PYTEST) --ignore=$(GUARD)
-	$(PYTEST) -n 0 $(GUARD)
+	$(PYTEST) --ignore=$(LIVE)
+	$(PYTEST) -n 0 $(LIVE)
 
 # What `make test` leaves out: more random machines, longer searches, more commands in processes of their own.
 slow: $(STAMP)
-	$(PYTEST) -m slow $(PATIENT) --ignore=$(GUARD)
-	$(PYTEST) -n 0 -m slow $(PATIENT) $(GUARD)
+	$(PYTEST) -m slow $(PATIENT) --ignore=$(LIVE)
+	$(PYTEST) -n 0 -m slow $(PATIENT) $(LIVE)
 
 linted: $(STAMP)
 	@$(TIMED) linters $(MAKE) --no-print-directory lint >$(LINTED) 2>&1 || { echo 'the linters fail: see below the tests'; exit 1; }
