@@ -46,11 +46,11 @@ def _least_mm(d: Dimensions) -> float:
 def _over_cube(kind: str) -> Spare:
     """What "sector", "rod" or "spring" of another chain keep of a sector over the cube."""
 
-    def spare(d: Dimensions, c: CapstanDimensions) -> float:
+    def margin(d: Dimensions, c: CapstanDimensions) -> float:
         cube = d.design.cube
         return nearest(beside_sectors(d, c, kind), cube.bottom_height_mm, cube.half_side_mm) - _least_mm(d)
 
-    return spare
+    return margin
 
 
 def _springs(d: Dimensions, _: CapstanDimensions) -> float:
@@ -74,10 +74,10 @@ APART: tuple[Way, ...] = larger(BASE, PLATFORM), smaller(SECTOR)
 
 
 def _chains(
-    part: str, feature: str, words: str, spare: Spare, is_angle: bool, d: Dimensions, margin_mm: float
+    part: str, feature: str, words: str, margin: Spare, is_angle: bool, d: Dimensions, margin_mm: float
 ) -> Iterator[Reason]:
     """Drives, sectors, rods of neighbours: chains farther out, at base and platform alike, pass one another."""
-    if d.capstan is None or (lacking := -spare(d, d.capstan)) <= (0.0 if is_angle else -margin_mm):
+    if d.capstan is None or (lacking := -margin(d, d.capstan)) <= (0.0 if is_angle else -margin_mm):
         return
     lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
     yield Reason(part, feature, lacks, (*APART, larger(SECTOR)) if is_angle else APART)

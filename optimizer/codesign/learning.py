@@ -176,8 +176,8 @@ def too_soft(design: Design) -> tuple[float, float] | None:
     return None if least >= asked else (least, asked)
 
 
-def borne_of(one: Estimate | CheckResult) -> float:
-    """Share of what a part bears that it then bears."""
+def utilisation(one: Estimate | CheckResult) -> float:
+    """Load over the allowable load, from the ratio of a reason or the value and limit of a check."""
     if isinstance(one, CheckResult):
         return (one.value or 0.0) / (one.limit or 1.0)
     return 1.0 / (one.reason.margin or 1.0)

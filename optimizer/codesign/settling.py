@@ -18,7 +18,6 @@ from optimizer.codesign.learning import (
     PULLED,
     GaveUpError,
     StuckError,
-    borne_of,
     by_weight,
     from_checks,
     from_kernel,
@@ -26,6 +25,7 @@ from optimizer.codesign.learning import (
     from_reasons,
     from_stiffness,
     too_soft,
+    utilisation,
     with_outline,
     with_room,
 )
@@ -183,7 +183,7 @@ class Candidates:
                 if geared and (pulled := [one for one in reasons if one.part == PULLED]):
                     bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
                     sector = design.hardware.sector_radius_mm
-                    lessons = from_pull(lessons, sector, self._moment(bare, lengths), borne_of(pulled[0]))
+                    lessons = from_pull(lessons, sector, self._moment(bare, lengths), utilisation(pulled[0]))
                     reasons = tuple(one for one in reasons if one not in pulled)
                     if not reasons:
                         continue
@@ -217,7 +217,7 @@ class Candidates:
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
             if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
                 sector = design.hardware.sector_radius_mm
-                lessons = from_pull(lessons, sector, self._moment(lessons, lengths), borne_of(pull))
+                lessons = from_pull(lessons, sector, self._moment(lessons, lengths), utilisation(pull))
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, lessons, results)
                 spares = [a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True)]

@@ -33,7 +33,7 @@ def machine(**changes: Any) -> Design:
     return design_from_dict(changed(**changes))
 
 
-def told(**changes: Any) -> dict[str, Reason]:
+def reasons(**changes: Any) -> dict[str, Reason]:
     """Every reason against a machine by part and feature."""
     return {f"{reason.part}, {reason.feature}": reason for reason in refusals(machine(**changes))}
 
@@ -70,15 +70,15 @@ def test_a_cube_where_rods_let_the_platform_turn_is_refused_with_the_height_that
         positions = sampled_mm(bottom_mm, design.cube.half_side_mm, 17) / MM_PER_M
         return float(couple_index(design.geometry, positions).min())
 
-    reason = told(**wide, cube__bottom_height_mm=47.848)["platform, turning"]
+    reason = reasons(**wide, cube__bottom_height_mm=47.848)["platform, turning"]
     assert reason.field == "cube.bottom_height_mm"
     low = machine(**wide, cube__bottom_height_mm=47.848)
     bound = enough(ended(low)["platform, turning"], "cube.bottom_height_mm")
     assert least(47.848) < 0.01 < 0.05 < least(bound + 5.0)
     near, far = (least(bound + above) for above in (1.0, 3.0))  # it grows evenly there: from 0 at the bound
     assert 2.0 * near / (far - near) == pytest.approx(1.0, abs=0.1)
-    assert "platform, turning" not in told(**wide, cube__bottom_height_mm=bound)
-    assert "platform, turning" in told(**wide, cube__bottom_height_mm=bound - 0.01)
+    assert "platform, turning" not in reasons(**wide, cube__bottom_height_mm=bound)
+    assert "platform, turning" in reasons(**wide, cube__bottom_height_mm=bound - 0.01)
 
 
 # The hardware that no build of the first year could do with: what is changed, and what is said; nothing: it is built.
@@ -189,7 +189,7 @@ def test_the_threshold_is_the_border_by_hand(changes: dict[str, Any], name: str,
 
 def test_a_cable_is_tensioned_for_what_the_motor_gives_which_asking_for_more_does_not_change() -> None:
     """The motor gives 1.2 of 1.9 N m at its peak: its ratio, not a torque that is asked for already."""
-    found = told(requirements__peak_torque_N_m=1.9, requirements__peak_force_N=12.0)
+    found = reasons(requirements__peak_torque_N_m=1.9, requirements__peak_force_N=12.0)
     torque, slip = found["drive, peak torque"], found["cable's slip, load"]
     assert slip.field == torque.field == "hardware.capstan_ratio"
 
