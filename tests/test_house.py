@@ -14,7 +14,7 @@ import pytest
 from tests.committed import ROOT
 
 PACKAGES = ("delta_cad", "optimizer", "haptics")
-MOST_ENTRIES, MOST_LINES = 14, 450
+MOST_ENTRIES, MOST_LINES = 14, 600
 DOORS = {"__init__.py", "__main__.py"}  # of a folder, no rooms of it
 MADE = ("out/",)  # what commands write stands in no checkout
 SKIPPED = {".venv", "out", "build", "node_modules"}
