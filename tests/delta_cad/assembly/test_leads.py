@@ -15,7 +15,7 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface  # pyright: ignore[reportAttribu
 
 from delta_cad import catalogue
 from delta_cad.assembly.assemble import assemble
-from delta_cad.assembly.leads import _make_lead, _make_sensor_lead, lead_names
+from delta_cad.assembly.leads import lead_names
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.stated import order
 from delta_cad.checks.contact.engagement import check_contacts
@@ -35,6 +35,7 @@ from delta_cad.dimensions.installation.leads import (
     sensor_lead_dimensions,
 )
 from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.solids.leads import make_lead, make_sensor_lead
 from delta_cad.solids.part import location_of
 from delta_cad.structure.hardware.refusals import least_outline_mm
 from tests.committed import ROOT, changed
@@ -106,7 +107,7 @@ def test_one_that_must_go_far_aside_goes_level_between_quarter_turns() -> None:
     assert far.turn_rad == pytest.approx(pi / 2.0)
     assert far.level_mm == pytest.approx(np.hypot(40.0, 3.0) - 21.0)
     for s in (near, far):
-        part = _make_sensor_lead(s)
+        part = make_sensor_lead(s)
         assert part.extent_mm is not None
         box = part.solid.BoundingBox()
         assert ((box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax)) == tuple(
@@ -161,7 +162,7 @@ def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own()
     assert sensor_lead_dimensions(design, d.layers, d.bracket, d.encoder, d.motor) is None
     both = replace(d, leads=(phases, own), sensor_lead=None)
     assert lead_names(both, 0) == ("motor_lead_0_0", "motor_lead_0_1", "encoder_lead_0_0")
-    assert _make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)
+    assert make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)
 
 
 def test_the_outline_that_closed_forms_ask_for_counts_them() -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad import catalogue
-from delta_cad.assembly.leads import CLIP, SENSOR
 from delta_cad.assembly.supplies import BAR_ADHESIVE, keys
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.installation.panel import SCREW
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.base_plate import mount_places
+from delta_cad.solids.leads import CLIP, SENSOR
 
 
 @dataclass(frozen=True)
