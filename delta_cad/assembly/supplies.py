@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from delta_cad import catalogue
-from delta_cad.assembly.panel import panel_supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.keys import KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
+from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought.spring import CORD_MM, CORD_SLACK_MM, cord_mm
 from delta_cad.solids.brackets import key_slot_length_mm
 from delta_cad.solids.making import ordered
@@ -75,7 +75,7 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             GREASE_SOURCE,
         ),
         *keys(d),
-        *panel_supplies(d),
+        *mounts(d),
     )
 
 
@@ -95,4 +95,18 @@ def keys(d: Dimensions) -> tuple[Supply, ...]:
         text = f"hexagon key {flats:g}, long type of {LONG_MM[flats]:g} mm, for the pinions' set screws"
         order = f"hexagon key {flats:g}, long type"
         found.append(Supply("pinion_key", text, 1, "", 0.0, "ISO 2936", order, f"stock key; {KEY_SOURCE}"))
+    return tuple(found)
+
+
+def mounts(d: Dimensions) -> tuple[Supply, ...]:
+    """Lists what holds the base down and the boot on its stem."""
+    found = []
+    if d.design.hardware.mounting in ("screws", "both"):
+        through = d.base.thickness_mm + d.sleeve_mm
+        text = f"screw M5 through the base plate, {through:g} mm and what it stands on long"
+        count = len(mount_places(d))
+        found.append(Supply("mount_screw", text, count, "", 0.0, "ISO 4762", "ISO 4762 M5", "stock screw"))
+    if d.panel is not None:
+        text = "cable tie 2.5 around the boot's collar"
+        found.append(Supply("boot_tie", text, 1, "Polyamide", 0.0, "", "cable tie 2.5 x 100", "stock tie"))
     return tuple(found)

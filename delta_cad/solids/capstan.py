@@ -221,7 +221,7 @@ def make_sector(d: Dimensions) -> Part:
     return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)
 
 
-def make_carriage(d: Dimensions) -> Part:
+def make_tension_carriage(d: Dimensions) -> Part:
     """Block in the sector's pocket that pulls the cable's sleeve by a screw and cannot turn; frame `carriage_frame`."""
     number, c = "tension_carriage", capstan_of(d)
     (low, high), (length, thick) = CARRIAGE_RADII_MM, CARRIAGE_MM

@@ -79,7 +79,7 @@ def make_bezel(d: Dimensions) -> Part:
     return made_part(number, text, solid, material("pom-c", GRAPHITE), _reach(p, p.rim_mm, z), boring.holes)
 
 
-def make_boot_rim(d: Dimensions) -> Part:
+def make_boot(d: Dimensions) -> Part:
     """The boot, drawn as its rim between panel and bezel; with the mass of all that the handle does not carry."""
     number, p = "boot", panel_of(d)
     z, hole = (0.0, CLOTH_MM), catalogue.screw(SCREW).clearance_hole_mm

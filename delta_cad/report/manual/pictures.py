@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Step
+from delta_cad.assembly.machine import Assembly, Bring, Step
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.export.views.polydata import poly_data
 from delta_cad.export.views.scene import (

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from delta_cad import catalogue
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Step, Unit
+from delta_cad.assembly.machine import Assembly, Bring, Step, Unit
 from delta_cad.export.bom import BomRow
 from delta_cad.structure.holds import tightening_N_m
 

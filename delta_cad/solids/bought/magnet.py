@@ -8,7 +8,7 @@ from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import bore_y
 
 
-def make_magnet(d: Dimensions) -> Part:
+def make_encoder_magnet(d: Dimensions) -> Part:
     """Encoder magnet along y from 0 to its thickness."""
     m = d.magnet
     y = (0.0, m.thickness_mm)

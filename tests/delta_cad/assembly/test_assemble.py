@@ -19,7 +19,8 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.assembly.assemble import assemble, longest, longest_dowel, pointing
+from delta_cad.assembly.assemble import assemble
+from delta_cad.assembly.builder import longest, longest_dowel, pointing
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.solidity import bore_counts, compared_bores, solid_faults
 from delta_cad.design import DesignError, design_from_dict

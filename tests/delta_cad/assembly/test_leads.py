@@ -17,7 +17,6 @@ from delta_cad import catalogue
 from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.leads import lead_names
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.stated import order
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
@@ -211,7 +210,7 @@ def test_one_that_is_missing_or_off_its_place_is_refused(number: str) -> None:
 
 def test_the_manual_has_a_step_for_them_and_a_motor_comes_off_without_them() -> None:
     assembly = machine()
-    told = {step.title: step for unit in order(drawn(), assembly.occurrences) for step in unit.steps}
+    told = {step.title: step for unit in assembly.order for step in unit.steps}
     assert sorted(told["Leads"].brings[0].names) == sorted(leads_of(assembly))
     assert [bring.names for bring in told["The encoder's lead"].brings] == [("lead_clip_2",), ("sensor_lead_2",)]
     assert all(set(leads_of(assembly)) & set(removal.loose) for removal in assembly.removals)

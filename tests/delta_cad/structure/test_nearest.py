@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from delta_cad.assembly.assemble import assemble
-from delta_cad.assembly.bench import at
+from delta_cad.assembly.builder import at
 from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
 from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames

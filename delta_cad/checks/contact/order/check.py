@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Step, Unit
+from delta_cad.assembly.machine import Assembly, Bring, Step, Unit
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.contact.access import SWING_RAD, Scene, key_swing, up_and_down
 from delta_cad.checks.contact.features import FeatureLibrary

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 from matplotlib import image
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring
+from delta_cad.assembly.machine import Assembly, Bring
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.common.beside import BesideError
 from delta_cad.dimensions import Dimensions

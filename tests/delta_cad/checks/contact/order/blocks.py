@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import cadquery as cq
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
+from delta_cad.assembly.machine import Assembly, Bring, Leg, Step, Unit
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.report import CheckResult

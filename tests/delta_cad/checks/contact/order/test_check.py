@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Leg, Step
+from delta_cad.assembly.machine import Assembly, Bring, Leg, Step
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.limits import CheckLimits
