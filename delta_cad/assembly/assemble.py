@@ -48,18 +48,19 @@ from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POC
 from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
-from delta_cad.solids import brackets, forearm, platform
+from delta_cad.solids import bought_parts, brackets, forearm, platform
 from delta_cad.solids.base_plate import between_chains, make_base_plate
-from delta_cad.solids.bought import fasteners
-from delta_cad.solids.bought.ball import make_joint_ball
-from delta_cad.solids.bought.encoder_board import make_encoder_board
-from delta_cad.solids.bought.foot import make_foot
-from delta_cad.solids.bought.magnet import make_encoder_magnet
-from delta_cad.solids.bought.motor import make_motor
-from delta_cad.solids.bought.spring import loop_overlap_mm3, make_rod_spring
+from delta_cad.solids.bought_parts import (
+    loop_overlap_mm3,
+    make_encoder_board,
+    make_encoder_magnet,
+    make_foot,
+    make_joint_ball,
+    make_motor,
+    make_rod_spring,
+)
 from delta_cad.solids.part import Joint, Stop
-from delta_cad.solids.shaft import make_shoulder_shaft
-from delta_cad.solids.upper_arm import make_upper_arm
+from delta_cad.solids.upper_arm import make_shoulder_shaft, make_upper_arm
 
 ABOUT_X, ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.0])
 EYE_FRAMES = ((ABOUT_X, HALF_TURN), (ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
@@ -167,7 +168,7 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
     builder.put(board, builder.made(make_encoder_board), "base", frame, way=IN, of=block)
     row = catalogue.screw(brackets.BOARD_SCREW)
     gap, clear = layers.encoder_head_mm[0] - front, row.clearance_hole_mm
-    spacer = builder.once("board_spacer", lambda: fasteners.make_spacer(clear, gap))
+    spacer = builder.once("board_spacer", lambda: bought_parts.make_spacer(clear, gap))
     thread, drilled = brackets.board_thread_mm(d)
     into = thread if drilled else thread - 2.0
     screw = builder.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + into))

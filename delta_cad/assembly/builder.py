@@ -20,7 +20,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import DOWEL_MM
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism.placement import frames
-from delta_cad.solids.bought import fasteners
+from delta_cad.solids import bought_parts
 from delta_cad.solids.part import Contact, Fit, Occurrence, Part, Reach, Removal, Supply
 
 ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
@@ -29,7 +29,7 @@ BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less p
 FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
 GLUE_MM = 0.06  # radius: the widest bond, of the magnet
 SEATED_MM = 0.02  # along a normal: what a shim cannot enter
-THREAD_MM = fasteners.CORE_PLAY_MM  # radius, threads being drawn as their cores
+THREAD_MM = bought_parts.CORE_PLAY_MM  # radius, threads being drawn as their cores
 CABLE_OFF_MM = 0.03  # the cable's line is drawn through points on its path
 CHAMFERS_MM = 1.2  # of both ends of a bore or a shaft together: a bore's length is asked but for them
 SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
@@ -189,11 +189,11 @@ class AssemblyBuilder:
 
     def screw(self, size: str, length: float) -> Part:
         """Gives the cap screw of a size and a length."""
-        return self.once(f"screw_{size}x{length:g}", lambda: fasteners.make_cap_screw(size, length))
+        return self.once(f"screw_{size}x{length:g}", lambda: bought_parts.make_cap_screw(size, length))
 
     def dowel(self, key: str, length: float) -> Part:
         """Gives the dowel of a diameter and a length."""
-        return self.once(f"dowel_{key}x{length:g}", lambda: fasteners.make_dowel(key, length))
+        return self.once(f"dowel_{key}x{length:g}", lambda: bought_parts.make_dowel(key, length))
 
     def put(
         self,

@@ -49,9 +49,8 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.passing.sleeves import second_way_rad
-from delta_cad.solids import capstan, shaft, upper_arm
-from delta_cad.solids.bought import fasteners
-from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
+from delta_cad.solids import bought_parts, capstan, upper_arm
+from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
 from delta_cad.solids.part import Reach, Removal
 
 BESIDE = (  # what of an arm passes what of its own bracket at less than the clearance of others
@@ -99,8 +98,8 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
     builder.put(pinion, builder.made(capstan.make_pinion), pinion, np.eye(4))
     builder.connect(motor, pressed(pinion, SHAFT_ENGAGEMENT_MM, "pinion on the motor's shaft"))
     length = longest_set_screw(SET_SCREW, c.collar_radius_mm - d.motor.shaft_diameter_mm / 2)
-    grub = builder.once("set_screw", lambda: fasteners.make_set_screw(SET_SCREW, length))
-    flat = catalogue.set_screw(SET_SCREW).tap_drill_mm - fasteners.CORE_PLAY_MM
+    grub = builder.once("set_screw", lambda: bought_parts.make_set_screw(SET_SCREW, length))
+    flat = catalogue.set_screw(SET_SCREW).tap_drill_mm - bought_parts.CORE_PLAY_MM
     tip = Connection(motor, "set screw's tip on the motor's shaft", "tip", 0.9 * flat, SEATED_MM, guides=False)
     held, screws = bolted(pinion, 2.0, "set screw in the pinion's collar"), _motor_screws(builder, i)
     grubs = [
@@ -173,7 +172,7 @@ def _bearings(builder: AssemblyBuilder, i: int) -> None:
     on_ring = seated(
         f"bearing_{i}_m", ring(b.shaft_shoulder_min_mm, b.bore_mm), "washer on the inner ring", guides=False
     )
-    builder.put(washer, builder.made(shaft.make_shoulder_washer), arm, at(0.0, end), on_ring, way=OUT, of=block)
+    builder.put(washer, builder.made(upper_arm.make_shoulder_washer), arm, at(0.0, end), on_ring, way=OUT, of=block)
     size, screw, head = d.shaft.end_screw, f"shoulder_screw_{i}", catalogue.screw(d.shaft.end_screw)
     length = longest(size, WASHER_MM + INSIDE_RING_MM + d.shaft.end_thread_mm)
     builder.put(
@@ -196,7 +195,7 @@ def _tensioner(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
     builder.put(carriage, builder.made(capstan.make_tension_carriage), arm, carriage_frame(c), held, way=IN, of=sector)
     row = catalogue.screw(TENSION_SCREW)
     tension = builder.once(
-        "tension_screw", lambda: fasteners.make_tension_screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM)
+        "tension_screw", lambda: bought_parts.make_tension_screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM)
     )
     builder.put(
         f"tension_screw_{i}",

@@ -19,7 +19,7 @@ from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids.bought.spring import CORD_SLACK_MM
+from delta_cad.solids.bought_parts import CORD_SLACK_MM
 from delta_cad.solids.brackets import base_pin_mm
 from delta_cad.solids.part import Supply
 

@@ -9,7 +9,7 @@ from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.keys import KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.base_plate import mount_places
-from delta_cad.solids.bought.spring import CORD_MM, CORD_SLACK_MM, cord_mm
+from delta_cad.solids.bought_parts import CORD_MM, CORD_SLACK_MM, cord_mm
 from delta_cad.solids.brackets import key_slot_length_mm
 from delta_cad.solids.making import ordered
 from delta_cad.solids.part import Supply

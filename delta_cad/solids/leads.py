@@ -22,7 +22,7 @@ from delta_cad.dimensions.installation.leads import (
     LeadDimensions,
     SensorLeadDimensions,
 )
-from delta_cad.solids.materials import material
+from delta_cad.solids.making import material
 from delta_cad.solids.part import Extent, Hole, Part
 from delta_cad.solids.primitive import box, cut, cylinder, feature, fuse, one_solid, swept_round
 

@@ -20,9 +20,8 @@ from delta_cad.dimensions.installation.panel import (
     PanelDimensions,
 )
 from delta_cad.solids.boring import Boring, along_z, tapped
-from delta_cad.solids.bought.fasteners import make_spacer
-from delta_cad.solids.making import made_part, round_z
-from delta_cad.solids.materials import GRAPHITE, material
+from delta_cad.solids.bought_parts import make_spacer
+from delta_cad.solids.making import GRAPHITE, made_part, material, round_z
 from delta_cad.solids.part import Extent, Hole, Part, Span
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, edge_break, feature, hull_along_z, one_solid
 

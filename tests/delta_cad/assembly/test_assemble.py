@@ -27,7 +27,7 @@ from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.mechanism import UnreachableError
 from delta_cad.mechanism.placement import LINKS
-from delta_cad.solids.bought.fasteners import make_cap_screw, make_dowel
+from delta_cad.solids.bought_parts import make_cap_screw, make_dowel
 from delta_cad.solids.brackets import make_motor_cheek
 from delta_cad.solids.capstan import capstan_of
 from delta_cad.solids.forearm import make_cross_bar, make_cup_shell, make_rod_cup, make_rod_tube

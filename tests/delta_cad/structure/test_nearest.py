@@ -25,7 +25,7 @@ from delta_cad.passing.rod_vs_boss import off_boss_mm
 from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
 from delta_cad.passing.sleeves import second_way_rad, sleeves_off_mm
 from delta_cad.passing.standing import board, cheeks, foot, key_swing_rad, motor
-from delta_cad.solids.bought.ball import make_joint_ball
+from delta_cad.solids.bought_parts import make_joint_ball
 from delta_cad.solids.capstan import make_cable_end, make_crimp_sleeve
 from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
 from delta_cad.solids.platform import make_handle_stem, make_platform

@@ -12,7 +12,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.access import MOST_MM, SPARE_MM, TOLERANCE_MM, missing_spread_mm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.fasteners import make_cap_screw
+from delta_cad.solids.bought_parts import make_cap_screw
 from delta_cad.solids.part import Occurrence, Reach
 from tests.delta_cad.checks.contact.order.blocks import on_base
 from tests.delta_cad.checks.machines import box, part

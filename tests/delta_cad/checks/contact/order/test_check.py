@@ -13,7 +13,7 @@ from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.fasteners import make_cap_screw
+from delta_cad.solids.bought_parts import make_cap_screw
 from delta_cad.solids.part import Supply
 from tests.delta_cad.checks.contact.order.blocks import (
     DOWN,
