@@ -6,22 +6,21 @@ links the fit of two that move against one another, and the order of assembly ta
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import pi
 from typing import Literal
 
 import numpy as np
 
 from delta_cad import catalogue
-from delta_cad.assembly.machine import Bring, Leg, Step, Unit
+from delta_cad.assembly.machine import Leg
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import DOWEL_MM
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids import bought_parts
-from delta_cad.solids.part import Contact, Fit, Occurrence, Part, Reach, Removal, Supply
+from delta_cad.solids.part import Contact, Fit, Occurrence, Part, Reach, Removal
 
 ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
 CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
@@ -258,70 +257,3 @@ class AssemblyBuilder:
                 fit = Fit(a, c.to, "contact", overlap_mm3=CONTACT_MM3, reason=c.reason, guides=c.guides)
                 found.setdefault(frozenset((a, c.to)), fit)
         return tuple(found.values())
-
-
-class SequenceWriter:
-    """Writes the steps of a machine: a step names what it brings in, whose way was stated where it was placed.
-
-    Args:
-        builder: With all parts placed.
-        bought: What is bought beside them.
-    """
-
-    def __init__(self, builder: AssemblyBuilder, bought: Iterable[Supply]) -> None:
-        self.d = builder.d
-        self._ways = builder.ways
-        self._numbers = {o.name: o.part.number for o in builder.occurrences}
-        self._bought = {supply.number for supply in bought}
-
-    def named(self, *patterns: str) -> tuple[str, ...]:
-        """Lists the occurrences of patterns, of each in the order in which they were placed."""
-        return tuple(name for pattern in patterns for name in self._numbers if fnmatchcase(name, pattern))
-
-    def step(
-        self,
-        title: str,
-        words: Sequence[str],
-        *brings: str | Bring,
-        tightened: tuple[str, ...] | None = None,
-        supplies: tuple[str, ...] = (),
-        **rest: object,
-    ) -> Step:
-        """Writes a step.
-
-        Args:
-            title: As all that is not told here, of `Step`.
-            words: Sentence by sentence.
-            brings: What comes in: patterns of names, each part by itself on its way, or more than a part at once.
-            tightened: Screws; None: all cap screws that come in.
-            supplies: Of which those are kept that the design has: not every one needs keys of its own.
-            rest: Further fields of `Step`.
-        """
-        every = list[Bring]()
-        for one in brings:
-            if isinstance(one, Bring):
-                every.append(one)
-            else:
-                every += [Bring((name,), *self._ways[name]) for name in self.named(one)]
-        if tightened is None:
-            names = (name for bring in every for name in bring.names)
-            tightened = tuple(name for name in names if self._numbers[name].startswith("screw_"))
-        kept = tuple(number for number in supplies if number in self._bought)
-        return Step(title, tuple(words), tuple(every), tightened, supplies=kept, **rest)  # type: ignore[arg-type]
-
-    def laid(self, *patterns: str) -> Bring:
-        """States what is laid or hooked in by hand at once."""
-        return Bring(self.named(*patterns), is_laid=True)
-
-
-def whole_unit(unit: str, way: Way, of: str) -> Bring:
-    """States that a unit comes in, on a way in the frame of one of its parts or of another."""
-    return Bring((), way, of, (unit,))
-
-
-def unit_of(name: str, title: str, *steps: Step) -> Unit:
-    """A unit of a kind and a number, such as "arm 0"; a part that it begins with is there, and has no way."""
-    first, *rest = steps
-    if first.brings[0].names:
-        first = replace(first, brings=(Bring(first.brings[0].names), *first.brings[1:]))
-    return Unit(name, name.rstrip("0123456789 "), title, (first, *rest))

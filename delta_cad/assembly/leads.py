@@ -1,14 +1,13 @@
-"""The leads of motors and sensors placed, each on its motor or in its board, and tied to the leg; their steps."""
+"""The leads of motors and sensors placed, each on its motor or in its board, and tied to the leg."""
 
 from __future__ import annotations
 
 from math import pi
 
-from delta_cad.assembly.builder import IN, SEATED_MM, UPRIGHT, AssemblyBuilder, Connection, SequenceWriter, at
-from delta_cad.assembly.machine import Step
+from delta_cad.assembly.builder import IN, SEATED_MM, UPRIGHT, AssemblyBuilder, Connection, at
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.installation.leads import CLIP_MM, PLUGGED_MM, SENSOR_MM, STRAIGHT_MM, TIE_MM
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.dimensions.installation.leads import CLIP_MM, PLUGGED_MM, TIE_MM
+from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids.leads import CLIP, SENSOR, make_lead, make_lead_clip, make_sensor_lead
 
 SHARE = 0.9  # of the lead's end, on the motor's back; of a plug's face, of a tie's base
@@ -43,36 +42,3 @@ def place_leads(builder: AssemblyBuilder, i: int) -> None:
 
 def _flat(to: str, area_mm2: float, reason: str) -> Connection:
     return Connection(to, reason, "plane", SHARE * area_mm2, SEATED_MM)
-
-
-def lead_steps(w: SequenceWriter) -> list[Step]:
-    """How the leads come on the motors; nothing where none are drawn."""
-    d = w.d
-    if not d.leads:
-        return []
-    furthest = max(d.leads, key=lambda leads: leads.behind_mm)
-    words = (
-        "Plug or solder the leads on the motors' terminals, each joint under a sleeve.",
-        "Bend them towards the middle of the machine, by a radius of "
-        f"{furthest.bend_mm - furthest.diameter_mm / 2.0:g} mm or more inside: they stand out by "
-        f"{furthest.behind_mm:.1f} mm, which the outline counts. Tie them to the bracket.",
-        *(("The boards' leads go with them over the plate's edge.",) if d.sensor_lead is not None else ()),
-    )
-    laid = w.laid(*(name for i in CHAINS for name in lead_names(d, i)))
-    return [w.step("Leads", words, laid, checks=("No lead touches what moves.",))]
-
-
-def sensor_lead_steps(w: SequenceWriter, i: int) -> list[Step]:
-    """How a board's lead comes on its drive, while no neighbour's motor is before the leg; nothing without one."""
-    if (s := w.d.sensor_lead) is None:
-        return []
-    low = -s.clip_z_mm - w.d.encoder.board_length_mm / 2.0
-    words = (
-        f"Degrease the outer face of the encoder's leg and press the tie's base on it, its middle {low:.0f} mm below "
-        f"the board's lower edge and {s.way_mm[0]:.0f} mm further out than the board's middle.",
-        f"Push the plug into the board, let the lead go straight for {STRAIGHT_MM:g} mm, bend it by "
-        f"{s.bend_mm - SENSOR_MM / 2.0:g} mm or more inside on to the leg, and tie it. From there it hangs down it.",
-    )
-    checks = ("Pulled below the tie, the lead does not pull at its plug.",)
-    brings = f"{CLIP}_{i}", w.laid(f"{SENSOR}_{i}")
-    return [w.step("The encoder's lead", words, *brings, tools=("degreaser",), checks=checks)]

@@ -1,4 +1,4 @@
-"""Panel, bezel and boot of a design, and the sleeves under its base: placed with their connections; their steps."""
+"""Panel, bezel and boot of a design, and the sleeves under its base: placed with their connections."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from delta_cad.assembly.builder import (
     DOWN,
     UP,
     AssemblyBuilder,
-    SequenceWriter,
     at,
     bolted,
     pointing,
@@ -17,13 +16,11 @@ from delta_cad.assembly.builder import (
     ring,
     seated,
 )
-from delta_cad.assembly.machine import Leg, Step
-from delta_cad.dimensions.installation.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM, TEMPLATE
+from delta_cad.assembly.machine import Leg
+from delta_cad.dimensions.installation.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
 from delta_cad.solids import panel
 from delta_cad.solids.base_plate import mount_places
 
-TORQUE_N_m = 0.3  # of an M3 in a polyacetal's thread; from memory: until it no longer turns lightly
-SQUARE_MM = 0.5  # of the opening about the handle: what a rule shows
 OVER_MM = 1.0  # by which a screw's tip goes below the panel, on its way in from aside
 
 
@@ -67,57 +64,3 @@ def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
     builder.connect("handle_stem", pressed("boot_collar", 0.95 * COLLAR_MM[1], "boot's collar tied on the stem"))
     builder.piece("boot", "boot_collar")
     return tuple(carried)
-
-
-def mounting_steps(w: SequenceWriter) -> list[Step]:
-    """How the base is screwed down; nothing where it only stands on its feet."""
-    if w.d.design.hardware.mounting not in ("screws", "both"):
-        return []
-    words = ["Drill what the machine stands on by the mounting holes of the base plate's drawing, and screw it down."]
-    if w.d.sleeve_mm:
-        words.append("Slip a sleeve on each screw, between plate and floor: the feet give way by half a millimetre.")
-    checks = (f"The plate lies {'on its sleeves' if w.d.sleeve_mm else 'flat'}.",)
-    return [w.step("Base screwed down", words, "mount_sleeve_?", supplies=("mount_screw",), checks=checks)]
-
-
-def panel_steps(w: SequenceWriter) -> list[Step]:
-    """How panel, boot and bezel come over the handle; nothing where the design has no panel."""
-    if (p := w.d.panel) is None:
-        return []
-    far = p.half_mm + p.opening_mm - p.stem_radius_mm
-    return [
-        w.step(
-            "Panel over the handle",
-            (
-                f"Cut the panel by {TEMPLATE}.dxf, which is as large as it is to be, and break its edges.",
-                f"Bring it down over the handle, its lower face {p.under_mm:g} mm over the shoulders' axes, its sides "
-                "along x and y of the machine.",
-            ),
-            "panel",
-            tools=("rule", "height gauge"),
-            checks=(
-                f"With the handle in the middle, the stem stands {far:.1f} mm off all four sides of the opening, to "
-                f"{SQUARE_MM:g} mm.",
-            ),
-        ),
-        w.step(
-            "Boot and bezel",
-            (
-                "Lay the boot's rim on the panel, its holes over the panel's, and draw the collar over knob and stem.",
-                "Lay the bezel on it, put the screws in from below, move the handle out of their way, tighten them "
-                "crosswise.",
-                f"Tie the collar on the stem, {p.collar_mm - w.d.platform.boss_diameter_mm / 2:g} mm over the "
-                "platform.",
-            ),
-            w.laid("boot", "boot_collar"),
-            "bezel",
-            "bezel_screw_?",
-            torque_N_m=TORQUE_N_m,
-            supplies=("boot_tie",),
-            checks=(
-                "The handle goes to every corner of the cube, and the boot is nowhere taut.",
-                f"Pushed aside, the stem meets the bezel some {p.limit_mm:g} mm outside the cube, before any arm meets "
-                "its stop.",
-            ),
-        ),
-    ]

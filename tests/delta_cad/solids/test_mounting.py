@@ -7,8 +7,9 @@ from math import pi
 import numpy as np
 import pytest
 
-from delta_cad.assembly.builder import AssemblyBuilder, SequenceWriter
-from delta_cad.assembly.panel import mounting_steps, panel_steps, place_panel, place_sleeves
+from delta_cad.assembly.builder import AssemblyBuilder
+from delta_cad.assembly.panel import place_panel, place_sleeves
+from delta_cad.assembly.sequence import assembly_sequence
 from delta_cad.assembly.supplies import mounts
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.base_plate import make_base_plate, mount_places
@@ -41,7 +42,7 @@ def test_what_stands_under_the_base_is_stated_and_has_its_holes(mounting: str | 
     screwed = mounting in ("screws", "both")
     supplied = {supply.number: supply.quantity for supply in mounts(d)}
     assert supplied.get("mount_screw", 0) == (6 if screwed else 0)
-    steps = mounting_steps(SequenceWriter(builder, mounts(d)))
+    steps = [step for step in assembly_sequence(builder, mounts(d))[-1].steps if step.title == "Base screwed down"]
     assert len(steps) == int(screwed)
     assert [name for step in steps for bring in step.brings for name in bring.names] == [
         f"mount_sleeve_{k}" for k in range(sleeves)
@@ -61,5 +62,8 @@ def test_a_sleeve_goes_over_its_hole_and_beside_every_foot() -> None:
 def test_without_a_panel_nothing_comes_over_the_handle() -> None:
     d = of_panel(panel=None, hardware__mounting=None)
     builder = beside(d)
-    assert builder.occurrences == builder.connections == panel_steps(SequenceWriter(builder, ())) == []
+    assert builder.occurrences == builder.connections == []
+    titles = {step.title for step in assembly_sequence(builder, ())[-1].steps}
+    assert not titles & {"Panel over the handle", "Boot and bezel"}
+    assert "Panel over the handle" in {step.title for step in assembly_sequence(beside(of_panel()), ())[-1].steps}
     assert mounts(d) == ()
