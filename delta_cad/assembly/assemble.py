@@ -45,8 +45,7 @@ from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions, link_placement
 from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, LINER_GLUE_MM, RING_MM, TUBE_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POCKET_MM
-from delta_cad.dimensions.keys import motor_screw_mm
-from delta_cad.dimensions.layers import STUB_DEPTH_MM
+from delta_cad.dimensions.layers import STUB_DEPTH_MM, motor_screw_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 from delta_cad.solids import bought_parts, brackets, forearm, platform
 from delta_cad.solids.base_plate import between_chains, make_base_plate

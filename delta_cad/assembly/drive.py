@@ -34,7 +34,6 @@ from delta_cad.assembly.leads import lead_names
 from delta_cad.assembly.machine import Leg
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, INSIDE_RING_MM, WASHER_MM
-from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, carriage_frame, sleeve_frames
 from delta_cad.dimensions.capstan import (
     CARRIAGE_MM,
     CRIMP_MM,
@@ -42,9 +41,12 @@ from delta_cad.dimensions.capstan import (
     POCKET_PLAY_MM,
     SET_SCREW,
     SHAFT_ENGAGEMENT_MM,
+    SLEEVE_OVER_MM,
     TENSION_SCREW,
     TENSION_SCREW_LENGTH_MM,
     CapstanDimensions,
+    carriage_frame,
+    sleeve_frames,
 )
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.mechanism.placement import chain_frame

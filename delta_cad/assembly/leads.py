@@ -6,7 +6,7 @@ from math import pi
 
 from delta_cad.assembly.builder import IN, SEATED_MM, UPRIGHT, AssemblyBuilder, Connection, at
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.installation.leads import CLIP_MM, PLUGGED_MM, TIE_MM
+from delta_cad.dimensions.leads import CLIP_MM, PLUGGED_MM, TIE_MM
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids.leads import CLIP, SENSOR, make_lead, make_lead_clip, make_sensor_lead
 

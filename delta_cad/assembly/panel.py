@@ -17,7 +17,7 @@ from delta_cad.assembly.builder import (
     seated,
 )
 from delta_cad.assembly.machine import Leg
-from delta_cad.dimensions.installation.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
+from delta_cad.dimensions.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
 from delta_cad.solids import panel
 from delta_cad.solids.base_plate import mount_places
 

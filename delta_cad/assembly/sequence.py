@@ -20,8 +20,8 @@ from delta_cad.assembly.supplies import BAR_ADHESIVE
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import ROPE_FACTOR, SET_SCREW, TENSION_SCREW, SET_TORQUE_N_m
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
-from delta_cad.dimensions.installation.leads import SENSOR_MM, STRAIGHT_MM
-from delta_cad.dimensions.installation.panel import TEMPLATE
+from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
+from delta_cad.dimensions.panel import TEMPLATE
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism.placement import CHAINS, SIDES

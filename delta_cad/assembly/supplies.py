@@ -6,7 +6,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
-from delta_cad.dimensions.keys import KEYS_MM, LONG_MM, cut_key_mm
+from delta_cad.dimensions.layers import KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought_parts import CORD_MM, CORD_SLACK_MM, cord_mm

@@ -19,12 +19,15 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import (
+    BOARD_EDGE_MM,
     MESHES_MM,
     STOP_PIN_MM,
     BracketDimensions,
     Circle,
     bracket_dimensions,
     key_slot_rad,
+    require_room_for_board,
+    require_room_for_boss,
 )
 from delta_cad.dimensions.capstan import (
     CapstanDimensions,
@@ -36,21 +39,15 @@ from delta_cad.dimensions.capstan import (
     rim_y_mm,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
-from delta_cad.dimensions.installation.leads import (
+from delta_cad.dimensions.layers import SET_SCREWS_RAD, Layers, layers, set_screws_rad
+from delta_cad.dimensions.leads import (
     LeadDimensions,
     SensorLeadDimensions,
     lead_dimensions,
     sensor_lead_dimensions,
     tie_lacks_mm,
 )
-from delta_cad.dimensions.installation.panel import PanelDimensions, panel_dimensions, sleeve_mm
-from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
-from delta_cad.dimensions.layers import Layers, layers
-from delta_cad.dimensions.neighbours import (
-    BOARD_EDGE_MM,
-    require_room_for_board,
-    require_room_for_boss,
-)
+from delta_cad.dimensions.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.platform import (
     MOUNT_SPREAD_RAD,
     BaseDimensions,

@@ -11,7 +11,6 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import DOWEL_MM
-from delta_cad.dimensions.cable.rim_ends import RIM_MM, rim_end
 from delta_cad.dimensions.capstan import (
     ANCHOR_MM,
     ANCHOR_SIDE_MM,
@@ -25,12 +24,14 @@ from delta_cad.dimensions.capstan import (
     POCKET_CORNER_MM,
     POCKET_FROM_MM,
     POCKET_PLAY_MM,
+    RIM_MM,
     RIM_TURNED_MM,
     SET_SCREW,
     SHOULDER_MM,
     TENSION_SCREW,
     CapstanDimensions,
     lug_length_mm,
+    rim_end,
 )
 from delta_cad.dimensions.tolerances import LENGTH_MM
 from delta_cad.mechanism.placement import frames

@@ -7,7 +7,7 @@ from math import cos, hypot, sin
 import cadquery as cq
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.dimensions.installation.leads import (
+from delta_cad.dimensions.leads import (
     CLIP_MM,
     LEAD_G_M,
     LONG_MM,

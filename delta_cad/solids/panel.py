@@ -11,7 +11,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.installation.panel import (
+from delta_cad.dimensions.panel import (
     CLOTH_MM,
     COLLAR_MM,
     SCREW,
@@ -37,7 +37,7 @@ def panel_of(d: Dimensions) -> PanelDimensions:
 
 
 def square(p: PanelDimensions, corner_mm: float, z: Span) -> cq.Solid:
-    """Prism over the cube's square with round corners about its own, see `dimensions/installation/panel.py`."""
+    """Prism over the cube's square with round corners about its own, see `dimensions/panel.py`."""
     half = p.half_mm
     corners = [(sx * half, sy * half, corner_mm) for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     return hull_along_z(corners, z)

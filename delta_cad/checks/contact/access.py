@@ -29,7 +29,7 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.common.vectors import cross_rows
-from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
+from delta_cad.dimensions.layers import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement, chain_frame
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal

@@ -20,8 +20,8 @@ from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.capstan import ROPE_FACTOR
 from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, RATIO, SECTOR, Way, another, larger, smaller, up
-from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
+from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL

@@ -20,8 +20,8 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
-from delta_cad.dimensions.installation import leads as leads_module
-from delta_cad.dimensions.installation.leads import (
+from delta_cad.dimensions import leads as leads_module
+from delta_cad.dimensions.leads import (
     BEND,
     CLIP_MM,
     LEAD_MM,

@@ -15,7 +15,7 @@ from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.builder import at
 from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
-from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
+from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.folding import beside_own

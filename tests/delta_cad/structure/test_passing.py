@@ -17,7 +17,7 @@ from delta_cad.assembly.drive import over_carriage
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement
-from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, carriage_frame
+from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, carriage_frame
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway

@@ -21,7 +21,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.bracket import key_slot_rad, motor_pattern_rad
-from delta_cad.dimensions.keys import KEYS_MM
+from delta_cad.dimensions.layers import KEYS_MM
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.passing.standing import motor

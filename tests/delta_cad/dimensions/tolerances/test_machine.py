@@ -13,10 +13,15 @@ import pytest
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.tolerances import PLACE_MM, cable, preload_range_N, seat_tilt_rad, spring_height_mm
-from delta_cad.dimensions.tolerances.cable import cable_chains
 from delta_cad.dimensions.tolerances.chain import Chain
-from delta_cad.dimensions.tolerances.lengths import length_chains
-from delta_cad.dimensions.tolerances.machine import general_class, loosest_class, machine_chains, tolerance_record
+from delta_cad.dimensions.tolerances.machine import (
+    cable_chains,
+    general_class,
+    length_chains,
+    loosest_class,
+    machine_chains,
+    tolerance_record,
+)
 from tests.committed import changed
 from tests.delta_cad.catalogue.offered import offered
 

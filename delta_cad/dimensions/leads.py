@@ -15,9 +15,9 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.design import Design
+from delta_cad.dimensions.bracket import PLUG_MM as ROOM_MM
 from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.neighbours import PLUG_MM as ROOM_MM
 from delta_cad.dimensions.rules import FARTHER_OUT, another, require
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
