@@ -248,6 +248,7 @@ def key_slot_rad(b: BracketDimensions, motor: catalogue.Motor) -> float:
 
 
 def bracket_dimensions(
+    *,
     base_radius_mm: float,
     shoulder_rad: tuple[float, float],
     lowest_elbow_mm: float,

@@ -251,11 +251,6 @@ def collar_mm(pinion_mm: float, cable_mm: float, motor: catalogue.Motor) -> floa
     """Gives the outer radius of a pinion's collar: as wide as its set screws are long, which end flush with it, mm.
 
     So they turn out before the slot of their key.
-
-    Args:
-        pinion_mm: Radius of the cable's middle on the pinion.
-        cable_mm: Diameter of the cable.
-        motor: Row of the catalogue.
     """
     bore, crest = motor.shaft_diameter_mm, crest_mm(pinion_mm, cable_mm)  # within it, it passes the rim as the pinion
     room = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM)) - bore / 2
@@ -306,6 +301,7 @@ def pinion_direction_rad(
 
 
 def capstan_dimensions(
+    *,
     run: CableRun,
     ratio: float,
     shoulder_rad: tuple[float, float],

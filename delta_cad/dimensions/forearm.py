@@ -222,6 +222,7 @@ def _ball(diameter_mm: float) -> catalogue.Ball:
 
 
 def forearm_dimensions(
+    *,
     length_mm: float,
     width_mm: float,
     ball_mm: float,
@@ -295,15 +296,15 @@ def forearm_dimensions(
     )
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
     joint = joint_dimensions(
-        ball_mm,
-        WRAP_RAD,
-        spring,
-        width_mm,
-        EYE_MM,
-        (first + second) / length_mm - 1.0,
-        lean,
-        catalogue.material(CUP_MATERIAL),
-        catalogue.material(row.material),
+        ball_mm=ball_mm,
+        wrap_rad=WRAP_RAD,
+        spring=spring,
+        width_mm=width_mm,
+        eye_mm=EYE_MM,
+        lever=(first + second) / length_mm - 1.0,
+        lean_rad=lean,
+        cup=catalogue.material(CUP_MATERIAL),
+        ball=catalogue.material(row.material),
     )
     sheared = BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)
     held = max(BOND_LEAST_MM, ceil(sheared), ceil(tilted_mm(joint.pressed_max_N * shoulder, spigot)))

@@ -44,6 +44,7 @@ class Layers:
 
 
 def layers(
+    *,
     arm_thickness_mm: float,
     rim_mm: tuple[float, float] | None,
     pinion_end_mm: float,

@@ -267,10 +267,6 @@ def loop_overlap_mm3(f: ForearmDimensions, lean_rad: float) -> float:
     """Computes what a loop, drawn stiff, shares with its eye's lug where the rods lean: sums of small pieces, mm^3.
 
     The spring turns on the way to level and is drawn as long as at no lean; the edges of the eye are rounded in truth.
-
-    Args:
-        f: Whose spring it is.
-        lean_rad: Lean of the rods.
     """
     across, along = f.width_mm * sin(lean_rad), f.width_mm * cos(lean_rad) - 2 * f.eye_y_mm
     apart = hypot(across, along)

@@ -55,12 +55,7 @@ MINUTES_PER_RAD = minutes(1.0)
 
 
 def shoulder_chains(d: Dimensions, general: str) -> list[Chain]:
-    """Lists the chains of one shoulder.
-
-    Args:
-        d: Dimensions of the machine.
-        general: Class of the general tolerances, of ISO 2768-1.
-    """
+    """Lists the chains of one shoulder."""
     found = [*spring_chain(d), *tilt_chain(d)]
     return found + ([gap_chain(d, general), *centring_chain(d, general)] if d.sensed_at_shoulder else [])
 
@@ -173,12 +168,7 @@ STEP_MM = 1e-4  # of the differences that give what a length of cable grows by
 
 
 def cable_chains(d: Dimensions, general: str) -> list[Chain]:
-    """Lists the chains of one capstan; none of a direct drive.
-
-    Args:
-        d: Dimensions of the machine.
-        general: Class of the general tolerances, of ISO 2768-1.
-    """
+    """Lists the chains of one capstan; none of a direct drive."""
     if d.capstan is None:
         return []
     return [plane_chain(d, d.capstan, general), axes_chain(d, d.capstan), travel_chain(d, d.capstan, general)]
@@ -262,12 +252,7 @@ WHY = "beyond, what is proved of the cube is not of every machine that is made"
 
 
 def length_chains(d: Dimensions, general: str) -> list[Chain]:
-    """Lists by how much each length and offset of a chain is off the drawn one, without bounds of their own.
-
-    Args:
-        d: Dimensions of the machine.
-        general: Class of the general tolerances, of ISO 2768-1.
-    """
+    """Lists by how much each length and offset of a chain is off the drawn one, without bounds of their own."""
     m = d.design.mechanism
     flat = either_way("base_plate", "flat under the feet", "general", flat_mm(2 * d.base.radius_mm, general) / 2.0)
     chains = {
@@ -404,12 +389,7 @@ DECIMALS = 5
 
 
 def machine_chains(d: Dimensions, general: str = ASKED) -> list[Chain]:
-    """Lists the chains that have bounds; the three chains of a machine are alike.
-
-    Args:
-        d: Dimensions of the machine.
-        general: Class of the general tolerances, of ISO 2768-1.
-    """
+    """Lists the chains that have bounds; the three chains of a machine are alike."""
     return [*shoulder_chains(d, general), *cable_chains(d, general), twist_chain(d)]
 
 
