@@ -14,13 +14,13 @@ from typing import Literal
 import numpy as np
 
 from delta_cad import catalogue
-from delta_cad.assembly.machine import Leg
+from delta_cad.assembly.machine import PathSegment
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import DOWEL_MM
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids import bought_parts
-from delta_cad.solids.part import Contact, Fit, Occurrence, Part, Reach, Removal
+from delta_cad.solids.part import Contact, Fit, Occurrence, Part, Removal, ToolAccess
 
 ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
 CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
@@ -33,13 +33,13 @@ CABLE_OFF_MM = 0.03  # the cable's line is drawn through points on its path
 CHAMFERS_MM = 1.2  # of both ends of a bore or a shaft together: a bore's length is asked but for them
 SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
 Progress = Callable[[str], None]
-Way = tuple[Leg, ...]
+Way = tuple[PathSegment, ...]
 """How a part comes to its seat, in its own frame or that of another."""
 
 
 def straight(x: float, y: float, z: float) -> Way:
     """Gives the way along one direction, from outside to the seat."""
-    return (Leg((x, y, z)),)
+    return (PathSegment((x, y, z)),)
 
 
 IN, OUT = straight(0.0, 1.0, 0.0), straight(0.0, -1.0, 0.0)  # along the shoulder's axis, towards the motor, and away
@@ -169,7 +169,7 @@ class AssemblyBuilder:
         self.occurrences: list[Occurrence] = []
         self.connections: list[tuple[str, Connection]] = []
         self.fits: list[Fit] = []
-        self.reached: list[Reach] = []
+        self.reached: list[ToolAccess] = []
         self.removals: list[Removal] = []
         self.ways: dict[str, tuple[Way, str]] = {}
         self._progress = progress

@@ -31,7 +31,7 @@ from delta_cad.assembly.builder import (
     wound,
 )
 from delta_cad.assembly.leads import lead_names
-from delta_cad.assembly.machine import Leg
+from delta_cad.assembly.machine import PathSegment
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, INSIDE_RING_MM, WASHER_MM
 from delta_cad.dimensions.capstan import (
@@ -53,7 +53,7 @@ from delta_cad.mechanism.placement import chain_frame
 from delta_cad.passing.sleeves import second_way_rad
 from delta_cad.solids import bought_parts, capstan, upper_arm
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
-from delta_cad.solids.part import Reach, Removal
+from delta_cad.solids.part import Removal, ToolAccess
 
 BESIDE = (  # what of an arm passes what of its own bracket at less than the clearance of others
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
@@ -109,8 +109,8 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
         for k, frame in enumerate(capstan.set_screw_frames(d, length))
     ]
     thread = motor_thread_mm(d.motor)  # the screws fill it
-    builder.reached += [Reach(name, thread, "holds the motor") for name in screws]
-    builder.reached += [Reach(name, LOOSE_MM, "holds the pinion on the motor's shaft") for name in grubs]
+    builder.reached += [ToolAccess(name, thread, "holds the motor") for name in screws]
+    builder.reached += [ToolAccess(name, LOOSE_MM, "holds the pinion on the motor's shaft") for name in grubs]
     builder.removals.append(Removal(motor, (0.0, 1.0, 0.0), (*screws, *grubs, *lead_names(d, i)), "is exchanged"))
     _cable(builder, c, i)
     _tensioner(builder, c, i)
@@ -228,7 +228,7 @@ def _tensioner(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
 def over_carriage(d: Dimensions, c: CapstanDimensions) -> Way:
     """Gives the second sleeve's way: from outside over its carriage, beside arm and foot block, then into it."""
     aside = second_way_rad(d, c)
-    return Leg((-cos(aside), 0.0, -sin(aside))), Leg((0.0, 1.0, 0.0), SLEEVE_OVER_MM)
+    return PathSegment((-cos(aside), 0.0, -sin(aside))), PathSegment((0.0, 1.0, 0.0), SLEEVE_OVER_MM)
 
 
 def _cable(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:

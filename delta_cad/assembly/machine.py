@@ -10,25 +10,25 @@ import numpy as np
 
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import (
+    Consumable,
     Contact,
     Fit,
     Joint,
     Occurrence,
     Part,
-    Reach,
     Removal,
     Stop,
-    Supply,
+    ToolAccess,
 )
 
 
 @dataclass(frozen=True)
-class Leg:
+class PathSegment:
     """A straight piece of the way of a part to its seat.
 
     Attributes:
-        along: Unit vector of the motion, in the frame that `Bring` names.
-        length_mm: How long it goes on so; infinite for the first leg, which begins outside.
+        along: Unit vector of the motion, in the frame that `Insertion` names.
+        length_mm: How long it goes on so; infinite for the first one, which begins outside.
     """
 
     along: tuple[float, float, float]
@@ -36,22 +36,22 @@ class Leg:
 
 
 @dataclass(frozen=True)
-class Bring:
+class Insertion:
     """What comes in together, and how.
 
     Attributes:
         names: Names of the occurrences.
-        legs: The way, the leg that ends in the seat last; none for the first part of a unit, and for what is laid.
-        frame: Occurrence in whose frame the legs are stated; "" for the first of `names`.
+        path: The one that ends in the seat last; none for the first part of a unit, and for what is flexible.
+        frame: Occurrence in whose frame the path is stated; "" for the first of `names`.
         units: Names of units, finished before, which come in whole beside `names`.
-        is_laid: Whether it is flexible, a cable or a spring, and is laid or hooked in by hand.
+        is_flexible: Whether it is flexible, a cable or a spring, and is laid or hooked in by hand.
     """
 
     names: tuple[str, ...] = ()
-    legs: tuple[Leg, ...] = ()
+    path: tuple[PathSegment, ...] = ()
     frame: str = ""
     units: tuple[str, ...] = ()
-    is_laid: bool = False
+    is_flexible: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Step:
     Attributes:
         title: A few words.
         words: What is done, sentence by sentence.
-        brings: What comes in, in this order.
+        insertions: What comes in, in this order.
         tightened: Names of the screws that a hexagon key tightens at its end.
         torque_N_m: What they are tightened to where it is not usual for their size; None: as usual.
         tools: What else is needed.
@@ -73,7 +73,7 @@ class Step:
 
     title: str
     words: tuple[str, ...]
-    brings: tuple[Bring, ...] = ()
+    insertions: tuple[Insertion, ...] = ()
     tightened: tuple[str, ...] = ()
     torque_N_m: float | None = None
     tools: tuple[str, ...] = ()
@@ -128,8 +128,8 @@ class Assembly:
     home_mm: np.ndarray
     contacts: tuple[Contact, ...] = ()
     stops: tuple[Stop, ...] = ()
-    supplies: tuple[Supply, ...] = ()
-    reached: tuple[Reach, ...] = ()
+    supplies: tuple[Consumable, ...] = ()
+    reached: tuple[ToolAccess, ...] = ()
     removals: tuple[Removal, ...] = ()
     order: tuple[Unit, ...] = ()
     dashboard: tuple[str, ...] = ()

@@ -16,7 +16,7 @@ from delta_cad.assembly.builder import (
     ring,
     seated,
 )
-from delta_cad.assembly.machine import Leg
+from delta_cad.assembly.machine import PathSegment
 from delta_cad.dimensions.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
 from delta_cad.solids import panel
 from delta_cad.solids.base_plate import mount_places
@@ -57,7 +57,10 @@ def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
         bolted("bezel", 0.98 * (p.screw_mm - p.thickness_mm - CLOTH_MM), "screw in the bezel's thread"),
     )
     for k, (x, y) in enumerate(p.screw_places()):  # in from aside under the panel, then up
-        inwards = Leg((-x / hypot(x, y), -y / hypot(x, y), 0.0)), Leg((0.0, 0.0, 1.0), p.screw_mm + OVER_MM)
+        inwards = (
+            PathSegment((-x / hypot(x, y), -y / hypot(x, y), 0.0)),
+            PathSegment((0.0, 0.0, 1.0), p.screw_mm + OVER_MM),
+        )
         placed, screw = pointing((0, 0, -1), x, y, p.under_mm), builder.screw(SCREW, p.screw_mm)
         carried.append(builder.put(f"bezel_screw_{k}", screw, "base", placed, *held, way=inwards, of="base_plate"))
     builder.put("boot_collar", builder.made(panel.make_boot_collar), "platform", at(z=p.collar_mm))

@@ -1,6 +1,6 @@
 """The order in which a machine is put together, as `sequence.toml` has it: its steps for this machine, with figures.
 
-A step names what it brings in; the way to its seat was stated where the part is placed.
+A step names what comes in; the way to its seat was stated where the part is placed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from delta_cad import catalogue
 from delta_cad.assembly.builder import DOWN, IN, OUT, AssemblyBuilder, straight
-from delta_cad.assembly.machine import Bring, Step, Unit
+from delta_cad.assembly.machine import Insertion, Step, Unit
 from delta_cad.assembly.supplies import BAR_ADHESIVE
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import ROPE_FACTOR, SET_SCREW, TENSION_SCREW, SET_TORQUE_N_m
@@ -27,13 +27,13 @@ from delta_cad.drive import drive_torque
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought_parts import CORD_SLACK_MM
 from delta_cad.solids.brackets import base_pin_mm
-from delta_cad.solids.part import Supply
+from delta_cad.solids.part import Consumable
 
 STEPS = Path(__file__).with_name("sequence.toml")
 WAYS = {"IN": IN, "OUT": OUT, "DOWN": DOWN, "INWARDS": straight(-1.0, 0.0, 0.0)}
 
 
-def assembly_sequence(builder: AssemblyBuilder, supplies: Iterable[Supply]) -> tuple[Unit, ...]:
+def assembly_sequence(builder: AssemblyBuilder, supplies: Iterable[Consumable]) -> tuple[Unit, ...]:
     """States how a machine is put together.
 
     Args:
@@ -156,21 +156,21 @@ class _Sequence:
         first, *rest = [
             self._step(row, at | place) for row in rows if self._holds(row) for place in _places(row["title"])
         ]
-        if first.brings and first.brings[0].names:
-            first = replace(first, brings=(Bring(first.brings[0].names), *first.brings[1:]))
+        if first.insertions and first.insertions[0].names:
+            first = replace(first, insertions=(Insertion(first.insertions[0].names), *first.insertions[1:]))
         (title,) = self._texts([unit["title"]], at)
         kind = unit["name"].partition("{")[0].strip()
         return Unit(unit["name"].format(**at), kind, title, (first, *rest))
 
     def _step(self, row: dict[str, Any], at: dict[str, int]) -> Step:
-        brings = tuple(bring for one in row.get("brings", ()) for bring in self._brings(one, at))
-        coming = (name for bring in brings for name in bring.names)
+        insertions = tuple(insertion for one in row.get("insert", ()) for insertion in self._insertions(one, at))
+        coming = (name for insertion in insertions for name in insertion.names)
         screws = tuple(name for name in coming if self._numbers[name].startswith("screw_"))
         torque = row.get("torque_N_m")
         return Step(
             title=row["title"].format(**at),
             words=self._texts(row["words"], at),
-            brings=brings,
+            insertions=insertions,
             tightened=self._named(row["tightened"], at) if "tightened" in row else screws,
             torque_N_m=None if torque is None else float(torque.format(**self._values)),
             tools=self._texts(row.get("tools", ()), at),
@@ -180,16 +180,16 @@ class _Sequence:
             unseen=self._named(row.get("unseen", ()), at),
         )
 
-    def _brings(self, one: str | dict[str, Any], at: dict[str, int]) -> list[Bring]:
+    def _insertions(self, one: str | dict[str, Any], at: dict[str, int]) -> list[Insertion]:
         if isinstance(one, str):
-            return [Bring((name,), *self._ways[name]) for name in self._named([one], at)]
+            return [Insertion((name,), *self._ways[name]) for name in self._named([one], at)]
         if not self._holds(one):
             return []
         if "part" in one:
-            return self._brings(one["part"], at)
+            return self._insertions(one["part"], at)
         if "laid" in one:
-            return [Bring(self._named(one["laid"], at), is_laid=True)]
-        return [Bring((), WAYS[one["way"]], one["of"].format(**at), (one["unit"].format(**at),))]
+            return [Insertion(self._named(one["laid"], at), is_flexible=True)]
+        return [Insertion((), WAYS[one["way"]], one["of"].format(**at), (one["unit"].format(**at),))]
 
     def _named(self, patterns: Iterable[str], at: dict[str, int]) -> tuple[str, ...]:
         """Occurrences of patterns, of each in the order in which they were placed."""

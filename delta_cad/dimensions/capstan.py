@@ -18,11 +18,11 @@ from delta_cad.dimensions.rules import (
     SWINGS_LESS,
     THREAD_WALL_MM,
     another,
+    ceil_sig,
     larger,
     require,
     smaller,
     tenths_above,
-    up,
 )
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import frames
@@ -386,7 +386,7 @@ def capstan_dimensions(
         "sector",
         "slot",
         f"the stop pin's slot on radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore, at a pitch "
-        f"radius of {pitch:g} mm; at least {up(least)} mm",
+        f"radius of {pitch:g} mm; at least {ceil_sig(least)} mm",
         larger(SECTOR),
     )
     side = run.tangent_rad + run.beyond_rad

@@ -20,7 +20,7 @@ from delta_cad.dimensions.joint import (
     chosen_spring,
     joint_dimensions,
 )
-from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, another, larger, require, smaller, up
+from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, another, ceil_sig, larger, require, smaller
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
@@ -271,7 +271,7 @@ def forearm_dimensions(
         width_mm >= narrowest - 1e-9,
         "cross_bar",
         "length",
-        f"{width_mm:g} mm between its balls are too narrow for the elbow's boss; at least {up(narrowest)} mm",
+        f"{width_mm:g} mm between its balls are too narrow for the elbow's boss; at least {ceil_sig(narrowest)} mm",
         larger(WIDTH),
     )
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)

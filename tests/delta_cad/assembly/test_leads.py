@@ -211,8 +211,11 @@ def test_one_that_is_missing_or_off_its_place_is_refused(number: str) -> None:
 def test_the_manual_has_a_step_for_them_and_a_motor_comes_off_without_them() -> None:
     assembly = machine()
     told = {step.title: step for unit in assembly.order for step in unit.steps}
-    assert sorted(told["Leads"].brings[0].names) == sorted(leads_of(assembly))
-    assert [bring.names for bring in told["The encoder's lead"].brings] == [("lead_clip_2",), ("sensor_lead_2",)]
+    assert sorted(told["Leads"].insertions[0].names) == sorted(leads_of(assembly))
+    assert [insertion.names for insertion in told["The encoder's lead"].insertions] == [
+        ("lead_clip_2",),
+        ("sensor_lead_2",),
+    ]
     assert all(set(leads_of(assembly)) & set(removal.loose) for removal in assembly.removals)
 
 

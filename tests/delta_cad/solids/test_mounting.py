@@ -44,7 +44,7 @@ def test_what_stands_under_the_base_is_stated_and_has_its_holes(mounting: str | 
     assert supplied.get("mount_screw", 0) == (6 if screwed else 0)
     steps = [step for step in assembly_sequence(builder, mounts(d))[-1].steps if step.title == "Base screwed down"]
     assert len(steps) == int(screwed)
-    assert [name for step in steps for bring in step.brings for name in bring.names] == [
+    assert [name for step in steps for insertion in step.insertions for name in insertion.names] == [
         f"mount_sleeve_{k}" for k in range(sleeves)
     ]
 

@@ -89,7 +89,7 @@ def test_nothing_is_put_through_seats_in_which_bearings_lie(best_assembly: Assem
     filled = False
     for unit in best_assembly.order:
         for step in unit.steps:
-            filled |= any(name.startswith("bearing_") for bring in step.brings for name in bring.names)
+            filled |= any(name.startswith("bearing_") for insertion in step.insertions for name in insertion.names)
             said = " ".join((*step.words, *step.checks, *step.tools))
             assert not (filled and ("mandrel" in said or "both seats" in said)), (unit.name, step.title)
     assert filled
