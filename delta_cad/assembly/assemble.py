@@ -85,11 +85,11 @@ def _base(builder: AssemblyBuilder) -> None:
         into = min(stud, d.base.thickness_mm) - CHAMFERS_MM
         held.append(bolted("base_plate", into, "the foot's stud in its thread"))
     for i, (x, y) in enumerate(between_chains(d.base.foot_circle_mm / 2)):
-        builder.put(f"foot_{i}", builder.made(make_foot), "base", at(x, y, low), *held, way=UP, of="base_plate")
+        builder.put(f"foot_{i}", builder.made(make_foot), "base", at(x, y, low), *held, path=UP, frame="base_plate")
         if stud is None:
             rest = d.foot.height_mm - row.counterbore_depth_mm
             screw = builder.screw(d.foot.thread, longest(d.foot.thread, rest + d.base.thickness_mm))
-            builder.put(f"foot_screw_{i}", screw, "base", pointing((0, 0, -1), x, y, low - rest), way=DRIVEN)
+            builder.put(f"foot_screw_{i}", screw, "base", pointing((0, 0, -1), x, y, low - rest), path=DRIVEN)
 
 
 def _bracket(builder: AssemblyBuilder, i: int) -> None:
@@ -102,7 +102,7 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
     builder.put(f"encoder_cheek_{i}", builder.made(brackets.make_encoder_cheek), "base", shoulder)
     on = [seated("base_plate", long * wide, "foot block on the plate")]
     on += [seated(f"{side}_cheek_{i}", on_block, "cheek on the foot block") for side in ("motor", "encoder")]
-    builder.put(block, builder.made(brackets.make_foot_block), "base", shoulder, *on, way=IN)
+    builder.put(block, builder.made(brackets.make_foot_block), "base", shoulder, *on, path=IN)
 
     into = brackets.cheek_dowel_depth_mm(d)
     for side, own, outwards, (inside, outside) in (
@@ -114,11 +114,11 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
         under_head = outside - outwards * brackets.cheek_screw_sink_mm(d, thickness)
         for k, (x, z) in enumerate(brackets.cheek_screw_positions(d)):
             seat = pointing((0, outwards, 0), x, under_head, z)
-            builder.put(f"cheek_screw_{i}_{side}{k}", screw, "base", shoulder @ seat, way=DRIVEN)
+            builder.put(f"cheek_screw_{i}_{side}{k}", screw, "base", shoulder @ seat, path=DRIVEN)
         way = UP if side == "m" else DRIVEN  # into the cheek from inside, or into the block
         for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
             bottom = shoulder @ pointing((0, outwards, 0), x, inside - outwards * into, z)
-            builder.pin(f"cheek_dowel_{i}_{side}{k}", into + thickness, "base", bottom, block, own, way=way)
+            builder.pin(f"cheek_dowel_{i}_{side}{k}", into + thickness, "base", bottom, block, own, path=way)
 
     middle = (encoder_side[1] + motor_side[0]) / 2
     row = catalogue.screw(brackets.BASE_SCREW)
@@ -127,17 +127,17 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
     base_screw = builder.screw(brackets.BASE_SCREW, longest(brackets.BASE_SCREW, rest + brackets.BASE_THREAD_MM - 0.5))
     for k, u in enumerate(b.base_screw_u_mm):
         seat = pointing((0, 0, -1), u, middle, low + row.counterbore_depth_mm)
-        builder.put(f"base_screw_{i}_{k}", base_screw, "base", chain_frame(i) @ seat, way=DRIVEN)
+        builder.put(f"base_screw_{i}_{k}", base_screw, "base", chain_frame(i) @ seat, path=DRIVEN)
     sunk, filled = brackets.base_pin_mm(d)
     for k, u in enumerate(b.base_dowel_u_mm):
         bottom = chain_frame(i) @ at(u, middle, d.base.top_mm - sunk)
-        builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, block, "base_plate", way=UP)
+        builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, block, "base_plate", path=UP)
 
     stop = builder.dowel("4", brackets.stop_pin_length_mm(d))
     held = pressed(cheek, motor_side[1] - motor_side[0] - brackets.STOP_SUNK_MM - CHAMFERS_MM, "stop pin in the cheek")
     for k, (u, z) in enumerate(b.stop_pins_mm):
         placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
-        builder.put(f"stop_pin_{i}_{k}", stop, "base", placed, held, way=DRIVEN)
+        builder.put(f"stop_pin_{i}_{k}", stop, "base", placed, held, path=DRIVEN)
 
     m, (u, z) = d.motor, b.motor_axis_mm
     builder.put(
@@ -147,14 +147,14 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
         chain_frame(i) @ at(u, motor_side[1], z),
         pressed(cheek, 0.8 * m.pilot_height_mm, "the motor's pilot in the cheek"),
         seated(cheek, ring(m.diameter_mm - 1.0, m.pilot_diameter_mm), "motor on the cheek"),
-        way=OUT,
+        path=OUT,
     )
     place_leads(builder, i)
     length, sunk = motor_screw_mm(d.motor, d.layers)
     fixing, face = builder.screw(d.motor.mount_thread, length), motor_side[0] + sunk
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         placed = shoulder @ pointing((0, -1, 0), x, face, height)
-        builder.put(f"motor_screw_{i}_{k}", fixing, "base", placed, way=DRIVEN)
+        builder.put(f"motor_screw_{i}_{k}", fixing, "base", placed, path=DRIVEN)
     if d.sensed_at_shoulder:
         _board(builder, i)
 
@@ -164,7 +164,7 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
     d, layers, block, board = builder.d, builder.d.layers, f"foot_block_{i}", f"encoder_board_{i}"
     shoulder, (back, front) = chain_frame(i) @ at(d.bracket.shoulder_u_mm), layers.encoder_board_mm
     frame = shoulder @ at(0.0, front, 0.0) @ UPRIGHT
-    builder.put(board, builder.made(make_encoder_board), "base", frame, way=IN, of=block)
+    builder.put(board, builder.made(make_encoder_board), "base", frame, path=IN, frame=block)
     row = catalogue.screw(brackets.BOARD_SCREW)
     gap, clear = layers.encoder_head_mm[0] - front, row.clearance_hole_mm
     spacer = builder.once("board_spacer", lambda: bought_parts.make_spacer(clear, gap))
@@ -176,7 +176,7 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
         own, e = f"board_spacer_{i}_{k}", d.encoder
         on = seated(board, face, "spacer under the board"), seated(f"encoder_cheek_{i}", face, "spacer on the cheek")
         placed = shoulder @ pointing((0, 1, 0), x, front, height)
-        builder.put(own, spacer, "base", placed, *on, way=IN, of=block)
+        builder.put(own, spacer, "base", placed, *on, path=IN, frame=block)
         through = (
             pressed(own, 0.9 * gap, "screw through its spacer", (clear - core) / 2 + THREAD_MM),
             pressed(
@@ -187,7 +187,7 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
             ),
         )
         placed = shoulder @ pointing((0, -1, 0), x, back, height)
-        builder.put(f"board_screw_{i}_{k}", screw, "base", placed, *through, way=DRIVEN)
+        builder.put(f"board_screw_{i}_{k}", screw, "base", placed, *through, path=DRIVEN)
 
 
 def _arm(builder: AssemblyBuilder, i: int) -> None:
@@ -204,12 +204,12 @@ def _arm(builder: AssemblyBuilder, i: int) -> None:
         held.append(seated(f"bearing_{i}_e", on_ring, "shaft's head on the inner ring"))
         held.append(pressed(arm, face - d.layers.bearings_mm[0][1] - CHAMFERS_MM, "arm on the shaft"))
         held.append(pressed(f"sector_{i}", d.capstan.web_y_mm[1] - face - CHAMFERS_MM, "sector on the shaft"))
-    builder.put(shaft, builder.made(make_shoulder_shaft), arm, np.eye(4), *held, way=IN, of=of)
+    builder.put(shaft, builder.made(make_shoulder_shaft), arm, np.eye(4), *held, path=IN, frame=of)
     if d.sensed_at_shoulder:
         magnet, board, least = f"encoder_magnet_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm
         in_shaft = pressed(shaft, 0.9 * d.magnet.thickness_mm, "magnet bonded in the shaft", GLUE_MM)
         placed, of = at(0.0, d.shaft.y_mm[0], 0.0), arm if d.capstan is None else shaft
-        builder.put(magnet, builder.made(make_encoder_magnet), arm, placed, in_shaft, way=IN, of=of)
+        builder.put(magnet, builder.made(make_encoder_magnet), arm, placed, in_shaft, path=IN, frame=of)
         builder.gap(magnet, board, least, "air gap of the encoder", d.encoder.air_gap_max_mm)
         builder.gap(shaft, board, least, "air gap of the encoder")
     boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]
@@ -226,11 +226,11 @@ def _cross_bar(builder: AssemblyBuilder, i: int, end: str, link: str, frame: np.
     play = 2 * (CLEARANCE_MM + CLEARANCE_TOLERANCE_MM)
     names = [f"joint_ball_{i}_{j}_{end}" for j in SIDES]
     studs = (bonded(ball, pin_mm, "stud's pin bonded in its ball", BALL_GLUE_MM) for ball in names)
-    builder.put(bar, builder.made(forearm.make_cross_bar), link, frame, in_boss, *studs, way=OUT)
+    builder.put(bar, builder.made(forearm.make_cross_bar), link, frame, in_boss, *studs, path=OUT)
     for j, ball in enumerate(names):
         placed = frame @ at(y=(j - 0.5) * f.width_mm) @ (HALF_TURN if j else np.eye(4))
         held = Connection(f"cup_shell_{i}_{j}_{end}", "ball in its cup", "ball", seat, play)
-        builder.put(ball, builder.made(make_joint_ball), link, placed, held, way=OUT if j else IN, of=bar)
+        builder.put(ball, builder.made(make_joint_ball), link, placed, held, path=OUT if j else IN, frame=bar)
 
 
 def _rods(builder: AssemblyBuilder, i: int) -> None:
@@ -244,10 +244,10 @@ def _rods(builder: AssemblyBuilder, i: int) -> None:
         _rod_end(builder, i, j, "elbow", np.eye(4) if j else ABOUT_X)
         held = [seated(cup, ring(f.tube_outer_mm, f.tube_bore_mm), "tube on the cup's shoulder") for cup in cups]
         held += [bonded(eye, 0.9 * RING_MM[1], "spring's eye bonded on the tube", forearm.RING_GLUE_MM) for eye in eyes]
-        builder.put(tube, builder.made(forearm.make_rod_tube), link, at(f.shoulder_mm), *held, way=TO_THE_ELBOW)
+        builder.put(tube, builder.made(forearm.make_rod_tube), link, at(f.shoulder_mm), *held, path=TO_THE_ELBOW)
         _rod_end(builder, i, j, "wrist", at(f.length_mm) @ (ABOUT_Y if j else HALF_TURN))
         for eye, x, frame in zip(eyes, f.eyes_x_mm, EYE_FRAMES[j], strict=True):
-            builder.put(eye, builder.made(forearm.make_rod_eye), link, at(x) @ frame, way=TO_THE_ELBOW, of=tube)
+            builder.put(eye, builder.made(forearm.make_rod_eye), link, at(x) @ frame, path=TO_THE_ELBOW, frame=tube)
             if f.eye_room_mm < d.design.requirements.clearance_min_mm + BESIDE_ARM_MM:
                 builder.gap(eye, f"upper_arm_{i}", BESIDE_ARM_MM, "folds beside the arm, held by its spring")
     shared = LOOP_SHARE * loop_overlap_mm3(f, d.travel.lean_max.value)
@@ -263,11 +263,11 @@ def _rod_end(builder: AssemblyBuilder, i: int, j: int, end: str, frame: np.ndarr
     f, link, tube = builder.d.forearm, f"rod_{i}_{j}", f"rod_tube_{i}_{j}"
     ball, cup, shell = (f"{part}_{i}_{j}_{end}" for part in ("joint_ball", "rod_cup", "cup_shell"))
     on_tube = bonded(tube, f.spigot_length_mm - CHAMFERS_MM, "spigot bonded in the tube", TUBE_GLUE_MM)
-    builder.put(cup, builder.made(forearm.make_rod_cup), link, frame, on_tube, way=TO_THE_ELBOW, of=tube)
+    builder.put(cup, builder.made(forearm.make_rod_cup), link, frame, on_tube, path=TO_THE_ELBOW, frame=tube)
     back = f.liner_radius_mm
     area = 0.9 * 2 * pi * back * (sqrt(back**2 - (POCKET_MM / 2) ** 2) - f.lip_mm)
     in_cup = Connection(cup, "shell bonded in its cup", "ball", area, 2 * LINER_GLUE_MM)
-    builder.put(shell, builder.made(forearm.make_cup_shell), link, frame, in_cup, way=IN if j else OUT, of=tube)
+    builder.put(shell, builder.made(forearm.make_cup_shell), link, frame, in_cup, path=IN if j else OUT, frame=tube)
     builder.touch(ball, cup, "the cup around its shell", guides=False)
     for part in (cup, shell):
         builder.gap(part, f"cross_bar_{i}_{end}", BESIDE_STUD_MM, "the rod leans beside the stud it hangs on")
@@ -286,11 +286,11 @@ def _platform(builder: AssemblyBuilder) -> None:
         bolted("platform", into, "stem in the platform's thread"),
         seated("platform", ring(p.stem_diameter_mm, thread), "stem on the platform"),
         bolted("knob", d.knob.thread_depth_mm - 1.0 - CHAMFERS_MM, "stem in the knob's thread"),
-        way=DRIVEN,
+        path=DRIVEN,
     )
     flat = ring(min(d.knob.foot_diameter_mm, p.stem_diameter_mm), thread)
     on = seated("handle_stem", flat, "knob on its stem")
-    builder.put("knob", builder.made(platform.make_knob), "platform", at(z=top + p.stem_length_mm), on, way=DRIVEN)
+    builder.put("knob", builder.made(platform.make_knob), "platform", at(z=top + p.stem_length_mm), on, path=DRIVEN)
 
 
 def _joints(d: Dimensions) -> list[Joint]:

@@ -1,7 +1,7 @@
-"""The builder of a machine: parts made once and placed, each with its connections and with the way it comes in.
+"""The builder of a machine: parts made once and placed, each with its connections and its path of insertion.
 
 A connection is stated where the part is put that holds, guides or carries another: by it the contact is checked, by its
-links the fit of two that move against one another, and the order of assembly takes the way in from the same statement.
+links the fit of two that move against one another, and the order of assembly takes the path in from the same statement.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ CABLE_OFF_MM = 0.03  # the cable's line is drawn through points on its path
 CHAMFERS_MM = 1.2  # of both ends of a bore or a shaft together: a bore's length is asked but for them
 SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
 Progress = Callable[[str], None]
-Way = tuple[PathSegment, ...]
+InsertionPath = tuple[PathSegment, ...]
 """How a part comes to its seat, in its own frame or that of another."""
 
 
-def straight(x: float, y: float, z: float) -> Way:
-    """Gives the way along one direction, from outside to the seat."""
+def straight(x: float, y: float, z: float) -> InsertionPath:
+    """Gives the path along one direction, from outside to the seat."""
     return (PathSegment((x, y, z)),)
 
 
@@ -161,7 +161,7 @@ class AssemblyBuilder:
         fits: Pairs that are closer than others by design, beside those of connections.
         reached: Screws that a key reaches in the finished machine.
         removals: Parts that come off it, each in a straight line.
-        ways: Occurrence name -> the way to its seat, and the occurrence in whose frame it is stated; "" for its own.
+        paths: Occurrence name -> the path to its seat, and the occurrence in whose frame it is stated; "" for its own.
     """
 
     def __init__(self, d: Dimensions, progress: Progress) -> None:
@@ -171,7 +171,7 @@ class AssemblyBuilder:
         self.fits: list[Fit] = []
         self.reached: list[ToolAccess] = []
         self.removals: list[Removal] = []
-        self.ways: dict[str, tuple[Way, str]] = {}
+        self.paths: dict[str, tuple[InsertionPath, str]] = {}
         self._progress = progress
         self._parts: dict[str, Part] = {}
 
@@ -201,8 +201,8 @@ class AssemblyBuilder:
         link: str,
         placement: np.ndarray,
         *connections: Connection,
-        way: Way = (),
-        of: str = "",
+        path: InsertionPath = (),
+        frame: str = "",
     ) -> str:
         """Places a part on a link in its frame there, with what it is connected to and how it comes in.
 
@@ -212,11 +212,11 @@ class AssemblyBuilder:
             link: Name of the rigid body.
             placement: (4, 4) part's frame to the link's, mm.
             connections: To other occurrences, placed before or later.
-            way: To its seat; none for the first part of a unit, and for what is laid.
-            of: Occurrence in whose frame the way is stated; "" for its own.
+            path: To its seat; none for what is laid by hand.
+            frame: Occurrence in whose frame the path is stated; "" for its own.
         """
         self.occurrences.append(Occurrence(name, part, link, placement))
-        self.ways[name] = way, of
+        self.paths[name] = path, frame
         self.connect(name, *connections)
         return name
 
@@ -225,12 +225,12 @@ class AssemblyBuilder:
         self.connections += [(name, one) for one in connections]
 
     def pin(
-        self, name: str, length_mm: float, link: str, placement: np.ndarray, *parts: str, way: Way = DRIVEN
+        self, name: str, length_mm: float, link: str, placement: np.ndarray, *parts: str, path: InsertionPath = DRIVEN
     ) -> None:
         """Places a dowel that locates parts on one another, engaged by its diameter in either."""
         key = f"{DOWEL_MM:g}"
         held = (pressed(part, DOWEL_MM, "dowel, engaged by its diameter") for part in parts)
-        self.put(name, self.dowel(key, longest_dowel(key, length_mm)), link, placement, *held, way=way)
+        self.put(name, self.dowel(key, longest_dowel(key, length_mm)), link, placement, *held, path=path)
 
     def touch(self, a: str, b: str, reason: str, guides: bool = True, overlap_mm3: float = CONTACT_MM3) -> None:
         """Notes two parts on different links that touch by design, but hold nothing."""

@@ -19,7 +19,7 @@ from delta_cad.assembly.builder import (
     SHARE,
     AssemblyBuilder,
     Connection,
-    Way,
+    InsertionPath,
     at,
     bolted,
     longest,
@@ -77,7 +77,7 @@ def place_direct(builder: AssemblyBuilder, i: int) -> None:
     builder.gap(arm, f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
     clamp = builder.screw(CLAMP_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
     seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, d.arm.shoulder_clamp_z_mm)
-    builder.put(f"shoulder_clamp_{i}", clamp, arm, seat, way=DRIVEN)
+    builder.put(f"shoulder_clamp_{i}", clamp, arm, seat, path=DRIVEN)
     clamped = d.layers.arm_mm[1] - (d.layers.motor_cheek_mm[1] - m.shaft_length_mm)
     least = min(clamped, m.shaft_diameter_mm / 2)
     builder.connect(motor, pressed(arm, least, "the arm is clamped on the motor's shaft"))
@@ -105,7 +105,7 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
     tip = Connection(motor, "set screw's tip on the motor's shaft", "tip", 0.9 * flat, SEATED_MM, guides=False)
     held, screws = bolted(pinion, 2.0, "set screw in the pinion's collar"), _motor_screws(builder, i)
     grubs = [
-        builder.put(f"set_screw_{i}_{k}", grub, pinion, frame, held, tip, way=DRIVEN)
+        builder.put(f"set_screw_{i}_{k}", grub, pinion, frame, held, tip, path=DRIVEN)
         for k, frame in enumerate(capstan.set_screw_frames(d, length))
     ]
     thread = motor_thread_mm(d.motor)  # the screws fill it
@@ -155,7 +155,7 @@ def _bearings(builder: AssemblyBuilder, i: int) -> None:
         if side == "m":
             held.append(seated(cheek, ring(b.outer_mm, inner), "bearing on the lip of its seat"))
         placed = shoulder @ at(0.0, start, 0.0)
-        builder.put(name, builder.made(make_bearing), "base", placed, *held, way=way, of=cheek)
+        builder.put(name, builder.made(make_bearing), "base", placed, *held, path=way, frame=cheek)
         builder.connect(turns, seated(name, collar, "collar on the inner ring"))
     row = d.preload
     assert row is not None
@@ -167,14 +167,14 @@ def _bearings(builder: AssemblyBuilder, i: int) -> None:
         shoulder @ at(0.0, start_e - row.work_height_mm),
         seated(f"bearing_{i}_e", pressing, "spring on the outer ring"),
         seated(f"encoder_cheek_{i}", pressing, "spring on the lip of the seat"),
-        way=OUT,
-        of=f"encoder_cheek_{i}",
+        path=OUT,
+        frame=f"encoder_cheek_{i}",
     )
     washer, block = f"shoulder_washer_{i}", f"foot_block_{i}"
     on_ring = seated(
         f"bearing_{i}_m", ring(b.shaft_shoulder_min_mm, b.bore_mm), "washer on the inner ring", guides=False
     )
-    builder.put(washer, builder.made(upper_arm.make_shoulder_washer), arm, at(0.0, end), on_ring, way=OUT, of=block)
+    builder.put(washer, builder.made(upper_arm.make_shoulder_washer), arm, at(0.0, end), on_ring, path=OUT, frame=block)
     size, screw, head = d.shaft.end_screw, f"shoulder_screw_{i}", catalogue.screw(d.shaft.end_screw)
     length = longest(size, WASHER_MM + INSIDE_RING_MM + d.shaft.end_thread_mm)
     builder.put(
@@ -184,7 +184,7 @@ def _bearings(builder: AssemblyBuilder, i: int) -> None:
         pointing((0, 1, 0), 0.0, end + WASHER_MM),
         seated(washer, ring(head.head_diameter_mm, head.clearance_hole_mm), "screw's head on its washer"),
         bolted(shoulder_shaft, head.diameter_mm, "screw in the shaft, a diameter"),
-        way=DRIVEN,
+        path=DRIVEN,
     )
     builder.gap(screw, f"bearing_{i}_m", 1.0, "screw in the shaft that the bearing is on")
 
@@ -194,7 +194,8 @@ def _tensioner(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
     arm, sector, carriage = f"upper_arm_{i}", f"sector_{i}", f"tension_carriage_{i}"
     guided = 2 * (CARRIAGE_MM[0] - 2 * POCKET_CORNER_MM) * CARRIAGE_MM[1]
     held = seated(sector, guided, "carriage guided in its pocket", POCKET_PLAY_MM + SEATED_MM)
-    builder.put(carriage, builder.made(capstan.make_tension_carriage), arm, carriage_frame(c), held, way=IN, of=sector)
+    block = builder.made(capstan.make_tension_carriage)
+    builder.put(carriage, block, arm, carriage_frame(c), held, path=IN, frame=sector)
     row = catalogue.screw(TENSION_SCREW)
     tension = builder.once(
         "tension_screw", lambda: bought_parts.make_tension_screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM)
@@ -206,27 +207,20 @@ def _tensioner(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
         capstan.tension_screw_frame(builder.d),
         bolted(carriage, 3.0, "tension screw in its carriage, a diameter"),
         seated(sector, ring(row.head_diameter_mm, row.clearance_hole_mm), "tension screw's head on its lug"),
-        way=DRIVEN,
+        path=DRIVEN,
     )
     open_side = (CRIMP_MM[0] - c.cable_slot_mm) / 2 * c.cable_slot_mm
     area = ring(CRIMP_MM[0], c.cable_slot_mm) - open_side
+    sleeve, (anchored, pulled) = builder.made(capstan.make_crimp_sleeve), sleeve_frames(c)
+    behind = seated(sector, area, "sleeve behind the anchor's wall")
+    inside = seated(carriage, area, "sleeve in its carriage")
+    builder.put(f"crimp_sleeve_{i}_0", sleeve, arm, anchored, behind, path=IN, frame=arm)
     over = over_carriage(builder.d, c)
-    for end, (frame, to, reason, way, of) in enumerate(
-        zip(
-            sleeve_frames(c),
-            (sector, carriage),
-            ("sleeve behind the anchor's wall", "sleeve in its carriage"),
-            (IN, over),
-            (arm, carriage),
-            strict=True,
-        )
-    ):
-        name, part = f"crimp_sleeve_{i}_{end}", builder.made(capstan.make_crimp_sleeve)
-        builder.put(name, part, arm, frame, seated(to, area, reason), way=way, of=of)
+    builder.put(f"crimp_sleeve_{i}_1", sleeve, arm, pulled, inside, path=over, frame=carriage)
 
 
-def over_carriage(d: Dimensions, c: CapstanDimensions) -> Way:
-    """Gives the second sleeve's way: from outside over its carriage, beside arm and foot block, then into it."""
+def over_carriage(d: Dimensions, c: CapstanDimensions) -> InsertionPath:
+    """Gives the second sleeve's path: from outside over its carriage, beside arm and foot block, then into it."""
     aside = second_way_rad(d, c)
     return PathSegment((-cos(aside), 0.0, -sin(aside))), PathSegment((0.0, 1.0, 0.0), SLEEVE_OVER_MM)
 

@@ -37,7 +37,7 @@ def place_leads(builder: AssemblyBuilder, i: int) -> None:
         builder.put(f"{SENSOR}_{i}", part, "base", shoulder @ at(*s.plug_mm), plug, tied)
         seat = shoulder @ at(s.plug_mm[0] + s.way_mm[0], s.leg_y_mm, s.clip_z_mm)
         on = _flat(cheek, CLIP_MM[0] ** 2, "tie's base on the leg")
-        builder.put(clip, builder.once(CLIP, make_lead_clip), "base", seat, on, way=IN, of=cheek)
+        builder.put(clip, builder.once(CLIP, make_lead_clip), "base", seat, on, path=IN, frame=cheek)
 
 
 def _flat(to: str, area_mm2: float, reason: str) -> Connection:

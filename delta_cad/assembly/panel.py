@@ -33,7 +33,7 @@ def place_sleeves(builder: AssemblyBuilder) -> None:
     under = seated("base_plate", ring(hole + 2 * SLEEVE_WALL_MM, hole), "sleeve under the plate")
     for k, (x, y) in enumerate(mount_places(d)):
         sleeve = builder.made(panel.make_mount_sleeve)
-        builder.put(f"mount_sleeve_{k}", sleeve, "base", at(x, y, low), under, way=UP, of="base_plate")
+        builder.put(f"mount_sleeve_{k}", sleeve, "base", at(x, y, low), under, path=UP, frame="base_plate")
 
 
 def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
@@ -47,9 +47,9 @@ def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
     over, area = p.under_mm + p.thickness_mm, p.area_mm2(p.rim_mm) - p.area_mm2(p.opening_mm)
     on_panel, on_rim = seated("panel", area, "boot's rim on the panel"), seated("boot", area, "bezel on the boot's rim")
     carried = [
-        builder.put("panel", builder.made(panel.make_panel), "base", at(z=p.under_mm), way=DOWN),
+        builder.put("panel", builder.made(panel.make_panel), "base", at(z=p.under_mm), path=DOWN),
         builder.put("boot", builder.made(panel.make_boot), "base", at(z=over), on_panel),
-        builder.put("bezel", builder.made(panel.make_bezel), "base", at(z=over + CLOTH_MM), on_rim, way=DOWN),
+        builder.put("bezel", builder.made(panel.make_bezel), "base", at(z=over + CLOTH_MM), on_rim, path=DOWN),
     ]
     row = catalogue.screw(SCREW)
     held = (
@@ -62,7 +62,7 @@ def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
             PathSegment((0.0, 0.0, 1.0), p.screw_mm + OVER_MM),
         )
         placed, screw = pointing((0, 0, -1), x, y, p.under_mm), builder.screw(SCREW, p.screw_mm)
-        carried.append(builder.put(f"bezel_screw_{k}", screw, "base", placed, *held, way=inwards, of="base_plate"))
+        carried.append(builder.put(f"bezel_screw_{k}", screw, "base", placed, *held, path=inwards, frame="base_plate"))
     builder.put("boot_collar", builder.made(panel.make_boot_collar), "platform", at(z=p.collar_mm))
     builder.connect("handle_stem", pressed("boot_collar", 0.95 * COLLAR_MM[1], "boot's collar tied on the stem"))
     builder.piece("boot", "boot_collar")

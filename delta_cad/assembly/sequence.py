@@ -1,6 +1,6 @@
 """The order in which a machine is put together, as `sequence.toml` has it: its steps for this machine, with figures.
 
-A step names what comes in; the way to its seat was stated where the part is placed.
+A step names what comes in; the path to its seat was stated where the part is placed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from delta_cad.solids.brackets import base_pin_mm
 from delta_cad.solids.part import Consumable
 
 STEPS = Path(__file__).with_name("sequence.toml")
-WAYS = {"IN": IN, "OUT": OUT, "DOWN": DOWN, "INWARDS": straight(-1.0, 0.0, 0.0)}
+PATHS = {"IN": IN, "OUT": OUT, "DOWN": DOWN, "INWARDS": straight(-1.0, 0.0, 0.0)}
 
 
 def assembly_sequence(builder: AssemblyBuilder, supplies: Iterable[Consumable]) -> tuple[Unit, ...]:
@@ -131,7 +131,7 @@ class _Sequence:
     """
 
     def __init__(self, builder: AssemblyBuilder, bought: set[str]) -> None:
-        self._ways, self._bought = builder.ways, bought
+        self._paths, self._bought = builder.paths, bought
         self._numbers = {o.name: o.part.number for o in builder.occurrences}
         self._holding, self._values = _conditions(builder.d), _values(builder.d)
         self._rows: dict[str, dict[str, Any]] = {}
@@ -141,18 +141,18 @@ class _Sequence:
         found = []
         for unit in tomllib.loads(STEPS.read_text(encoding="utf-8"))["unit"]:
             if self._holds(unit):
-                rows = [self._whole(row) for row in unit["step"]]
+                rows = [self._inherited(row) for row in unit["step"]]
                 found += [self._unit(unit, rows, at) for at in _places(unit["name"])]
         return tuple(found)
 
-    def _whole(self, row: dict[str, Any]) -> dict[str, Any]:
+    def _inherited(self, row: dict[str, Any]) -> dict[str, Any]:
         """A step with what it takes from an earlier one."""
         whole = self._rows.get(row.get("like", ""), {}) | row
         self._rows.setdefault(row["title"], whole)
         return whole
 
     def _unit(self, unit: dict[str, Any], rows: list[dict[str, Any]], at: dict[str, int]) -> Unit:
-        """A unit; the part that it begins with is there, and has no way."""
+        """A unit; the part that it begins with is there, and has no path."""
         first, *rest = [
             self._step(row, at | place) for row in rows if self._holds(row) for place in _places(row["title"])
         ]
@@ -182,14 +182,14 @@ class _Sequence:
 
     def _insertions(self, one: str | dict[str, Any], at: dict[str, int]) -> list[Insertion]:
         if isinstance(one, str):
-            return [Insertion((name,), *self._ways[name]) for name in self._named([one], at)]
+            return [Insertion((name,), *self._paths[name]) for name in self._named([one], at)]
         if not self._holds(one):
             return []
         if "part" in one:
             return self._insertions(one["part"], at)
         if "laid" in one:
             return [Insertion(self._named(one["laid"], at), is_flexible=True)]
-        return [Insertion((), WAYS[one["way"]], one["of"].format(**at), (one["unit"].format(**at),))]
+        return [Insertion((), PATHS[one["path"]], one["frame"].format(**at), (one["unit"].format(**at),))]
 
     def _named(self, patterns: Iterable[str], at: dict[str, int]) -> tuple[str, ...]:
         """Occurrences of patterns, of each in the order in which they were placed."""

@@ -18,7 +18,7 @@ from tests.delta_cad.assembly.expected.parts import expected_parts
 from tests.delta_cad.dimensions.paneled import of_panel
 
 
-def beside(d: Dimensions) -> AssemblyBuilder:
+def placed_alone(d: Dimensions) -> AssemblyBuilder:
     """Sleeves and panel of a machine placed, and nothing else."""
     builder = AssemblyBuilder(d, lambda _: None)
     place_sleeves(builder)
@@ -35,7 +35,7 @@ def test_what_stands_under_the_base_is_stated_and_has_its_holes(mounting: str | 
     counts = {row.names: row.count for row in expected_parts(d)}
     assert counts.get("foot_?", 0) == feet
     assert counts.get("mount_sleeve_?", 0) == sleeves
-    builder = beside(d)
+    builder = placed_alone(d)
     assert len([c for c in builder.contacts() if c.a.startswith("mount_sleeve")]) == sleeves
     callouts = " ".join(hole.callout for hole in make_base_plate(d).holes)
     assert ("M4" in callouts) == (feet > 0)  # a thread that holds nothing is a fault
@@ -61,9 +61,9 @@ def test_a_sleeve_goes_over_its_hole_and_beside_every_foot() -> None:
 
 def test_without_a_panel_nothing_comes_over_the_handle() -> None:
     d = of_panel(panel=None, hardware__mounting=None)
-    builder = beside(d)
+    builder = placed_alone(d)
     assert builder.occurrences == builder.connections == []
     titles = {step.title for step in assembly_sequence(builder, ())[-1].steps}
     assert not titles & {"Panel over the handle", "Boot and bezel"}
-    assert "Panel over the handle" in {step.title for step in assembly_sequence(beside(of_panel()), ())[-1].steps}
+    assert "Panel over the handle" in {step.title for step in assembly_sequence(placed_alone(of_panel()), ())[-1].steps}
     assert mounts(d) == ()
