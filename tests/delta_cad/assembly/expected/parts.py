@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
 
 from delta_cad import catalogue
 from delta_cad.assembly.supplies import BAR_ADHESIVE, keys
@@ -82,7 +82,8 @@ all          rod_spring_{i}_{j}               1          rod_spring             
 """When, names (`?` for any letter), how many, part number (`*` for any length), link."""
 
 
-class ExpectedPart(NamedTuple):
+@dataclass(frozen=True)
+class ExpectedPart:
     """Patterns of names, and of the part number, of as many occurrences on a link."""
 
     names: str
@@ -91,7 +92,8 @@ class ExpectedPart(NamedTuple):
     link: str
 
 
-class ExpectedSupply(NamedTuple):
+@dataclass(frozen=True)
+class ExpectedSupply:
     """What must be bought besides: its number, how many, and a pattern of its order code."""
 
     number: str
