@@ -180,7 +180,7 @@ def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> No
         found.append(vertices @ o.placement[:2, :3].T + o.placement[:2, 3])
     (leads,) = d.leads
     back = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    told = np.concatenate([np.add(leads.outside_mm, back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+    told = np.concatenate([(np.array(leads.outside_mm) + back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
     solids = np.concatenate(found)
     assert told.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
     assert told[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)
