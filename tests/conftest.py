@@ -14,7 +14,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
-from tests.committed import BEST, COMMITTED, Built, Shared
+from tests.committed import BEST, COMMITTED, ROOT, Built, Shared
 from tests.cost.plugin import Costs
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
@@ -54,6 +54,19 @@ def best_assembly(best_dimensions: Dimensions) -> Assembly:
     from delta_cad.assembly.assemble import assemble
 
     return assemble(best_dimensions)
+
+
+@pytest.fixture(scope="session")
+def direct_dimensions() -> Dimensions:
+    return dimensions(load_design(ROOT / "docs" / "gallery" / "direct-83.json"))
+
+
+@pytest.fixture(scope="session")
+def direct_assembly(direct_dimensions: Dimensions) -> Assembly:
+    """A machine whose arms are clamped on their motors' shafts."""
+    from delta_cad.assembly.assemble import assemble
+
+    return assemble(direct_dimensions)
 
 
 @pytest.fixture(scope="session")

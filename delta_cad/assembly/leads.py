@@ -1,210 +1,44 @@
-"""The leads of motors and sensors, drawn as far as they bend: placed, with contact, order and mass."""
+"""The leads of motors and sensors placed, each on its motor or in its board, and tied to the leg."""
 
 from __future__ import annotations
 
-from math import cos, hypot, pi, sin
+from math import pi
 
-import cadquery as cq
-
-from delta_cad.assembly.bench import UPRIGHT, Bench, at
-from delta_cad.assembly.order.record import Bring, Leg, Step
-from delta_cad.common.units import MM_PER_M
+from delta_cad.assembly.builder import IN, SEATED_MM, UPRIGHT, AssemblyBuilder, Connection, at
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.installation.leads import (
-    CLIP_MM,
-    LEAD_G_M,
-    LONG_MM,
-    PLUG_MM,
-    PLUGGED_MM,
-    SENSOR_G_M,
-    SENSOR_MM,
-    STRAIGHT_MM,
-    TAIL_MM,
-    TIE_MM,
-    TIED_MM,
-    LeadDimensions,
-    SensorLeadDimensions,
-)
-from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.solids.materials import material
-from delta_cad.solids.part import Contact, Extent, Hole, Part
-from delta_cad.solids.primitive import box, cut, cylinder, feature, fuse, one_solid, swept_round
+from delta_cad.dimensions.leads import CLIP_MM, PLUGGED_MM, TIE_MM
+from delta_cad.mechanism.placement import chain_frame
+from delta_cad.solids.leads import CLIP, SENSOR, make_lead, make_lead_clip, make_sensor_lead
 
-UNVERIFIED = "verified: no, from memory, check before ordering"
-SENSOR, CLIP = "sensor_lead", "lead_clip"
-CODES = {
-    "motor_lead": f"silicone lead 0.5 mm2, 2.3, {LONG_MM / MM_PER_M:g} m",
-    "encoder_lead": "of the motor's encoder, comes with it",
-    SENSOR: f"JST SHR-06V-S-B, six wires AWG 28 in a sleeve of {SENSOR_MM:g}, {LONG_MM / MM_PER_M:g} m",
-    CLIP: f"cable tie base {CLIP_MM[0]:g} x {CLIP_MM[0]:g}, glued, with a tie {TIE_MM[0]:g}",
-}
-SOURCES = {
-    "motor_lead": f"common stock size; {UNVERIFIED}",
-    "encoder_lead": f"an estimate; {UNVERIFIED}",
-    SENSOR: "JST series SH: header 2.95 high, wires to 0.8 (pdf.elecfans.com/p/10625074.html); verified: partly; that "
-    "the board has such a header: no, measure the board in hand",
-    CLIP: f"common stock size; {UNVERIFIED}",
-}
-CLIP_G = 1.0  # an estimate
 SHARE = 0.9  # of the lead's end, on the motor's back; of a plug's face, of a tie's base
-SEATED_MM = 0.02  # along a normal
-
-
-def place_leads(bench: Bench, i: int) -> None:
-    """Places the leads of a chain's motor and board, where the design draws them."""
-    d, b = bench.d, bench.d.bracket
-    u, z = b.motor_axis_mm
-    back = d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    for leads in d.leads:
-        part = bench.once(leads.number, lambda leads=leads: _make_lead(leads))
-        for name, x in zip(_names(leads, i), leads.across_mm, strict=True):
-            bench.put(name, part, "base", chain_frame(i) @ at(u, back, z) @ UPRIGHT @ at(x))
-    if (s := d.sensor_lead) is not None:
-        shoulder = chain_frame(i) @ at(b.shoulder_u_mm)
-        bench.put(f"{SENSOR}_{i}", bench.once(SENSOR, lambda: _make_sensor_lead(s)), "base", shoulder @ at(*s.plug_mm))
-        seat = at(s.plug_mm[0] + s.way_mm[0], s.leg_y_mm, s.clip_z_mm)
-        bench.put(f"{CLIP}_{i}", bench.once(CLIP, _make_clip), "base", shoulder @ seat)
-
-
-def _names(leads: LeadDimensions, i: int) -> tuple[str, ...]:
-    return tuple(f"{leads.number}_{i}_{k}" for k in range(len(leads.across_mm)))
 
 
 def lead_names(d: Dimensions, i: int) -> tuple[str, ...]:
     """Names the leads of a motor; none where the design draws none."""
-    return tuple(name for leads in d.leads for name in _names(leads, i))
+    return tuple(f"{leads.number}_{i}_{k}" for leads in d.leads for k in range(len(leads.across_mm)))
 
 
-def _make_lead(leads: LeadDimensions) -> Part:
-    """A lead: from the motor's back at the origin along +y, then to -z, which is inwards in the machine."""
-    bend, middle = leads.bend_mm, leads.bend_mm / 2**0.5
-    start, turn = (0.0, 0.0, 0.0), (0.0, PLUG_MM, 0.0)
-    top, low = (0.0, PLUG_MM + middle, middle - bend), (0.0, PLUG_MM + bend, -bend)
-    pieces = ((start, turn), (turn, top, low), (low, (0.0, PLUG_MM + bend, -bend - TAIL_MM)))
-    shape = feature(leads.number, "bend", "hardware.leads", lambda: swept_round(pieces, leads.diameter_mm))
-    half = leads.diameter_mm / 2.0
-    extent = (-half, half), (0.0, leads.behind_mm), (-bend - TAIL_MM, half)
-    of = "a motor" if leads.number == "motor_lead" else "a motor's encoder"
-    return _bought(leads.number, f"lead of {of}, {_drawn(leads)}", shape, _mass_g(leads), extent)
+def place_leads(builder: AssemblyBuilder, i: int) -> None:
+    """Places the leads of a chain's motor and board, where the design draws them."""
+    d, b = builder.d, builder.d.bracket
+    u, z = b.motor_axis_mm
+    back = d.layers.motor_cheek_mm[1] + d.motor.length_mm
+    for leads in d.leads:
+        part = builder.once(leads.number, lambda leads=leads: make_lead(leads))
+        on = _flat(f"motor_{i}", pi / 4.0 * leads.diameter_mm**2, "lead on its motor")
+        for k, x in enumerate(leads.across_mm):
+            placed = chain_frame(i) @ at(u, back, z) @ UPRIGHT @ at(x)
+            builder.put(f"{leads.number}_{i}_{k}", part, "base", placed, on)
+    if (s := d.sensor_lead) is not None:
+        shoulder, cheek, clip = chain_frame(i) @ at(b.shoulder_u_mm), f"encoder_cheek_{i}", f"{CLIP}_{i}"
+        part = builder.once(SENSOR, lambda: make_sensor_lead(s))
+        plug = _flat(f"encoder_board_{i}", PLUGGED_MM[0] * PLUGGED_MM[1], "plug in the board's header")
+        tied = Connection(clip, "lead in its tie", "cylinder", SHARE * TIE_MM[0], SEATED_MM)
+        builder.put(f"{SENSOR}_{i}", part, "base", shoulder @ at(*s.plug_mm), plug, tied)
+        seat = shoulder @ at(s.plug_mm[0] + s.way_mm[0], s.leg_y_mm, s.clip_z_mm)
+        on = _flat(cheek, CLIP_MM[0] ** 2, "tie's base on the leg")
+        builder.put(clip, builder.once(CLIP, make_lead_clip), "base", seat, on, path=IN, frame=cheek)
 
 
-def _make_sensor_lead(s: SensorLeadDimensions) -> Part:
-    """A lead of a board: from the header's lower face at the origin down, aside to the leg's face, and down again."""
-    aside, bend, turn = hypot(*s.way_mm), s.bend_mm, s.turn_rad
-    across = tuple(part / aside for part in s.way_mm)
-    top = -PLUGGED_MM[2]
-
-    def at_way(way: float, z: float) -> tuple[float, float, float]:
-        return way * across[0], way * across[1], z
-
-    low = top - STRAIGHT_MM
-    away, down = bend * (1.0 - cos(turn)), bend * sin(turn)
-    middle = bend * (1.0 - cos(turn / 2.0)), bend * sin(turn / 2.0)
-    first, second = at_way(away, low - down), at_way(away + s.level_mm, low - down)
-    beside, end = at_way(aside, low - 2.0 * down), at_way(aside, low - 2.0 * down - CLIP_MM[0] - TAIL_MM)
-    pieces: list[tuple[tuple[float, float, float], ...]] = [
-        (at_way(0.0, top), at_way(0.0, low)),
-        (at_way(0.0, low), at_way(middle[0], low - middle[1]), first),
-        (second, at_way(aside - middle[0], low - 2.0 * down + middle[1]), beside),
-        (beside, end),
-    ]
-    if s.level_mm > 0.0:
-        pieces.insert(2, (first, second))
-    wide, high, _ = PLUGGED_MM
-    half = SENSOR_MM / 2.0
-    housing = box((-wide / 2.0, -high / 2.0, top), (wide / 2.0, high / 2.0, 0.0))
-    shape = feature(SENSOR, "bends", "hardware.leads", lambda: fuse(housing, swept_round(pieces, SENSOR_MM)))
-    extent = (-wide / 2.0, max(wide / 2.0, s.way_mm[0] + half)), (-high / 2.0, s.way_mm[1] + half), (end[2], 0.0)
-    return _bought(
-        SENSOR,
-        f"lead of an encoder's board, its plug as assumed, measure the board; {_drawn(s)}",
-        shape,
-        _mass_g(s),
-        extent,
-    )
-
-
-def _make_clip() -> Part:
-    """A glued base with its tie about a lead: the base's foot at y = 0, the lead along z, outwards -y."""
-    half, high, off = CLIP_MM[0] / 2.0, CLIP_MM[1], TIED_MM
-    wide, thick = TIE_MM[0] / 2.0, TIE_MM[1]
-    band = SENSOR_MM / 2.0 + thick
-    base = box((-half, -high, -half), (half, 0.0, half))
-    tie = cylinder(2.0 * band, (0.0, -off, -wide), (0.0, -off, wide))
-    room = cylinder(SENSOR_MM, (0.0, -off, -half - 1.0), (0.0, -off, half + 1.0))
-    shape = feature(CLIP, "tie", "hardware.leads", lambda: cut(fuse(base, tie), [room]))
-    extent = (-half, half), (-off - band, 0.0), (-half, half)
-    holes = (Hole(SENSOR_MM, 1, "the lead in its tie"),)
-    return _bought(CLIP, "base for a cable tie, glued on, with its tie", shape, CLIP_G, extent, holes)
-
-
-def _bought(number: str, text: str, shape: cq.Shape, mass: float, extent: Extent, holes: tuple[Hole, ...] = ()) -> Part:
-    solid, stuff, code, source = one_solid(shape, number), material(_stuff(number)), CODES[number], SOURCES[number]
-    return Part(number, text, solid, stuff, False, holes, mass, extent_mm=extent, order_code=code, source=source)
-
-
-def _drawn(one: LeadDimensions | SensorLeadDimensions) -> str:
-    return f"drawn for {one.length_mm:.0f} mm; bent by {one.bend_mm:g} or more"
-
-
-def _stuff(number: str) -> str:
-    return "pa12" if number == CLIP else "rubber"
-
-
-def _mass_g(one: LeadDimensions | SensorLeadDimensions) -> float:
-    of_phase = isinstance(one, LeadDimensions) and one.number == "motor_lead"
-    return (LEAD_G_M if of_phase else SENSOR_G_M) * one.length_mm / MM_PER_M
-
-
-def lead_contacts(d: Dimensions) -> tuple[Contact, ...]:
-    """Declares that each lead's end is on its motor's back or in its board, and tied to the leg."""
-    found = [
-        Contact(name, f"motor_{i}", "plane", SHARE * pi / 4.0 * leads.diameter_mm**2, SEATED_MM, "lead on its motor")
-        for i in CHAINS
-        for leads in d.leads
-        for name in _names(leads, i)
-    ]
-    if d.sensor_lead is None:
-        return tuple(found)
-    plug, base = SHARE * PLUGGED_MM[0] * PLUGGED_MM[1], SHARE * CLIP_MM[0] ** 2
-    for i in CHAINS:
-        lead, clip = f"{SENSOR}_{i}", f"{CLIP}_{i}"
-        found += [
-            Contact(lead, f"encoder_board_{i}", "plane", plug, SEATED_MM, "plug in the board's header"),
-            Contact(clip, f"encoder_cheek_{i}", "plane", base, SEATED_MM, "tie's base on the leg"),
-            Contact(lead, clip, "cylinder", SHARE * TIE_MM[0], SEATED_MM, "lead in its tie"),
-        ]
-    return tuple(found)
-
-
-def lead_steps(d: Dimensions) -> list[Step]:
-    """States how the leads come on the motors; nothing where none are drawn."""
-    if not d.leads:
-        return []
-    furthest = max(d.leads, key=lambda leads: leads.behind_mm)
-    words = (
-        "Plug or solder the leads on the motors' terminals, each joint under a sleeve.",
-        "Bend them towards the middle of the machine, by a radius of "
-        f"{furthest.bend_mm - furthest.diameter_mm / 2.0:g} mm or more inside: they stand out by "
-        f"{furthest.behind_mm:.1f} mm, which the outline counts. Tie them to the bracket.",
-        *(("The boards' leads go with them over the plate's edge.",) if d.sensor_lead is not None else ()),
-    )
-    brought = Bring(tuple(name for i in CHAINS for name in lead_names(d, i)), is_laid=True)
-    return [Step("Leads", words, (brought,), checks=("No lead touches what moves.",))]
-
-
-def sensor_lead_steps(d: Dimensions, i: int) -> list[Step]:
-    """States how a board's lead comes on its drive, while no neighbour's motor is before the leg."""
-    if (s := d.sensor_lead) is None:
-        return []
-    low = -s.clip_z_mm - d.encoder.board_length_mm / 2.0
-    words = (
-        f"Degrease the outer face of the encoder's leg and press the tie's base on it, its middle {low:.0f} mm below "
-        f"the board's lower edge and {s.way_mm[0]:.0f} mm further out than the board's middle.",
-        f"Push the plug into the board, let the lead go straight for {STRAIGHT_MM:g} mm, bend it by "
-        f"{s.bend_mm - SENSOR_MM / 2.0:g} mm or more inside on to the leg, and tie it. From there it hangs down it.",
-    )
-    glued = Bring((f"{CLIP}_{i}",), (Leg((0.0, 1.0, 0.0)),), f"encoder_cheek_{i}")
-    brings = (glued, Bring((f"{SENSOR}_{i}",), is_laid=True))
-    checks = ("Pulled below the tie, the lead does not pull at its plug.",)
-    return [Step("The encoder's lead", words, brings, tools=("degreaser",), checks=checks)]
+def _flat(to: str, area_mm2: float, reason: str) -> Connection:
+    return Connection(to, reason, "plane", SHARE * area_mm2, SEATED_MM)

@@ -1,25 +1,103 @@
-"""The whole machine: every part placed on its link, and where each link is at any handle position."""
+"""The records of a machine: every part on its link, where each link is at any position, how it is put together."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
-from delta_cad.assembly.order.record import Unit
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import (
+    Consumable,
     Contact,
     Fit,
     Joint,
     Occurrence,
     Part,
-    Reach,
     Removal,
     Stop,
-    Supply,
+    ToolAccess,
 )
+
+
+@dataclass(frozen=True)
+class PathSegment:
+    """A straight piece of the way of a part to its seat.
+
+    Attributes:
+        along: Unit vector of the motion, in the frame that `Insertion` names.
+        length_mm: How long it goes on so; infinite for the first one, which begins outside.
+    """
+
+    along: tuple[float, float, float]
+    length_mm: float = inf
+
+
+@dataclass(frozen=True)
+class Insertion:
+    """What comes in together, and how.
+
+    Attributes:
+        names: Names of the occurrences.
+        path: The one that ends in the seat last; none for the first part of a unit, and for what is flexible.
+        frame: Occurrence in whose frame the path is stated; "" for the first of `names`.
+        units: Names of units, finished before, which come in whole beside `names`.
+        is_flexible: Whether it is flexible, a cable or a spring, and is laid or hooked in by hand.
+    """
+
+    names: tuple[str, ...] = ()
+    path: tuple[PathSegment, ...] = ()
+    frame: str = ""
+    units: tuple[str, ...] = ()
+    is_flexible: bool = False
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step, with one picture.
+
+    Attributes:
+        title: A few words.
+        words: What is done, sentence by sentence.
+        insertions: What comes in, in this order.
+        tightened: Names of the screws that a hexagon key tightens at its end.
+        torque_N_m: What they are tightened to where it is not usual for their size; None: as usual.
+        tools: What else is needed.
+        supplies: Numbers of the adhesives, cords and greases that are used.
+        checks: What is looked at before the next step.
+        shown: Names of what is there already and is worked upon: a picture colours it.
+        unseen: Names of what is there and hides that: a picture leaves it out.
+    """
+
+    title: str
+    words: tuple[str, ...]
+    insertions: tuple[Insertion, ...] = ()
+    tightened: tuple[str, ...] = ()
+    torque_N_m: float | None = None
+    tools: tuple[str, ...] = ()
+    supplies: tuple[str, ...] = ()
+    checks: tuple[str, ...] = ()
+    shown: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What is put together by itself; the last one is the machine.
+
+    Attributes:
+        name: Unique, such as "arm 0".
+        kind: What its likes share, such as "arm": the steps of one are told for all.
+        title: Heading.
+        steps: In their order.
+    """
+
+    name: str
+    kind: str
+    title: str
+    steps: tuple[Step, ...]
 
 
 @dataclass(frozen=True)
@@ -50,8 +128,8 @@ class Assembly:
     home_mm: np.ndarray
     contacts: tuple[Contact, ...] = ()
     stops: tuple[Stop, ...] = ()
-    supplies: tuple[Supply, ...] = ()
-    reached: tuple[Reach, ...] = ()
+    supplies: tuple[Consumable, ...] = ()
+    reached: tuple[ToolAccess, ...] = ()
     removals: tuple[Removal, ...] = ()
     order: tuple[Unit, ...] = ()
     dashboard: tuple[str, ...] = ()

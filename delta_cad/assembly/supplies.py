@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from delta_cad import catalogue
-from delta_cad.assembly.panel import panel_supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
-from delta_cad.dimensions.keys import KEYS_MM, LONG_MM, cut_key_mm
+from delta_cad.dimensions.layers import KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids.bought.spring import CORD_MM, CORD_SLACK_MM, cord_mm
+from delta_cad.solids.base_plate import mount_places
+from delta_cad.solids.bought_parts import CORD_MM, CORD_SLACK_MM, cord_mm
 from delta_cad.solids.brackets import key_slot_length_mm
 from delta_cad.solids.making import ordered
-from delta_cad.solids.part import Supply
+from delta_cad.solids.part import Consumable
 
 BAR_ADHESIVE = "loctite-638"
 KEY_OUT_MM = 3.0  # of a key's bend beyond the end of its slot, at least
@@ -31,14 +31,14 @@ KEY_SOURCE = (
 )
 
 
-def supplies(d: Dimensions) -> tuple[Supply, ...]:
+def supplies(d: Dimensions) -> tuple[Consumable, ...]:
     """Lists cords, adhesives and grease of a design; a cord is weighed with its spring."""
     each = len(CHAINS) * 2
     ends = each * len(SIDES)
     free, cord = cord_mm(d.forearm)
     bond, bar = catalogue.adhesive(TUBE_ADHESIVE), catalogue.adhesive(BAR_ADHESIVE)
     return (
-        Supply(
+        Consumable(
             "rod_cord",
             f"cord {CORD_MM:g} inside each spring, knotted in both eyes to {free:g} mm: {CORD_SLACK_MM:g} mm slack",
             each,
@@ -48,7 +48,7 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             f"braided polyethylene cord {CORD_MM:g}, {cord:g} mm",
             CORD_SOURCE,
         ),
-        Supply(
+        Consumable(
             "tube_adhesive",
             f"{bond.description}: {ends} spigots in their tubes, {ends} shells in their cups, both sides sanded",
             1,
@@ -56,7 +56,7 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             0.0,
             **ordered(bond),
         ),
-        Supply(
+        Consumable(
             "bar_adhesive",
             f"{bar.description}: {ends} balls on their studs, {each} cross-bars in their bosses; with primer",
             1,
@@ -64,7 +64,7 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             0.0,
             **ordered(bar),
         ),
-        Supply(
+        Consumable(
             "joint_grease",
             f"grease for plastic upon steel, a drop in each of {ends} cups",
             1,
@@ -75,11 +75,11 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             GREASE_SOURCE,
         ),
         *keys(d),
-        *panel_supplies(d),
+        *mounts(d),
     )
 
 
-def keys(d: Dimensions) -> tuple[Supply, ...]:
+def keys(d: Dimensions) -> tuple[Consumable, ...]:
     """Lists keys that a common set has not: of motors' screws between the cheeks, of set screws deep in their slot."""
     if d.capstan is None:
         return ()
@@ -89,10 +89,24 @@ def keys(d: Dimensions) -> tuple[Supply, ...]:
         inside, handle = cut_key_mm(flats)
         text = f"hexagon key {flats:g}, legs cut to {inside:.0f} and {handle:.0f} mm, for the motors' screws"
         order, source = f"hexagon key {flats:g}", f"cut from a stock key; {KEY_SOURCE}"
-        found.append(Supply("motor_key", text, 1, "", 0.0, "ISO 2936", order, source))
+        found.append(Consumable("motor_key", text, 1, "", 0.0, "ISO 2936", order, source))
     flats = catalogue.set_screw(SET_SCREW).socket_mm
     if key_slot_length_mm(d) - d.capstan.collar_radius_mm > KEYS_MM[flats][0] - KEY_OUT_MM:
         text = f"hexagon key {flats:g}, long type of {LONG_MM[flats]:g} mm, for the pinions' set screws"
         order = f"hexagon key {flats:g}, long type"
-        found.append(Supply("pinion_key", text, 1, "", 0.0, "ISO 2936", order, f"stock key; {KEY_SOURCE}"))
+        found.append(Consumable("pinion_key", text, 1, "", 0.0, "ISO 2936", order, f"stock key; {KEY_SOURCE}"))
+    return tuple(found)
+
+
+def mounts(d: Dimensions) -> tuple[Consumable, ...]:
+    """Lists what holds the base down and the boot on its stem."""
+    found = []
+    if d.design.hardware.mounting in ("screws", "both"):
+        through = d.base.thickness_mm + d.sleeve_mm
+        text = f"screw M5 through the base plate, {through:g} mm and what it stands on long"
+        count = len(mount_places(d))
+        found.append(Consumable("mount_screw", text, count, "", 0.0, "ISO 4762", "ISO 4762 M5", "stock screw"))
+    if d.panel is not None:
+        text = "cable tie 2.5 around the boot's collar"
+        found.append(Consumable("boot_tie", text, 1, "Polyamide", 0.0, "", "cable tie 2.5 x 100", "stock tie"))
     return tuple(found)

@@ -23,7 +23,7 @@ from delta_cad.checks.links import clearance_frames
 from delta_cad.checks.outline.envelope import shoulder_range
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.installation.panel import CLOTH_MM, LIP_MM, PanelDimensions
+from delta_cad.dimensions.panel import CLOTH_MM, LIP_MM, PanelDimensions
 
 OFF_MM = 0.05  # of the limit that is met from the one that is stated: half of the general tolerance on a bezel
 ROOM_MM = 0.5  # that all else keeps from what hangs over it while the stem lies at the bezel

@@ -19,12 +19,15 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import (
+    BOARD_EDGE_MM,
     MESHES_MM,
     STOP_PIN_MM,
     BracketDimensions,
     Circle,
     bracket_dimensions,
     key_slot_rad,
+    require_room_for_board,
+    require_room_for_boss,
 )
 from delta_cad.dimensions.capstan import (
     CapstanDimensions,
@@ -36,21 +39,15 @@ from delta_cad.dimensions.capstan import (
     rim_y_mm,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
-from delta_cad.dimensions.installation.leads import (
+from delta_cad.dimensions.layers import SET_SCREWS_RAD, Layers, layers, set_screws_rad
+from delta_cad.dimensions.leads import (
     LeadDimensions,
     SensorLeadDimensions,
     lead_dimensions,
     sensor_lead_dimensions,
     tie_lacks_mm,
 )
-from delta_cad.dimensions.installation.panel import PanelDimensions, panel_dimensions, sleeve_mm
-from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
-from delta_cad.dimensions.layers import Layers, layers
-from delta_cad.dimensions.neighbours import (
-    BOARD_EDGE_MM,
-    require_room_for_board,
-    require_room_for_boss,
-)
+from delta_cad.dimensions.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.platform import (
     MOUNT_SPREAD_RAD,
     BaseDimensions,
@@ -234,7 +231,16 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
     spring_mm = 0.0 if preload is None else preload.work_height_mm
     apart = design.requirements.clearance_min_mm + MESHES_MM
     collar_off = 0.0 if run is None else collar_off_mm(run, cable.diameter_mm, motor, apart)
-    stack = layers(arm_mm, rim, pinion_end_mm(rim, collar_off), bearing, spring_mm, encoder, motor, grown)
+    stack = layers(
+        arm_thickness_mm=arm_mm,
+        rim_mm=rim,
+        pinion_end_mm=pinion_end_mm(rim, collar_off),
+        bearing=bearing,
+        preload_mm=spring_mm,
+        encoder=encoder,
+        motor=motor,
+        grown=grown,
+    )
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     bar = bar_mm(CROSS_BAR_MM, grown)
     bar_bore = bar + 2 * BAR_GLUE_MM
@@ -245,33 +251,33 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
     face = stack.motor_cheek_mm[1]
     if run is not None:
         capstan = capstan_dimensions(
-            run,
-            hardware.capstan_ratio,
-            shoulder,
-            stack,
-            cable,
-            motor,
-            STOP_PIN_MM,
-            arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
-            pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face),
-            apart,
+            run=run,
+            ratio=hardware.capstan_ratio,
+            shoulder_rad=shoulder,
+            layers=stack,
+            cable=cable,
+            motor=motor,
+            stop_pin_mm=STOP_PIN_MM,
+            slot_radius_mm=arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
+            direction_rad=pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face),
+            apart_mm=apart,
         )
     half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
 
     def bracket_on(leg_least_mm: float) -> BracketDimensions:
         return bracket_dimensions(
-            mechanism.base_radius_mm,
-            shoulder,
-            travel.elbow_z_min.value * MM_PER_M,
-            hardware.base_plate_thickness_mm,
-            half_width,
-            -stack.encoder_cheek_mm[0],
-            arm,
-            capstan,
-            bearing,
-            motor,
-            design.requirements.clearance_min_mm,
-            leg_least_mm,
+            base_radius_mm=mechanism.base_radius_mm,
+            shoulder_rad=shoulder,
+            lowest_elbow_mm=travel.elbow_z_min.value * MM_PER_M,
+            base_thickness_mm=hardware.base_plate_thickness_mm,
+            half_width_mm=half_width,
+            leg_mm=-stack.encoder_cheek_mm[0],
+            arm=arm,
+            capstan=capstan,
+            bearing=bearing,
+            motor=motor,
+            clearance_mm=design.requirements.clearance_min_mm,
+            leg_least_mm=leg_least_mm,
         )
 
     bracket = bracket_on(0.0)
@@ -293,19 +299,19 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
     if capstan is None:  # no bearing's lip: as wide as the stub that turns in it asks for
         bracket = replace(bracket, passage_mm=max(bracket.passage_mm, tenths_above(shaft.head_diameter_mm + 2 * apart)))
     forearm = forearm_dimensions(
-        mechanism.forearm_length_mm,
-        mechanism.parallelogram_width_mm,
-        hardware.ball_diameter_mm,
-        stack.elbow_boss_mm[1] - stack.elbow_boss_mm[0],
-        arm,
-        pi - travel.forearm_angle_max.value,
-        tube,
-        required.force_N,
-        required.lean_max_deg,
-        required.clearance_min_mm,
-        bar,
-        largest_force_N(required),
-        hardware.platform_thickness_mm,
+        length_mm=mechanism.forearm_length_mm,
+        width_mm=mechanism.parallelogram_width_mm,
+        ball_mm=hardware.ball_diameter_mm,
+        boss_width_mm=stack.elbow_boss_mm[1] - stack.elbow_boss_mm[0],
+        arm=arm,
+        fold_rad=pi - travel.forearm_angle_max.value,
+        tube=tube,
+        force_N=required.force_N,
+        lean_max_deg=required.lean_max_deg,
+        clearance_mm=required.clearance_min_mm,
+        bar_mm=bar,
+        peak_N=largest_force_N(required),
+        wrist_boss_mm=hardware.platform_thickness_mm,
     )
     if capstan is None:
         at_shoulder = hardware.encoder_at != "motor"

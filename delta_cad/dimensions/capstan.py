@@ -1,12 +1,14 @@
-"""The cable capstan: a sector on the arm, a pinion on the motor, the cable between them (arm's frame)."""
+"""The cable capstan: sector on the arm, pinion on the motor, the cable between, what holds its ends (arm's frame)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
 
+import numpy as np
+
 from delta_cad import catalogue
-from delta_cad.dimensions.cable.run import CableRun, groove_pitch_mm
+from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import (
     RATIO,
@@ -16,13 +18,14 @@ from delta_cad.dimensions.rules import (
     SWINGS_LESS,
     THREAD_WALL_MM,
     another,
+    ceil_sig,
     larger,
     require,
     smaller,
     tenths_above,
-    up,
 )
 from delta_cad.mechanism.geometry import SIN_60
+from delta_cad.mechanism.placement import frames
 
 SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
 DIRECTIONS_RAD = radians(-130.0), radians(-100.0)  # of the pinion from the shoulder, down and inwards
@@ -248,11 +251,6 @@ def collar_mm(pinion_mm: float, cable_mm: float, motor: catalogue.Motor) -> floa
     """Gives the outer radius of a pinion's collar: as wide as its set screws are long, which end flush with it, mm.
 
     So they turn out before the slot of their key.
-
-    Args:
-        pinion_mm: Radius of the cable's middle on the pinion.
-        cable_mm: Diameter of the cable.
-        motor: Row of the catalogue.
     """
     bore, crest = motor.shaft_diameter_mm, crest_mm(pinion_mm, cable_mm)  # within it, it passes the rim as the pinion
     room = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM)) - bore / 2
@@ -303,6 +301,7 @@ def pinion_direction_rad(
 
 
 def capstan_dimensions(
+    *,
     run: CableRun,
     ratio: float,
     shoulder_rad: tuple[float, float],
@@ -387,7 +386,7 @@ def capstan_dimensions(
         "sector",
         "slot",
         f"the stop pin's slot on radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore, at a pitch "
-        f"radius of {pitch:g} mm; at least {up(least)} mm",
+        f"radius of {pitch:g} mm; at least {ceil_sig(least)} mm",
         larger(SECTOR),
     )
     side = run.tangent_rad + run.beyond_rad
@@ -442,3 +441,46 @@ def collar_radius_mm(motor: catalogue.Motor) -> float:
 def lug_length_mm() -> float:
     """Gives the length of the outer lug: carriage, its travel and the wall under the screw's head, mm."""
     return CARRIAGE_FROM_MM + CARRIAGE_MM[0] + TENSION_TRAVEL_MM + LUG_WALL_MM[1]
+
+
+RIM_MM = 3.5  # height of the rim's full width under the cable
+SLEEVE_OVER_MM = (CARRIAGE_MM[1] + CRIMP_MM[0]) / 2 + 0.6  # aside of its seat, so far a sleeve passes over its carriage
+
+
+def rim_end(c: CapstanDimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Locates where the cable leaves the sector: point, tangent and normal away from it, each (3,) in the arm's frame.
+
+    Args:
+        c: The capstan.
+        end: 0 for the smaller polar angle, where the cable has turned inwards round the nose; 1 for the larger.
+    """
+    sense = 1.0 if end else -1.0
+    angle = c.rim_angles_rad[end] + sense * c.turns_rad[end]
+    normal = np.array([cos(angle), 0.0, sin(angle)])
+    tangent = sense * np.array([-sin(angle), 0.0, cos(angle)])
+    beside = np.array([0.0, c.end_y_mm[end], 0.0])
+    if end:
+        return beside + c.pitch_radius_mm * normal, tangent, normal
+    x, z = c.nose_centre_mm
+    nose = np.array([x, 0.0, z]) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * normal
+    return beside + nose, tangent, normal
+
+
+def carriage_frame(c: CapstanDimensions) -> np.ndarray:
+    """(4, 4) frame of the tension carriage in the arm's frame: x outwards, y along the shoulder's axis, z off the rim.
+
+    The origin lies on the cable's line where the carriage begins.
+    """
+    point, tangent, normal = rim_end(c, 1)
+    frame = frames(normal, np.cross(tangent, normal), point + CARRIAGE_FROM_MM * tangent)
+    assert np.allclose(frame[:3, 2], tangent)
+    return frame
+
+
+def sleeve_frames(c: CapstanDimensions) -> tuple[np.ndarray, np.ndarray]:
+    """(4, 4) frames of both crimp sleeves in the arm's frame, behind the anchor's wall and in the carriage."""
+    found = []
+    for end, back in enumerate((ANCHOR_MM, CARRIAGE_FROM_MM + CARRIAGE_MM[0] - CRIMP_MM[1])):
+        point, tangent, normal = rim_end(c, end)
+        found.append(frames(normal, np.cross(tangent, normal), point + back * tangent))
+    return found[0], found[1]

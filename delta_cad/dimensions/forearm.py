@@ -20,7 +20,7 @@ from delta_cad.dimensions.joint import (
     chosen_spring,
     joint_dimensions,
 )
-from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, another, larger, require, smaller, up
+from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, another, ceil_sig, larger, require, smaller
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
@@ -222,6 +222,7 @@ def _ball(diameter_mm: float) -> catalogue.Ball:
 
 
 def forearm_dimensions(
+    *,
     length_mm: float,
     width_mm: float,
     ball_mm: float,
@@ -270,7 +271,7 @@ def forearm_dimensions(
         width_mm >= narrowest - 1e-9,
         "cross_bar",
         "length",
-        f"{width_mm:g} mm between its balls are too narrow for the elbow's boss; at least {up(narrowest)} mm",
+        f"{width_mm:g} mm between its balls are too narrow for the elbow's boss; at least {ceil_sig(narrowest)} mm",
         larger(WIDTH),
     )
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)
@@ -295,15 +296,15 @@ def forearm_dimensions(
     )
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
     joint = joint_dimensions(
-        ball_mm,
-        WRAP_RAD,
-        spring,
-        width_mm,
-        EYE_MM,
-        (first + second) / length_mm - 1.0,
-        lean,
-        catalogue.material(CUP_MATERIAL),
-        catalogue.material(row.material),
+        ball_mm=ball_mm,
+        wrap_rad=WRAP_RAD,
+        spring=spring,
+        width_mm=width_mm,
+        eye_mm=EYE_MM,
+        lever=(first + second) / length_mm - 1.0,
+        lean_rad=lean,
+        cup=catalogue.material(CUP_MATERIAL),
+        ball=catalogue.material(row.material),
     )
     sheared = BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)
     held = max(BOND_LEAST_MM, ceil(sheared), ceil(tilted_mm(joint.pressed_max_N * shoulder, spigot)))

@@ -299,9 +299,6 @@ def ball_preload_N(design: Design) -> float:
 def known_joints(design: Design) -> dict[str, Any]:
     """Gathers what limits on the feel need to know of a design's joints, coefficients of friction nominal.
 
-    Args:
-        design: The design.
-
     Returns:
         `friction`: what rubs, the ball joints bounded over the cube under their preload alone; None where no spring
         fits or the cube is out of reach. `encoder_count`: turn of a joint for one count of its encoder, rad.
@@ -334,6 +331,7 @@ def limit_values(design: Design, masses: Mapping[str, Any] | None = None) -> dic
 
 
 def joint_dimensions(
+    *,
     ball_mm: float,
     wrap_rad: float,
     spring: catalogue.TensionSpring,

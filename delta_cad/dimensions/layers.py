@@ -1,11 +1,12 @@
-"""Stack of the parts along the shoulder axis."""
+"""Stack of the parts along the shoulder axis; hexagon keys, and how the screws lie that they turn."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import degrees, pi, radians, tau
 
 from delta_cad import catalogue
-from delta_cad.dimensions.rules import ARM_THICKNESS, PRESS_DEPTH_MM, RUNNING_GAP_MM, another, larger, require
+from delta_cad.dimensions.rules import ARM_THICKNESS, PRESS_DEPTH_MM, RATIO, RUNNING_GAP_MM, another, larger, require
 from delta_cad.dimensions.sizes import plate_mm
 
 ELBOW_BOSS_WIDTH_MM, ELBOW_BOSS_BESIDE_MM = 16.0, 1.0  # grips the cross-bar over 2.7 diameters; over the arm's plate
@@ -43,6 +44,7 @@ class Layers:
 
 
 def layers(
+    *,
     arm_thickness_mm: float,
     rim_mm: tuple[float, float] | None,
     pinion_end_mm: float,
@@ -138,3 +140,110 @@ def layers(
         motor_cheek_mm=(motor_inside, motor_face),
         encoder_board_mm=(board - encoder.board_thickness_mm, board),
     )
+
+
+KEYS_MM = {  # width across flats: long and short leg
+    0.9: (33.0, 11.0),
+    1.3: (41.0, 13.0),
+    1.5: (46.5, 15.5),
+    2.0: (52.0, 18.0),
+    2.5: (58.5, 20.5),
+    3.0: (66.0, 23.0),
+    4.0: (74.0, 29.0),
+    5.0: (85.0, 33.0),
+    6.0: (96.0, 38.0),
+}
+"""Hexagon keys, standard type, mm. Source: ISO 2936, as JIS B 4648:2008 gives it (mikipulley.co.jp, tech13); likewise
+FsData/iso2936def.csv of github: shaise/FreeCAD_FastenersWB."""
+LONG_MM = {1.3: 81.0, 1.5: 91.5, 2.0: 102.0, 2.5: 114.5, 3.0: 129.0, 4.0: 144.0, 5.0: 165.0, 6.0: 186.0}
+"""Long leg of the long type (L) by width across flats, mm; its short leg is as above. Source: the same table."""
+CORNERS = 1.13  # largest width across corners by that across flats: 1.68 / 1.5, 2.82 / 2.5 in the same table
+CUT, HANDLE_CUT = 0.8, 0.7
+"""Shares of its short leg and of its long one, the handle, to which a key is cut that must turn between the two cheeks
+of a chain and beside its neighbours' motors: a whole handle met these where the base would have done otherwise. What is
+left of it takes 50 N or less for what the screws of any motor of the catalogue are tightened to."""
+OFF_CHEEK_MM = 0.2  # of that key's handle from the encoder's cheek
+UNDER_HEAD_MM = 1.5  # least metal of a motor's cheek under its screws' heads
+SWUNG = 0.8  # share of a handle by which it reaches down while it swings by a sixth of a turn, somewhere in its circle
+SET_SCREWS_RAD = (0.0, pi / 2)  # directions of a pinion's set screws from one another
+ASKEW_RAD = radians(1.0)  # by which a key stands askew in its slot: half of what 3 mm leave a key of 1.7
+
+
+def cut_key_mm(flats_mm: float) -> tuple[float, float]:
+    """Gives what is left of both legs of the key that turns a motor's screws: the one in the socket, and its handle.
+
+    Args:
+        flats_mm: Width across flats, one of `KEYS_MM`.
+    """
+    long, short = KEYS_MM[flats_mm]
+    return CUT * short, HANDLE_CUT * long
+
+
+def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float]:
+    """Chooses the length of the motor's screws, and how deep their heads are sunk so that they fill their threads.
+
+    The longest whose head is buried and stands so far outside that a cut key's handle, just drawn off it, passes the
+    encoder's cheek; else the longest that is buried.
+
+    Returns:
+        Length and depth, mm.
+    """
+    row, thread = catalogue.screw(motor.mount_thread), motor_thread_mm(motor)
+    inside, face = layers.motor_cheek_mm
+    buried = [mm for mm in row.lengths_mm if mm <= face - inside - row.counterbore_depth_mm + thread + 1e-9]
+    flats = row.socket_mm
+    key = cut_key_mm(flats)[0] + CORNERS * flats / 2 + OFF_CHEEK_MM if flats in KEYS_MM else 0
+
+    def sunk(length: float) -> float:
+        return face - inside + thread - length
+
+    def turned(length: float) -> bool:
+        return (
+            inside + sunk(length) - row.head_height_mm - key >= layers.encoder_cheek_mm[1]
+            and face - inside - sunk(length) >= UNDER_HEAD_MM
+        )
+
+    length = max([mm for mm in buried if turned(mm)] or buried)
+    return length, sunk(length)
+
+
+def handle_room_mm(motor: catalogue.Motor) -> float:
+    """Gives how far below a motor's axis the base must lie for a key to swing in the motor's screws, mm."""
+    return SWUNG * KEYS_MM.get(catalogue.screw(motor.mount_thread).socket_mm, (0.0, 0.0))[0]
+
+
+def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float]) -> tuple[float, float]:
+    """Chooses the directions of a pinion's set screws, so that each comes to the slot of its key at some angle.
+
+    They point along x and z of the pinion where both come there; else they come there on either side of the middle of
+    the pinion's range, that of an arm while the handle goes up and down in the middle.
+
+    Args:
+        slot_rad: Direction of the slot from the motor's axis in the chain's plane.
+        turns_rad: From where to where the pinion turns from the exported position, against the arm.
+
+    Returns:
+        Directions in the pinion's frame, from x towards z.
+
+    Raises:
+        DimensionError: The pinion turns too little for both.
+    """
+    low, high = turns_rad
+    apart = SET_SCREWS_RAD[1] - SET_SCREWS_RAD[0]
+    least = apart - 2 * ASKEW_RAD
+    require(
+        high - low >= least,
+        "pinion",
+        "set screws",
+        f"while the handle goes up and down in the middle the pinion turns by {degrees(high - low):.0f} deg; its two "
+        f"set screws come to the slot of their key within {degrees(least):.0f}",
+        larger(RATIO),
+    )
+
+    def comes(screw: float) -> bool:
+        return low + (slot_rad - screw - low) % tau <= high
+
+    if all(map(comes, SET_SCREWS_RAD)):
+        return SET_SCREWS_RAD
+    middle = slot_rad - (low + high) / 2
+    return middle - apart / 2, middle + apart / 2

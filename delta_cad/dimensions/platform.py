@@ -14,10 +14,10 @@ from delta_cad.dimensions.rules import (
     PLATFORM,
     PLATFORM_THICKNESS,
     WIDTH,
+    ceil_sig,
     larger,
     require,
     smaller,
-    up,
 )
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
@@ -158,7 +158,7 @@ def platform_dimensions(
         "platform",
         "wrists",
         f"neighbouring cups come within the clearance on a radius of {radius_mm:g} mm; at least "
-        f"{up(forearm.wrist_radius_min_mm)} mm",
+        f"{ceil_sig(forearm.wrist_radius_min_mm)} mm",
         larger(PLATFORM),
         larger(BASE, PLATFORM),
         smaller(WIDTH),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -31,21 +31,12 @@ def tenths_above(length_mm: float) -> float:
     return ceil(10.0 * length_mm - 1e-9) / 10.0
 
 
-def up(value: float, digits: int = 4) -> str:
-    """Writes the least value that does, rounded up: what is read and typed does, too."""
-    return _rounded(value, digits, ceil, -1e-9)
-
-
-def down(value: float, digits: int = 4) -> str:
-    """Writes the largest value that does, rounded down."""
-    return _rounded(value, digits, floor, 1e-9)
-
-
-def _rounded(value: float, digits: int, way: Callable[[float], int], slack: float) -> str:
+def ceil_sig(value: float, digits: int = 4) -> str:
+    """Writes a lower bound to significant digits, rounded up: what is read and typed keeps it, too."""
     if value == 0.0 or not isfinite(value):
         return f"{value:g}"
     places = digits - 1 - floor(log10(abs(value)))
-    return f"{round(way(value * 10.0**places + slack) / 10.0**places, max(places, 0)):.{digits}g}"
+    return f"{round(ceil(value * 10.0**places - 1e-9) / 10.0**places, max(places, 0)):.{digits}g}"
 
 
 @dataclass(frozen=True)

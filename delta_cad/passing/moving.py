@@ -10,7 +10,6 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, link_placement
-from delta_cad.dimensions.cable.rim_ends import RIM_MM, rim_end
 from delta_cad.dimensions.capstan import (
     ANCHOR_MM,
     ANCHOR_SIDE_MM,
@@ -18,8 +17,10 @@ from delta_cad.dimensions.capstan import (
     CARRIAGE_RADII_MM,
     CRIMP_MM,
     LUG_WALL_MM,
+    RIM_MM,
     CapstanDimensions,
     lug_length_mm,
+    rim_end,
 )
 from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
 from delta_cad.mechanism.geometry import SIN_60

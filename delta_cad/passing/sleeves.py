@@ -7,8 +7,7 @@ from math import cos, radians, sin
 import numpy as np
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
-from delta_cad.dimensions.capstan import CRIMP_MM, CapstanDimensions
+from delta_cad.dimensions.capstan import CRIMP_MM, SLEEVE_OVER_MM, CapstanDimensions, sleeve_frames
 from delta_cad.passing.shapes import Beam, Round, Shape, off_all_mm
 from delta_cad.passing.standing import foot
 

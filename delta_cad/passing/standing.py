@@ -12,7 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import CHEEK_EDGE_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm, motor_screw_mm
+from delta_cad.dimensions.layers import CORNERS, KEYS_MM, LONG_MM, cut_key_mm, motor_screw_mm
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.moving import arm_shapes, sector_points

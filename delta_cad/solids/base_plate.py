@@ -10,8 +10,7 @@ from delta_cad.dimensions.platform import MOUNT_SPREAD_RAD
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, fitted, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
-from delta_cad.solids.making import made_part
-from delta_cad.solids.materials import GRAPHITE, material
+from delta_cad.solids.making import GRAPHITE, made_part, material
 from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import bore_z, cut, edge_break, feature, hull_along_z
 

@@ -22,13 +22,12 @@ from delta_cad.dimensions.bracket import (
     key_slot_rad,
 )
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.keys import motor_screw_mm
+from delta_cad.dimensions.layers import motor_screw_mm
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, tenths_above
 from delta_cad.dimensions.tolerances import LENGTH_MM, TIP_DEG, drilled_mm, minutes, seat_tilt_rad, tip_mm
 from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted, sunk, tapped
-from delta_cad.solids.making import hull_y, made_part
-from delta_cad.solids.materials import material
+from delta_cad.solids.making import hull_y, made_part, material
 from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,

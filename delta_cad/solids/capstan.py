@@ -11,7 +11,6 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import DOWEL_MM
-from delta_cad.dimensions.cable.rim_ends import RIM_MM, rim_end
 from delta_cad.dimensions.capstan import (
     ANCHOR_MM,
     ANCHOR_SIDE_MM,
@@ -25,18 +24,19 @@ from delta_cad.dimensions.capstan import (
     POCKET_CORNER_MM,
     POCKET_FROM_MM,
     POCKET_PLAY_MM,
+    RIM_MM,
     RIM_TURNED_MM,
     SET_SCREW,
     SHOULDER_MM,
     TENSION_SCREW,
     CapstanDimensions,
     lug_length_mm,
+    rim_end,
 )
 from delta_cad.dimensions.tolerances import LENGTH_MM
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, tapped
-from delta_cad.solids.making import bought_part, hull_y, made_part, points_of_arc, round_y, round_z
-from delta_cad.solids.materials import material
+from delta_cad.solids.making import bought_part, hull_y, made_part, material, points_of_arc, round_y, round_z
 from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
@@ -221,7 +221,7 @@ def make_sector(d: Dimensions) -> Part:
     return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)
 
 
-def make_carriage(d: Dimensions) -> Part:
+def make_tension_carriage(d: Dimensions) -> Part:
     """Block in the sector's pocket that pulls the cable's sleeve by a screw and cannot turn; frame `carriage_frame`."""
     number, c = "tension_carriage", capstan_of(d)
     (low, high), (length, thick) = CARRIAGE_RADII_MM, CARRIAGE_MM

@@ -21,8 +21,7 @@ from delta_cad.dimensions.forearm import (
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM, CUP_MATERIAL, POCKET_MM
 from delta_cad.dimensions.tolerances import EYE_WIDER_UM
 from delta_cad.solids.boring import Boring, along_y, between, within
-from delta_cad.solids.making import made_part, ordered, round_y
-from delta_cad.solids.materials import BLUE, material
+from delta_cad.solids.making import BLUE, made_part, material, ordered, round_y
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,

@@ -9,10 +9,21 @@ from typing import TypedDict, Unpack
 
 import cadquery as cq
 
+from delta_cad import catalogue
 from delta_cad.catalogue import CatalogueRow
-from delta_cad.solids.materials import material
 from delta_cad.solids.part import Extent, Hole, Material, Part, Span
 from delta_cad.solids.primitive import one_solid
+
+
+def material(key: str, colour: tuple[float, float, float] | None = None) -> Material:
+    """Material of a catalogue id; `colour` shows an anodised or painted part."""
+    row = catalogue.material(key)
+    return Material(row.description, row.density_kg_m3, colour or row.colour)
+
+
+GRAPHITE = (0.22, 0.23, 0.26)  # anodised colours of the parts that a person tells apart in the pictures
+ORANGE = (0.85, 0.36, 0.08)
+BLUE = (0.16, 0.42, 0.68)
 
 
 class Order(TypedDict, total=False):

@@ -11,7 +11,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.installation.panel import (
+from delta_cad.dimensions.panel import (
     CLOTH_MM,
     COLLAR_MM,
     SCREW,
@@ -20,9 +20,8 @@ from delta_cad.dimensions.installation.panel import (
     PanelDimensions,
 )
 from delta_cad.solids.boring import Boring, along_z, tapped
-from delta_cad.solids.bought.fasteners import make_spacer
-from delta_cad.solids.making import made_part, round_z
-from delta_cad.solids.materials import GRAPHITE, material
+from delta_cad.solids.bought_parts import make_spacer
+from delta_cad.solids.making import GRAPHITE, made_part, material, round_z
 from delta_cad.solids.part import Extent, Hole, Part, Span
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, edge_break, feature, hull_along_z, one_solid
 
@@ -38,7 +37,7 @@ def panel_of(d: Dimensions) -> PanelDimensions:
 
 
 def square(p: PanelDimensions, corner_mm: float, z: Span) -> cq.Solid:
-    """Prism over the cube's square with round corners about its own, see `dimensions/installation/panel.py`."""
+    """Prism over the cube's square with round corners about its own, see `dimensions/panel.py`."""
     half = p.half_mm
     corners = [(sx * half, sy * half, corner_mm) for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     return hull_along_z(corners, z)
@@ -79,7 +78,7 @@ def make_bezel(d: Dimensions) -> Part:
     return made_part(number, text, solid, material("pom-c", GRAPHITE), _reach(p, p.rim_mm, z), boring.holes)
 
 
-def make_boot_rim(d: Dimensions) -> Part:
+def make_boot(d: Dimensions) -> Part:
     """The boot, drawn as its rim between panel and bezel; with the mass of all that the handle does not carry."""
     number, p = "boot", panel_of(d)
     z, hole = (0.0, CLOTH_MM), catalogue.screw(SCREW).clearance_hole_mm

@@ -249,7 +249,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Reach:
+class ToolAccess:
     """A screw that a hexagon key must reach in the finished machine.
 
     Attributes:
@@ -281,7 +281,7 @@ class Removal:
 
 
 @dataclass(frozen=True)
-class Supply:
+class Consumable:
     """What is bought for a design and has no place of its own in the assembly: adhesive, cord, a spring that swings.
 
     Attributes:

@@ -15,9 +15,8 @@ from delta_cad.dimensions.platform import (
 from delta_cad.dimensions.tolerances import BAR_WIDER_UM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.boring import Boring, along_z, between, tapped, within
-from delta_cad.solids.bought.fasteners import CORE_PLAY_MM
-from delta_cad.solids.making import bought_part, made_part, round_z
-from delta_cad.solids.materials import BLUE, material
+from delta_cad.solids.bought_parts import CORE_PLAY_MM
+from delta_cad.solids.making import BLUE, bought_part, made_part, material, round_z
 from delta_cad.solids.part import Hole, Part, Span
 from delta_cad.solids.primitive import (
     THROUGH_MM,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.dimensions.cable.run import FRICTION, least_turns
+from delta_cad.dimensions.cable_run import FRICTION, least_turns
 from delta_cad.dimensions.capstan import ROPE_FACTOR
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import forearm_vectors

@@ -14,7 +14,7 @@ from math import asin, cos, inf, pi, sin
 import numpy as np
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
+from delta_cad.dimensions.bracket import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import STEM_FLATS_MM, STEM_FLATS_Z_MM, WEB_CORNER_MM
 from delta_cad.dimensions.rules import CORNERS_MM
 from delta_cad.mechanism.geometry import SIN_60

@@ -148,8 +148,7 @@ def _provable(file: str, design: Design, inertia: HandleInertia | None) -> Desig
 def _of_parts(design: Design) -> float:
     """Computes what the tolerances of a machine's parts come to in its lengths, mm, rounded up to a micrometre."""
     from delta_cad.dimensions import DimensionError, dimensions
-    from delta_cad.dimensions.tolerances.lengths import largest_deviation_mm
-    from delta_cad.dimensions.tolerances.machine import general_class
+    from delta_cad.dimensions.tolerances.machine import general_class, largest_deviation_mm
 
     try:
         d = dimensions(design)

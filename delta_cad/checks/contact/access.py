@@ -29,10 +29,10 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.common.vectors import cross_rows
-from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
+from delta_cad.dimensions.layers import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement, chain_frame
-from delta_cad.solids.part import Occurrence, Part, Reach, Removal
+from delta_cad.solids.part import Occurrence, Part, Removal, ToolAccess
 
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
@@ -237,7 +237,7 @@ def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
     return limits.centre_mm + heights[np.argsort(np.abs(heights), kind="stable"), None] * along
 
 
-def _told_swings(swings: list[tuple[float, Reach]]) -> CheckResult:
+def _told_swings(swings: list[tuple[float, ToolAccess]]) -> CheckResult:
     name, limit = "tool access", float(np.degrees(SWING_RAD))
     if not swings:
         return CheckResult(name, True, None, limit, "deg", detail="no screw is stated to be reached")
@@ -258,7 +258,7 @@ def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
     return CheckResult("parts come off", not stuck, len(stuck), 0, "", worst_pair=names, detail=detail)
 
 
-def key_swing(reach: Reach, scene: Scene, library: FeatureLibrary) -> float:
+def key_swing(reach: ToolAccess, scene: Scene, library: FeatureLibrary) -> float:
     """Largest swing of a key's handle at any position, rad, up to the first that suffices; 0 where none is reached."""
     if reach.screw not in scene.index:
         return 0.0

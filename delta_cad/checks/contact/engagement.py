@@ -17,7 +17,7 @@ from delta_cad.checks.contact.common import area, common_size
 from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary, Features, Plane
 from delta_cad.checks.contact.placing import Key, relative_key
 from delta_cad.checks.report import CheckResult
-from delta_cad.dimensions.cable.run import FLEET_LIMIT_RAD
+from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
 from delta_cad.solids.part import Contact, location_of
 
 ALONG = 1e-3  # sine of the angle between axes or normals that count as one: 0.02 mm over a seat of 20 mm

@@ -4,7 +4,7 @@ All of it is read off the solids as they are placed: rim, nose and lugs of the s
 axis is, the turns upon it. The cable is developed into a plane: on the rim and between the drums it is one straight
 line from its lug to where it leaves the turns.
 
-Source: developed geometry of crossed internal tangents, as in `dimensions.cable.run`, which places what is read here.
+Source: developed geometry of crossed internal tangents, as in `dimensions.cable_run`, which places what is read here.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary
 from delta_cad.checks.links import swept_links
 from delta_cad.checks.report import CheckResult
-from delta_cad.dimensions.cable.run import FLEET_LIMIT_RAD
+from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
 from delta_cad.mechanism.placement import CHAINS
 
 ANGLES = 201  # of the arm between its stops

@@ -8,8 +8,13 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances.chain import Chain
 from delta_cad.dimensions.tolerances.general import CLASSES, NOTES
-from delta_cad.dimensions.tolerances.lengths import deviation_mm, length_chains
-from delta_cad.dimensions.tolerances.machine import general_class, loosest_class, machine_chains
+from delta_cad.dimensions.tolerances.machine import (
+    deviation_mm,
+    general_class,
+    length_chains,
+    loosest_class,
+    machine_chains,
+)
 
 LARGEST = 3  # links that a report names
 

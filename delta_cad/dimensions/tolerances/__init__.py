@@ -122,10 +122,6 @@ def seat_tilt_rad(bracket: BracketDimensions, span_mm: float = SPAN_MM) -> float
     Both cheeks' dowel holes are reamed on the foot block with a mandrel through the two seats. What is left is the
     mandrel's play in them, and that of the dowels when a cheek has been off: it turns a cheek by twice the play over
     the dowels' distance, opposite ways, and lifts it by once the play.
-
-    Args:
-        bracket: Dowels and their distance from the shoulder.
-        span_mm: Distance of the bearings.
     """
     apart = bracket.cheek_dowel_u_mm[1] - bracket.cheek_dowel_u_mm[0]
     by_mandrel = sum(wide + MANDREL_MM for wide in SEATS_MM) / 2

@@ -1,16 +1,381 @@
-"""All tolerance chains of a machine, the loosest general class with which they hold, and how they are written down."""
+"""All tolerance chains of a machine, the loosest general class with which they hold, and how they are written down.
+
+Of a shoulder: its wave spring, the encoder's gap and centring, the tilt of the shaft in its bearings. Of a capstan: the
+plane of the cable, the gap of sector and pinion, the carriage's travel. Of the mechanism's own lengths: by how much a
+made chain differs from the drawn one, README (43).
+"""
 
 from __future__ import annotations
 
-from math import isfinite
+from dataclasses import replace
+from math import degrees, hypot, inf, isfinite, sqrt
 from typing import Any
 
+import numpy as np
+
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.tolerances.cable import cable_chains
-from delta_cad.dimensions.tolerances.chain import MADE, Chain, Link
-from delta_cad.dimensions.tolerances.general import ASKED, CLASSES, NOTES, coarsest_grade
-from delta_cad.dimensions.tolerances.lengths import deviation_mm, length_chains, twist_chain
-from delta_cad.dimensions.tolerances.shoulder import shoulder_chains
+from delta_cad.dimensions.arm import MAGNET_GLUE_MM
+from delta_cad.dimensions.cable_run import CableRun
+from delta_cad.dimensions.capstan import (
+    PINION_TURNED_MM,
+    RIM_TURNED_MM,
+    STRETCH,
+    TENSION_TRAVEL_MM,
+    CapstanDimensions,
+)
+from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, TILT_MARGIN_RAD
+from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
+from delta_cad.dimensions.layers import BOARD_STAND_OFF_MM, SPAN_MM
+from delta_cad.dimensions.tolerances import (
+    BAR_WIDER_UM,
+    COAXIAL_MM,
+    DOWEL_PLAY_MM,
+    EROSION_UM,
+    LENGTH_MM,
+    MAGNET_WIDER_UM,
+    MANDREL_MM,
+    PLACE_MM,
+    SEATS_MM,
+    SQUARE_MM,
+    TILT_RAD,
+    WIDTH_MM,
+    deviations_um,
+    minutes,
+    working_mm,
+)
+from delta_cad.dimensions.tolerances.chain import MADE, Chain, Link, either_way
+from delta_cad.dimensions.tolerances.general import ASKED, CLASSES, NOTES, coarsest_grade, flat_mm, general_mm
+
+CHIP_MM = 0.25  # height of a chip on its board, either way: 0.85 to 1.2 of a TSSOP-16 (MT6835 data sheet, 13)
+MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
+CHIP_PLACE_MM = 0.1  # a chip's sensor from its board's holes, either way: 0.05 in its package (the same), 0.05 of it
+FEELER_MM = 0.1  # what is set with a gauge, either way
+RING_UM = 8.0  # by which a bearing's bore or outside may be smaller than nominal, ISO 492 normal class up to 18 mm
+MINUTES_PER_RAD = minutes(1.0)
+
+
+def shoulder_chains(d: Dimensions, general: str) -> list[Chain]:
+    """Lists the chains of one shoulder."""
+    found = [*spring_chain(d), *tilt_chain(d)]
+    return found + ([gap_chain(d, general), *centring_chain(d, general)] if d.sensed_at_shoulder else [])
+
+
+def _stack(d: Dimensions) -> list[Link]:
+    """Lengths between both bearings' seats, as they add to what is left behind the encoder's bearing."""
+    (_, out), (seat, _) = d.layers.bearings_mm[0], d.layers.bearings_mm[1]
+    motor, encoder = d.layers.motor_cheek_mm[0], d.layers.encoder_cheek_mm[1]
+    arm = d.layers.arm_mm[1]
+    width = d.layers.bearings_mm[1][1] - motor
+    return [
+        either_way("motor_cheek", "depth of the seat", "stated", LENGTH_MM, 1.0, width),
+        either_way("foot_block", "width", "stated", LENGTH_MM, 1.0, motor - encoder),
+        either_way("sector", "from the arm to its collar", "stated", LENGTH_MM, -1.0, seat - arm),
+        either_way("upper_arm", "from its collar to the sector", "stated", LENGTH_MM, -1.0, arm - out),
+        Link("bearing", "width, motor's side", "bought", -WIDTH_MM, 0.0, -1.0),
+        Link("bearing", "width, encoder's side", "bought", -WIDTH_MM, 0.0, -1.0),
+    ]
+
+
+def spring_chain(d: Dimensions) -> list[Chain]:
+    """The height left to a shoulder's wave spring; none without bearings."""
+    if d.preload is None:
+        return []
+    floor = d.layers.bearings_mm[0][0] - d.preload.work_height_mm
+    deep = either_way(
+        "encoder_cheek", "depth of the seat", "stated", LENGTH_MM, 1.0, d.layers.encoder_cheek_mm[1] - floor
+    )
+    low, high = working_mm(d.preload)
+    why = "below, the wave spring is pressed flat and the bearings bind; above, it no longer presses"
+    return [Chain("wave spring's height", "mm", d.preload.work_height_mm, (*_stack(d), deep), low, high, why)]
+
+
+def tilt_chain(d: Dimensions) -> list[Chain]:
+    """How far the shaft tilts in its bearings, minutes of arc; none without bearings."""
+    if d.preload is None:
+        return []
+    b = d.bracket
+    apart = b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0]
+    per_mm = MINUTES_PER_RAD / SPAN_MM
+    names = ("motor_cheek", "encoder_cheek")
+    links = [
+        either_way(part, "mandrel in its seat", "fit", (wide + MANDREL_MM) / 2.0, per_mm)
+        for part, wide in zip(names, SEATS_MM, strict=True)
+    ]
+    for part in names:
+        links += [
+            either_way(part, "dowels lift it", "fit", DOWEL_PLAY_MM, per_mm),
+            either_way(part, "dowels turn it", "fit", DOWEL_PLAY_MM, per_mm * 2 * -b.cheek_screw_z_mm / apart),
+        ]
+    limit = minutes(TILT_RAD)
+    why = "beyond, the bearings' races run askew: take the bearings out and set a cheek by the mandrel again"
+    return [Chain("shaft's tilt", "arcmin", 0.0, tuple(links), -limit, limit, why, statistical=True)]
+
+
+def gap_chain(d: Dimensions, general: str) -> Chain:
+    """The air gap between the encoder's chip and its magnet."""
+    encoder = d.encoder
+    board = [
+        either_way("board_spacer", "length", "general", general_mm(BOARD_STAND_OFF_MM, general), 1.0),
+        either_way("encoder_board", "height of its chip", "bought", CHIP_MM, -1.0),
+        either_way("encoder_magnet", "thickness", "bought", MAGNET_MM, -1.0),
+        either_way(
+            "shoulder_shaft", "depth of the magnet's seat", "general", general_mm(d.shaft.magnet_depth_mm, general)
+        ),
+    ]
+    nominal = d.shaft.y_mm[0] - d.layers.encoder_board_mm[1] - encoder.chip_height_mm
+    if d.preload is None:
+        links = [*board, either_way("upper_arm", "clamped by a gauge", "set", FEELER_MM)]
+    else:
+        head = d.layers.bearings_mm[0][0] - d.shaft.y_mm[0]
+        thick = d.layers.encoder_cheek_mm[1] - d.layers.encoder_head_mm[0]
+        links = [
+            *_stack(d),
+            either_way("shoulder_shaft", "length of its head", "general", general_mm(head, general), -1.0, head),
+            either_way("encoder_cheek", "thickness of its head", "general", general_mm(thick, general), 1.0, thick),
+            *board,
+        ]
+    why = f"beyond, {encoder.id} reads badly; a shim under its board, or a spacer ground down, mends it"
+    low, high = encoder.air_gap_min_mm, encoder.air_gap_max_mm
+    return Chain("encoder's air gap", "mm", nominal, tuple(links), low, high, why, statistical=True)
+
+
+def centring_chain(d: Dimensions, general: str) -> list[Chain]:
+    """How far the magnet's axis is off the chip's, in the direction in which it is most; none where it is not known."""
+    e = d.encoder
+    if e.centring_mm is None:
+        return []
+    far = hypot(e.hole_spacing_length_mm, e.hole_spacing_width_mm) / 2.0
+    loose = (e.hole_diameter_mm - 2.5) / 2.0  # of its M2.5 screws
+    links = [
+        either_way("encoder_cheek", "place of the board's threads", "general", general_mm(far, general), 1.0, far),
+        either_way("encoder_board", "its screws in its holes", "bought", loose),
+        either_way("encoder_board", "place of the chip", "bought", CHIP_PLACE_MM),
+        either_way("encoder_magnet", "in its seat's bond", "set", MAGNET_GLUE_MM + MAGNET_WIDER_UM / 2000.0),
+        either_way("shoulder_shaft", "magnet's seat off its journal", "place", COAXIAL_MM / 2.0),
+    ]
+    if d.preload is not None:
+        wide = (SEATS_MM[1] + RING_UM / 1000.0) / 2.0
+        links.append(either_way("bearing", "in its seat", "fit", wide))
+        shaft = -deviations_um("h6", d.shaft.diameter_mm)[0] / 2000.0
+        links.append(either_way("shoulder_shaft", "in its bearing", "fit", shaft))
+    why = f"beyond, {e.id} reads an angle that is off by more than its maker states, which calibration takes out"
+    most = e.centring_mm
+    return [Chain("encoder's centring", "mm", 0.0, tuple(links), -most, most, why, statistical=True)]
+
+
+PILOT_UM = 18.0  # by which a motor's pilot may be smaller than nominal: h7 up to 18 mm
+STEP_MM = 1e-4  # of the differences that give what a length of cable grows by
+
+
+def cable_chains(d: Dimensions, general: str) -> list[Chain]:
+    """Lists the chains of one capstan; none of a direct drive."""
+    if d.capstan is None:
+        return []
+    return [plane_chain(d, d.capstan, general), axes_chain(d, d.capstan), travel_chain(d, d.capstan, general)]
+
+
+def plane_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
+    """How far a rim's end is off the strand's take-off along the axis, beside the groove's own climb."""
+    rim, limit = d.layers.sector_mm[1], c.run.lug_tolerance_mm()
+    by_end, by_groove = rim - min(c.end_y_mm), c.collar_y_mm[0] - c.middle_y_mm
+    inside, outside = d.layers.motor_cheek_mm
+    tilt = max(map(abs, tilt_chain(d)[0].worst)) / minutes(1.0) * c.run.sector_mm
+    askew = SQUARE_MM / (outside - inside) * c.run.pinion_mm
+    links = (
+        either_way("sector", "place of a rim's end", "general", general_mm(by_end, general), 1.0, by_end),
+        either_way("pinion", "groove from its collar", "general", general_mm(by_groove, general), 1.0, by_groove),
+        either_way("pinion", "its collar set to the rim by a feeler", "set", FEELER_MM),
+        either_way("sector", "tilt of the shoulder's shaft", "fit", tilt),
+        either_way("motor_cheek", "pilot out of square", "place", askew),
+    )
+    why = "beyond, a strand leaves its plane by more than 2.5 deg and climbs out of the groove: set the pinion by it"
+    return Chain("cable's plane", "mm", 0.0, links, -limit, limit, why, statistical=True)
+
+
+def _between_axes(d: Dimensions, c: CapstanDimensions) -> tuple[Link, ...]:
+    """What moves the axes of sector and pinion apart."""
+    pilot, bore = d.motor.pilot_diameter_mm, c.pinion_bore_mm
+    shaft_um = -deviations_um("h6", d.shaft.diameter_mm)[0]
+    play_um = {
+        ("motor", "pilot in its cheek"): deviations_um("H7", pilot)[1] + PILOT_UM,
+        ("bearing", "in its seat"): 1000.0 * SEATS_MM[0] + RING_UM,
+        ("shoulder_shaft", "in its bearing"): shaft_um,
+        ("sector", "on its shaft"): deviations_um("G7", d.shaft.diameter_mm)[1] + shaft_um,
+        ("pinion", "on the motor's shaft"): deviations_um("H7", bore)[1] - deviations_um("h6", bore)[0],
+    }
+    places = either_way("motor_cheek", "pilot from the bearing's seat", "place", PLACE_MM / 2.0)
+    return places, *(either_way(part, what, "fit", um / 2000.0) for (part, what), um in play_um.items())
+
+
+def axes_chain(d: Dimensions, c: CapstanDimensions) -> Chain:
+    """The gap between rim and crest of the pinion, through which both strands pass."""
+    links = (
+        *_between_axes(d, c),
+        either_way("sector", "radius of its rim", "stated", RIM_TURNED_MM, -1.0, c.rim_radius_mm),
+        either_way("pinion", "diameter of its crest", "stated", PINION_TURNED_MM, -0.5, 2 * c.pinion_radius_mm),
+    )
+    gap = c.run.centre_distance_mm - c.rim_radius_mm - c.pinion_radius_mm
+    why = "below, sector and pinion pinch the cable"
+    return Chain("gap of sector and pinion", "mm", gap, links, c.cable_diameter_mm, inf, why)
+
+
+def travel_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
+    """Where the carriage stands from its first place when the cable is tight."""
+    length, tolerance = c.bench_mm
+    run = c.run
+    sector, pinion, apart = (
+        (_path_mm(run, STEP_MM * axis) - _path_mm(run, -STEP_MM * axis)) / (2.0 * STEP_MM) for axis in np.eye(3)
+    )
+    nose = general_mm(c.nose_radius_mm, general)
+    links = (
+        either_way("capstan_cable", "length between its sleeves", "stated", tolerance, 1.0),
+        either_way("sector", "radius of its rim", "stated", RIM_TURNED_MM, -sector, c.rim_radius_mm),
+        either_way("sector", "radius of its nose", "general", nose, -c.turns_rad[0], c.nose_radius_mm),
+        either_way("pinion", "diameter of its groove", "stated", PINION_TURNED_MM, -pinion / 2, 2 * run.pinion_mm),
+        *(replace(link, share=-apart * link.share) for link in _between_axes(d, c)),
+    )
+    most = TENSION_TRAVEL_MM - STRETCH * c.cable_length_mm
+    why = "below, the cable does not go on; above, it is not tight where the carriage's pocket ends: crimp another"
+    return Chain("carriage's travel", "mm", length - c.cable_length_mm, links, 0.0, most, why, statistical=True)
+
+
+def _path_mm(run: CableRun, off_mm: np.ndarray) -> float:
+    """Length of the cable where both radii, of sector and pinion, and the axes' distance are off by (3,) these."""
+    sector, pinion, apart = (float(v) for v in off_mm)
+    radii = {"sector_mm": run.sector_mm + sector, "pinion_mm": run.pinion_mm + pinion}
+    return replace(run, gap_mm=run.gap_mm + apart - sector - pinion, **radii).length_mm()
+
+
+JIG_MM = 0.02  # distance of the pins of the jig that a rod is bonded in, either way: reamed in one clamping
+CENTRED_MM = 0.05  # a cross-bar in its boss, along it, set by a gauge block between ball and boss, either way
+WHY = "beyond, what is proved of the cube is not of every machine that is made"
+
+
+def length_chains(d: Dimensions, general: str) -> list[Chain]:
+    """Lists by how much each length and offset of a chain is off the drawn one, without bounds of their own."""
+    m = d.design.mechanism
+    flat = either_way("base_plate", "flat under the feet", "general", flat_mm(2 * d.base.radius_mm, general) / 2.0)
+    chains = {
+        "base radius": (m.base_radius_mm, _shoulder(d)),
+        "shoulder's height": (0.0, [*_shoulder(d), flat]),
+        "shoulder along its axis": (0.0, _along(d)),
+        "upper arm": (m.upper_arm_length_mm, _arm(d)),
+        "forearm": (m.forearm_length_mm, _rod()),
+        "platform radius": (m.platform_radius_mm, _wrist(d)),
+        "wrist's height": (0.0, _wrist(d)),
+        "wrist along its axis": (0.0, _beside(d)),
+    }
+    return [Chain(name, "mm", nominal, tuple(links), -inf, inf, WHY) for name, (nominal, links) in chains.items()]
+
+
+def twist_chain(d: Dimensions) -> Chain:
+    """By how much the rods of a pair, not equally long, turn the platform, deg."""
+    per_mm = degrees(1.0 / d.forearm.width_mm)
+    links = tuple(
+        replace(link, what=f"{link.what}, rod {k}", share=sign * per_mm)
+        for k, sign in ((1, 1.0), (2, -1.0))
+        for link in _rod()
+    )
+    limit = degrees(TILT_MARGIN_RAD)
+    why = "beyond, ball joints turn further than they are made for"
+    return Chain("platform's twist", "deg", 0.0, links, -limit, limit, why)
+
+
+def deviation_mm(chain: Chain) -> float:
+    """Computes the largest deviation of a chain's length from its nominal value, either way, mm."""
+    low, high = chain.worst
+    return max(high - chain.nominal, chain.nominal - low)
+
+
+def largest_deviation_mm(d: Dimensions, general: str) -> float:
+    """Computes the largest deviation of any length of the mechanism, mm: the d of README (43)."""
+    return max(map(deviation_mm, length_chains(d, general)))
+
+
+def _shoulder(d: Dimensions) -> list[Link]:
+    """From the base plate to the shoulder's axis, across it."""
+    place = PLACE_MM / 2.0
+    links = [
+        either_way("base_plate", "place of a dowel", "place", place),
+        either_way("foot_block", "dowels in the plate", "fit", DOWEL_PLAY_MM),
+        either_way("foot_block", "cross dowels from the upright ones", "place", place),
+    ]
+    if d.capstan is None:
+        pilot = (deviations_um("H7", d.motor.pilot_diameter_mm)[1] + 18.0) / 2000.0
+        links += [
+            either_way("motor_cheek", "dowels in the block", "fit", DOWEL_PLAY_MM),
+            either_way("motor_cheek", "pilot from its dowels", "place", place),
+            either_way("motor", "pilot in its cheek", "fit", pilot),
+        ]
+        return links
+    seat = (SEATS_MM[0] + RING_UM / 1000.0) / 2.0
+    return [
+        *links,
+        either_way("motor_cheek", "dowels in the block", "fit", DOWEL_PLAY_MM),
+        either_way("motor_cheek", "seat from its dowels", "place", place),
+        either_way("bearing", "in its seat", "fit", seat),
+        either_way("shoulder_shaft", "in its bearing", "fit", -deviations_um("h6", d.shaft.diameter_mm)[0] / 2000.0),
+    ]
+
+
+def _along(d: Dimensions) -> list[Link]:
+    """From the base plate to the arm's middle, along the shoulder's axis."""
+    links = [
+        either_way("base_plate", "place of a dowel", "place", PLACE_MM / 2.0),
+        either_way("foot_block", "dowels in the plate", "fit", DOWEL_PLAY_MM),
+        either_way("foot_block", "dowels from its middle", "place", PLACE_MM / 2.0),
+        either_way("foot_block", "width", "stated", LENGTH_MM, 0.5),
+    ]
+    if d.capstan is None:
+        return [*links, either_way("upper_arm", "clamped by a gauge", "set", 0.1)]
+    return [
+        *links,
+        either_way("motor_cheek", "depth of the seat", "stated", LENGTH_MM),
+        Link("bearing", "width, motor's side", "bought", -WIDTH_MM, 0.0, -1.0),
+        either_way("sector", "from the arm to its collar", "stated", LENGTH_MM, -1.0),
+    ]
+
+
+def _bar_mm(d: Dimensions) -> float:
+    """Radial play of a bonded cross-bar, mm: it hardens anywhere in its bore."""
+    bar = -deviations_um("h6", d.forearm.bar_diameter_mm)[0]
+    return BAR_GLUE_MM + (BAR_WIDER_UM + bar) / 2000.0
+
+
+def _arm(d: Dimensions) -> list[Link]:
+    bore, shaft = deviations_um("H7", d.arm.shaft_bore_mm)[1], -deviations_um("h6", d.arm.shaft_bore_mm)[0]
+    return [
+        either_way("upper_arm", "bar's bore from the shaft's", "place", PLACE_MM / 2.0),
+        either_way("upper_arm", "on its shaft", "fit", (bore + shaft) / 2000.0),
+        either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
+    ]
+
+
+def _rod() -> list[Link]:
+    return [
+        either_way("rod_tube", "bonded in a jig", "set", JIG_MM),
+        either_way("cup_shell", "both seats", "stated", 2 * CLEARANCE_TOLERANCE_MM),
+    ]
+
+
+def _wrist(d: Dimensions) -> list[Link]:
+    return [
+        either_way("platform", "place of a bar's bore", "place", PLACE_MM / 2.0),
+        either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
+    ]
+
+
+def _beside(d: Dimensions) -> list[Link]:
+    """A wrist along its axis, middle of a pair."""
+    hole = d.forearm.pin_diameter_mm / 2 + BALL_GLUE_MM
+    rim = hole / sqrt((d.forearm.ball_diameter_mm / 2) ** 2 - hole**2) * EROSION_UM / 2000.0
+    return [
+        either_way("cross_bar", "set in its boss by a gauge", "set", CENTRED_MM),
+        either_way("cross_bar", "distance of its shoulders", "stated", LENGTH_MM, 0.5),
+        either_way("joint_ball", "rim of its hole, one end", "bought", rim, 0.5),
+        either_way("joint_ball", "rim of its hole, other end", "bought", rim, 0.5),
+    ]
+
 
 SCHEMA = "delta-tolerances/1"
 ASSUMED = (
@@ -24,12 +389,7 @@ DECIMALS = 5
 
 
 def machine_chains(d: Dimensions, general: str = ASKED) -> list[Chain]:
-    """Lists the chains that have bounds; the three chains of a machine are alike.
-
-    Args:
-        d: Dimensions of the machine.
-        general: Class of the general tolerances, of ISO 2768-1.
-    """
+    """Lists the chains that have bounds; the three chains of a machine are alike."""
     return [*shoulder_chains(d, general), *cable_chains(d, general), twist_chain(d)]
 
 

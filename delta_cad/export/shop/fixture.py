@@ -27,8 +27,7 @@ from delta_cad.export.shop.seats import (
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, blind, fitted, tapped
-from delta_cad.solids.making import made_part, round_z
-from delta_cad.solids.materials import GRAPHITE, material
+from delta_cad.solids.making import GRAPHITE, made_part, material, round_z
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import bore_z, cut, feature, fuse
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Step
+from delta_cad.assembly.machine import Assembly, Insertion, Step
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.export.views.polydata import poly_data
 from delta_cad.export.views.scene import (
@@ -65,14 +64,14 @@ class Drawn:
         away: (3,) how far they are drawn out, mm.
         bend: (3,) where the way turns, from the seat, mm; None: it is straight.
         unit: Kind of the first unit that comes in whole; "" for parts.
-        is_laid: Whether it is flexible.
+        is_flexible: Whether it is flexible.
     """
 
     names: tuple[str, ...]
     away: np.ndarray
     bend: np.ndarray | None
     unit: str
-    is_laid: bool = False
+    is_flexible: bool = False
 
 
 class Studio:
@@ -91,7 +90,7 @@ class Studio:
         self.window.Finalize()
 
     def draw(
-        self, step: Step, coming: Sequence[tuple[Bring, tuple[str, ...]]], there: Sequence[str], path: Path
+        self, step: Step, coming: Sequence[tuple[Insertion, tuple[str, ...]]], there: Sequence[str], path: Path
     ) -> Mapping[str, Colour]:
         """Draws a step.
 
@@ -114,7 +113,7 @@ class Studio:
             key = one.unit or self._ordered[name]
             colour = colours.setdefault(key, ACCENTS[len(colours) % len(ACCENTS)])
             parts.append(self._placed(name, colour, one.away))
-            if one.is_laid:
+            if one.is_flexible:
                 through.append(parts[-1])
         towards = _towards(drawn)
         scene = PartScene(parts)
@@ -145,7 +144,7 @@ class Studio:
             ]
         )
 
-    def _drawn(self, coming: Sequence[tuple[Bring, tuple[str, ...]]], into: bool) -> list[Drawn]:
+    def _drawn(self, coming: Sequence[tuple[Insertion, tuple[str, ...]]], into: bool) -> list[Drawn]:
         """Draws each out along its first leg by most of its length, those that go the same way one before the other.
 
         Args:
@@ -154,16 +153,16 @@ class Studio:
         """
         found: list[Drawn] = []
         gone: list[tuple[np.ndarray, np.ndarray, float]] = []  # direction, (2, 3) box, distance
-        for bring, names in coming:
+        for insertion, names in coming:
             if not names:
                 continue
-            unit = re.sub(r" \d+$", "", bring.units[0]) if bring.units else ""
-            if not bring.legs or not (into or found):
-                found.append(Drawn(names, np.zeros(3), None, unit, bring.is_laid))
+            unit = re.sub(r" \d+$", "", insertion.units[0]) if insertion.units else ""
+            if not insertion.path or not (into or found):
+                found.append(Drawn(names, np.zeros(3), None, unit, insertion.is_flexible))
                 continue
-            turn = np.array(self._frames[bring.frame or names[0]])[:3, :3]
+            turn = np.array(self._frames[insertion.frame or names[0]])[:3, :3]
             points = self._points(names)
-            legs = [(-(turn @ np.array(leg.along)), leg.length_mm) for leg in bring.legs]
+            legs = [(-(turn @ np.array(leg.along)), leg.length_mm) for leg in insertion.path]
             bend = None if len(legs) == 1 else legs[1][0] * legs[1][1]
             out = legs[0][0]
             along = points @ out

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from delta_cad import catalogue
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Step, Unit
+from delta_cad.assembly.machine import Assembly, Insertion, Step, Unit
 from delta_cad.export.bom import BomRow
 from delta_cad.structure.holds import tightening_N_m
 
@@ -81,7 +80,7 @@ class Scene:
     """A step to be drawn: what it brings in, what is there, and the file's name."""
 
     step: Step
-    coming: tuple[tuple[Bring, tuple[str, ...]], ...]
+    coming: tuple[tuple[Insertion, tuple[str, ...]], ...]
     there: tuple[str, ...]
     picture: str
 
@@ -102,7 +101,8 @@ def scenes(order: Sequence[Unit]) -> Iterator[tuple[Unit, list[Scene]]]:
         found = []
         for k, step in enumerate(unit.steps):
             coming = tuple(
-                (bring, (*bring.names, *(name for part in bring.units for name in made[part]))) for bring in step.brings
+                (insertion, (*insertion.names, *(name for part in insertion.units for name in made[part])))
+                for insertion in step.insertions
             )
             found.append(Scene(step, coming, tuple(there), f"{unit.kind.replace(' ', '-')}-{k + 1}.png"))
             there += [name for _, names in coming for name in names]
@@ -132,13 +132,13 @@ def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Map
             colours, step = drawn.get(scene.picture, {}), scene.step
             amounts: Counter[str] = Counter()
             colour_of: dict[str, str] = {}
-            for bring, _ in scene.coming:
-                for name in bring.names:
+            for insertion, _ in scene.coming:
+                for name in insertion.names:
                     ordered = part[name].piece_of or part[name].number
                     amounts[ordered] += 0 if part[name].piece_of else 1
                     colour_of.setdefault(ordered, _css(colours.get(ordered)))
-            units = Counter(titles[name].kind for bring, _ in scene.coming for name in bring.units)
-            heads = {titles[name].kind: titles[name].title for bring, _ in scene.coming for name in bring.units}
+            units = Counter(titles[name].kind for insertion, _ in scene.coming for name in insertion.units)
+            heads = {titles[name].kind: titles[name].title for insertion, _ in scene.coming for name in insertion.units}
             chapter.steps.append(
                 Told(
                     number=number,

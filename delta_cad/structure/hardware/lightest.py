@@ -14,7 +14,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.cable.rim_ends import RIM_MM
+from delta_cad.dimensions.capstan import RIM_MM
 from delta_cad.dimensions.forearm import END_MATERIAL, EYE_WALL_MM, LUG_MM, RING_MM, ForearmDimensions
 from delta_cad.dimensions.joint import CUP_MATERIAL
 from delta_cad.dimensions.platform import RIB_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM, WEB_CORNER_MM

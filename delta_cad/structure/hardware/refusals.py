@@ -19,9 +19,21 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.capstan import ROPE_FACTOR
-from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, RATIO, SECTOR, Way, another, larger, smaller, up
-from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
+from delta_cad.dimensions.rules import (
+    ARM,
+    BASE,
+    BOTTOM,
+    FOREARM,
+    RATIO,
+    SECTOR,
+    Way,
+    another,
+    ceil_sig,
+    larger,
+    smaller,
+)
 from delta_cad.dimensions.tolerances.general import CLASSES
+from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
@@ -203,7 +215,7 @@ def _outline(d: Dimensions) -> list[Reason]:
         Reason(
             "base_plate" if size in plate else "assembly",
             name.replace("_mm", "").replace("_", " "),
-            f"{what[size not in plate]} over {up(size)} mm; at most {asked[name]:g}",
+            f"{what[size not in plate]} over {ceil_sig(size)} mm; at most {asked[name]:g}",
             (*inwards, larger(f"requirements.{name}")),
         )
         for name, size in best

@@ -19,14 +19,15 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.assembly.assemble import assemble, longest, longest_dowel, pointing
+from delta_cad.assembly.assemble import assemble
+from delta_cad.assembly.builder import longest, longest_dowel, pointing
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.solidity import bore_counts, compared_bores, solid_faults
 from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.mechanism import UnreachableError
 from delta_cad.mechanism.placement import LINKS
-from delta_cad.solids.bought.fasteners import make_cap_screw, make_dowel
+from delta_cad.solids.bought_parts import make_cap_screw, make_dowel
 from delta_cad.solids.brackets import make_motor_cheek
 from delta_cad.solids.capstan import capstan_of
 from delta_cad.solids.forearm import make_cross_bar, make_cup_shell, make_rod_cup, make_rod_tube
@@ -67,22 +68,34 @@ def test_ball_centres_and_seat_centres_coincide_at_every_pose(
         assert np.linalg.norm(apart, axis=-1).max() < UM
 
 
-def test_shafts_turn_in_their_bearings_and_pinions_on_their_motors_at_every_pose(
+def test_shafts_are_on_the_axes_of_all_that_holds_them_at_every_pose(
     best_assembly: Assembly, best_dimensions: Dimensions
 ) -> None:
-    d, parts = best_dimensions, {p.number: p for p in best_assembly.parts}
-    shaft = one_axis(parts["shoulder_shaft"].solid, d.shaft.diameter_mm, concave=False)
-    bearing = one_axis(parts["bearing"].solid, d.bearing.bore_mm, concave=True)
-    pinion = one_axis(parts["pinion"].solid, d.motor.shaft_diameter_mm, concave=True)
-    motor = one_axis(parts["motor"].solid, d.motor.shaft_diameter_mm, concave=False)
+    """Of a shoulder its bearings and their seats in the cheeks; of a motor its pinion and its pilot's bore."""
+    d, parts = best_dimensions, {o.name: o.part for o in best_assembly.occurrences}
+    shaft, motor = d.shaft.diameter_mm, d.motor.shaft_diameter_mm
+    around: dict[tuple[str, float], list[tuple[str, float]]] = {
+        ("shoulder_shaft_{}", shaft): [
+            *((f"bearing_{{}}_{side}", d.bearing.bore_mm) for side in "em"),
+            *((f"{side}_cheek_{{}}", d.bearing.outer_mm) for side in ("encoder", "motor")),
+        ],
+        ("motor_{}", motor): [("pinion_{}", motor), ("motor_cheek_{}", d.motor.pilot_diameter_mm)],
+    }
     placements = best_assembly.poses(poses(d))
-    pairs = [(f"shoulder_shaft_{i}", shaft, f"bearing_{i}_{s}", bearing) for i in range(3) for s in "em"]
-    pairs += [(f"pinion_{i}", pinion, f"motor_{i}", motor) for i in range(3)]
-    for a, (p, u), b, (q, v) in pairs:
-        for frame, other in zip(placements[a], placements[b], strict=True):
-            distance, sine = axis_distance((moved(frame, p), frame[:3, :3] @ u), (moved(other, q), other[:3, :3] @ v))
-            assert distance < UM
-            assert sine < 1e-9
+    for i, ((inner, thick), holding) in product(range(3), around.items()):
+        a = inner.format(i)
+        p, u = one_axis(parts[a].solid, thick, concave=False)
+        for outer, wide in holding:
+            b = outer.format(i)
+            q, v = one_axis(parts[b].solid, wide, concave=True)
+            for frame, other in zip(placements[a], placements[b], strict=True):
+                distance, sine = axis_distance(
+                    (moved(frame, p), frame[:3, :3] @ u), (moved(other, q), other[:3, :3] @ v)
+                )
+                assert distance < UM, b
+                assert sine < 1e-9, b
+    home = moved(best_assembly.poses(best_assembly.home_mm)["shoulder_shaft_0"], np.zeros(3))
+    np.testing.assert_allclose(home, [d.design.mechanism.base_radius_mm, 0.0, 0.0], atol=1e-9)
 
 
 def test_joint_records_agree_at_every_pose(best_assembly: Assembly, best_dimensions: Dimensions) -> None:

@@ -15,14 +15,13 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface  # pyright: ignore[reportAttribu
 
 from delta_cad import catalogue
 from delta_cad.assembly.assemble import assemble
-from delta_cad.assembly.leads import _make_lead, _make_sensor_lead, lead_names
+from delta_cad.assembly.leads import lead_names
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.stated import order
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
-from delta_cad.dimensions.installation import leads as leads_module
-from delta_cad.dimensions.installation.leads import (
+from delta_cad.dimensions import leads as leads_module
+from delta_cad.dimensions.leads import (
     BEND,
     CLIP_MM,
     LEAD_MM,
@@ -35,6 +34,7 @@ from delta_cad.dimensions.installation.leads import (
     sensor_lead_dimensions,
 )
 from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.solids.leads import make_lead, make_sensor_lead
 from delta_cad.solids.part import location_of
 from delta_cad.structure.hardware.refusals import least_outline_mm
 from tests.committed import ROOT, changed
@@ -106,7 +106,7 @@ def test_one_that_must_go_far_aside_goes_level_between_quarter_turns() -> None:
     assert far.turn_rad == pytest.approx(pi / 2.0)
     assert far.level_mm == pytest.approx(np.hypot(40.0, 3.0) - 21.0)
     for s in (near, far):
-        part = _make_sensor_lead(s)
+        part = make_sensor_lead(s)
         assert part.extent_mm is not None
         box = part.solid.BoundingBox()
         assert ((box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax)) == tuple(
@@ -161,7 +161,7 @@ def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own()
     assert sensor_lead_dimensions(design, d.layers, d.bracket, d.encoder, d.motor) is None
     both = replace(d, leads=(phases, own), sensor_lead=None)
     assert lead_names(both, 0) == ("motor_lead_0_0", "motor_lead_0_1", "encoder_lead_0_0")
-    assert _make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)
+    assert make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)
 
 
 def test_the_outline_that_closed_forms_ask_for_counts_them() -> None:
@@ -180,7 +180,7 @@ def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> No
         found.append(vertices @ o.placement[:2, :3].T + o.placement[:2, 3])
     (leads,) = d.leads
     back = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    told = np.concatenate([np.add(leads.outside_mm, back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+    told = np.concatenate([(np.array(leads.outside_mm) + back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
     solids = np.concatenate(found)
     assert told.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
     assert told[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)
@@ -210,9 +210,12 @@ def test_one_that_is_missing_or_off_its_place_is_refused(number: str) -> None:
 
 def test_the_manual_has_a_step_for_them_and_a_motor_comes_off_without_them() -> None:
     assembly = machine()
-    told = {step.title: step for unit in order(drawn(), assembly.occurrences) for step in unit.steps}
-    assert sorted(told["Leads"].brings[0].names) == sorted(leads_of(assembly))
-    assert [bring.names for bring in told["The encoder's lead"].brings] == [("lead_clip_2",), ("sensor_lead_2",)]
+    told = {step.title: step for unit in assembly.order for step in unit.steps}
+    assert sorted(told["Leads"].insertions[0].names) == sorted(leads_of(assembly))
+    assert [insertion.names for insertion in told["The encoder's lead"].insertions] == [
+        ("lead_clip_2",),
+        ("sensor_lead_2",),
+    ]
     assert all(set(leads_of(assembly)) & set(removal.loose) for removal in assembly.removals)
 
 

@@ -14,7 +14,7 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import EYE_PLAY_MM, LUG_MM
-from delta_cad.solids.bought.spring import loop_overlap_mm3, make_rod_spring
+from delta_cad.solids.bought_parts import loop_overlap_mm3, make_rod_spring
 from delta_cad.solids.forearm import make_rod_eye
 from tests.delta_cad.solids.measured import placed
 

@@ -16,7 +16,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.commands.pipeline import check, check_limits
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids import panel as solids
-from delta_cad.solids.bought.fasteners import make_cap_screw
+from delta_cad.solids.bought_parts import make_cap_screw
 from delta_cad.solids.part import Part
 from delta_cad.solids.platform import make_handle_stem
 from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults

@@ -10,8 +10,7 @@ from delta_cad import catalogue
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.solidity import bore_counts, check_solidity
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.encoder_board import make_encoder_board
-from delta_cad.solids.bought.foot import make_foot
+from delta_cad.solids.bought_parts import make_encoder_board, make_foot
 from delta_cad.solids.capstan import make_sector
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.platform import make_knob

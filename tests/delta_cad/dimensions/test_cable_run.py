@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from delta_cad.dimensions.cable.run import CableRun, groove_pitch_mm, least_turns
+from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm, least_turns
 
 STUDY = CableRun(40.0, 40.0 / 4.3, 1.0, 0.7, 4, np.radians(127.0), 0.2)
 RUNS = [

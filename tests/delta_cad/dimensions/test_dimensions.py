@@ -254,6 +254,23 @@ def feet_apart(inner: float, encoder_side: float, motor_side: float) -> float:
     return float(min(np.linalg.norm(q - v, axis=1).min() for v in p))
 
 
+def direct_bracket(d: Dimensions, shoulder: tuple[float, float], elbow_mm: float) -> BracketDimensions:
+    """A direct drive's bracket on a base radius of 40 mm, for a range of the shoulder and the lowest elbow."""
+    return bracket_dimensions(
+        base_radius_mm=40.0,
+        shoulder_rad=shoulder,
+        lowest_elbow_mm=elbow_mm,
+        base_thickness_mm=8.0,
+        half_width_mm=17.0,
+        leg_mm=11.0,
+        arm=d.arm,
+        capstan=None,
+        bearing=d.bearing,
+        motor=d.motor,
+        clearance_mm=1.0,
+    )
+
+
 @pytest.mark.parametrize("lowest", [-50.0, -60.0, -65.0, -70.0, -75.0])
 def test_the_deeper_arms_swing_the_lower_lies_the_base(lowest: float) -> None:
     """A foot that would come nearer than 12 mm to the centre goes down instead; then the arms leave it room."""
@@ -261,8 +278,7 @@ def test_the_deeper_arms_swing_the_lower_lies_the_base(lowest: float) -> None:
 
     def arm_down(degrees: float) -> BracketDimensions:
         shoulder = (radians(degrees), d.extremes.shoulder_max.value)
-        elbow = d.arm.length_mm * sin(radians(degrees))
-        return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, 11.0, d.arm, None, d.bearing, d.motor, 1.0)
+        return direct_bracket(d, shoulder, d.arm.length_mm * sin(radians(degrees)))
 
     made = arm_down(lowest)
     assert made.foot_u_mm[0] >= 12.0 - 1e-9
@@ -272,7 +288,7 @@ def test_the_deeper_arms_swing_the_lower_lies_the_base(lowest: float) -> None:
 def test_arms_that_swing_straight_down_leave_no_room_for_the_feet() -> None:
     d = edited()
     with pytest.raises(DimensionError, match=r"^foot_block, place: .* -86\.9 deg "):
-        bracket_dimensions(40.0, (radians(-86.9), 1.0), -82.0, 8.0, 17.0, 11.0, d.arm, None, d.bearing, d.motor, 1.0)
+        direct_bracket(d, (radians(-86.9), 1.0), -82.0)
 
 
 @pytest.mark.parametrize("drive", ["capstan", "direct"])

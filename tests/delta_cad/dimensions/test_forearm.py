@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from math import asin, cos, hypot, pi, radians, sin, sqrt, tan
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import DimensionError, Dimensions
 from delta_cad.dimensions.forearm import (
     WRAP_RAD,
+    ForearmDimensions,
     eyes_mm,
     forearm_dimensions,
     lip_tilt_rad,
@@ -190,23 +192,28 @@ def test_beyond_the_strongest_spring_none_is_chosen_at_any_width_and_below_it_on
     assert any(map(fits, widths))
 
 
+def forearm(d: Dimensions, **changes: Any) -> ForearmDimensions:
+    """A parallelogram of 120 mm and 54 mm on balls of 8 mm for 3 N, or what is changed of it."""
+    usual = {"length_mm": 120.0, "width_mm": 54.0, "ball_mm": 8.0, "boss_width_mm": 16.0, "fold_rad": 0.8}
+    limits = {"force_N": 3.0, "lean_max_deg": 28.0, "clearance_mm": 2.0}
+    return forearm_dimensions(**{"arm": d.arm, "tube": catalogue.tube("cfrp-5x3"), **usual, **limits, **changes})
+
+
 def test_a_cross_bar_that_its_boss_does_not_leave_free_is_refused_with_its_bound(best_dimensions: Dimensions) -> None:
     """By hand: 7.1 mm of stand-off at either end, and 1 mm beside the boss."""
-    tube, arm = catalogue.tube("cfrp-5x3"), best_dimensions.arm
-    forearm_dimensions(120.0, 54.0, 8.0, 37.8 - 1e-9, arm, 0.8, tube, 3.0, 28.0, 2.0)
+    forearm(best_dimensions, boss_width_mm=37.8 - 1e-9)
     with pytest.raises(DimensionError, match=r"^cross_bar, length: 54 mm .* 54\.2 mm$"):
-        forearm_dimensions(120.0, 54.0, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0)
+        forearm(best_dimensions, boss_width_mm=38.0)
 
 
 def test_a_cross_bar_is_bonded_over_its_boss_and_not_at_its_cones(best_dimensions: Dimensions) -> None:
     """A bar of 9 mm on a stud of 2.25 + 0.8 mm has cones of 1.45 mm; its boss of 38 mm takes what lies between."""
-    tube, arm = catalogue.tube("cfrp-5x3"), best_dimensions.arm
     least = 38.0 + 2 * (1.45 + 7.1)
-    made = forearm_dimensions(120.0, least, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0, 9.0)
+    made = forearm(best_dimensions, width_mm=least, boss_width_mm=38.0, bar_mm=9.0)
     assert made.cone_mm == pytest.approx(1.45)
     assert made.bar_length_mm - 2 * made.cone_mm == pytest.approx(38.0)
     with pytest.raises(DimensionError, match=r"^cross_bar, length: .*; at least 55\.1 mm$"):
-        forearm_dimensions(120.0, least - 0.01, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0, 9.0)
+        forearm(best_dimensions, width_mm=least - 0.01, boss_width_mm=38.0, bar_mm=9.0)
 
 
 @pytest.mark.parametrize(("fold", "lean"), [(0.3, 0.4), (0.6, 0.0), (1.2, 0.4), (1.57, 0.2), (2.4, 0.0)])
@@ -230,9 +237,7 @@ def test_springs_keep_their_distance_from_the_arm_beside_which_rods_fold(
 
 @pytest.mark.parametrize("force", [3.0, 9.0, 30.0])
 def test_the_bond_of_a_spigot_bears_five_times_the_worst_rod_force(best_dimensions: Dimensions, force: float) -> None:
-    f = forearm_dimensions(
-        400.0, 54.0, 8.0, 16.0, best_dimensions.arm, 1.0, catalogue.tube("cfrp-5x3"), force, 28.0, 2.0
-    )
+    f = forearm(best_dimensions, length_mm=400.0, fold_rad=1.0, force_N=force)
     area = pi * f.spigot_diameter_mm * f.spigot_length_mm
     assert area * 2.0 >= 5.0 * 6.1 * force
     assert f.tube_bore_mm - f.spigot_diameter_mm == pytest.approx(0.2)  # 0.1 mm of glue around it
@@ -245,9 +250,8 @@ def test_the_bond_of_a_spigot_bears_what_its_springs_tilt_it_by(
 ) -> None:
     """In the thinnest tube; 8 mm broke it, and a smaller force was asked for: the least springs are no weaker."""
     tube = catalogue.tube("cfrp-4x2.5")
-    f = forearm_dimensions(
-        400.0, width, 10.0, 16.0, best_dimensions.arm, 1.0, tube, 1.0, 28.0, 2.0, peak_N=peak
-    )  # fmt: skip
+    sizes = {"length_mm": 400.0, "width_mm": width, "ball_mm": 10.0, "fold_rad": 1.0}
+    f = forearm(best_dimensions, **sizes, tube=tube, force_N=1.0, peak_N=peak)
     along = 2.0 * pi * f.spigot_diameter_mm * f.spigot_length_mm  # as much of the rod's force as its shear bears
     assert bond_tilt_N_mm2(f, np.array(along)) <= tilt_N_mm2()
     assert f.tube_length_mm > 2 * f.spigot_length_mm

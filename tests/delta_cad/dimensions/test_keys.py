@@ -11,9 +11,9 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.dimensions import DimensionError, Dimensions, preload_spring
+from delta_cad.dimensions.bracket import require_room_for_board
 from delta_cad.dimensions.capstan import cable_run, collar_mm, collar_off_mm
-from delta_cad.dimensions.keys import KEYS_MM, cut_key_mm, handle_room_mm, motor_screw_mm, set_screws_rad
-from delta_cad.dimensions.neighbours import require_room_for_board
+from delta_cad.dimensions.layers import KEYS_MM, cut_key_mm, handle_room_mm, motor_screw_mm, set_screws_rad
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.structure.hardware.refusals import refusals
 from delta_cad.structure.holds import tightening_N_m

@@ -10,8 +10,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from delta_cad.dimensions import DimensionError, Dimensions
-from delta_cad.dimensions.bracket import Circle
-from delta_cad.dimensions.neighbours import BOARD_EDGE_MM, require_room_for_boss
+from delta_cad.dimensions.bracket import BOARD_EDGE_MM, Circle, require_room_for_boss
 from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from tests.delta_cad.dimensions.edited import edited

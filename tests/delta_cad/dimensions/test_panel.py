@@ -12,7 +12,7 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.design import DesignError, design_from_dict, design_hash, design_to_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
-from delta_cad.dimensions.installation.panel import CLOTH_MM, LIP_MM, PanelDimensions
+from delta_cad.dimensions.panel import CLOTH_MM, LIP_MM, PanelDimensions
 from tests.committed import changed
 from tests.delta_cad.dimensions.paneled import of_panel, with_panel
 

@@ -12,7 +12,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions, preload_spring
 from delta_cad.dimensions.arm import shaft_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions
-from delta_cad.dimensions.layers import layers
+from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import platform_dimensions
 from delta_cad.dimensions.rules import WIDTH, larger, require
 from delta_cad.mechanism import UnreachableError
@@ -115,15 +115,21 @@ def test_a_boss_that_no_thinner_platform_makes_long_enough_asks_for_a_wider_para
     assert made.boss_length_mm >= 10.0
 
 
+def direct_layers(d: Dimensions, arm_mm: float, motor: catalogue.Motor, grown: float = 1.0) -> Layers:
+    """The stack of a direct drive with an arm of a thickness on a motor."""
+    none = {"rim_mm": None, "pinion_end_mm": 0.0, "preload_mm": 0.0}
+    return layers(arm_thickness_mm=arm_mm, bearing=d.bearing, encoder=d.encoder, motor=motor, grown=grown, **none)
+
+
 def test_a_thin_arm_clamps_too_little_of_a_thick_shaft(best_dimensions: Dimensions) -> None:
     """By hand: 3.5 mm of the plate's bore are the stub's and a gap, and half of 12 mm is to be clamped."""
     d = best_dimensions
     motor = replace(catalogue.motor("maxon-ec60flat-625858"), shaft_diameter_mm=12.0)
     with pytest.raises(DimensionError, match=r"^upper_arm, shaft bore: 4\.4 mm .* at least 6$"):
-        layers(7.9, None, 0.0, d.bearing, 0.0, d.encoder, motor)
+        direct_layers(d, 7.9, motor)
     with pytest.raises(DimensionError, match="shaft bore"):
-        layers(9.49, None, 0.0, d.bearing, 0.0, d.encoder, motor)
-    layers(9.5, None, 0.0, d.bearing, 0.0, d.encoder, motor)
+        direct_layers(d, 9.49, motor)
+    direct_layers(d, 9.5, motor)
 
 
 def test_a_shaft_that_a_thick_cheek_keeps_from_the_arm_asks_for_a_longer_one_and_no_thicker_arm(
@@ -135,10 +141,10 @@ def test_a_shaft_that_a_thick_cheek_keeps_from_the_arm_asks_for_a_longer_one_and
     grown = (12.0 / 6.0) ** 3
     for thickness in (9.5, 20.0):
         with pytest.raises(DimensionError) as refused:
-            layers(thickness, None, 0.0, d.bearing, 0.0, d.encoder, motor, grown)
+            direct_layers(d, thickness, motor, grown)
         assert [one.field for one in refused.value.reasons] == ["hardware.motor"]
         assert "15 mm lacks 2 mm" in refused.value.reasons[0].message
-    layers(20.0, None, 0.0, d.bearing, 0.0, d.encoder, replace(motor, shaft_length_mm=17.0), grown)
+    direct_layers(d, 20.0, replace(motor, shaft_length_mm=17.0), grown)
 
 
 def test_a_ball_that_is_not_in_the_catalogue_is_refused_with_those_that_are() -> None:
@@ -217,7 +223,15 @@ def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.
     h = d.design.hardware
     run = cable_run(h.sector_radius_mm, h.capstan_ratio, shoulder, d.cable)
     return capstan_dimensions(
-        run, h.capstan_ratio, shoulder, d.layers, d.cable, motor, 4.0, d.capstan.slot_radius_mm, radians(-115.0)
+        run=run,
+        ratio=h.capstan_ratio,
+        shoulder_rad=shoulder,
+        layers=d.layers,
+        cable=d.cable,
+        motor=motor,
+        stop_pin_mm=4.0,
+        slot_radius_mm=d.capstan.slot_radius_mm,
+        direction_rad=radians(-115.0),
     )
 
 

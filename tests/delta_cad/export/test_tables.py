@@ -19,7 +19,7 @@ from delta_cad.export.manifest import ManifestError, versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.robot import Robot, sdf, urdf
 from delta_cad.export.step import write_assembly_step
-from delta_cad.solids.part import Supply
+from delta_cad.solids.part import Consumable
 from tests.delta_cad.export.machine import unit_masses
 
 COLUMNS = (
@@ -110,7 +110,7 @@ def robot(machine: Assembly, best: Design) -> Robot:
 
 
 def test_supplies_weigh_what_one_weighs_times_their_number(machine: Assembly) -> None:
-    grease = Supply("grease", "Grease", 3, "PTFE grease", 2.5, "", "", "")
+    grease = Consumable("grease", "Grease", 3, "PTFE grease", 2.5, "", "", "")
     rows = bill_of_materials(replace(machine, supplies=(grease,)), unit_masses(machine))
     assert (rows[-1].item, rows[-1].quantity, rows[-1].unit_mass_g, rows[-1].total_mass_g) == (7, 3, 2.5, 7.5)
     assert rows[-1].make_or_buy == "buy"

@@ -15,8 +15,21 @@ from OCP.gp import gp_Trsf
 from OCP.TopAbs import TopAbs_REVERSED
 from OCP.TopLoc import TopLoc_Location
 
+from delta_cad.assembly.machine import Assembly
+from delta_cad.solids.part import Occurrence, Part
+
 UM = 1e-3  # one micrometre in mm: what issue 2 promises
 EXACT_MM = 1e-9  # rounding of doubles through transforms of a few hundred mm
+
+
+def part(assembly: Assembly, number: str) -> Part:
+    (found,) = [p for p in assembly.parts if p.number == number]
+    return found
+
+
+def occurrence(assembly: Assembly, name: str) -> Occurrence:
+    (found,) = [o for o in assembly.occurrences if o.name == name]
+    return found
 
 
 def placed(solid: cq.Shape, frame: np.ndarray) -> cq.Shape:

@@ -17,21 +17,20 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.solidity import bore_counts, compared_bores, slot_count
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.part import Occurrence, Part
+from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import bore_y, box, cut
-from tests.delta_cad.solids.measured import EXACT_MM, axis_distance, cylinders, one_axis, placed, spheres
+from tests.delta_cad.solids.measured import (
+    EXACT_MM,
+    axis_distance,
+    cylinders,
+    occurrence,
+    one_axis,
+    part,
+    placed,
+    spheres,
+)
 
 AXIS_MM = 1e-6  # the kernel's own tolerance of coincidence is 1e-7
-
-
-def part(assembly: Assembly, number: str) -> Part:
-    (found,) = [p for p in assembly.parts if p.number == number]
-    return found
-
-
-def occurrence(assembly: Assembly, name: str) -> Occurrence:
-    (found,) = [o for o in assembly.occurrences if o.name == name]
-    return found
 
 
 def test_every_part_is_one_valid_solid_with_its_declared_bores(best_assembly: Assembly) -> None:
@@ -68,19 +67,6 @@ def test_upper_arm_carries_its_axes_at_its_length(best_assembly: Assembly, best_
     np.testing.assert_allclose(shaft[0], 0, atol=AXIS_MM)
 
 
-@pytest.mark.parametrize(("chain", "side"), [(i, j) for i in range(3) for j in range(2)])
-def test_a_rod_is_its_length_between_seats(
-    best_assembly: Assembly, best_dimensions: Dimensions, chain: int, side: int
-) -> None:
-    seats = []
-    for end in ("elbow", "wrist"):
-        o = occurrence(best_assembly, f"cup_shell_{chain}_{side}_{end}")
-        (centre,) = spheres(placed(o.part.solid, o.placement), best_dimensions.forearm.seat_diameter_mm)
-        seats.append(centre)
-    asked = best_dimensions.design.mechanism.forearm_length_mm
-    assert np.linalg.norm(seats[1] - seats[0]) == pytest.approx(asked, abs=AXIS_MM)
-
-
 def test_a_rod_s_tube_fills_the_room_between_the_cups(best_assembly: Assembly) -> None:
     """The tube's ends touch both cups' shoulders: what is cut by the drawing gives the seat distance in the jig."""
     tube = placed(part(best_assembly, "rod_tube").solid, occurrence(best_assembly, "rod_tube_0_0").placement)
@@ -103,62 +89,6 @@ def test_platform_holds_its_wrists_at_its_radius(best_assembly: Assembly, best_d
         assert abs(direction[2]) < 1e-12
         angles.append(np.degrees(np.arctan2(point[1], point[0])) % 360)
     np.testing.assert_allclose(sorted(round(a, 9) % 360 for a in angles), [0, 120, 240], atol=1e-7)
-
-
-@pytest.mark.parametrize("end", ["elbow", "wrist"])
-def test_balls_are_half_the_width_from_the_chain_s_plane(
-    best_assembly: Assembly, best_dimensions: Dimensions, end: str
-) -> None:
-    m = best_dimensions.design.mechanism
-    for i in range(3):
-        turn = np.radians(120 * i) if end == "wrist" else 0.0  # the platform's frame; the arm's own
-        across = np.array([-np.sin(turn), np.cos(turn), 0])
-        outwards = np.array([np.cos(turn), np.sin(turn), 0])
-        for j in range(2):
-            o = occurrence(best_assembly, f"joint_ball_{i}_{j}_{end}")
-            (centre,) = spheres(placed(o.part.solid, o.placement), best_dimensions.forearm.ball_diameter_mm)
-            reach = m.platform_radius_mm if end == "wrist" else m.upper_arm_length_mm
-            assert centre @ across == pytest.approx((j - 0.5) * m.parallelogram_width_mm, abs=AXIS_MM)
-            assert centre @ outwards == pytest.approx(reach, abs=AXIS_MM)
-            assert abs(centre[2]) < AXIS_MM
-
-
-def test_bearings_sit_on_the_shoulder_axis(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
-    d = best_dimensions
-    links = best_assembly.placement(best_assembly.home_mm)
-    for i in range(3):
-        shaft_solid = placed(part(best_assembly, "shoulder_shaft").solid, links[f"upper_arm_{i}"])
-        shaft = one_axis(shaft_solid, d.shaft.diameter_mm, concave=False)
-        radius = np.hypot(*shaft[0][:2])
-        assert radius == pytest.approx(d.design.mechanism.base_radius_mm, abs=AXIS_MM)
-        assert abs(shaft[0][2]) < AXIS_MM
-        for name, diameter in (
-            (f"encoder_cheek_{i}", d.bearing.outer_mm),
-            (f"motor_cheek_{i}", d.bearing.outer_mm),
-            (f"bearing_{i}_e", d.bearing.bore_mm),
-            (f"bearing_{i}_m", d.bearing.bore_mm),
-        ):
-            o = occurrence(best_assembly, name)
-            distance, sine = axis_distance(one_axis(placed(o.part.solid, o.placement), diameter, concave=True), shaft)
-            assert distance < AXIS_MM, name
-            assert sine < 1e-12, name
-
-
-def test_pinions_sit_on_the_motors_shafts(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
-    d = best_dimensions
-    poses = best_assembly.poses(best_assembly.home_mm + np.array([10.0, -7.0, 12.0]))
-    for i in range(3):
-        sleeve = placed(part(best_assembly, "pinion").solid, poses[f"pinion_{i}"])
-        motor = placed(part(best_assembly, "motor").solid, poses[f"motor_{i}"])
-        cheek = placed(part(best_assembly, "motor_cheek").solid, poses[f"motor_cheek_{i}"])
-        shaft = one_axis(motor, d.motor.shaft_diameter_mm, concave=False)
-        for other in (
-            one_axis(sleeve, d.motor.shaft_diameter_mm, concave=True),
-            one_axis(cheek, d.motor.pilot_diameter_mm, concave=True),
-        ):
-            distance, sine = axis_distance(other, shaft)
-            assert distance < AXIS_MM
-            assert sine < 1e-12
 
 
 @dataclass(frozen=True)

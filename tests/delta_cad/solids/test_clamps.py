@@ -12,25 +12,14 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
-from delta_cad.solids.part import Occurrence, Part
 from delta_cad.solids.primitive import bore_z, box, cylinder
 from delta_cad.solids.upper_arm import make_upper_arm
 from delta_cad.structure.table import ROPE_N_mm2
 from tests.delta_cad.dimensions.edited import edited
-from tests.delta_cad.solids.measured import axis_distance, cylinders, one_axis, placed
+from tests.delta_cad.solids.measured import axis_distance, cylinders, occurrence, one_axis, part, placed
 
 AXIS_MM = 1e-6  # the kernel's own tolerance of coincidence is 1e-7
 NOISE_MM3 = 1e-9  # a boolean of parts that do not meet gives no solid at all
-
-
-def part(assembly: Assembly, number: str) -> Part:
-    (found,) = [p for p in assembly.parts if p.number == number]
-    return found
-
-
-def occurrence(assembly: Assembly, name: str) -> Occurrence:
-    (found,) = [o for o in assembly.occurrences if o.name == name]
-    return found
 
 
 @pytest.fixture(scope="module")

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from delta_cad.assembly.assemble import assemble
-from delta_cad.assembly.bench import at
+from delta_cad.assembly.builder import at
 from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
-from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
+from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.passing.folding import beside_own
@@ -25,7 +25,7 @@ from delta_cad.passing.rod_vs_boss import off_boss_mm
 from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
 from delta_cad.passing.sleeves import second_way_rad, sleeves_off_mm
 from delta_cad.passing.standing import board, cheeks, foot, key_swing_rad, motor
-from delta_cad.solids.bought.ball import make_joint_ball
+from delta_cad.solids.bought_parts import make_joint_ball
 from delta_cad.solids.capstan import make_cable_end, make_crimp_sleeve
 from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
 from delta_cad.solids.platform import make_handle_stem, make_platform

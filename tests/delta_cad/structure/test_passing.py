@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.assembly.order.drive import drive_unit
+from delta_cad.assembly.drive import over_carriage
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement
-from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, carriage_frame
+from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, carriage_frame
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
@@ -338,8 +338,8 @@ def test_a_sleeve_comes_beside_the_foot_block_that_is_in_its_way() -> None:
     outside = np.array([-1.0, 0.0, 0.0])
     for design, meets in ((LONG_RODS, True), (synthesized(), False)):
         d = dimensions(design)
-        steps = [step for step in drive_unit(d, (), 0).steps if step.title == "Cable"]
-        along = np.array(steps[0].brings[0].legs[0].along)
+        assert d.capstan is not None
+        along = np.array(over_carriage(d, d.capstan)[0].along)
         assert foot_met(d, outside) == meets == (along[2] < 0.0)
         assert not foot_met(d, along)
         assert np.linalg.norm(along) == pytest.approx(1.0)

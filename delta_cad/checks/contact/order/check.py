@@ -8,15 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Step, Unit
+from delta_cad.assembly.machine import Assembly, Insertion, Step, Unit
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.contact.access import SWING_RAD, Scene, key_swing, up_and_down
 from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.order.paths import Leg, Ways
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
-from delta_cad.solids.part import Reach
+from delta_cad.solids.part import ToolAccess
 
 FLEXIBLE = (
     "capstan_cable",
@@ -38,13 +37,15 @@ def members(units: tuple[Unit, ...]) -> dict[str, tuple[str, ...]]:
     """
     found: dict[str, tuple[str, ...]] = {}
     for unit in units:
-        found[unit.name] = tuple(name for step in unit.steps for bring in step.brings for name in brought(bring, found))
+        found[unit.name] = tuple(
+            name for step in unit.steps for insertion in step.insertions for name in brought(insertion, found)
+        )
     return found
 
 
-def brought(bring: Bring, made: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
+def brought(insertion: Insertion, made: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
     """Lists the occurrences that come in together, of units what they consist of."""
-    return (*bring.names, *(name for unit in bring.units for name in made.get(unit, ())))
+    return (*insertion.names, *(name for unit in insertion.units for name in made.get(unit, ())))
 
 
 def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[CheckResult]:
@@ -72,10 +73,10 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
         seen.add(alike)
         present: list[str] = []
         for step in unit.steps:
-            for bring in step.brings:
-                coming = [name for name in brought(bring, made) if name in known]
+            for insertion in step.insertions:
+                coming = [name for name in brought(insertion, made) if name in known]
                 count += 1
-                fault = _met(bring, coming, present, ways, assembly)
+                fault = _met(insertion, coming, present, ways, assembly)
                 if fault:
                     faults.append((coming[:1], f"{unit.name}, {step.title}: {fault}"))
                 present += coming
@@ -97,8 +98,8 @@ def _uncovered(assembly: Assembly, made: dict[str, tuple[str, ...]]) -> Iterator
     ready: set[str] = set()
     for unit in assembly.order:
         for step in unit.steps:
-            for bring in step.brings:
-                for part in bring.units:
+            for insertion in step.insertions:
+                for part in insertion.units:
                     if part not in ready:
                         yield [], f"{unit.name}, {step.title}: {part} is not made yet"
         ready.add(unit.name)
@@ -110,19 +111,19 @@ def _uncovered(assembly: Assembly, made: dict[str, tuple[str, ...]]) -> Iterator
         yield [number], f"{number} is used in a step and not bought"
 
 
-def _met(bring: Bring, coming: list[str], present: list[str], ways: Ways, assembly: Assembly) -> str:
+def _met(insertion: Insertion, coming: list[str], present: list[str], ways: Ways, assembly: Assembly) -> str:
     """What keeps parts from coming in, as text."""
-    if bring.is_laid:
+    if insertion.is_flexible:
         number = {o.name: o.part.number for o in assembly.occurrences}
         stiff = [name for name in coming if not number[name].startswith(FLEXIBLE)]
         return f"{stiff[0]} is not flexible and has no way" if stiff else ""
     if not present or not coming:
         return ""
-    frame = bring.frame or coming[0]
-    if not bring.legs or frame not in ways.frames:
+    frame = insertion.frame or coming[0]
+    if not insertion.path or frame not in ways.frames:
         return f"{coming[0]} has no way"
     turn = ways.frames[frame][:3, :3]
-    legs: list[Leg] = [(turn @ np.array(leg.along), leg.length_mm) for leg in bring.legs]
+    legs: list[Leg] = [(turn @ np.array(leg.along), leg.length_mm) for leg in insertion.path]
     met = ways.met(coming, present, legs)
     return "" if met is None else f"{met.moving} meets {met.other} {met.out_mm:.1f} mm before its seat"
 
@@ -138,15 +139,15 @@ def _alike(
     base = np.linalg.inv(ways.frames[first])
     told: list[object] = []
     for step in unit.steps:
-        for bring in step.brings:
-            names = [name for name in brought(bring, made) if name in known]
-            told.append((tuple(numbers[name] for name in names), bring.is_laid, len(bring.units)))
+        for insertion in step.insertions:
+            names = [name for name in brought(insertion, made) if name in known]
+            told.append((tuple(numbers[name] for name in names), insertion.is_flexible, len(insertion.units)))
             for name in names:
                 told += np.round((base @ ways.frames[name])[:3] / ALIKE_MM).astype(int).ravel().tolist()
-            frame = bring.frame or (names[0] if names else "")
+            frame = insertion.frame or (names[0] if names else "")
             if frame in ways.frames:
                 turn = (base @ ways.frames[frame])[:3, :3]
-                for leg in bring.legs:
+                for leg in insertion.path:
                     told += [*np.round(turn @ np.array(leg.along), 6).tolist(), leg.length_mm]
         told.append(len(step.tightened))
     return tuple(told)
@@ -159,12 +160,12 @@ def _swings(
     there = set(present)
     part = replace(assembly, occurrences=tuple(o for o in assembly.occurrences if o.name in there))
     at_home = Scene(part, meshes, assembly.home_mm[None, :])
-    found = [(key_swing(Reach(name, DRAWN_MM, step.title), at_home, library), name) for name in step.tightened]
+    found = [(key_swing(ToolAccess(name, DRAWN_MM, step.title), at_home, library), name) for name in step.tightened]
     if all(swing >= SWING_RAD for swing, _ in found):
         return found
     moved = Scene(part, meshes, up_and_down(part.placement, limits))
     return [
-        (swing if swing >= SWING_RAD else key_swing(Reach(name, DRAWN_MM, step.title), moved, library), name)
+        (swing if swing >= SWING_RAD else key_swing(ToolAccess(name, DRAWN_MM, step.title), moved, library), name)
         for swing, name in found
     ]
 

@@ -31,7 +31,7 @@ def part_faults(assembly: Assembly, d: Dimensions) -> list[str]:
     for row in expected_parts(d):
         found = [o for name, o in unseen.items() if fnmatchcase(name, row.names)]
         if len(found) != row.count:
-            faults.append(f"{row.group} has {len(found)} of {row.count} {row.names}")
+            faults.append(f"there are {len(found)} of {row.count} {row.names}")
         for o in found:
             del unseen[o.name]
             if not fnmatchcase(o.part.number, row.number):

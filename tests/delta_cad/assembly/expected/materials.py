@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from math import pi
 
 from delta_cad import catalogue
-from delta_cad.assembly.leads import CLIP, CLIP_G, CODES, SENSOR
 from delta_cad.catalogue import CatalogueRow
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import TENSION_SCREW
 from delta_cad.dimensions.forearm import END_MATERIAL
-from delta_cad.dimensions.installation.leads import LEAD_G_M, SENSOR_G_M
 from delta_cad.dimensions.joint import CUP_MATERIAL
-from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
-from delta_cad.solids.bought.spring import spring_mass_g
+from delta_cad.dimensions.leads import LEAD_G_M, SENSOR_G_M
+from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, spring_mass_g
+from delta_cad.solids.leads import CLIP, CLIP_G, CODES, SENSOR
 from delta_cad.solids.making import ordered
 from delta_cad.solids.panel import BOOT_CODE
 

@@ -21,11 +21,11 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.bracket import key_slot_rad, motor_pattern_rad
-from delta_cad.dimensions.keys import KEYS_MM
+from delta_cad.dimensions.layers import KEYS_MM
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.passing.standing import motor
-from delta_cad.solids.part import Reach, Removal
+from delta_cad.solids.part import Removal, ToolAccess
 from tests.delta_cad.catalogue.offered import machine
 from tests.delta_cad.checks.machines import at, box, changed, part
 
@@ -140,7 +140,9 @@ def test_a_motor_behind_a_wall_does_not_come_off(best_assembly: Assembly, best_d
 
 
 def test_what_is_missing_is_neither_reached_nor_drawn_off(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
-    a = replace(best_assembly, reached=(Reach("no_screw", 1.0, ""),), removals=(Removal("none", (0, 1, 0), (), ""),))
+    a = replace(
+        best_assembly, reached=(ToolAccess("no_screw", 1.0, ""),), removals=(Removal("none", (0, 1, 0), (), ""),)
+    )
     results = found(a, best_dimensions)
     assert results["tool access"].value == 0.0
     assert not results["parts come off"].passed

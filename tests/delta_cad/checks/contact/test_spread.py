@@ -12,8 +12,8 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.access import MOST_MM, SPARE_MM, TOLERANCE_MM, missing_spread_mm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.fasteners import make_cap_screw
-from delta_cad.solids.part import Occurrence, Reach
+from delta_cad.solids.bought_parts import make_cap_screw
+from delta_cad.solids.part import Occurrence, ToolAccess
 from tests.delta_cad.checks.contact.order.blocks import on_base
 from tests.delta_cad.checks.machines import box, part
 
@@ -27,7 +27,7 @@ def walled(edge_mm: float, name: str) -> Assembly:
     wall = part("wall", box((-200.0, -200.0, 15.0), (edge_mm, 200.0, 300.0)))
     a = on_base(screw, wall)
     named = [Occurrence(n, o.part, o.link, o.placement) for n, o in zip(("screw_0", name), a.occurrences, strict=True)]
-    return replace(a, occurrences=tuple(named), reached=(Reach("screw_0", 1.0, "holds"),))
+    return replace(a, occurrences=tuple(named), reached=(ToolAccess("screw_0", 1.0, "holds"),))
 
 
 def missing(a: Assembly) -> float:

@@ -13,8 +13,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.dfm.check import RULES, check_dfm
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.boring import along_y, along_z, between, blind, group, sunk, tapped, tool
-from delta_cad.solids.making import made_part
-from delta_cad.solids.materials import material
+from delta_cad.solids.making import made_part, material
 from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import bore_z, box, closed_corners, cut, fuse, round_inside
 

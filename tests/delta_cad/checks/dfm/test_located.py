@@ -10,8 +10,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.dfm.located import location_faults
 from delta_cad.solids.boring import along_z, blind, fitted, group, sunk, tapped, tool
-from delta_cad.solids.making import made_part
-from delta_cad.solids.materials import material
+from delta_cad.solids.making import made_part, material
 from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import box, cut
 

@@ -10,8 +10,7 @@ import pytest
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances.chain import Chain, Link, either_way
-from delta_cad.dimensions.tolerances.lengths import length_chains
-from delta_cad.dimensions.tolerances.machine import machine_chains
+from delta_cad.dimensions.tolerances.machine import length_chains, machine_chains
 
 MACHINES = 100_000
 LINKS = (either_way("a", "x", "stated", 0.1, -2.0), Link("b", "y", "bought", -0.3, 0.0, 1.0))

@@ -12,8 +12,7 @@ import pytest
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances.chain import Chain
-from delta_cad.dimensions.tolerances.lengths import deviation_mm, largest_deviation_mm, length_chains
-from delta_cad.dimensions.tolerances.machine import machine_chains
+from delta_cad.dimensions.tolerances.machine import deviation_mm, largest_deviation_mm, length_chains, machine_chains
 
 Line = tuple[str, float | tuple[float, float], float]
 """What, deviation (either way, or least and largest) in mm, share."""

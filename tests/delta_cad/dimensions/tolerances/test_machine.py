@@ -12,11 +12,16 @@ import pytest
 
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.dimensions.tolerances import PLACE_MM, cable, preload_range_N, seat_tilt_rad, spring_height_mm
-from delta_cad.dimensions.tolerances.cable import cable_chains
+from delta_cad.dimensions.tolerances import PLACE_MM, machine, preload_range_N, seat_tilt_rad, spring_height_mm
 from delta_cad.dimensions.tolerances.chain import Chain
-from delta_cad.dimensions.tolerances.lengths import length_chains
-from delta_cad.dimensions.tolerances.machine import general_class, loosest_class, machine_chains, tolerance_record
+from delta_cad.dimensions.tolerances.machine import (
+    cable_chains,
+    general_class,
+    length_chains,
+    loosest_class,
+    machine_chains,
+    tolerance_record,
+)
 from tests.committed import changed
 from tests.delta_cad.catalogue.offered import offered
 
@@ -145,7 +150,7 @@ def test_every_chain_holds_of_the_joystick_and_breaks_of_a_machine_that_is_off(b
 def test_a_pinion_turned_to_the_general_class_leaves_the_cable_loose(
     best_dimensions: Dimensions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cable, "PINION_TURNED_MM", 0.2)
+    monkeypatch.setattr(machine, "PINION_TURNED_MM", 0.2)
     assert not {chain.name: chain for chain in cable_chains(best_dimensions, "m")}["carriage's travel"].holds
 
 

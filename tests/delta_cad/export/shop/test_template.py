@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from delta_cad.dimensions.installation.panel import PanelDimensions
+from delta_cad.dimensions.panel import PanelDimensions
 from delta_cad.export.shop.template import template_dxf, template_svg
 from delta_cad.mechanism.placement import chain_frame
 from tests.delta_cad.dimensions.paneled import of_panel

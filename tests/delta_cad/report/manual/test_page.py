@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 from matplotlib import image
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring
+from delta_cad.assembly.machine import Assembly, Insertion
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.common.beside import BesideError
 from delta_cad.dimensions import Dimensions
@@ -50,7 +49,7 @@ def like(picture: Picture, colour: tuple[float, float, float]) -> int:
 @pytest.fixture(scope="module")
 def blocks() -> Assembly:
     a = on_base(plate(), pin())
-    return replace(a, order=whole(step(Bring(("plate",))), step(Bring(("pin",), DOWN))))
+    return replace(a, order=whole(step(Insertion(("plate",))), step(Insertion(("pin",), DOWN))))
 
 
 @pytest.fixture(scope="module")

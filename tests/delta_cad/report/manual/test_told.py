@@ -7,15 +7,11 @@ from collections import Counter
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.drive import encoder_cheek_unit
-from delta_cad.assembly.order.shoulder import arm_unit
-from delta_cad.design import load_design
-from delta_cad.dimensions import dimensions
+from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.export.bom import BomRow, bill_of_materials
 from delta_cad.report.manual.told import Chapter, chapters, scenes
 from delta_cad.structure.holds import screw_N, tightening_N_m
-from tests.committed import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +89,7 @@ def test_nothing_is_put_through_seats_in_which_bearings_lie(best_assembly: Assem
     filled = False
     for unit in best_assembly.order:
         for step in unit.steps:
-            filled |= any(name.startswith("bearing_") for bring in step.brings for name in bring.names)
+            filled |= any(name.startswith("bearing_") for insertion in step.insertions for name in insertion.names)
             said = " ".join((*step.words, *step.checks, *step.tools))
             assert not (filled and ("mandrel" in said or "both seats" in said)), (unit.name, step.title)
     assert filled
@@ -105,9 +101,11 @@ def test_the_last_step_of_a_capstan_machine_connects_it_and_keeps_its_keys(best_
     assert "Keep the cut key" in said
 
 
-def test_a_direct_drive_is_told_no_bearing_and_how_far_its_magnet_s_stub_stands_out() -> None:
-    d = dimensions(load_design(ROOT / "docs" / "gallery" / "direct-83.json"))
-    cheek, arm = encoder_cheek_unit(d, (), 0), arm_unit(d, (), 0)
+def test_a_direct_drive_is_told_no_bearing_and_how_far_its_magnet_s_stub_stands_out(
+    direct_assembly: Assembly, direct_dimensions: Dimensions
+) -> None:
+    d, units = direct_dimensions, {unit.name: unit for unit in direct_assembly.order}
+    cheek, arm = units["encoder cheek 0"], units["arm 0"]
     assert "earing" not in " ".join(text for step in cheek.steps for text in (step.title, *step.words, *step.checks))
     (stub,) = (step for step in arm.steps if step.title == "Stub of the magnet")
     assert d.shaft.y_mm[0] < d.layers.arm_mm[0]  # the encoder's side

@@ -18,7 +18,7 @@ from delta_cad.commands.cli import main
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.dimensions import Reason, dimensions
-from delta_cad.dimensions.rules import up
+from delta_cad.dimensions.rules import ceil_sig
 from delta_cad.dimensions.tolerances.machine import machine_chains
 from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.structure.hardware.refusals import least_outline_mm, refusals
@@ -223,7 +223,7 @@ def test_an_outline_that_elbows_and_motors_exceed_is_refused_at_what_they_take(b
     assert (size <= [219.6, 247.9]).all()
     tight = {"requirements__envelope_width_mm": 230.0, "requirements__envelope_depth_mm": 215.0}
     found = {reason.feature: reason for reason in refusals(machine(**tight))}
-    assert f"over {up(size.max())} mm" in found["envelope width"].message
+    assert f"over {ceil_sig(size.max())} mm" in found["envelope width"].message
     swapped = {"requirements__envelope_width_mm": 220.0, "requirements__envelope_depth_mm": 270.0}
     assert refusals(machine(**swapped)) == ()  # it is turned by 90 degrees
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import cadquery as cq
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
+from delta_cad.assembly.machine import Assembly, Insertion, PathSegment, Step, Unit
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
 from tests.delta_cad.checks.machines import LIMITS, at, box, part, placement, rod
 
-DOWN, UP, ALONG = (Leg((0.0, 0.0, -1.0)),), (Leg((0.0, 0.0, 1.0)),), (Leg((1.0, 0.0, 0.0)),)
+DOWN, UP, ALONG = (PathSegment((0.0, 0.0, -1.0)),), (PathSegment((0.0, 0.0, 1.0)),), (PathSegment((1.0, 0.0, 0.0)),)
 
 
 def on_base(*parts: Part, lifted: dict[str, float] | None = None, order: tuple[Unit, ...] = ()) -> Assembly:
@@ -29,7 +28,7 @@ def whole(*steps: Step) -> tuple[Unit, ...]:
     return (Unit("machine", "machine", "Machine", steps),)
 
 
-def step(*brings: Bring, tightened: tuple[str, ...] = (), supplies: tuple[str, ...] = ()) -> Step:
+def step(*brings: Insertion, tightened: tuple[str, ...] = (), supplies: tuple[str, ...] = ()) -> Step:
     return Step("a step", ("It is done.",), brings, tightened, supplies=supplies)
 
 

@@ -7,15 +7,14 @@ from dataclasses import replace
 
 import pytest
 
-from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.order.record import Bring, Leg, Step
+from delta_cad.assembly.machine import Assembly, Insertion, PathSegment, Step
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.fasteners import make_cap_screw
-from delta_cad.solids.part import Supply
+from delta_cad.solids.bought_parts import make_cap_screw
+from delta_cad.solids.part import Consumable
 from tests.delta_cad.checks.contact.order.blocks import (
     DOWN,
     UP,
@@ -30,7 +29,7 @@ from tests.delta_cad.checks.contact.order.blocks import (
 )
 from tests.delta_cad.checks.machines import box, part, rod
 
-GLUE = Supply("glue", "glue", 1, "", 0.0, "", "", "")
+GLUE = Consumable("glue", "glue", 1, "", 0.0, "", "", "")
 
 
 def faults(a: Assembly) -> tuple[float | None, tuple[str, ...] | None, str]:
@@ -44,7 +43,7 @@ def test_no_order_no_check() -> None:
 
 
 def test_plate_pin_and_lid_go_together_in_this_order_alone() -> None:
-    plate_in, pin_in, lid_in = Bring(("plate",)), Bring(("pin",), DOWN), Bring(("lid",), DOWN)
+    plate_in, pin_in, lid_in = Insertion(("plate",)), Insertion(("pin",), DOWN), Insertion(("lid",), DOWN)
     parts = plate(), pin(), lid(20.0)
     assert faults(on_base(*parts, order=whole(step(plate_in), step(pin_in, lid_in))))[0] == 0.0
     value, names, detail = faults(on_base(*parts, order=whole(step(plate_in), step(lid_in, pin_in))))
@@ -54,23 +53,26 @@ def test_plate_pin_and_lid_go_together_in_this_order_alone() -> None:
 
 def test_a_part_locked_in_by_another_is_refused_however_it_comes() -> None:
     parts = case(), part("inside", box((-3, -3, -3), (3, 3, 3)))
-    for legs in (UP, DOWN, (Leg((1.0, 0.0, 0.0)), Leg((0.0, 0.0, 1.0), 5.0))):
-        value, names, _ = faults(on_base(*parts, order=whole(step(Bring(("case",)), Bring(("inside",), legs)))))
+    for legs in (UP, DOWN, (PathSegment((1.0, 0.0, 0.0)), PathSegment((0.0, 0.0, 1.0), 5.0))):
+        value, names, _ = faults(on_base(*parts, order=whole(step(Insertion(("case",)), Insertion(("inside",), legs)))))
         assert (value, names) == (1.0, ("inside",))
 
 
 @pytest.mark.parametrize(
     ("brings", "words"),
     [
-        ([Bring(("plate",))], "pin comes in 0 times"),
-        ([Bring(("plate",)), Bring(("pin",), DOWN), Bring(("pin",), DOWN)], "pin comes in 2 times"),
-        ([Bring(("plate",)), Bring(("pin",), DOWN), Bring(("nut",), DOWN)], "nut is no part of the machine"),
-        ([Bring(("plate",)), Bring(("pin",))], "pin has no way"),
-        ([Bring(("plate",)), Bring(("pin",), is_laid=True)], "pin is not flexible"),
-        ([Bring(("plate",)), Bring(("pin",), DOWN, units=("arm",))], "arm is not made yet"),
+        ([Insertion(("plate",))], "pin comes in 0 times"),
+        ([Insertion(("plate",)), Insertion(("pin",), DOWN), Insertion(("pin",), DOWN)], "pin comes in 2 times"),
+        (
+            [Insertion(("plate",)), Insertion(("pin",), DOWN), Insertion(("nut",), DOWN)],
+            "nut is no part of the machine",
+        ),
+        ([Insertion(("plate",)), Insertion(("pin",))], "pin has no way"),
+        ([Insertion(("plate",)), Insertion(("pin",), is_flexible=True)], "pin is not flexible"),
+        ([Insertion(("plate",)), Insertion(("pin",), DOWN, units=("arm",))], "arm is not made yet"),
     ],
 )
-def test_an_order_with_a_fault_is_refused(brings: list[Bring], words: str) -> None:
+def test_an_order_with_a_fault_is_refused(brings: list[Insertion], words: str) -> None:
     value, _, detail = faults(on_base(plate(), pin(), order=whole(step(*brings))))
     assert value is not None
     assert value >= 1.0
@@ -78,31 +80,31 @@ def test_an_order_with_a_fault_is_refused(brings: list[Bring], words: str) -> No
 
 
 def test_a_supply_that_no_step_uses_is_refused() -> None:
-    brings = Bring(("plate",)), Bring(("pin",), DOWN)
+    brings = Insertion(("plate",)), Insertion(("pin",), DOWN)
     a = replace(on_base(plate(), pin(), order=whole(step(*brings))), supplies=(GLUE,))
     assert faults(a)[:2] == (1.0, ("glue",))
     assert faults(replace(a, order=whole(step(*brings, supplies=("glue",)))))[0] == 0.0
     assert faults(replace(a, order=whole(step(*brings, supplies=("glue", "tape")))))[:2] == (1.0, ("tape",))
 
 
-def keyed(*over: Bring, cover: float) -> CheckResult:
+def keyed(*over: Insertion, cover: float) -> CheckResult:
     """A screw with its head on a plate, and a cover so far over it, which comes in with it."""
     bored = part("plate", box((-15, -15, -10), (15, 15, 0)).cut(rod(1.5, (0, 0, -11), (0, 0, 1))))
     screw = make_cap_screw("M3", 8.0)
-    brings = Bring(("plate",)), Bring((screw.number,), DOWN), *over
+    brings = Insertion(("plate",)), Insertion((screw.number,), DOWN), *over
     a = on_base(bored, screw, lid(cover), order=whole(step(*brings, tightened=(screw.number,)), step(*_left(over))))
     return checked(a)["assembly keys"]
 
 
-def _left(over: tuple[Bring, ...]) -> tuple[Bring, ...]:
-    return () if over else (Bring(("lid",), DOWN),)
+def _left(over: tuple[Insertion, ...]) -> tuple[Insertion, ...]:
+    return () if over else (Insertion(("lid",), DOWN),)
 
 
 def test_a_screw_is_tightened_before_its_head_is_covered() -> None:
     assert keyed(cover=6.0).passed
-    refused = keyed(Bring(("lid",), DOWN), cover=6.0)
+    refused = keyed(Insertion(("lid",), DOWN), cover=6.0)
     assert (refused.passed, refused.value, refused.worst_pair) == (False, 0.0, ("screw_M3x8",))
-    assert keyed(Bring(("lid",), DOWN), cover=80.0).passed  # the short leg of a key for M3 is 20.5 mm
+    assert keyed(Insertion(("lid",), DOWN), cover=80.0).passed  # the short leg of a key for M3 is 20.5 mm
 
 
 @pytest.fixture(scope="module")
@@ -128,13 +130,15 @@ def changed(a: Assembly, kind: str, change: Change) -> Assembly:
 def from_above(steps: tuple[Step, ...]) -> tuple[Step, ...]:
     """Every drive comes straight down on the plate."""
     return tuple(
-        replace(s, brings=tuple(replace(b, legs=DOWN) if b.units and "drive" in b.units[0] else b for b in s.brings))
+        replace(
+            s, insertions=tuple(replace(b, path=DOWN) if b.units and "drive" in b.units[0] else b for b in s.insertions)
+        )
         for s in steps
     )
 
 
 def without_knob(steps: tuple[Step, ...]) -> tuple[Step, ...]:
-    return tuple(replace(s, brings=tuple(b for b in s.brings if b.names != ("knob",))) for s in steps)
+    return tuple(replace(s, insertions=tuple(b for b in s.insertions if b.names != ("knob",))) for s in steps)
 
 
 @pytest.mark.slow
@@ -159,7 +163,7 @@ def test_the_machine_goes_together_in_its_order_and_in_no_other(
 
 def test_every_instance_of_the_machine_is_in_its_order_once(best_assembly: Assembly) -> None:
     """Counted without the check's help, from the records alone."""
-    names = [name for unit in best_assembly.order for s in unit.steps for b in s.brings for name in b.names]
+    names = [name for unit in best_assembly.order for s in unit.steps for b in s.insertions for name in b.names]
     assert sorted(names) == sorted(o.name for o in best_assembly.occurrences)
-    units = [unit for u in best_assembly.order for s in u.steps for b in s.brings for unit in b.units]
+    units = [unit for u in best_assembly.order for s in u.steps for b in s.insertions for unit in b.units]
     assert sorted(units) == sorted(u.name for u in best_assembly.order[:-1])

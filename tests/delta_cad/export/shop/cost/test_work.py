@@ -10,7 +10,7 @@ import pytest
 from delta_cad.export.shop.cost.rates import Rates
 from delta_cad.export.shop.cost.work import making, material_id, work_of
 from delta_cad.solids.boring import Boring, along_z, fitted, tapped
-from delta_cad.solids.materials import material
+from delta_cad.solids.making import material
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import box, cut, cylinder, one_solid
 

@@ -15,9 +15,9 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.design import Design
+from delta_cad.dimensions.bracket import PLUG_MM as ROOM_MM
 from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.neighbours import PLUG_MM as ROOM_MM
 from delta_cad.dimensions.rules import FARTHER_OUT, another, require
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
@@ -82,12 +82,7 @@ class LeadDimensions:
 
 
 def lead_dimensions(design: Design, motor: catalogue.Motor) -> tuple[LeadDimensions, ...]:
-    """Dimensions the leads behind a motor, its own encoder's after those of its phases; none where none are drawn.
-
-    Args:
-        design: The design.
-        motor: Its motor.
-    """
+    """Dimensions the leads behind a motor, its own encoder's after those of its phases; none where none are drawn."""
     if design.hardware.leads != "bent":
         return ()
     count = COUNTS[motor.commutation]
@@ -180,11 +175,7 @@ def sensor_lead_dimensions(
 def tie_lacks_mm(design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder) -> float:
     """Computes by how much an encoder's leg is too short for the tie of its board's lead over its foot; 0: it is not.
 
-    Args:
-        design: As all that follows, of `sensor_lead_dimensions`.
-        stack: Stack of a chain.
-        bracket: Its chain's.
-        encoder: Row of the catalogue.
+    Arguments as of `sensor_lead_dimensions`.
     """
     lead = _tied(design, stack, bracket, encoder)
     if lead is None:

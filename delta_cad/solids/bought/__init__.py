@@ -1,1 +1,0 @@
-"""Bought parts as their makers draw them from outside, one part a file."""
