@@ -14,7 +14,7 @@ import numpy as np
 
 from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.kernel import _kappa, chain_closure, largest_eigenvalue
+from delta_cad.mechanism.kernel import chain_closure, kappa, largest_eigenvalue
 from delta_cad.mechanism.limits.couple_index import least_of
 
 TINY = float(np.finfo(float).tiny)
@@ -127,7 +127,7 @@ def _fill(designs, places, conditioning, angles, out):
                     side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb
                 )
                 closures[k], determinants[k], moments[k] = closure, det, la * moment
-                inverse = 1.0 / _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, 1.0)
+                inverse = 1.0 / kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, 1.0)
                 inverse = inverse if det > 0.0 else -inverse
                 beyond = closure if closure < 0.0 else 0.0
                 qualities[k] = beyond if closure <= 0.0 or det == 0.0 else inverse

@@ -16,7 +16,6 @@ from delta_cad.mechanism import (
     joint_angles,
     rod_lean,
 )
-from delta_cad.mechanism.kernel import figures
 from delta_cad.mechanism.limits import (
     POSE_LIMITS,
     CoupleIndex,
@@ -40,6 +39,7 @@ from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.proof import prove as proving
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch
+from optimizer.problem.evaluator import figures
 from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins
@@ -175,12 +175,12 @@ def test_a_million_points_do_not_violate_a_proved_design():
     unit[np.arange(500_000), face] = np.sign(unit[np.arange(500_000), face])  # half of them on the surface
     unit[:100_000] = np.sign(unit[:100_000]) * np.abs(unit[:100_000]) ** 0.01  # and some close to the corners
     p = np.clip(np.array([0.0, 0.0, BOTTOM + HALF]) + HALF * unit, CUBE.lower, CUBE.upper)
-    ours = figures(PUBLISHED, p)
+    ours = figures(np.array([[0.082, 0.112079, 0.040, 0.030, BOTTOM, HALF]]), unit)
     low, high = asked.get(Shoulder).told()
     theta = joint_angles(PUBLISHED, p)
-    assert ours.closure_margin.min() >= asked.get(Reach).elbow_arm_min ** 2
-    assert 3.0 * ours.torque_arms.max() <= asked.get(Torque).torque_max
-    assert ours.kappa.max() <= asked.get(Kappa).kappa_max
+    assert PUBLISHED.forearm_length**2 * ours.closure.min() >= asked.get(Reach).elbow_arm_min ** 2
+    assert 3.0 * (ours.moment / ours.determinant).max() <= asked.get(Torque).torque_max
+    assert 1.0 / ours.quality.min() <= asked.get(Kappa).kappa_max
     assert low <= theta.min() <= theta.max() <= high
     assert np.abs(rod_lean(PUBLISHED, p)).max() <= asked.get(Lean).lean_max
     mass = effective_mass(PUBLISHED, p, INERTIA).max()
