@@ -27,12 +27,59 @@ squares takes over, whose error is a rounding of the largest eigenvalue."""
 
 
 @inlined
+def azimuth(i):
+    """Gives cosine and sine of a chain's azimuth."""
+    return (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
+
+
+@inlined
+def wrist(i, x, y, a):
+    """Computes a wrist's q and t, README (1); a is R - r."""
+    c, s = azimuth(i)
+    return c * x + s * y - a, c * y - s * x
+
+
+@inlined
 def chain_closure(q, t, z, la, lb):
-    """Closes a chain in its own plane: rho^2, m, w^2 and w, README (2), (3); w is NaN where it cannot be closed."""
+    """Closes a chain in its own plane: rho^2, m and w^2, README (2), (3); negative where it cannot be closed."""
     rho2 = q * q + z * z
     m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
-    w2 = rho2 - m * m
-    return rho2, m, w2, math.sqrt(w2)
+    return rho2, m, rho2 - m * m
+
+
+@inlined
+def arm(q, z, rho2, m, w):
+    """Computes cosine and sine of the shoulder angle, elbows outwards, README (5)."""
+    return (q * m + z * w) / rho2, (z * m - q * w) / rho2
+
+
+@inlined
+def in_base(i, radial, along):
+    """Turns a vector along a chain's radius and shoulder axis into the base frame: its parts along x and y."""
+    c, s = azimuth(i)
+    return c * radial - s * along, s * radial + c * along
+
+
+@inlined
+def add_inertia(m, turning, cross, n, e):
+    """Adds a chain's part of the handle's inertia, README (39).
+
+    Args:
+        m: 11, 22, 33, 12, 13, 23 so far, kg.
+        turning: What goes with `n n^T`.
+        cross: What goes with `n e^T + e n^T`.
+        n: Row of the inverse Jacobian, in the unit that the two above ask for.
+        e: Direction in which the elbow moves.
+    """
+    (nx, ny, nz), (ex, ey, ez) = n, e
+    return (
+        m[0] + (2.0 * cross * ex * nx + turning * nx * nx),
+        m[1] + (2.0 * cross * ey * ny + turning * ny * ny),
+        m[2] + (2.0 * cross * ez * nz + turning * nz * nz),
+        m[3] + (cross * (ex * ny + nx * ey) + turning * nx * ny),
+        m[4] + (cross * (ex * nz + nx * ez) + turning * nx * nz),
+        m[5] + (cross * (ey * nz + ny * ez) + turning * ny * nz),
+    )
 
 
 @inlined

@@ -32,6 +32,7 @@ from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, ei
 from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
 from delta_cad.mechanism.geometry import RADIAL, SIN_60, VERTICAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction, elbow_arm, forearm_vectors
+from delta_cad.mechanism.kernel import add_inertia, in_base
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import Masses
 
@@ -215,29 +216,18 @@ def _cut(pose, k, n, work, cuts, count):
 @compiled
 def _directions(pose, k, n, work):
     """Fills work[3:6] with the eigenvectors of M at the box's middle, the heaviest first; False where it has none."""
-    m00 = m11 = m22 = m01 = m02 = m12 = 0.0
-    la2 = pose[forms.UPPER_ARM_2, 0]
+    m, la2 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), pose[forms.UPPER_ARM_2, 0]
     la = math.sqrt(la2)
     for i in range(3):
         w = pose[forms.W + i, 0]
         if not w > 0.0:
             return False
-        r, h = (
-            -pose[forms.ELBOW_VERTICAL + i, 0] / la,
-            pose[forms.ELBOW_RADIAL + i, 0] / la,
-        )
-        c, s = (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
-        ex, ey, ez = c * r, s * r, h
-        nx, ny = pose[forms.FOREARM + 3 * i, 0] / w, pose[forms.FOREARM + 3 * i + 1, 0] / w
-        nz = pose[forms.FOREARM + 3 * i + 2, 0] / w
-        f, g = k[n + 3] + k[n + 4] / la2, k[n + 2]
-        m00 += f * nx * nx + 2.0 * g * nx * ex
-        m11 += f * ny * ny + 2.0 * g * ny * ey
-        m22 += f * nz * nz + 2.0 * g * nz * ez
-        m01 += f * nx * ny + g * (nx * ey + ny * ex)
-        m02 += f * nx * nz + g * (nx * ez + nz * ex)
-        m12 += f * ny * nz + g * (ny * ez + nz * ey)
-    return eigenvectors((m00, m11, m22, m01, m02, m12), work)
+        s = forms.FOREARM + 3 * i
+        row = pose[s, 0] / w, pose[s + 1, 0] / w, pose[s + 2, 0] / w
+        x, y = in_base(i, -pose[forms.ELBOW_VERTICAL + i, 0] / la, 0.0)
+        elbow = x, y, pose[forms.ELBOW_RADIAL + i, 0] / la
+        m = add_inertia(m, k[n + 3] + k[n + 4] / la2, k[n + 2], row, elbow)
+    return eigenvectors(m, work)
 
 
 @dataclass(frozen=True)
