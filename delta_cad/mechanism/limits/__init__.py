@@ -2,6 +2,7 @@
 
 A new limit is its module, one line in `LIMITS` and its test.
 """
+# ruff: noqa: F401  the names are for those who import the package
 
 from __future__ import annotations
 
@@ -159,35 +160,3 @@ class Limits:
             GeometryError: A number that the proof does not take, or one of several that belong together is missing.
         """
         return cls.of(*(limit.from_record(data) for limit in POSE_LIMITS))
-
-
-__all__ = [
-    "LIMITS",
-    "POSE_LIMITS",
-    "AssemblyMode",
-    "BallClearance",
-    "CoupleIndex",
-    "DesignBounds",
-    "EffectiveMass",
-    "ElbowAngle",
-    "ElbowOutside",
-    "Field",
-    "FigureOfMerit",
-    "Friction",
-    "GeometryError",
-    "HandleFriction",
-    "HandleInertia",
-    "HeldMasses",
-    "HoldingTorque",
-    "Kappa",
-    "Lean",
-    "Limit",
-    "Limits",
-    "Outline",
-    "PoseLimit",
-    "PositionStep",
-    "Reach",
-    "Shoulder",
-    "Torque",
-    "WristClearance",
-]

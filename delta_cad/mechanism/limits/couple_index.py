@@ -29,7 +29,7 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Vector, centre_of, definite, dot, norm2, products
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, eigenvectors
-from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, Enclosure, keep, store
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, chain_coordinates
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
@@ -93,11 +93,6 @@ def least_of(r1, r2, r3, v1, v2, v3):
     others = np.sqrt(np.maximum(largest * middle, 0.0))
     determinant = SIN_60 * np.abs(r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3)
     return determinant * (others != 0.0) / (others + (others == 0.0))  # 0 where both are
-
-
-def _indices(limit: CoupleIndex, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return couple_index(g, p)[..., None]
 
 
 @compiled
@@ -201,14 +196,17 @@ class CoupleIndex(ThresholdLimit):
     keys: ClassVar = {"couple_index_min": "couple_index_min"}
     told_as: ClassVar = "min_couple_index"
     figures: ClassVar = (
-        FigureOfMerit("couple_index", "couple index", "", 1.0, False, False, _indices, "couple_index_min", RANGE),
+        FigureOfMerit(
+            "couple_index",
+            "",
+            lambda _, g, p: couple_index(g, p)[..., None],
+            "couple_index_min",
+            RANGE,
+            upper=False,
+            relative=False,
+        ),
     )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 1
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 2
+    enclosure: ClassVar = Enclosure(forms.CHAINS, 2, 1, _enclose, _cut, 2)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the square of the least index and its error."""

@@ -29,7 +29,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Symmetric, centr
 from delta_cad.mechanism.enclosure.slope_pose import congruent as congruent_slopes
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors
-from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, Enclosure, keep, store
 from delta_cad.mechanism.geometry import RADIAL, SIN_60, VERTICAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction, elbow_arm, forearm_vectors
 from delta_cad.mechanism.kernel import add_inertia, in_base
@@ -102,10 +102,6 @@ def effective_mass(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np
     finite = np.asarray(np.isfinite(m).all(axis=(-2, -1), keepdims=True))
     largest = np.linalg.eigvalsh(np.where(finite, m, np.eye(3)))[..., 2]
     return np.where(closed, np.where(finite[..., 0, 0], largest, np.inf), np.nan)
-
-
-def _masses(limit: EffectiveMass, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    return effective_mass(g, p, limit.inertia)[..., None]
 
 
 @compiled
@@ -243,18 +239,19 @@ class EffectiveMass(ThresholdLimit):
         Field("effective_mass_max_kg", "largest effective mass at the handle, in any direction", gt=0, le=50),
     )
     figures: ClassVar = (
-        FigureOfMerit("effective_mass", "effective mass", "kg", 1.0, True, True, _masses, "mass_max", RANGE),
+        FigureOfMerit(
+            "effective_mass",
+            "kg",
+            lambda limit, g, p: effective_mass(g, p, limit.inertia)[..., None],
+            "mass_max",
+            RANGE,
+        ),
     )
-    tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "inertia"
     needed: ClassVar = "the masses of what moves: give mass_properties.json of a build, or state table [inertia]"
     mass_kinds: ClassVar = {"inertia": HandleInertia}
     told_as: ClassVar = "max_effective_mass_kg"
-    rows: ClassVar = 1
-    size: ClassVar = 5
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 2
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 5, 1, _enclose, _cut, 2)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the mass allowed beside the carried and its error, m_uv, m_uu and I."""

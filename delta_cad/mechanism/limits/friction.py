@@ -27,7 +27,7 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes, exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Vector, middle_of
-from delta_cad.mechanism.enclosure.table import HIGH, INSIDE, keep, store
+from delta_cad.mechanism.enclosure.table import HIGH, INSIDE, Enclosure, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
@@ -86,10 +86,6 @@ def worst_of_rows(rows: np.ndarray, rubs: HandleFriction) -> np.ndarray:
     sums = rubs.drive * (SIGNS @ rows)  # (..., 4, 3)
     level = np.hypot(sums[..., 0], sums[..., 1]) + rubs.level
     return np.hypot(np.abs(sums[..., 2]) + rubs.upright, level).max(axis=-1)
-
-
-def _frictions(limit: Friction, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    return friction(g, p, limit.rubs)[..., None]
 
 
 @compiled
@@ -186,17 +182,14 @@ class Friction(ThresholdLimit):
         "level": "ball_friction_level_N",
     }
     figures: ClassVar = (
-        FigureOfMerit("friction", "friction", "N", 1.0, True, True, _frictions, "friction_max", RANGE),
+        FigureOfMerit(
+            "friction", "N", lambda limit, g, p: friction(g, p, limit.rubs)[..., None], "friction_max", RANGE
+        ),
     )
-    tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "friction"
     needed: ClassVar = "what rubs in the joints: rods for which there is a spring, or table [joints]"
     told_as: ClassVar = "max_friction_N"
-    rows: ClassVar = 4
-    size: ClassVar = 4
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 1
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 4, 4, _enclose, _cut, 1)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -39,13 +39,13 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross
-from delta_cad.mechanism.enclosure.table import HIGH, store
+from delta_cad.mechanism.enclosure.table import HIGH, Enclosure, store
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.jacobian import velocity_map
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values
-from delta_cad.mechanism.limits.numbers import Masses, require
-from delta_cad.mechanism.limits.torque import RANGE
+from delta_cad.mechanism.limits.limit import FigureOfMerit, Values
+from delta_cad.mechanism.limits.numbers import Masses
+from delta_cad.mechanism.limits.torque import RANGE, HeldForce
 from delta_cad.mechanism.statics import worst_joint_torque
 
 SIGNS = (1.0, -1.0)
@@ -151,50 +151,29 @@ def _enclose(pose, k, n, work, out, row):
 
 
 @dataclass(frozen=True)
-class HoldingTorque(PoseLimit):
+class HoldingTorque(HeldForce):
     """Largest torque of every joint for a force in any direction on the handle and gravity together, N m and N."""
 
-    force: float
-    torque_max: float
     masses: HeldMasses
 
     name: ClassVar = "holding_torque"
-    fields_: ClassVar = ()
     keys: ClassVar = {
         "force": "holding_force_N",
         "torque_max": "holding_torque_max_N_m",
         "masses": "held_masses",
     }
-    figures: ClassVar = (
-        FigureOfMerit(
-            "torque_with_gravity", "torque with gravity", "N m", 1.0, True, True, _torques, "torque_max", RANGE
-        ),
-    )
-    tier: ClassVar = forms.FOREARMS
-    infinite_at_singularity: ClassVar = True
+    figures: ClassVar = (FigureOfMerit("torque_with_gravity", "N m", _torques, "torque_max", RANGE),)
+    with_: ClassVar = " with gravity"
     needs: ClassVar = "held_masses"
     mass_kinds: ClassVar = {"masses": HeldMasses}
-    rows: ClassVar = 6
-    size: ClassVar = 15
-    enclose: ClassVar = staticmethod(_enclose)
-
-    def __post_init__(self) -> None:
-        low, high = RANGE
-        require("force", self.force, low <= self.force <= high, f"within {low:g} and {high:g} N")
-        require("torque_max", self.torque_max, low <= self.torque_max <= high, f"within {low:g} and {high:g} N m")
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 15, 6, _enclose)
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where the masses that gravity acts on are known."""
+        """Makes the limit where the masses that gravity acts on are known."""
         del strict
         masses = values.get("held_masses")
         return None if masses is None else cls(values["force_N"], values["joint_torque_N_m"], masses)
-
-    @classmethod
-    def measured(cls, values: Values) -> Self | None:
-        """Bounds nothing at the force; None where the masses are not known."""
-        masses = values.get("held_masses")
-        return None if masses is None else cls(values["force_N"], RANGE[1], masses)
 
     def describe(self, values: Values) -> str:
         """Says what is asked."""
@@ -250,8 +229,3 @@ class HoldingTorque(PoseLimit):
     def laxer(self, than: Any) -> bool:
         """Compares torque and force; with other masses it is about another machine, and so laxer."""
         return self.torque_max > than.torque_max or self.force < than.force or self.masses != than.masses
-
-    def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked."""
-        force = rounded(self.force, False)
-        return f"torque <= {rounded(self.torque_max, True)} N m for {force} N in any direction with gravity"

@@ -26,17 +26,11 @@ from delta_cad.mechanism.enclosure.affine_form import (
 from delta_cad.mechanism.enclosure.interval import Interval
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors, quotient
-from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, LOW, keep, store
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, LOW, Enclosure, keep, store
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.statics import conditioning
 
 RANGE = (1.0, 1e6)
-
-
-def _kappa(limit: Kappa, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return conditioning(g, p)[..., None]
 
 
 @compiled
@@ -139,15 +133,10 @@ class Kappa(ThresholdLimit):
     evaluates: ClassVar = ("quality",)
     fields_: ClassVar = (Field("kappa_max", "largest condition number in the cube", ge=1, le=1e6),)
     keys: ClassVar = {"kappa_max": "kappa_max"}
-    figures: ClassVar = (FigureOfMerit("kappa", "kappa", "", 1.0, True, True, _kappa, "kappa_max", RANGE),)
-    tier: ClassVar = forms.FOREARMS
+    figures: ClassVar = (FigureOfMerit("kappa", "", lambda _, g, p: conditioning(g, p)[..., None], "kappa_max", RANGE),)
     infinite_at_singularity: ClassVar = True
     told_as: ClassVar = "max_kappa"
-    rows: ClassVar = 1
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 3
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 2, 1, _enclose, _cut, 3)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives K^2 and its error."""

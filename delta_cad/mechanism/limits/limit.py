@@ -15,8 +15,10 @@ from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import Enclosure
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits.numbers import Masses, number, require, strict_radians
@@ -60,25 +62,31 @@ class FigureOfMerit:
 
     Attributes:
         name: Such as "shoulder_min".
-        words: What a table calls it.
         unit: People's unit; "" for none.
-        scale: SI unit to people's unit.
-        upper: Whether the threshold is an upper one.
-        relative: Whether a bound is sought at a share of the value, not at a distance in SI units.
         values: (limit, mechanism, positions (..., 3) in m) -> (..., n) figures, one a chain or one; SI units.
         threshold: Attribute of the limit that bounds it; "" for a bound at 0.
         range: Smallest and largest threshold that the proof takes.
+        upper: Whether the threshold is an upper one.
+        relative: Whether a bound is sought at a share of the value, not at a distance in SI units.
+        words: What a table calls it; the name with blanks where nothing is given.
     """
 
     name: str
-    words: str
     unit: str
-    scale: float
-    upper: bool
-    relative: bool
     values: Callable[[Any, DeltaGeometry, np.ndarray], np.ndarray]
     threshold: str
     range: tuple[float, float]
+    upper: bool = True
+    relative: bool = True
+    words: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "words", self.words or self.name.replace("_", " "))
+
+    @property
+    def scale(self) -> float:
+        """SI unit to people's unit."""
+        return {"mm": MM_PER_M, "deg": DEGREE}.get(self.unit, 1.0)
 
     @property
     def sense(self) -> str:
@@ -190,12 +198,8 @@ class PoseLimit(Limit):
     """A limit on every position of the cube, which is proved for the continuum."""
 
     figures: ClassVar[tuple[FigureOfMerit, ...]]
-    tier: ClassVar[int]
-    """How much of `proof.pose` its enclosure reads."""
-    rows: ClassVar[int]
-    """Margins of its enclosure: three, one a chain, or one."""
-    size: ClassVar[int] = 0
-    """Numbers that its compiled functions take."""
+    enclosure: ClassVar[Enclosure]
+    """How it is proved over boxes of positions, and cut from boxes of designs."""
     strict: ClassVar[bool] = False
     """Whether its margin must be greater than 0, not only not less."""
     infinite_at_singularity: ClassVar[bool] = False
@@ -208,13 +212,9 @@ class PoseLimit(Limit):
     """Whether every proof asks it, because the others mean nothing without."""
     told_as: ClassVar[str] = ""
     """Key with unit by which a synthesis tells its figure's worst value, in people's unit; "" where it tells none."""
-    enclose: ClassVar[Any]
-    """Compiled (pose, k, n, work, out, row): its margins over a box; `k[n:]` are its `numbers`, row its first."""
-    cut: ClassVar[Any] = None
-    """Compiled (pose, k, n, work, cuts, count) -> count: what a feasible design must meet at one position, as forms
-    over a box of designs; `EXCLUDED` where none can. None where a closed form says it for the whole cube."""
-    cuts: ClassVar[int] = 0
-    """Most forms that `cut` adds."""
+
+    def __post_init__(self) -> None:
+        require_ranges(self)
 
     @classmethod
     def measured(cls, values: Values) -> Self | None:
@@ -385,9 +385,6 @@ class ThresholdLimit(PoseLimit):
     needed: ClassVar[str] = ""
     """What a user states where the machine is not known."""
 
-    def __post_init__(self) -> None:
-        require_ranges(self)
-
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
         """Makes the limit where its field is given.
@@ -424,7 +421,8 @@ def require_ranges(limit: PoseLimit) -> None:
         if f.threshold:
             low, high = f.range
             value = getattr(limit, f.threshold)
-            require(f.threshold, value, low <= value <= high, f"within {low:g} and {high:g}")
+            unit = {"mm": " m", "deg": " rad", "": ""}.get(f.unit, f" {f.unit}")
+            require(f.threshold, value, low <= value <= high, f"within {low:g} and {high:g}{unit}")
     for field in fields(limit):
         value = getattr(limit, field.name)
         if isinstance(value, float):

@@ -10,12 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, at, constant, multiply, put, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross, norm2
-from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, Enclosure, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_determinant, forearm_vectors
 from delta_cad.mechanism.jacobian import forearm_faces
@@ -60,10 +59,6 @@ def farthest(moves: np.ndarray) -> np.ndarray:
     """
     sums = SIGNS @ moves
     return np.sqrt((sums * sums).sum(axis=-1)).max(axis=-1)
-
-
-def _steps(limit: PositionStep, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    return position_step(g, p, limit.count)[..., None]
 
 
 @compiled
@@ -121,18 +116,15 @@ class PositionStep(ThresholdLimit):
     )
     keys: ClassVar = {"step_max": "position_step_max_m", "count": "encoder_count_rad"}
     figures: ClassVar = (
-        FigureOfMerit("position_step", "position step", "mm", MM_PER_M, True, True, _steps, "step_max", RANGE),
+        FigureOfMerit(
+            "position_step", "mm", lambda limit, g, p: position_step(g, p, limit.count)[..., None], "step_max", RANGE
+        ),
     )
-    tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "encoder_count"
     needed: ClassVar = "the count of the encoders: state table [joints]"
     infinite_at_singularity: ClassVar = True
     told_as: ClassVar = "max_position_step_mm"
-    rows: ClassVar = 4
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 4
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 2, 4, _enclose, _cut, 4)
 
     def __post_init__(self) -> None:
         super().__post_init__()

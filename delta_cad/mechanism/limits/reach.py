@@ -15,10 +15,10 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, scale, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, Enclosure, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, reach_excess
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, require_ranges
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit
 
 
 def _elbow_arms(limit: Reach, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -78,18 +78,10 @@ class Reach(PoseLimit):
     described: ClassVar = "reach of the whole cube"
     keys: ClassVar = {"elbow_arm_min": "elbow_arm_min_m"}
     figures: ClassVar = (
-        FigureOfMerit("reach", "elbow arm", "mm", MM_PER_M, False, True, _elbow_arms, "elbow_arm_min", (0.0, 10.0)),
+        FigureOfMerit("reach", "mm", _elbow_arms, "elbow_arm_min", (0.0, 10.0), upper=False, words="elbow arm"),
     )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 3
-    size: ClassVar = 2
     always: ClassVar = True
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 6
-
-    def __post_init__(self) -> None:
-        require_ranges(self)
+    enclosure: ClassVar = Enclosure(forms.CHAINS, 2, 3, _enclose, _cut, 6)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives w_min^2 and its error, m^2."""

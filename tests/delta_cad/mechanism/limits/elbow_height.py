@@ -10,12 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import at, constant, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import of_chains
+from delta_cad.mechanism.enclosure.table import enclosure_of
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
@@ -32,9 +31,6 @@ def _margin(pose, k, n, i):
     return subtract(constant(k[n], 0.0), height)
 
 
-_ENCLOSE, _CUT = of_chains(_margin)
-
-
 @dataclass(frozen=True)
 class ElbowHeight(ThresholdLimit):
     """Largest height of an elbow's centre above the base plane, m."""
@@ -46,15 +42,8 @@ class ElbowHeight(ThresholdLimit):
     fields_: ClassVar = (Field("elbow_height_max_mm", "largest height of an elbow above the base plane", gt=0),)
     keys: ClassVar = {"height_max": "elbow_height_max_m"}
     told_as: ClassVar = "max_elbow_height_mm"
-    figures: ClassVar = (
-        FigureOfMerit("elbow_height", "elbow height", "mm", MM_PER_M, True, True, _heights, "height_max", (1e-6, 10.0)),
-    )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 3
-    size: ClassVar = 1
-    enclose: ClassVar = staticmethod(_ENCLOSE)
-    cut: ClassVar = staticmethod(_CUT)
-    cuts: ClassVar = 3
+    figures: ClassVar = (FigureOfMerit("elbow_height", "mm", _heights, "height_max", (1e-6, 10.0)),)
+    enclosure: ClassVar = enclosure_of(_margin, forms.CHAINS, size=1)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the height allowed, m."""

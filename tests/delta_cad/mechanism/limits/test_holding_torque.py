@@ -46,7 +46,7 @@ def test_both_arithmetics_contain_the_exact_margins(size: float) -> None:
         box = np.array([*p, *(size * rng.uniform(0.0, 1.0, 3)), 0.0])
         pose, work, out = room()
         margins(box, numbers(g, Limits.of(limit)), BITS[HoldingTorque], pose, work, out)
-        ours = out[ROW : ROW + HoldingTorque.rows, [LOW, HIGH]]
+        ours = out[ROW : ROW + HoldingTorque.enclosure.rows, [LOW, HIGH]]
         second = limit.second(SlopePose(g, (box[:3] - box[3:6])[None], (box[:3] + box[3:6])[None]), exactly)
         for point in samples(box, rng, 8 if size else 1):
             for (low, high), form, value in zip(ours.tolist(), second, exact(g, limit, point), strict=True):

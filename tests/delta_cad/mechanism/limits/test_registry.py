@@ -72,14 +72,14 @@ def test_what_it_keeps_in_a_certificate_has_a_unit(kind):
 
 
 def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
-    rows = [row for kind in POSE_LIMITS for row in range(FIRST[kind], FIRST[kind] + kind.rows)]
+    rows = [row for kind in POSE_LIMITS for row in range(FIRST[kind], FIRST[kind] + kind.enclosure.rows)]
     assert rows == list(range(MARGINS))
-    taken = [place for kind in POSE_LIMITS for place in range(START[kind], START[kind] + kind.size)]
+    taken = [place for kind in POSE_LIMITS for place in range(START[kind], START[kind] + kind.enclosure.size)]
     assert taken == list(range(forms.NUMBERS, SIZE))
     assert sum(BITS.values()) == (1 << MARGINS) - 1
     for kind in POSE_LIMITS:
         assert [row for row in range(MARGINS) if (BITS[kind] >> row) & 1] == list(
-            range(FIRST[kind], FIRST[kind] + kind.rows)
+            range(FIRST[kind], FIRST[kind] + kind.enclosure.rows)
         )
 
 
@@ -87,9 +87,9 @@ def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
 def test_its_numbers_are_as_many_as_it_says_and_stand_where_it_reads_them(kind):
     limit = ordinary(kind)
     own = limit.numbers()
-    assert len(own) == kind.size
+    assert len(own) == kind.enclosure.size
     gathered = numbers(PUBLISHED, Limits.of(limit))
-    np.testing.assert_array_equal(gathered[START[kind] : START[kind] + kind.size], own)
+    np.testing.assert_array_equal(gathered[START[kind] : START[kind] + kind.enclosure.size], own)
     np.testing.assert_array_equal(gathered[: forms.NUMBERS], forms.lengths(PUBLISHED))
 
 

@@ -42,7 +42,7 @@ def bounds(g, asked, box):
 def exact_table(g, asked, point):
     """Every margin of the list; None where a limit is not asked or has no value there."""
     found = exact_margins(g, asked, tuple(point.tolist()))
-    return [value for kind in POSE_LIMITS for value in found.get(kind, [None] * kind.rows)]
+    return [value for kind in POSE_LIMITS for value in found.get(kind, [None] * kind.enclosure.rows)]
 
 
 def boxes(rng, size, n):
@@ -110,7 +110,7 @@ def test_kappa_bounds_near_the_axis_and_near_a_singularity(kappa_max):
 
 def test_nothing_is_said_where_a_chain_is_open():
     table = bounds(PUBLISHED, LIMITS, np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]))
-    known = {kind: slice(FIRST[kind], FIRST[kind] + kind.rows) for kind in POSE_LIMITS}
+    known = {kind: slice(FIRST[kind], FIRST[kind] + kind.enclosure.rows) for kind in POSE_LIMITS}
     assert (table[known.pop(Reach), HIGH] < 0.0).all()
     assert np.isfinite(table[known.pop(Lean), LOW]).all()
     for rows in known.values():
