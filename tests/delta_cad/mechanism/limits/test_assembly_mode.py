@@ -12,10 +12,21 @@ from delta_cad.checks import CheckLimits
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.commands.cli import main
-from delta_cad.mechanism import Cube, DeltaGeometry, forward_kinematics, inverse_kinematics, joint_angles
+from delta_cad.mechanism import (
+    Cube,
+    DeltaGeometry,
+    direct_margin,
+    forward_kinematics,
+    inverse_kinematics,
+    joint_angles,
+)
+from delta_cad.mechanism.enclosure.interval import exactly
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.limits import AssemblyMode
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import cube_grid
 from tests.delta_cad.mechanism.asked import limits
+from tests.delta_cad.mechanism.limits.proving import poses
 from tests.designs import hanging, minimal
 
 HANGING = DeltaGeometry(0.056, 0.024, 0.099, 0.087)
@@ -65,3 +76,13 @@ def test_inspect_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         assert row["limit"] == "> 0"
         assert row["holds"] is (code == 0)
         assert (row["value"] > 0.0) is (code == 0)
+
+
+def test_the_second_arithmetic_sees_the_sign_at_a_position() -> None:
+    modes = set()
+    for g, p in poses(np.random.default_rng(3), 40, 1e-4):
+        pose, above = SlopePose(g, p[None], p[None]), bool(direct_margin(g, p) > 0.0)
+        assert bool(AssemblyMode().second_proof(pose, exactly)[0]) is above
+        assert AssemblyMode().second_refutation(pose, exactly) is not above
+        modes.add(above)
+    assert modes == {True, False}

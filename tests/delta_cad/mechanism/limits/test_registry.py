@@ -2,48 +2,29 @@
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
-from delta_cad.mechanism import Cube, GeometryError
+from delta_cad.mechanism import GeometryError
 from delta_cad.mechanism.enclosure import pose as forms
-from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Limits
+from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, Limits
 from delta_cad.mechanism.limits.limit import ThresholdLimit
 from delta_cad.mechanism.limits.numbers import number as limit_number
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
 from delta_cad.mechanism.proof.prove import prove
-from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
+from tests.delta_cad.mechanism.limits.proving import CUBE, VALUES, around, extremes
+from tests.delta_cad.mechanism.oracles import PUBLISHED
 
-VALUES = {
-    "force_N": 3.0,
-    "inertia": HandleInertia(0.06, 0.01, 0.004, 2e-4),
-    "held_masses": HeldMasses(0.0, 0.0, -9.81, 0.08, 0.003, 1e-4, 4e-5, 3e-6),
-    "friction": HandleFriction(0.012, 0.05, 0.08),
-    "encoder_count": 3.8e-4,
-}
-CUBE = Cube(BOTTOM, HALF)
 FIGURES = [pytest.param(kind, figure, id=figure.name or kind.name) for kind in POSE_LIMITS for figure in kind.figures]
 BOUNDED = [case for case in FIGURES if case.values[1].threshold]
 EACH = pytest.mark.parametrize("kind", POSE_LIMITS, ids=lambda kind: kind.name)
 
 
-@cache
-def published():
-    """The worst figures of the published design, once."""
-    return worst_figures(PUBLISHED, CUBE, Limits.measured(VALUES))
-
-
 def ordinary(kind):
-    """A limit of a kind with thresholds that a joystick could have: those of the published design, a tenth laxer."""
-    limit = kind.measured(VALUES)
-    for found in published():
-        if type(found.limit) is kind and found.figure.threshold:
-            away = 0.1 * abs(found.value)
-            limit = limit.with_bound(found.figure, found.value + (away if found.figure.upper else -away))
-    return limit
+    """A limit of a kind with thresholds that a joystick could have: a little laxer than the published design."""
+    return around(extremes(), 0.1, kind.name)[kind.name]
 
 
 def beside(limit, figure, towards):
