@@ -19,7 +19,7 @@ from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeom
 OffBranch = Literal["raise", "nan"]
 DOWNWARDS = "z must be > 0: z points from the base to the platform; many public codes have z downwards: negate z"
 FOLDED = "a chain is folded, its elbow neither outwards nor inwards; stay within the edge of reach"
-HANGING = "det S must be > 0: it belongs to another assembly; stay where the platform is above the elbows"
+OTHER_ASSEMBLY = "det S must be > 0: it belongs to another assembly; stay where the platform is above the elbows"
 
 
 def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
@@ -104,7 +104,7 @@ def inverse_kinematics(g: DeltaGeometry, p: ArrayLike, off_branch: OffBranch = "
     require_branch("position p", _mm, given, ~(p[..., 2] <= 0.0), DOWNWARDS)
     require_closed(g, given)
     require_branch("position p", _mm, given, outwards, FOLDED)
-    require_branch("position p", _mm, given, held, HANGING)
+    require_branch("position p", _mm, given, held, OTHER_ASSEMBLY)
     return theta
 
 

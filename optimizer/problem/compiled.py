@@ -183,7 +183,7 @@ def _row(chain, la):
 
 
 @inlined
-def _lightness(one, two, three, la, carried, elbow_mass, cross, joint_inertia):
+def _mass_ratio(one, two, three, la, carried, elbow_mass, cross, joint_inertia):
     """Computes the carried mass by the effective mass."""
     m, turning = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), elbow_mass + joint_inertia / (la * la)
     for i, chain in ((0, one), (1, two), (2, three)):
@@ -206,7 +206,7 @@ def _added(a, b, c, second, third):
 
 
 @inlined
-def _ease(one, two, three, la, drive, upright, level):
+def _inverse_friction(one, two, three, la, drive, upright, level):
     """Computes 1 / friction."""
     a, b, c, most = _row(one, la), _row(two, la), _row(three, la), 0.0
     for second, third in SENSES:
@@ -225,7 +225,7 @@ def _move(chain, one, other, la):
 
 
 @inlined
-def _farthest(one, two, three, la):
+def _scaled_step(one, two, three, la):
     """Computes the determinant times the longest way of the handle."""
     a, b, c, most = _move(one, two, three, la), _move(two, three, one, la), _move(three, one, two, la), 0.0
     for second, third in SENSES:
@@ -235,6 +235,6 @@ def _farthest(one, two, three, la):
 
 
 fill_couple_index = _of_points(_couple_index)
-fill_lightness = _of_points(_lightness, "carried", "elbow_mass", "cross", "joint_inertia")
-fill_ease = _of_points(_ease, "drive", "upright", "level")
-fill_farthest = _of_points(_farthest)
+fill_mass_ratio = _of_points(_mass_ratio, "carried", "elbow_mass", "cross", "joint_inertia")
+fill_inverse_friction = _of_points(_inverse_friction, "drive", "upright", "level")
+fill_scaled_step = _of_points(_scaled_step)

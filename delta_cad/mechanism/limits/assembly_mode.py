@@ -51,7 +51,7 @@ class AssemblyMode(PoseLimit):
     strict: ClassVar = True
     enclosure: ClassVar = enclosure_of(_margin, forms.FOREARMS, size=0, rows=1)
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes det S."""
         del exact
         return [pose.determinant]
@@ -61,12 +61,12 @@ class AssemblyMode(PoseLimit):
         return f.determinant
 
     def record(self) -> dict[str, Any]:
-        """Says that it is asked."""
+        """Says that it is required."""
         return {"assembly_mode": True}
 
     @classmethod
     def from_record(cls, data: Any) -> Self | None:
-        """Reads whether it is asked."""
+        """Reads whether it is required."""
         asked = data.get("assembly_mode")
         require("assembly_mode", asked, asked is None or isinstance(asked, bool), "true, false or null")
         return cls() if asked else None

@@ -194,7 +194,7 @@ class CoupleIndex(ThresholdLimit):
         Field("couple_index_min", "least couple index: hold of the rod pairs against turning", gt=0, lt=1),
     )
     keys: ClassVar = {"couple_index_min": "couple_index_min"}
-    told_as: ClassVar = "min_couple_index"
+    output_key: ClassVar = "min_couple_index"
     figures: ClassVar = (
         FigureOfMerit(
             "couple_index",
@@ -222,7 +222,7 @@ class CoupleIndex(ThresholdLimit):
     def _least(self, pose: SlopePose, exact: Callable[[float], Interval]) -> Interval:
         return (exact(self.couple_index_min) * pose.forearm_length).square()
 
-    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
+    def proved_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Proves that the products of the couples less the least are positive definite, README (51)."""
         turned, v = self._turned(pose)
         least = self._least(pose, exact)
@@ -232,7 +232,7 @@ class CoupleIndex(ThresholdLimit):
         }
         return definite(margins, (2, 1, 0))
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Shows three amounts whose sum of couples is too small."""
         turned, v = self._turned(pose)
         found = norm2(turned[0]).centre - products(v)[0, 0] * self._least(pose, exact)
@@ -240,13 +240,13 @@ class CoupleIndex(ThresholdLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the index less its least, that of the forearms where a chain is open."""
-        return self.sought(f)["index"] - self.couple_index_min
+        return self.search_quantities(f)["index"] - self.couple_index_min
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes the index of the chains as they are continued beyond their reach."""
         return {"index": f.couple_index()}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Gives the smallest index."""
         return least["index"]
 

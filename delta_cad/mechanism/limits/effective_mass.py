@@ -250,7 +250,7 @@ class EffectiveMass(ThresholdLimit):
     needs: ClassVar = "inertia"
     needed: ClassVar = "the masses of what moves: give mass_properties.json of a build, or state table [inertia]"
     mass_kinds: ClassVar = {"inertia": HandleInertia}
-    told_as: ClassVar = "max_effective_mass_kg"
+    output_key: ClassVar = "max_effective_mass_kg"
     enclosure: ClassVar = Enclosure(forms.FOREARMS, 5, 1, _enclose, _cut, 2)
 
     def numbers(self) -> tuple[float, ...]:
@@ -282,28 +282,28 @@ class EffectiveMass(ThresholdLimit):
         v = slope_eigenvectors(np.moveaxis(middle, -1, 0))
         return congruent_slopes(m, v), v
 
-    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
+    def proved_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Proves that the mass allowed less M is positive definite, turned by a regular matrix, README (41)."""
         turned, _ = self._turned(pose, exact, -1.0)
         return definite({key: form.box for key, form in turned.items()}, (2, 1, 0))
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Shows a direction in which M is more than the mass allowed."""
         turned, _ = self._turned(pose, exact, 1.0)
         return bool(turned[2, 2].centre.lo[0] > 0.0)
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes carried mass / effective mass less its least; the closure where that is negative."""
-        return self.sought(f)["lightness"] - self.inertia.carried_mass / self.mass_max
+        return self.search_quantities(f)["mass_ratio"] - self.inertia.carried_mass / self.mass_max
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes carried mass / effective mass; the closure where that is negative."""
-        return {"lightness": f.lightness(self.inertia)}
+        return {"mass_ratio": f.mass_ratio(self.inertia)}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the largest effective mass; infinite at a fold."""
-        return self.inertia.carried_mass / least["lightness"] if least["lightness"] > 0.0 else math.inf
+        return self.inertia.carried_mass / least["mass_ratio"] if least["mass_ratio"] > 0.0 else math.inf
 
-    def laxer(self, than: Any) -> bool:
-        """Compares the thresholds; with other masses it is about another machine, and so laxer."""
+    def less_strict_than(self, than: Any) -> bool:
+        """Compares the thresholds; with other masses it is about another machine, and so less strict."""
         return self.mass_max > than.mass_max or self.inertia != than.inertia

@@ -176,7 +176,7 @@ class HoldingTorque(HeldForce):
         return None if masses is None else cls(values["force_N"], values["joint_torque_N_m"], masses)
 
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         del values
         return f"{self.torque_max:g} N m for {self.force:g} N and gravity (requirements.joint_torque_N_m)"
 
@@ -198,7 +198,7 @@ class HoldingTorque(HeldForce):
             2.0 * ROUND * size,
         )
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the same margins from cross products, sines and cosines."""
         m = self.masses
         gravity = exact(m.gravity_x), exact(m.gravity_y), exact(m.gravity_z)
@@ -222,10 +222,10 @@ class HoldingTorque(HeldForce):
                 margins.append(pose.determinant * held - lever * (fall.times(exact(sign)) + most))
         return margins
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Decides whether a position breaks the limit; nothing is said at and beyond the direct singularity."""
-        return bool(pose.determinant.centre.lo[0] > 0.0) and super().second_refutation(pose, exact)
+        return bool(pose.determinant.centre.lo[0] > 0.0) and super().refuted_by_intervals(pose, exact)
 
-    def laxer(self, than: Any) -> bool:
-        """Compares torque and force; with other masses it is about another machine, and so laxer."""
+    def less_strict_than(self, than: Any) -> bool:
+        """Compares torque and force; with other masses it is about another machine, and so less strict."""
         return self.torque_max > than.torque_max or self.force < than.force or self.masses != than.masses

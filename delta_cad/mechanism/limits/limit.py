@@ -1,7 +1,7 @@
 """What a limit is: thresholds on figures of merit, met by the design alone or at every point of its cube.
 
 Each limit is one module beside this one: a class whose instances hold thresholds in SI units, with all that the rest
-of the project asks of it. `delta_cad.mechanism.limits` lists them; inspection, checks, the optimizer's problem, the
+of the project needs of it. `delta_cad.mechanism.limits` lists them; inspection, checks, the optimizer's problem, the
 global optimum, certificates, their replay and their report go through that list and name no limit themselves.
 """
 
@@ -26,7 +26,7 @@ from delta_cad.mechanism.limits.numbers import Masses, number, require, strict_r
 DEGREE = 180.0 / math.pi  # of a radian
 
 Values = Mapping[str, Any]
-"""Fields of a requirements file and their values; what is None is not asked."""
+"""Fields of a requirements file and their values; what is None is not required."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class FigureOfMerit:
 
 
 class DesignBounds(NamedTuple):
-    """What a limit asks of the lengths alone.
+    """Bounds that a limit puts on the lengths alone.
 
     Attributes:
         reach_max_mm: Largest R + L_A.
@@ -128,7 +128,7 @@ class DesignBounds(NamedTuple):
     level_elbow_min_mm: float = -math.inf
 
     def both(self, other: DesignBounds) -> DesignBounds:
-        """What two limits ask together."""
+        """The bounds of both."""
         return DesignBounds(
             min(self.reach_max_mm, other.reach_max_mm),
             max(self.platform_radius_min_mm, other.platform_radius_min_mm),
@@ -145,9 +145,9 @@ class Limit(ABC):
     fields_: ClassVar[tuple[Field, ...]] = ()
     """What requirements files may state for it."""
     first_step: ClassVar[bool] = False
-    """Whether the paper's first step asks it."""
+    """Whether the paper's first step has it."""
     of_every_design: ClassVar[bool] = False
-    """Whether the design file's reader asks it, so that a search within bounds that can break it must ask it, too."""
+    """Whether every design file is held to it, so that a search within bounds that can break it needs it, too."""
     evaluates: ClassVar[tuple[str, ...]] = ()
     """Dear figures of a search that its margin reads: "quality", "angles"."""
     keys: ClassVar[Mapping[str, str]] = {}
@@ -189,7 +189,7 @@ class Limit(ABC):
         return None
 
     def design_bounds(self) -> DesignBounds:
-        """Gives what it asks of the lengths alone, rounded to the lax side."""
+        """Gives its bounds on the lengths alone, rounded to the lax side."""
         return DesignBounds()
 
 
@@ -209,9 +209,9 @@ class PoseLimit(Limit):
     mass_kinds: ClassVar[Mapping[str, type[Masses]]] = {}
     """Attribute that holds masses -> their kind."""
     always: ClassVar[bool] = False
-    """Whether every proof asks it, because the others mean nothing without."""
-    told_as: ClassVar[str] = ""
-    """Key with unit by which a synthesis tells its figure's worst value, in people's unit; "" where it tells none."""
+    """Whether it is part of every proof, because the others mean nothing without."""
+    output_key: ClassVar[str] = ""
+    """Key with unit of its figure's worst value in the output of a synthesis, in people's unit; "" for none."""
 
     def __post_init__(self) -> None:
         require_ranges(self)
@@ -237,7 +237,7 @@ class PoseLimit(Limit):
         """Gives the numbers that the compiled functions take, rounded ones with a bound of their error."""
         return ()
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the margins once more in another arithmetic, for the replay of a certificate.
 
         Args:
@@ -248,16 +248,16 @@ class PoseLimit(Limit):
             Slope forms that are not negative where the limit holds.
         """
         del pose, exact
-        raise TypeError(f"{self.name} proves itself again by `second_proof`, not by margins")
+        raise TypeError(f"{self.name} proves itself again by `proved_by_intervals`, not by margins")
 
-    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
+    def proved_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Decides over which boxes the limit is proved in the other arithmetic, (n,)."""
-        found = [margin.box.lo for margin in self.second(pose, exact)]
+        found = [margin.box.lo for margin in self.interval_margins(pose, exact)]
         return np.all([low > 0.0 if self.strict else low >= 0.0 for low in found], axis=0)
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Decides whether a position, a box of no size, breaks the limit in exact arithmetic."""
-        return any(bool(m.centre.hi[0] < 0.0) for m in self.second(pose, exact))
+        return any(bool(m.centre.hi[0] < 0.0) for m in self.interval_margins(pose, exact))
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the margin that a search sees: continuous, without unit.
@@ -271,8 +271,8 @@ class PoseLimit(Limit):
         del f
         raise TypeError(f"{self.name} holds for the cube in closed form: see `design_margin`")
 
-    def sought(self, f: Any) -> Mapping[str, np.ndarray]:
-        """Computes what the worst value of its figure follows from: continuous, smallest where the figure is worst.
+    def search_quantities(self, f: Any) -> Mapping[str, np.ndarray]:
+        """Computes continuous quantities whose minimum over the cube decides the worst value of its figure.
 
         Args:
             f: Figures of D designs at K points, `optimizer.problem.evaluator.Figures`.
@@ -281,9 +281,9 @@ class PoseLimit(Limit):
             Name -> (D, K).
         """
         del f
-        raise TypeError(f"{self.name} is not told by a synthesis: `told_as` is empty")
+        raise TypeError(f"{self.name} is not in the output of a synthesis: `output_key` is empty")
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the worst value of its figure.
 
         Args:
@@ -293,7 +293,7 @@ class PoseLimit(Limit):
             SI units; infinite where the figure grows without bound.
         """
         del least
-        raise TypeError(f"{self.name} is not told by a synthesis: `told_as` is empty")
+        raise TypeError(f"{self.name} is not in the output of a synthesis: `output_key` is empty")
 
     def bound(self, figure: FigureOfMerit) -> float:
         """The threshold of one of its figures, SI units."""
@@ -315,8 +315,8 @@ class PoseLimit(Limit):
                 alone = alone.with_bound(other, other.range[1] if other.upper else other.range[0])
         return alone
 
-    def laxer(self, than: Any) -> bool:
-        """Whether it allows more than another one of its kind does, each number taken as exact."""
+    def less_strict_than(self, than: Any) -> bool:
+        """Whether it is less strict than another of its kind, each number taken as exact."""
         return any(
             self.bound(f) > than.bound(f) if f.upper else self.bound(f) < than.bound(f)
             for f in self.figures
@@ -336,13 +336,13 @@ class PoseLimit(Limit):
         worst = [(f, float(f.worst(self, g, point))) for f in self.figures]
         return max(worst, key=lambda one: (one[1] - self.bound(one[0])) * (1.0 if one[0].upper else -1.0))[1]
 
-    def told(self) -> float | tuple[float, ...]:
+    def thresholds(self) -> float | tuple[float, ...]:
         """The threshold, or thresholds, as a finding holds them."""
         bounds = tuple(self.bound(f) for f in self.figures)
         return bounds[0] if len(bounds) == 1 else bounds
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked, rounded so that the words are still true.
+        """Says what is required, rounded so that the words are still true.
 
         Args:
             rounded: (value, upwards) -> text.

@@ -44,11 +44,11 @@ def position_step(g: DeltaGeometry, p: np.ndarray, count: float) -> np.ndarray:
     s = forearm_vectors(g, p)
     moves = forearm_faces(s) * (g.upper_arm_length * elbow_arm(g, p))[..., None]
     det = np.abs(forearm_determinant(s))
-    most = count * farthest(moves)
+    most = count * longest_sum(moves)
     return np.where(det == 0.0, np.inf, most / np.where(det == 0.0, 1.0, det))
 
 
-def farthest(moves: np.ndarray) -> np.ndarray:
+def longest_sum(moves: np.ndarray) -> np.ndarray:
     """Computes the length of the longest sum of three vectors, each with either sign.
 
     Args:
@@ -123,7 +123,7 @@ class PositionStep(ThresholdLimit):
     needs: ClassVar = "encoder_count"
     needed: ClassVar = "the count of the encoders: state table [joints]"
     infinite_at_singularity: ClassVar = True
-    told_as: ClassVar = "max_position_step_mm"
+    output_key: ClassVar = "max_position_step_mm"
     enclosure: ClassVar = Enclosure(forms.FOREARMS, 2, 4, _enclose, _cut, 4)
 
     def __post_init__(self) -> None:
@@ -135,7 +135,7 @@ class PositionStep(ThresholdLimit):
         ratio = self.step_max / self.count
         return ratio**2, ROUND * ratio**2
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the same margins from the cross products themselves."""
         moves = []
         for i in range(3):
@@ -152,22 +152,22 @@ class PositionStep(ThresholdLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes det - (q / d) times the longest sum of moves: also refuses every direct singularity."""
-        return f.determinant - self.count / self.step_max * f.farthest()
+        return f.determinant - self.count / self.step_max * f.scaled_step()
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes determinant, closure, and the step of a count of 1 rad with its sign turned."""
         floor = np.maximum(f.determinant, np.finfo(float).tiny)
-        return {"determinant": f.determinant, "closure": f.closure, "step": -f.farthest() / floor}
+        return {"determinant": f.determinant, "closure": f.closure, "step": -f.scaled_step() / floor}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the largest step; infinite where a chain is open or the platform not held."""
         held = least["determinant"] > 0.0 and least["closure"] >= 0.0
         return -least["step"] * self.count if held else math.inf
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked, and of what."""
+        """Says what is required, and of what machine."""
         return f"{super().words(rounded)} for counts of {rounded(self.count * DEGREE, False)} deg"
 
-    def laxer(self, than: Any) -> bool:
-        """Compares the thresholds, and the counts: a finer one is about another machine, and so laxer."""
-        return super().laxer(than) or self.count < than.count
+    def less_strict_than(self, than: Any) -> bool:
+        """Compares the thresholds, and the counts: a finer one is another machine, and so less strict."""
+        return super().less_strict_than(than) or self.count < than.count

@@ -87,12 +87,12 @@ class Reach(PoseLimit):
         """Gives w_min^2 and its error, m^2."""
         return self.elbow_arm_min**2, ROUND * self.elbow_arm_min**2
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes w_i^2 less its least."""
         return [w2.plus(-exact(self.elbow_arm_min).square()) for w2 in pose.w2]
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         return f"every elbow arm >= {rounded(self.elbow_arm_min * MM_PER_M, False)} mm"
 
     def margin(self, f: Any) -> np.ndarray:

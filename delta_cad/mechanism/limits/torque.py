@@ -42,7 +42,7 @@ class HeldForce(PoseLimit):
 
     infinite_at_singularity: ClassVar = True
     with_: ClassVar[str] = ""
-    """What the joints hold beside the force."""
+    """What the joints hold besides the force."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -70,17 +70,17 @@ class Torque(HeldForce):
     figures: ClassVar = (
         FigureOfMerit("torque", "N m", lambda limit, g, p: worst_joint_torque(g, p, limit.force), "torque_max", RANGE),
     )
-    told_as: ClassVar = "max_torque_N_m"
+    output_key: ClassVar = "max_torque_N_m"
     enclosure: ClassVar = enclosure_of(_margin, forms.FOREARMS, 2)
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self:
-        """Asks for the force, with what is set aside for gravity taken off the torque."""
+        """Makes the limit of the force, with the allowance for gravity taken off the torque."""
         del strict
         return cls(values["force_N"], values["joint_torque_N_m"] - (values.get("gravity_torque_N_m") or 0.0))
 
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         del values
         return f"{self.torque_max:g} N m for {self.force:g} N (requirements.joint_torque_N_m)"
 
@@ -89,7 +89,7 @@ class Torque(HeldForce):
         lever = self.force / self.torque_max
         return lever**2, ROUND * lever**2
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes det^2 (torque / F L_A)^2 - w_i^2 |s_j x s_k|^2."""
         allowed = exact(self.torque_max) * (exact(self.force) * pose.upper_arm).inverse()
         square = pose.determinant.square().times(allowed.square())
@@ -99,16 +99,16 @@ class Torque(HeldForce):
         """Computes det - F moment / torque: also refuses every direct singularity."""
         return f.determinant - self.force / self.torque_max * f.moment
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes determinant, closure, and the torque arm with its sign turned."""
         floor = np.maximum(f.determinant, np.finfo(float).tiny)
         return {"determinant": f.determinant, "closure": f.closure, "torque": -f.moment / floor}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the torque at the longest arm; infinite where a chain is open or the platform not held."""
         held = least["determinant"] > 0.0 and least["closure"] >= 0.0
         return -least["torque"] * self.force if held else math.inf
 
-    def laxer(self, than: Any) -> bool:
+    def less_strict_than(self, than: Any) -> bool:
         """Compares the torque of a unit force, in exact fractions."""
         return Fraction(self.torque_max) * Fraction(than.force) > Fraction(than.torque_max) * Fraction(self.force)

@@ -113,7 +113,7 @@ def _finding(
     box: Box,
 ) -> Finding:
     """The record of one limit."""
-    name, bound = limit.name, limit.told()
+    name, bound = limit.name, limit.thresholds()
     if fate == _REFUTED:
         return Finding(name, "refuted", bound, point=_triple(point), value=limit.broken(g, point))
     return Finding(name, "undecided", bound, box=box) if fate == _GIVEN_UP else Finding(name, "proved", bound)

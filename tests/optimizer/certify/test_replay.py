@@ -16,7 +16,7 @@ from delta_cad.mechanism.enclosure.interval import Interval, exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, definite
 from delta_cad.mechanism.limits import Kappa, Reach, Torque
 from optimizer.certify.replay import replay
-from tests.delta_cad.mechanism.asked import limits
+from tests.delta_cad.mechanism.stated_limits import limits
 
 LIMITS = limits(elbow_arm_min=0.011, force=2.9, torque_max=0.31, kappa_max=2.3, shoulder=(-0.7, 1.13), lean_max=0.47)
 PUBLISHED = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
@@ -43,8 +43,8 @@ def sampled(g, condition, p):
     la, lb, w2 = g.upper_arm_length, g.forearm_length, closure_margin(g, p)
     det, torque = direct_margin(g, p) * lb**3, worst_joint_torque(g, p, force)
     theta = joint_angles(g, p)
-    low, high = LIMITS["shoulder"].told()
-    lean_max = LIMITS["lean"].told()
+    low, high = LIMITS["shoulder"].thresholds()
+    lean_max = LIMITS["lean"].thresholds()
     sides = np.stack([np.sin(rod_lean(g, p)), -np.sin(rod_lean(g, p))], axis=-1).reshape(len(p), 6)
     return {
         "reach": w2 - LIMITS.get(Reach).elbow_arm_min ** 2,
@@ -60,7 +60,7 @@ def sampled(g, condition, p):
 def test_margins_bound_the_samples_and_are_nearly_reached(size, condition):
     told = 0
     for g, low, high, p in boxes(size, 30):
-        found = LIMITS[condition].second(SlopePose(g, low[None], high[None]), exactly)
+        found = LIMITS[condition].interval_margins(SlopePose(g, low[None], high[None]), exactly)
         exact = sampled(g, condition, p)
         for k, margin in enumerate(found):
             below, above, values = margin.box.lo[0], margin.box.hi[0], exact[:, k]

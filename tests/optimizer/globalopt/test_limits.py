@@ -128,7 +128,7 @@ def test_the_incumbent_keeps_it_on_a_fine_grid_where_it_binds_and_is_certified(c
     assert case.kept(worst, bound)
     assert abs(worst - bound) < case.slack * bound
     limits = problem.pose_limits()
-    assert case.kind.name in limits.asked
+    assert case.kind.name in limits.names
     assert prove(g, cube, limits).verdict == "proved"
 
 

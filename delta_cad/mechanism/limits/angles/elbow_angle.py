@@ -59,7 +59,7 @@ class ElbowAngle(ThresholdLimit):
         """Gives the angle's cosine and its error."""
         return cosine_sine(self.angle_min, self.angle_min)[0], ROUND
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the forearm along its upper arm and L_B cos(angle_min): L_B times the difference of the cosines."""
         del exact
         cosine = pose.rounded(cosine_sine(self.angle_min, self.angle_min)[0])

@@ -68,7 +68,7 @@ class Lean(ThresholdLimit):
         """Gives sin(lean_max) and its error."""
         return cosine_sine(self.lean_max, self.lean_max)[1], ROUND
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes L_B sin(lean_max) -+ t."""
         _, sine = cosine_sine(self.lean_max, self.lean_max)
         room = pose.rounded(sine) * pose.forearm_length

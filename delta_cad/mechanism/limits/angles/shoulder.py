@@ -73,7 +73,7 @@ class Shoulder(PoseLimit):
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for the range where one of its ends is given; the other end is then half a turn away."""
+        """Makes the range where one of its ends is given; the other end is then half a turn away."""
         low, high = values.get("shoulder_min_deg"), values.get("shoulder_max_deg")
         if low is None and high is None:
             return None
@@ -87,7 +87,7 @@ class Shoulder(PoseLimit):
         return cls(*ends)
 
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         low, high = (values.get(name) for name in ("shoulder_min_deg", "shoulder_max_deg"))
         return f"limits.shoulder_deg = [{-180.0 if low is None else low:g}, {180.0 if high is None else high:g}]"
 
@@ -96,7 +96,7 @@ class Shoulder(PoseLimit):
         low, high = self.shoulder_min, self.shoulder_max
         return *cosine_sine(low, high), cosine_sine(high, -low)[0], ROUND
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes cos(theta - middle) - cos(half the range) of each chain."""
         del exact
         low, high = self.shoulder_min, self.shoulder_max
@@ -111,7 +111,7 @@ class Shoulder(PoseLimit):
         return np.minimum(f.shoulder_min - self.shoulder_min, self.shoulder_max - f.shoulder_max)
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         low, high = self.shoulder_min * DEGREE, self.shoulder_max * DEGREE
         return f"shoulder angle {rounded(low, False)} to {rounded(high, True)} deg"
 

@@ -41,7 +41,7 @@ class ElbowHeight(ThresholdLimit):
     evaluates: ClassVar = ("angles",)
     fields_: ClassVar = (Field("elbow_height_max_mm", "largest height of an elbow above the base plane", gt=0),)
     keys: ClassVar = {"height_max": "elbow_height_max_m"}
-    told_as: ClassVar = "max_elbow_height_mm"
+    output_key: ClassVar = "max_elbow_height_mm"
     figures: ClassVar = (FigureOfMerit("elbow_height", "mm", _heights, "height_max", (1e-6, 10.0)),)
     enclosure: ClassVar = enclosure_of(_margin, forms.CHAINS, size=1)
 
@@ -49,18 +49,18 @@ class ElbowHeight(ThresholdLimit):
         """Gives the height allowed, m."""
         return (self.height_max,)
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the height allowed less L_A sin(theta) of each chain."""
         return [sin.times(-pose.upper_arm).plus(exact(self.height_max)) for sin in pose.sin]
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the room above the highest elbow as a share of L_A."""
-        return (self.height_max + self.sought(f)["below"]) / f.designs[:, 0, None]
+        return (self.height_max + self.search_quantities(f)["below"]) / f.designs[:, 0, None]
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes how far below the base plane the highest elbow is."""
         return {"below": -f.designs[:, 0, None] * np.sin(np.minimum(f.shoulder_max, np.pi / 2.0))}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Gives the height of the highest elbow."""
         return -least["below"]

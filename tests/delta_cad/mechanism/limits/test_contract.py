@@ -120,8 +120,8 @@ def test_at_a_position_both_arithmetics_decide_to_the_last_digits(kind: type[Pos
             continue
         for share, kept in ((-1e-8, False), (1e-8, True)):
             limit = stated(kind, figure, given, moved(figure, value, share))
-            assert bool(limit.second_proof(pose, exactly)[0]) is kept
-            assert limit.second_refutation(pose, exactly) is not kept
+            assert bool(limit.proved_by_intervals(pose, exactly)[0]) is kept
+            assert limit.refuted_by_intervals(pose, exactly) is not kept
             bounds = table(g, limit, np.array([*p, 0.0, 0.0, 0.0]))
             assert (bounds[:, LOW] >= 0.0).all() if kept else (bounds[:, HIGH] < 0.0).any()
 
@@ -142,10 +142,10 @@ def test_no_box_is_proved_that_holds_a_worse_position(
         worst = float(values.max() if figure.upper else values.min())
         pose = SlopePose(g, corners.min(axis=0)[None], corners.max(axis=0)[None])
         strict = stated(kind, figure, given, moved(figure, worst, -1e-10))
-        assert not strict.second_proof(pose, exactly)[0]
+        assert not strict.proved_by_intervals(pose, exactly)[0]
         assert not (table(g, strict, box)[:, LOW] >= 0.0).all()
         lax = stated(kind, figure, given, moved(figure, worst, 300.0 * size))  # twice its size over w, some 10 mm
-        proved += bool(lax.second_proof(pose, exactly)[0]), bool((table(g, lax, box)[:, LOW] >= 0.0).all())
+        proved += bool(lax.proved_by_intervals(pose, exactly)[0]), bool((table(g, lax, box)[:, LOW] >= 0.0).all())
     assert (proved > 0.5 * tried).all()
 
 
@@ -153,8 +153,8 @@ def test_no_box_is_proved_that_holds_a_worse_position(
 def test_where_a_chain_is_open_the_second_arithmetic_says_nothing(kind: type[PoseLimit]) -> None:
     limit, p = kind.measured(machine(np.random.default_rng(1))), np.array([[0.0, 0.0, 0.3]])
     assert limit is not None
-    assert not limit.second_proof(SlopePose(PUBLISHED, p, p), exactly)[0]
-    assert not limit.second_refutation(SlopePose(PUBLISHED, p, p), exactly)
+    assert not limit.proved_by_intervals(SlopePose(PUBLISHED, p, p), exactly)[0]
+    assert not limit.refuted_by_intervals(SlopePose(PUBLISHED, p, p), exactly)
 
 
 # proof
@@ -200,7 +200,7 @@ def test_random_designs_are_proved_just_above_and_refuted_just_below(
     proof = prove(g, cube, Limits.of(lax))
     assert proof.verdict == "proved"
     (found,) = (f for f in prove(g, cube, Limits.of(strict)).findings if f.condition == kind.name)
-    assert (found.verdict, found.limit) == ("refuted", strict.told())
+    assert (found.verdict, found.limit) == ("refuted", strict.thresholds())
     assert found.point is not None
     assert found.value == strict.broken(g, np.array(found.point))
     beyond = [strict.bound(figure), found.value, moved(figure, value, 1e-9)]
@@ -213,7 +213,7 @@ def test_random_designs_are_proved_just_above_and_refuted_just_below(
     assert not breaks(g, lax, np.array(at))
     # the second arithmetic, over the same boxes mostly
     low, high = leaves(cube, proof.leaves)
-    assert lax.second_proof(SlopePose(g, low, high), exactly).mean() > 0.2
+    assert lax.proved_by_intervals(SlopePose(g, low, high), exactly).mean() > 0.2
     examined, unproved = replay(g, [lax], low, high)
     assert unproved is None
     assert examined < 20 * len(low) + 1_000
@@ -239,8 +239,8 @@ def test_less_force_friction_or_count_is_less_strict(kind: type[PoseLimit], name
     less, more = (
         replace(limit, **{name: math.nextafter(getattr(limit, name), towards)}) for towards in (0.0, math.inf)
     )
-    assert less.laxer(limit)
-    assert not more.laxer(limit)
+    assert less.less_strict_than(limit)
+    assert not more.less_strict_than(limit)
 
 
 @pytest.mark.parametrize(("kind", "name", "key"), MASSES)
@@ -249,5 +249,5 @@ def test_other_masses_are_another_machine(kind: type[PoseLimit], name: str, key:
     limit: Any = kind.measured(machine(np.random.default_rng(1)))
     masses = getattr(limit, name)
     other = replace(limit, **{name: replace(masses, **{key: math.nextafter(getattr(masses, key), towards)})})
-    assert other.laxer(limit)
-    assert Limits.of(other).laxer(Limits.of(limit)) == kind.name
+    assert other.less_strict_than(limit)
+    assert Limits.of(other).less_strict_than(Limits.of(limit)) == kind.name

@@ -86,17 +86,17 @@ def test_at_a_fold_it_is_infinite_and_beyond_it_is_not_a_number() -> None:
 
 
 def test_the_ball_joints_of_haptics_are_within_the_bounds_and_reach_them(best: Design) -> None:
-    rubs, rng = known_joints(best)["friction"], np.random.default_rng(5)
+    sources, rng = known_joints(best)["friction"], np.random.default_rng(5)
     p, v = within(best.workspace, rng, 100_000), directions(rng, 100_000)
     assert (
-        ball_friction_N(best, p, v) <= rubs.upright * np.abs(v[:, 2]) + rubs.level * np.hypot(v[:, 0], v[:, 1])
+        ball_friction_N(best, p, v) <= sources.upright * np.abs(v[:, 2]) + sources.level * np.hypot(v[:, 0], v[:, 1])
     ).all()
     up, level = np.tile([0.0, 0.0, 1.0], (len(p), 1)), v * [1.0, 1.0, 0.0]
     level /= np.linalg.norm(level, axis=1, keepdims=True)
     corners = within(best.workspace, rng, 20_000)
     corners[:, 2] = np.where(rng.random(20_000) < 0.5, best.workspace.lower[2], best.workspace.upper[2])
-    assert rubs.upright <= 1.002 * CLOSE * ball_friction_N(best, corners, up[:20_000]).max()
-    assert rubs.level <= 1.03 * CLOSE * ball_friction_N(best, p, level).max()  # eight directions: 2 %
+    assert sources.upright <= 1.002 * CLOSE * ball_friction_N(best, corners, up[:20_000]).max()
+    assert sources.level <= 1.03 * CLOSE * ball_friction_N(best, p, level).max()  # eight directions: 2 %
 
 
 def test_the_bounds_are_those_of_both_rods_and_grow_with_their_torques() -> None:
@@ -122,20 +122,20 @@ def test_of_rods_for_which_there_is_no_spring_nothing_is_known_and_inspect_says_
 
 
 def test_no_motion_of_the_machine_takes_more_and_the_bound_is_near(best: Design) -> None:
-    rubs, g, rng = known_joints(best)["friction"], best.geometry, np.random.default_rng(7)
-    assert rubs.drive == drive_friction_N_m(best)[1]
+    sources, g, rng = known_joints(best)["friction"], best.geometry, np.random.default_rng(7)
+    assert sources.drive == drive_friction_N_m(best)[1]
     p, v = within(best.workspace, rng, 100_000), directions(rng, 100_000)
     rows = inverse_jacobian(g, p)
-    taken = rubs.drive * np.abs(np.einsum("nia,na->ni", rows, v)).sum(axis=1) + ball_friction_N(best, p, v)
-    figure = friction(g, p, rubs)
+    taken = sources.drive * np.abs(np.einsum("nia,na->ni", rows, v)).sum(axis=1) + ball_friction_N(best, p, v)
+    figure = friction(g, p, sources)
     assert (taken <= figure).all()
-    theirs = worst_friction(scene_machine(best), p, rows, rubs.drive)  # the ball joints where the drives rub most
+    theirs = worst_friction(scene_machine(best), p, rows, sources.drive)  # the ball joints where the drives rub most
     assert (theirs <= figure).all()
     assert figure.max() <= 1.06 * theirs.max()
-    dry = rubs._replace(upright=0.0, level=0.0)
+    dry = sources._replace(upright=0.0, level=0.0)
     lean, turn = sliding_torques_N_mm(best.hardware.ball_diameter_mm, np.array(ball_preload_N(best)))
     assert float(lean) > float(turn) > 0.0
-    limit = Friction(figure.max() * 1.001, *rubs)
+    limit = Friction(figure.max() * 1.001, *sources)
     assert verdict(g, best.workspace, limit).verdict == "proved"
     assert friction(g, p, dry).max() < theirs.max()
 

@@ -32,7 +32,7 @@ def beside(limit, figure, towards):
     return limit.with_bound(figure, math.nextafter(limit.bound(figure), towards))
 
 
-def laxer(figure):
+def less_strict_than(figure):
     return math.inf if figure.upper else -math.inf
 
 
@@ -109,12 +109,12 @@ def test_what_only_measures_bounds_nothing(kind):
         end = figure.range[1] if figure.upper else figure.range[0]
         assert limit.bound(figure) == pytest.approx(end, rel=1e-15)
         with pytest.raises(GeometryError):
-            beside(replace(limit, **{figure.threshold: end}), figure, laxer(figure))
+            beside(replace(limit, **{figure.threshold: end}), figure, less_strict_than(figure))
 
 
 def test_limits_that_only_measure_are_proved_together():
     asked = Limits.of(*(kind.measured(VALUES) for kind in POSE_LIMITS))
-    assert asked.asked == tuple(kind.name for kind in POSE_LIMITS)
+    assert asked.names == tuple(kind.name for kind in POSE_LIMITS)
     assert {finding.verdict for finding in prove(PUBLISHED, CUBE, asked).findings} == {"proved"}
 
 
@@ -130,8 +130,8 @@ def test_what_needs_more_than_lengths_is_measured_only_where_that_is_known():
 @pytest.mark.parametrize(("kind", "figure"), BOUNDED)
 def test_another_bound_changes_that_figure_alone(kind, figure):
     limit = ordinary(kind)
-    other = beside(limit, figure, laxer(figure))
-    assert other.bound(figure) == math.nextafter(limit.bound(figure), laxer(figure))
+    other = beside(limit, figure, less_strict_than(figure))
+    assert other.bound(figure) == math.nextafter(limit.bound(figure), less_strict_than(figure))
     assert replace(other, **{figure.threshold: limit.bound(figure)}) == limit
 
 
@@ -139,15 +139,15 @@ def test_another_bound_changes_that_figure_alone(kind, figure):
 def test_one_ulp_laxer_is_noticed_and_stricter_is_not(kind, figure):
     limit = ordinary(kind)
     asked = Limits.of(limit)
-    assert asked.laxer(asked) is None
-    assert Limits.of(beside(limit, figure, laxer(figure))).laxer(asked) == kind.name
-    assert Limits.of(beside(limit, figure, -laxer(figure))).laxer(asked) is None
+    assert asked.less_strict_than(asked) is None
+    assert Limits.of(beside(limit, figure, less_strict_than(figure))).less_strict_than(asked) == kind.name
+    assert Limits.of(beside(limit, figure, -less_strict_than(figure))).less_strict_than(asked) is None
 
 
 @EACH
 def test_a_limit_that_is_left_out_is_noticed(kind):
     if not kind.always:
-        assert Limits.of().laxer(Limits.of(kind.measured(VALUES))) == kind.name
+        assert Limits.of().less_strict_than(Limits.of(kind.measured(VALUES))) == kind.name
 
 
 @pytest.mark.parametrize(("kind", "figure"), FIGURES)
@@ -194,7 +194,7 @@ def test_limits_of_requirements():
         "shoulder_max_deg": 60.0,
     }
     found = Limits.stated(values)
-    assert found.asked == ("reach", "assembly_mode", "torque", "lean", "shoulder")
-    assert found["torque"].told() == pytest.approx(0.7)
-    assert found["lean"].told() < math.radians(30.0)
-    assert found["shoulder"].told() == (-math.pi, pytest.approx(math.radians(60.0)))
+    assert found.names == ("reach", "assembly_mode", "torque", "lean", "shoulder")
+    assert found["torque"].thresholds() == pytest.approx(0.7)
+    assert found["lean"].thresholds() < math.radians(30.0)
+    assert found["shoulder"].thresholds() == (-math.pi, pytest.approx(math.radians(60.0)))

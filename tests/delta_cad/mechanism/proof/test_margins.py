@@ -9,9 +9,9 @@ from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
 from delta_cad.mechanism.enclosure.table import HIGH, LOW
 from delta_cad.mechanism.limits import POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Kappa, Lean, Reach
 from delta_cad.mechanism.proof.margins import FIRST, MARGINS, margins, numbers, room
-from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.oracles import PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
+from tests.delta_cad.mechanism.stated_limits import limits
 
 ALL = (1 << MARGINS) - 1
 INERTIA = HandleInertia(carried_mass=0.057, elbow_mass=0.0083, cross_mass=0.0039, joint_inertia=2.3e-4)

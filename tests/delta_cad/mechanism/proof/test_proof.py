@@ -15,10 +15,10 @@ from delta_cad.mechanism import (
 from delta_cad.mechanism.limits import POSE_LIMITS, AssemblyMode, CoupleIndex, Kappa
 from delta_cad.mechanism.proof import prove as proving
 from delta_cad.mechanism.proof.prove import prove
-from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.limits.proving import CUBE, around, extremes
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins
+from tests.delta_cad.mechanism.stated_limits import limits
 
 HIDDEN, HIDDEN_CUBE = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266), Cube(0.022648, 0.043363)
 

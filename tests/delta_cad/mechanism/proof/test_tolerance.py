@@ -222,9 +222,9 @@ def proved_again(limits: list[PoseLimit], figure: FigureOfMerit, pose: SlopePose
             return exactly(bounds)
         return exactly(x)
 
-    found = limits[0].second_proof(pose, exact)
+    found = limits[0].proved_by_intervals(pose, exact)
     if not asked:
-        found = np.array([limit.second_proof(pose, exactly)[i] for i, limit in enumerate(limits)])
+        found = np.array([limit.proved_by_intervals(pose, exactly)[i] for i, limit in enumerate(limits)])
     return found
 
 
