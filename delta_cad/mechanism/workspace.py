@@ -112,7 +112,7 @@ class Extreme(NamedTuple):
 class CubeExtremes:
     """Extremes over the cube and over the three chains; sampled and polished, not a proof.
 
-    Each is searched for when it is first asked for.
+    Each is searched for at its first use.
 
     Attributes:
         shoulder_min: Smallest shoulder angle, rad.

@@ -251,10 +251,10 @@ def motion(par, hand_mass, state, out):
     translating_mass = par.platform + hand_mass + 3.0 * par.rod_wrist
     turning = par.rod_elbow * la * la + par.joint_inertia
     cross = par.rod_cross * la
-    hanging = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
+    platform_mass = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
     inertia = (translating_mass, translating_mass, translating_mass, 0.0, 0.0, 0.0)
-    fx, fy, fz = hanging * par.gravity_x, hanging * par.gravity_y, hanging * par.gravity_z
+    fx, fy, fz = platform_mass * par.gravity_x, platform_mass * par.gravity_y, platform_mass * par.gravity_z
     for i in range(3):
         ca, sa, cos, sin, w, sx, sy, sz = chain(par, i, x, y, z)
         ax, ay, az = ca * cos, sa * cos, sin
@@ -382,10 +382,10 @@ def energy(par, hand_mass, state):
     la = par.upper_arm_length
     v2 = vx * vx + vy * vy + vz * vz
     kinetic = 0.5 * (par.platform + hand_mass) * v2
-    hanging = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)
+    platform_mass = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
     height = par.gravity_x * state[0] + par.gravity_y * state[1] + par.gravity_z * state[2]
-    potential = -hanging * height
+    potential = -platform_mass * height
     for i in range(3):
         ca, sa, cos, sin, w, sx, sy, sz = chain(par, i, state[0], state[1], state[2])
         rate = (sx * vx + sy * vy + sz * vz) / (la * w)

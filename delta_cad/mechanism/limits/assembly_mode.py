@@ -67,6 +67,6 @@ class AssemblyMode(PoseLimit):
     @classmethod
     def from_record(cls, data: Any) -> Self | None:
         """Reads whether it is required."""
-        asked = data.get("assembly_mode")
-        require("assembly_mode", asked, asked is None or isinstance(asked, bool), "true, false or null")
-        return cls() if asked else None
+        stated = data.get("assembly_mode")
+        require("assembly_mode", stated, stated is None or isinstance(stated, bool), "true, false or null")
+        return cls() if stated else None

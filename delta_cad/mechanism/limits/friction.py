@@ -117,13 +117,13 @@ def _enclose(pose, k, n, work, out, row):
         qz = max(math.sqrt(z[0] * z[0] + rz * rz), LEAST)
         qh = max(math.sqrt(flat * flat + rx * rx + ry * ry), LEAST)
         by_z, by_h = own + along / qz, own + aside / qh
-        rubbed = add(
+        dissipated = add(
             multiply(constant(by_z, 2.0 * ROUND * by_z), multiply(z, z)),
             multiply(constant(by_h, 2.0 * ROUND * by_h), add(multiply(x, x), multiply(y, y))),
         )
         more = along * qz + aside * qh
-        rubbed = add(rubbed, constant(more, ROUND * more))
-        store(out, row + sense, subtract(left, rubbed))
+        dissipated = add(dissipated, constant(more, ROUND * more))
+        store(out, row + sense, subtract(left, dissipated))
         slack = along * (abs(qz - abs(z[0])) + rz) ** 2 / qz + aside * (abs(qh - flat) + rx + ry) ** 2 / qh
         out[row + sense, HIGH] += (slack + ROUND * more) * forms.LIFT * UP
 

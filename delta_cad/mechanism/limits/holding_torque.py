@@ -7,7 +7,7 @@ moves and `a_i` that of the upper arm, in whose plane both lie, all that moves f
 
 M being what moves with the wrists, S and Z the first moments of what turns about the shoulder, along the upper arm and
 square to it. A force F in any direction takes at most `F |J_i|` more. What is known only in size, because it may lie
-anywhere about a line, takes at most `g (m |J_i| + s)`, and so is asked.
+anywhere about a line, takes at most `g (m |J_i| + s)`, and so much is required.
 
 A proof is made over the half y >= 0 of the cube, of which the other is the mirror image: gravity may lie in the plane
 of x and z; of a component along y only the size is used. The moments are those of all chains, the spread among them in
