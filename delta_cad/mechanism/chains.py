@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from delta_cad.mechanism import kernel
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, positions
 
 PARAMETERS = (
@@ -80,11 +81,9 @@ def chain_angles(u: UnequalDelta, p: ArrayLike) -> np.ndarray:
     q = p @ RADIAL.T - u.radius_difference
     t = p @ TANGENTIAL.T - u.side_offset
     z = p[..., 2:] - u.height_offset
-    rho2 = q * q + z * z
-    m = (rho2 + t * t + u.upper_arm_length**2 - u.forearm_length**2) / (2.0 * u.upper_arm_length)
-    w2 = rho2 - m * m
-    w = np.sqrt(np.where(w2 >= 0.0, w2, np.nan))
-    return np.arctan2(z * m - q * w, q * m + z * w)
+    rho2, m, w2 = kernel.chain_closure.py_func(q, t, z, u.upper_arm_length, u.forearm_length)
+    cos, sin = kernel.arm.py_func(q, z, rho2, m, np.sqrt(np.where(w2 >= 0.0, w2, np.nan)))
+    return np.arctan2(sin, cos)
 
 
 def chain_positions(u: UnequalDelta, theta: ArrayLike) -> np.ndarray:

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism import kernel
 from delta_cad.mechanism.errors import BranchError, GeometryError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
 
 OffBranch = Literal["raise", "nan"]
 DOWNWARDS = "z must be > 0: z points from the base to the platform; many public codes have z downwards: negate z"
 FOLDED = "a chain is folded, its elbow neither outwards nor inwards; stay within the edge of reach"
-HANGING = "det S must be > 0: it belongs to another assembly; stay where the platform is above the elbows"
+OTHER_ASSEMBLY = "det S must be > 0: it belongs to another assembly; stay where the platform is above the elbows"
 
 
 def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
@@ -32,8 +33,7 @@ def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     Source:
         [RCIM2018] eqs. (6)-(7): h_i = -4 L_A^2 w_i^2. README (3).
     """
-    _, _, rho2, m = _in_plane(g, p)
-    return rho2 - m * m
+    return _closure(g, *chain_coordinates(g, p))[2]
 
 
 def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
@@ -52,11 +52,11 @@ def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarra
     Returns:
         cos theta, sin theta: each (..., 3 chains); NaN where the chain cannot be closed.
     """
-    q, z, rho2, m = _in_plane(g, p)
-    w2 = rho2 - m * m
+    q, t, z = chain_coordinates(g, p)
+    rho2, m, w2 = _closure(g, q, t, z)
     w = np.sqrt(np.where(w2 >= 0.0, w2, np.nan))
     rho2 = np.where(rho2 > 0.0, rho2, np.nan)  # wrist on the shoulder axis: every angle closes, or none
-    return (q * m + z * w) / rho2, (z * m - q * w) / rho2
+    return kernel.arm.py_func(q, z, rho2, m, w)
 
 
 def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
@@ -104,7 +104,7 @@ def inverse_kinematics(g: DeltaGeometry, p: ArrayLike, off_branch: OffBranch = "
     require_branch("position p", _mm, given, ~(p[..., 2] <= 0.0), DOWNWARDS)
     require_closed(g, given)
     require_branch("position p", _mm, given, outwards, FOLDED)
-    require_branch("position p", _mm, given, held, HANGING)
+    require_branch("position p", _mm, given, held, OTHER_ASSEMBLY)
     return theta
 
 
@@ -248,11 +248,8 @@ def forearm_angle(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     return np.arccos(np.where(closure_margin(g, p) >= 0.0, np.clip(cosine, -1.0, 1.0), np.nan))
 
 
-def _in_plane(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The wrist's q, z, rho^2 = q^2 + z^2 and M = q cos theta + z sin theta, along the upper arm, README (2)."""
-    q, t, z = chain_coordinates(g, p)
-    rho2 = q * q + z * z
-    return q, z, rho2, (rho2 + t * t + g.upper_arm_length**2 - g.forearm_length**2) / (2.0 * g.upper_arm_length)
+def _closure(g: DeltaGeometry, q: np.ndarray, t: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
+    return kernel.chain_closure.py_func(q, t, z, g.upper_arm_length, g.forearm_length)
 
 
 def _mm(p: np.ndarray) -> str:

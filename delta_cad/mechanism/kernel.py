@@ -1,20 +1,18 @@
-"""Reach, torque and conditioning of many positions at once, compiled; what a search calls millions of times.
+"""Formulas of one position in plain doubles, compiled into their callers: searches and the simulation.
 
-The formulas are those of README (1)-(7), (12)-(16); kappa is taken from the three invariants of the Gram matrix, each
-a sum of squares, so that no digit is lost near a singularity, and from a discriminant that is a sum of squares too, so
-that none is lost on the cube's axis, where two eigenvalues meet: README (23)-(26).
+Kappa is taken from the three invariants of the Gram matrix, each a sum of squares, so that no digit is lost near a
+singularity, and from a discriminant that is a sum of squares too, so that none is lost on the cube's axis, where two
+eigenvalues meet: README (23)-(26).
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from delta_cad.common.jit import compiled, inlined
-from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, positions
+from delta_cad.common.jit import inlined
+from delta_cad.mechanism.geometry import SIN_60
 
 _ROOT_3 = float(np.sqrt(3.0))
 _C = tuple(
@@ -28,66 +26,60 @@ _SEPARATED = 0.01
 squares takes over, whose error is a rounding of the largest eigenvalue."""
 
 
-class PositionFigures(NamedTuple):
-    """Figures of merit of n positions.
-
-    Attributes:
-        closure_margin: (n,) smallest w^2 of the three chains, m^2; negative where one cannot be closed.
-        torque_arms: (n, 3 chains) worst torque over all directions of a unit force, m; infinite where det S = 0.
-        kappa: (n,) condition number of the Jacobian; infinite at both singularities.
-    """
-
-    closure_margin: np.ndarray
-    torque_arms: np.ndarray
-    kappa: np.ndarray
+@inlined
+def azimuth(i):
+    """Gives cosine and sine of a chain's azimuth."""
+    return (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
 
 
-def figures(g: DeltaGeometry, p: ArrayLike) -> PositionFigures:
-    """Reach, torque and conditioning, as `closure_margin`, `worst_joint_torque` and `conditioning` give them.
-
-    Args:
-        g: The mechanism.
-        p: (n, 3) platform centres in the base frame, m.
-
-    Returns:
-        The figures; the last two are NaN where a chain cannot be closed, all are NaN where a position is.
-    """
-    coordinates = np.ascontiguousarray(np.atleast_2d(positions(p)).T)
-    return figures_into(g, coordinates, np.empty((5, coordinates.shape[1])))
-
-
-def figures_into(g: DeltaGeometry, coordinates: np.ndarray, out: np.ndarray) -> PositionFigures:
-    """The same for loops over designs: nothing is copied and no memory asked for, which takes longer than to compute.
-
-    Args:
-        g: The mechanism.
-        coordinates: (3, n) x, y, z of the platform centres, m, contiguous.
-        out: (5, n) room, contiguous.
-
-    Returns:
-        The figures, views of `out`.
-    """
-    x, y, z = coordinates
-    closure, arm1, arm2, arm3, kappa = out
-    _figures(x, y, z, g.radius_difference, g.upper_arm_length, g.forearm_length, closure, arm1, arm2, arm3, kappa)
-    return PositionFigures(closure, out[1:4].T, kappa)
+@inlined
+def wrist(i, x, y, a):
+    """Computes a wrist's q and t, README (1); a is R - r."""
+    c, s = azimuth(i)
+    return c * x + s * y - a, c * y - s * x
 
 
 @inlined
 def chain_closure(q, t, z, la, lb):
-    """Closes a chain in its own plane: rho^2, m, w^2 and w, README (2), (3); w is NaN where it cannot be closed."""
+    """Closes a chain in its own plane: rho^2, m and w^2, README (2), (3); negative where it cannot be closed."""
     rho2 = q * q + z * z
     m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
-    w2 = rho2 - m * m
-    return rho2, m, w2, math.sqrt(w2)
+    return rho2, m, rho2 - m * m
 
 
 @inlined
-def _chain(q, t, z, la, lb):
-    """w^2, w and the forearm along the chain's radius and along z, README (2), (3), (5), (6)."""
-    rho2, m, w2, w = chain_closure(q, t, z, la, lb)
-    scale = la / rho2
-    return w2, w, q - (q * m + z * w) * scale, z - (z * m - q * w) * scale
+def arm(q, z, rho2, m, w):
+    """Computes cosine and sine of the shoulder angle, elbows outwards, README (5)."""
+    return (q * m + z * w) / rho2, (z * m - q * w) / rho2
+
+
+@inlined
+def in_base(i, radial, along):
+    """Turns a vector along a chain's radius and shoulder axis into the base frame: its parts along x and y."""
+    c, s = azimuth(i)
+    return c * radial - s * along, s * radial + c * along
+
+
+@inlined
+def add_inertia(m, turning, cross, n, e):
+    """Adds a chain's part of the handle's inertia, README (39).
+
+    Args:
+        m: 11, 22, 33, 12, 13, 23 so far, kg.
+        turning: What goes with `n n^T`.
+        cross: What goes with `n e^T + e n^T`.
+        n: Row of the inverse Jacobian, in the unit that the two above ask for.
+        e: Direction in which the elbow moves.
+    """
+    (nx, ny, nz), (ex, ey, ez) = n, e
+    return (
+        m[0] + (2.0 * cross * ex * nx + turning * nx * nx),
+        m[1] + (2.0 * cross * ey * ny + turning * ny * ny),
+        m[2] + (2.0 * cross * ez * nz + turning * nz * nz),
+        m[3] + (cross * (ex * ny + nx * ey) + turning * nx * ny),
+        m[4] + (cross * (ex * nz + nx * ez) + turning * nx * nz),
+        m[5] + (cross * (ey * nz + ny * ez) + turning * ny * nz),
+    )
 
 
 @inlined
@@ -122,7 +114,7 @@ def largest_eigenvalue(a11, a22, a33, a12, a13, a23):
 
 
 @inlined
-def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
+def kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     """Condition number from the forearms' products, README (23)-(26).
 
     w1, w2, w3 are the elbow arms (m); g12, g13, g23 the scalar products of the forearms (m^2); n1, n2, n3 the squares
@@ -140,33 +132,3 @@ def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     split = math.sqrt(square) if square > _SEPARATED * total * total else difference
     kappa = math.sqrt(0.5 * largest * (total + split) / product)
     return math.inf if i3 == 0.0 else kappa
-
-
-@compiled
-def _figures(px, py, pz, a, la, lb, closure, arm1, arm2, arm3, kappa):
-    """Fills closure margin, three torque arms and kappa, each (n,), from three coordinates, each (n,)."""
-    lb2 = lb * lb
-    for k in range(len(px)):
-        x, y, z = px[k], py[k], pz[k]
-        xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
-        w21, w1, r1, z1 = _chain(x - a, y, z, la, lb)
-        w22, w2, r2, z2 = _chain(xc + ys - a, yc - xs, z, la, lb)
-        w23, w3, r3, z3 = _chain(xc - ys - a, yc + xs, z, la, lb)
-        x1, y1 = r1, y
-        x2, y2 = -0.5 * r2 - SIN_60 * (yc - xs), SIN_60 * r2 - 0.5 * (yc - xs)
-        x3, y3 = -0.5 * r3 + SIN_60 * (yc + xs), -SIN_60 * r3 - 0.5 * (yc + xs)
-        fx, fy, fz = y2 * z3 - z2 * y3, z2 * x3 - x2 * z3, x2 * y3 - y2 * x3
-        det = x1 * fx + y1 * fy + z1 * fz
-        n1 = fx * fx + fy * fy + fz * fz
-        fx, fy, fz = y3 * z1 - z3 * y1, z3 * x1 - x3 * z1, x3 * y1 - y3 * x1
-        n2 = fx * fx + fy * fy + fz * fz
-        fx, fy, fz = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
-        n3 = fx * fx + fy * fy + fz * fz
-        g12, g13, g23 = x1 * x2 + y1 * y2 + z1 * z2, x1 * x3 + y1 * y3 + z1 * z3, x2 * x3 + y2 * y3 + z2 * z3
-        lower = w21 if w21 < w22 else w22
-        closure[k] = lower if lower < w23 else w23
-        scale = math.inf if det == 0.0 else la / abs(det)
-        arm1[k] = math.inf if det == 0.0 else scale * w1 * math.sqrt(n1)
-        arm2[k] = math.inf if det == 0.0 else scale * w2 * math.sqrt(n2)
-        arm3[k] = math.inf if det == 0.0 else scale * w3 * math.sqrt(n3)
-        kappa[k] = _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2)

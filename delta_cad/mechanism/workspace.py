@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -109,11 +109,10 @@ class Extreme(NamedTuple):
     position: tuple[float, float, float]
 
 
-@dataclass(init=False, eq=False)
 class CubeExtremes:
     """Extremes over the cube and over the three chains; sampled and polished, not a proof.
 
-    Each is searched for when it is first asked for.
+    Each is searched for at its first use.
 
     Attributes:
         shoulder_min: Smallest shoulder angle, rad.
@@ -131,26 +130,7 @@ class CubeExtremes:
             elbows in the whole cube.
         elbow_z_min: Lowest elbow centre, m.
         elbow_z_max: Highest elbow centre, m.
-        elbow_radius_min: Smallest signed radial coordinate of an elbow centre in its chain's plane, m.
-        elbow_radius_max: Largest signed radial coordinate of an elbow centre in its chain's plane, m.
     """
-
-    shoulder_min: Extreme
-    shoulder_max: Extreme
-    lean_max: Extreme
-    forearm_angle_min: Extreme
-    forearm_angle_max: Extreme
-    torque_max: Extreme
-    kappa_max: Extreme
-    singular_value_min: Extreme
-    singular_value_max: Extreme
-    closure_margin_min: Extreme
-    serial_margin_min: Extreme
-    direct_margin_min: Extreme
-    elbow_z_min: Extreme
-    elbow_z_max: Extreme
-    elbow_radius_min: Extreme
-    elbow_radius_max: Extreme
 
     def __init__(self, g: DeltaGeometry, cube: Cube, force: float, n: int) -> None:
         self._of = g, cube, force, n
@@ -160,10 +140,13 @@ class CubeExtremes:
 
     def __getattr__(self, name: str) -> Extreme:
         """Searches for a figure of merit, once."""
-        if name.startswith("_") or name not in (field.name for field in fields(self)):
+        if name.startswith("_"):
             raise AttributeError(name)
         g, cube, force, n = self._of
-        found = vars(self)[name] = CubeSearch(cube, n)(*_figures(g, force)[name])
+        known = _figures(g, force)
+        if name not in known:
+            raise AttributeError(name)
+        found = vars(self)[name] = CubeSearch(cube, n)(*known[name])
         return found
 
 
@@ -206,9 +189,6 @@ def _figures(g: DeltaGeometry, force: float) -> dict[str, tuple[Figure, float]]:
     def elbow_z(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
         return g.upper_arm_length * arm_direction(g, p)[1]
 
-    def elbow_radius(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-        return g.base_radius + g.upper_arm_length * arm_direction(g, p)[0]
-
     return {
         "shoulder_min": least(joint_angles),
         "shoulder_max": most(joint_angles),
@@ -223,8 +203,6 @@ def _figures(g: DeltaGeometry, force: float) -> dict[str, tuple[Figure, float]]:
         "serial_margin_min": least(serial_margin),
         "elbow_z_min": least(elbow_z),
         "elbow_z_max": most(elbow_z),
-        "elbow_radius_min": least(elbow_radius),
-        "elbow_radius_max": most(elbow_radius),
     }
 
 

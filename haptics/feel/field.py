@@ -23,19 +23,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from delta_cad.mechanism import inverse_jacobian, inverse_kinematics, jacobian
-from haptics.gravity import arm_directions, gravity_torque
+from delta_cad.mechanism import inverse_jacobian, jacobian
+from delta_cad.mechanism.limits.effective_mass import handle_inertia
+from haptics.gravity import gravity_torque
 from haptics.model.ball_joints import ball_friction_N
-
-if TYPE_CHECKING:
-    from delta_cad.drive.masses import Masses
-    from delta_cad.mechanism import DeltaGeometry
-    from haptics.model.ball_joints import ball_friction_N
 from haptics.model.machine import MachineModel
 
 # (8, 3) corners of a cube of torques; the first four are enough where n and -n are the same.
@@ -124,26 +119,6 @@ class FeelField:
         return values | {f"mass_{axis}": masses[..., k] for k, axis in enumerate("xyz")}
 
 
-def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
-    """Mass matrix of the platform's coordinates, without a hand; the formula is that of `plant`.
-
-    Args:
-        g: The mechanism.
-        masses: Masses of the moving bodies.
-        p: (..., 3) platform centre, m.
-
-    Returns:
-        (..., 3, 3) kg.
-    """
-    rates = inverse_jacobian(g, p)
-    _, across = arm_directions(inverse_kinematics(g, p))
-    translating_mass = masses.platform + 3.0 * masses.rod_wrist
-    cross = masses.rod_cross * g.upper_arm_length * np.swapaxes(across, -1, -2) @ rates
-    turning = masses.rod_elbow * g.upper_arm_length**2 + masses.arm_inertia + masses.rotor_inertia
-    own = turning * np.swapaxes(rates, -1, -2) @ rates
-    return translating_mass * np.eye(3) + cross + np.swapaxes(cross, -1, -2) + own
-
-
 def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
     """Computes mass, friction, resolution and force at positions.
 
@@ -163,7 +138,7 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
     columns = np.swapaxes(jacobian(g, p), -1, -2)  # (..., chain, axis): J_i
     rows = inverse_jacobian(g, p)  # (..., chain, axis): G_i
     reach, lever = np.linalg.norm(columns, axis=-1), np.linalg.norm(rows, axis=-1)
-    mass = mass_matrix(g, machine.masses, p)
+    mass = handle_inertia(g, p, machine.masses.handle_inertia)
     eigenvalues = np.linalg.eigvalsh(mass)
     gravity = gravity_torque(g, machine.masses, p, machine.design.requirements.gravity_m_s2)
     corners = drive.peak * SIGNS - gravity[..., None, :]  # (..., 8, chain)

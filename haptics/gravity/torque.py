@@ -40,9 +40,9 @@ def gravity_torque(
     g = np.asarray(gravity_vector, dtype=float)
     known = _as_masses(geometry, masses)
     along, across = arm_directions(inverse_kinematics(geometry, p))
-    hanging = np.swapaxes(jacobian(geometry, p), -1, -2) @ (known.at_wrists * g)
+    platform_torque = np.swapaxes(jacobian(geometry, p), -1, -2) @ (known.at_wrists * g)
     moment = known.arm_along + known.at_elbow * geometry.upper_arm_length
-    return -hanging - moment * (across @ g) + known.arm_across * (along @ g)
+    return -platform_torque - moment * (across @ g) + known.arm_across * (along @ g)
 
 
 def potential_energy(

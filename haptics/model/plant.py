@@ -32,8 +32,8 @@ from typing import NamedTuple
 from delta_cad.common.jit import compiled, inlined
 from delta_cad.common.units import DOWN
 from delta_cad.drive.masses import Masses
-from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
-from delta_cad.mechanism.kernel import chain_closure
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.kernel import add_inertia, arm, azimuth, chain_closure, in_base, wrist
 from haptics.model.drive_train import ARM_BRISTLES, BRISTLES, MOTOR, STATES, TWIST, bristle, drive_torque, rotor_energy
 from haptics.model.handle import handle_energy, handle_force
 
@@ -224,13 +224,12 @@ def chain(par, i, x, y, z):
         Cosine and sine of the azimuth, cosine and sine of the shoulder angle, w (m), and the forearm s (m) in the base
         frame: 8 floats; NaN where the chain cannot be closed.
     """
-    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
-    q, t = ca * x + sa * y - par.radius_difference, ca * y - sa * x
-    la, lb = par.upper_arm_length, par.forearm_length
-    rho2, m, _, w = chain_closure(q, t, z, la, lb)
-    cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
-    radial, up = q - la * cos, z - la * sin
-    return ca, sa, cos, sin, w, ca * radial - sa * t, sa * radial + ca * t, up
+    la = par.upper_arm_length
+    q, t = wrist(i, x, y, par.radius_difference)
+    rho2, m, w2 = chain_closure(q, t, z, la, par.forearm_length)
+    w = math.sqrt(w2)
+    cos, sin = arm(q, z, rho2, m, w)
+    return *azimuth(i), cos, sin, w, *in_base(i, q - la * cos, t), z - la * sin
 
 
 @inlined
@@ -252,27 +251,21 @@ def motion(par, hand_mass, state, out):
     translating_mass = par.platform + hand_mass + 3.0 * par.rod_wrist
     turning = par.rod_elbow * la * la + par.joint_inertia
     cross = par.rod_cross * la
-    hanging = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
+    platform_mass = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
-    m11 = m22 = m33 = translating_mass
-    m12 = m13 = m23 = 0.0
-    fx, fy, fz = hanging * par.gravity_x, hanging * par.gravity_y, hanging * par.gravity_z
+    inertia = (translating_mass, translating_mass, translating_mass, 0.0, 0.0, 0.0)
+    fx, fy, fz = platform_mass * par.gravity_x, platform_mass * par.gravity_y, platform_mass * par.gravity_z
     for i in range(3):
         ca, sa, cos, sin, w, sx, sy, sz = chain(par, i, x, y, z)
         ax, ay, az = ca * cos, sa * cos, sin
         ex, ey, ez = -ca * sin, -sa * sin, cos
-        arm = 1.0 / (la * w)
-        gx, gy, gz = sx * arm, sy * arm, sz * arm
+        lever = 1.0 / (la * w)
+        gx, gy, gz = sx * lever, sy * lever, sz * lever
         rate = gx * vx + gy * vy + gz * vz
         speed = la * rate
         dx, dy, dz = vx - speed * ex, vy - speed * ey, vz - speed * ez
-        h = (dx * dx + dy * dy + dz * dz + la * rate * rate * (sx * ax + sy * ay + sz * az)) * arm
-        m11 += 2.0 * cross * ex * gx + turning * gx * gx
-        m22 += 2.0 * cross * ey * gy + turning * gy * gy
-        m33 += 2.0 * cross * ez * gz + turning * gz * gz
-        m12 += cross * (ex * gy + gx * ey) + turning * gx * gy
-        m13 += cross * (ex * gz + gx * ez) + turning * gx * gz
-        m23 += cross * (ey * gz + gy * ez) + turning * gy * gz
+        h = (dx * dx + dy * dy + dz * dz + la * rate * rate * (sx * ax + sy * ay + sz * az)) * lever
+        inertia = add_inertia(inertia, turning, cross, (gx, gy, gz), (ex, ey, ez))
         square = rate * rate
         pull = moment * (ex * par.gravity_x + ey * par.gravity_y + ez * par.gravity_z)
         pull -= par.arm_across * (ax * par.gravity_x + ay * par.gravity_y + az * par.gravity_z)
@@ -284,7 +277,7 @@ def motion(par, hand_mass, state, out):
         out[3, i] = rate
         out[5, i] = math.atan2(sin, cos)
     out[4, 0], out[4, 1], out[4, 2] = fx, fy, fz
-    return m11, m22, m33, m12, m13, m23
+    return inertia
 
 
 @inlined
@@ -389,10 +382,10 @@ def energy(par, hand_mass, state):
     la = par.upper_arm_length
     v2 = vx * vx + vy * vy + vz * vz
     kinetic = 0.5 * (par.platform + hand_mass) * v2
-    hanging = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)
+    platform_mass = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
     height = par.gravity_x * state[0] + par.gravity_y * state[1] + par.gravity_z * state[2]
-    potential = -hanging * height
+    potential = -platform_mass * height
     for i in range(3):
         ca, sa, cos, sin, w, sx, sy, sz = chain(par, i, state[0], state[1], state[2])
         rate = (sx * vx + sy * vy + sz * vz) / (la * w)

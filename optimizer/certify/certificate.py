@@ -187,10 +187,10 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
     if design is not None:
         _same_design(c, design)
     names = tuple(finding.condition for finding in c.findings)
-    if names != c.limits.asked:
-        raise CertificateError(f"its findings are {', '.join(names)}; its limits ask {', '.join(c.limits.asked)}")
+    if names != c.limits.names:
+        raise CertificateError(f"its findings are {', '.join(names)}; its limits ask {', '.join(c.limits.names)}")
     for finding in c.findings:
-        if finding.limit != c.limits[finding.condition].told():
+        if finding.limit != c.limits[finding.condition].thresholds():
             raise CertificateError(f"{finding.condition}: the limit of its finding is not the one proved")
     sorted_ = {v: tuple(f.condition for f in c.findings if f.verdict == v) for v in ("proved", "refuted", "undecided")}
     for finding in c.findings:
@@ -217,7 +217,7 @@ def _same_design(c: Certificate, design: Design) -> None:
     if mass is None and r.effective_mass_max_kg is not None:
         lax = EffectiveMass.name
     else:  # with the masses that the certificate is about; `verify` compares them with those of a build
-        lax = c.limits.laxer(limits_of(design, share, None if mass is None else mass.inertia))
+        lax = c.limits.less_strict_than(limits_of(design, share, None if mass is None else mass.inertia))
     if lax is not None:
         raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
 

@@ -75,7 +75,7 @@ class GravityShare:
             held = limits.get(HoldingTorque)
             if held is None:
                 return "gravity is counted in by masses, but no torque with gravity is asked"
-            if held.laxer(HoldingTorque(self.force, self.torque, self.masses)):
+            if held.less_strict_than(HoldingTorque(self.force, self.torque, self.masses)):
                 return f"torque with gravity is asked less strictly than {self.torque:.9g} N m for {self.force:.9g} N"
             return None
         condition = limits.get(Torque)

@@ -30,7 +30,7 @@ def breaks(g: DeltaGeometry, limit: PoseLimit, point: np.ndarray) -> bool:
     Returns:
         Truth only if the limit is broken in exact arithmetic.
     """
-    return limit.second_refutation(SlopePose(g, point[None], point[None]), exactly)
+    return limit.refuted_by_intervals(SlopePose(g, point[None], point[None]), exactly)
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def replay(
             still = open_[now].copy()
             for n, limit in enumerate(limits):
                 if still[:, n].any():
-                    still[:, n] &= ~limit.second_proof(p, exactly)
+                    still[:, n] &= ~limit.proved_by_intervals(p, exactly)
             failed = still.any(axis=1)
             stuck = failed & ((depth[now] >= FINEST) | (examined >= max_boxes))
             doubtful = np.flatnonzero(failed & (depth[now] >= HOPEFUL))[:MIDDLES]
@@ -94,7 +94,7 @@ def replay(
                 p = SlopePose(g, middle, middle, tolerance)
                 for n, limit in enumerate(limits):
                     if still[doubtful, n].any():
-                        stuck[doubtful] |= still[doubtful, n] & ~limit.second_proof(p, exactly)
+                        stuck[doubtful] |= still[doubtful, n] & ~limit.proved_by_intervals(p, exactly)
             if stuck.any():
                 k = int(np.argmax(stuck))
                 name = limits[int(np.argmax(still[k]))].name

@@ -28,30 +28,29 @@ from delta_cad.mechanism.enclosure.affine_form import (
     subtract,
 )
 from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE
-from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
 # Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H.
 HALF, DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
 ROWS = forms.ROWS + 4
 
-_CUTTING = tuple(limit for limit in POSE_LIMITS if limit.cut is not None)
+_CUTTING = tuple(limit for limit in POSE_LIMITS if limit.enclosure.cut is not None)
 START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those in play stand before them
 SIZE = 1
 for _limit in _CUTTING:
-    START[_limit], SIZE = SIZE, SIZE + _limit.size
+    START[_limit], SIZE = SIZE, SIZE + _limit.enclosure.size
 BITS = {limit: 1 << n for n, limit in enumerate(_CUTTING)}
-MOST = sum(limit.cuts for limit in _CUTTING)  # most cuts of one point
+MOST = sum(limit.enclosure.cuts for limit in _CUTTING)  # most cuts of one point
 
 
 def _cutting(tier: int) -> Any:
-    calls = [(limit.cut, BITS[limit], START[limit]) for limit in _CUTTING if limit.tier == tier]
+    calls = [(limit.enclosure.cut, BITS[limit], START[limit]) for limit in _CUTTING if limit.enclosure.tier == tier]
     line = "if limits & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
     return in_turn("pose, k, limits, work, cuts, count", calls, line, "return count")
 
 
 _by_chains, _by_forearms = _cutting(forms.CHAINS), _cutting(forms.FOREARMS)
-_FOREARMS = sum(BITS[limit] for limit in _CUTTING if limit.tier == forms.FOREARMS)
+_FOREARMS = sum(BITS[limit] for limit in _CUTTING if limit.enclosure.tier == forms.FOREARMS)
 
 
 def numbers(limits: Limits) -> np.ndarray:
@@ -68,7 +67,7 @@ def numbers(limits: Limits) -> np.ndarray:
         kind = type(limit)
         if kind in BITS:
             bits |= BITS[kind]
-            out[START[kind] : START[kind] + kind.size] = limit.numbers()
+            out[START[kind] : START[kind] + kind.enclosure.size] = limit.numbers()
     out[0] = bits
     return out
 
@@ -109,34 +108,18 @@ def _between(box, j):
 @compiled
 def _fill_chains(x_m, y_m, height, pose):
     """Fills the chains at a point; w and the forearms for designs that are closed."""
-    x, y = constant(x_m, 0.0), constant(y_m, 0.0)
-    turn = constant(SIN_60, forms.SIN_60_ERROR)
-    a, z = at(pose, RADII), add(at(pose, HEIGHT), constant(height, 0.0))
-    put(pose, forms.Z, z)
+    z = add(at(pose, HEIGHT), constant(height, 0.0))
+    forms.put_wrists(pose, constant(x_m, 0.0), constant(y_m, 0.0), z)
     zz, low = multiply(z, z), lower(z)
-    xc, yc, xs, ys = scale(-0.5, x), scale(-0.5, y), multiply(turn, x), multiply(turn, y)
-    put(pose, forms.T, y)
-    put(pose, forms.T + 1, subtract(yc, xs))
-    put(pose, forms.T + 2, add(yc, xs))
-    put(pose, forms.Q, subtract(x, a))
-    put(pose, forms.Q + 1, subtract(add(xc, ys), a))
-    put(pose, forms.Q + 2, subtract(subtract(xc, ys), a))
     la, half, difference = at(pose, forms.UPPER_ARM), at(pose, HALF), at(pose, DIFFERENCE)
     for i in range(3):
-        q, t = at(pose, forms.Q + i), at(pose, forms.T + i)
+        q, t = subtract(at(pose, forms.Q + i), at(pose, RADII)), at(pose, forms.T + i)
+        put(pose, forms.Q + i, q)
         rho2 = add(multiply(q, q), zz)
         m = multiply(half, add(add(rho2, multiply(t, t)), difference))
         w2 = subtract(rho2, multiply(m, m))
-        w = root_where_feasible(w2)
         part = multiply(la, inverse_above(rho2, low * low * INSIDE))
-        left = subtract(constant(1.0, 0.0), multiply(m, part))
-        across = multiply(w, part)
-        put(pose, forms.W2 + i, w2)
-        put(pose, forms.W + i, w)
-        put(pose, forms.RADIAL + i, subtract(multiply(q, left), multiply(z, across)))
-        put(pose, forms.VERTICAL + i, add(multiply(z, left), multiply(q, across)))
-        put(pose, forms.ELBOW_RADIAL + i, subtract(q, at(pose, forms.RADIAL + i)))
-        put(pose, forms.ELBOW_VERTICAL + i, subtract(z, at(pose, forms.VERTICAL + i)))
+        forms.put_chain(pose, i, m, w2, root_where_feasible(w2), part)
 
 
 @compiled

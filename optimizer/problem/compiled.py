@@ -9,17 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from delta_cad.common.jit import compiled, inlined
-from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.kernel import _kappa, chain_closure, largest_eigenvalue
+from delta_cad.common.jit import compiled, in_turn, inlined
+from delta_cad.mechanism.kernel import add_inertia, arm, chain_closure, in_base, kappa, largest_eigenvalue, wrist
 from delta_cad.mechanism.limits.couple_index import least_of
 
 TINY = float(np.finfo(float).tiny)
 FOLD = 1e-75
 """Least w / L_B that is divided by: the fourth power of what comes out is still a number."""
+SENSES = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
+"""Senses in which the second and the third joint turn where the first turns forwards."""
 
 
 def figures_compiled(
@@ -60,56 +62,64 @@ def filled(fill: Callable[..., None], designs: np.ndarray, points: np.ndarray, *
 
 
 @inlined
-def _closed(q, t, z, la, lb):
-    """Closes a chain in its own plane: w^2, w, cosine and sine of the shoulder angle; w is 0 beyond the reach."""
-    rho2, m, w2, _ = chain_closure(q, t, z, la, lb)
-    rho2 = rho2 if rho2 > TINY else TINY
+def _chain(i, x, y, z, a, la, lb):
+    """Computes of a chain w^2 / L_B^2, w / L_B, cosine and sine of the shoulder angle, and the forearm by L_B.
+
+    That is in the base frame, and before that along the chain's radius. Beyond the reach w is 0.
+    """
+    q, t = wrist(i, x, y, a)
+    rho2, m, w2 = chain_closure(q, t, z, la, lb)
     w = math.sqrt(w2 if w2 > 0.0 else 0.0)
-    return w2, w, (q * m + z * w) / rho2, (z * m - q * w) / rho2
+    cos, sin = arm(q, z, rho2 if rho2 > TINY else TINY, m, w)
+    radial = (q - la * cos) / lb
+    sx, sy = in_base(i, radial, t / lb)
+    return w2 / (lb * lb), w / lb, cos, sin, radial, sx, sy, (z - la * sin) / lb
 
 
 @inlined
-def _chain(q, t, z, la, lb):
-    """Computes w^2 / L_B^2, w / L_B and the unit forearm along the radius and along z."""
-    w2, w, cos, sin = _closed(q, t, z, la, lb)
-    return w2 / (lb * lb), w / lb, (q - la * cos) / lb, (z - la * sin) / lb
+def _chains(x, y, z, a, la, lb):
+    """The same of the three chains."""
+    return _chain(0, x, y, z, a, la, lb), _chain(1, x, y, z, a, la, lb), _chain(2, x, y, z, a, la, lb)
 
 
 @inlined
-def _angle(q, t, z, la, lb):
-    """Computes the shoulder angle."""
-    _, _, cos, sin = _closed(q, t, z, la, lb)
-    return math.atan2(sin, cos)
+def _closure(one, two, three):
+    """Computes the smallest w^2 / L_B^2."""
+    closure = one[0] if one[0] < two[0] else two[0]
+    return closure if closure < three[0] else three[0]
 
 
 @inlined
-def _point(x, y, z, a, la, lb):
+def _face(one, other):
+    """Computes the cross product of two chains' forearms."""
+    return (
+        one[6] * other[7] - one[7] * other[6],
+        one[7] * other[5] - one[5] * other[7],
+        one[5] * other[6] - one[6] * other[5],
+    )
+
+
+@inlined
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def _point(one, two, three):
     """Computes closure, determinant, moment / L_A, elbow arms, products and squares of the forearms at a point."""
-    xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
-    t2, t3 = yc - xs, yc + xs
-    c1, w1, r1, z1 = _chain(x - a, y, z, la, lb)
-    c2, w2, r2, z2 = _chain(xc + ys - a, t2, z, la, lb)
-    c3, w3, r3, z3 = _chain(xc - ys - a, t3, z, la, lb)
-    t1, t2, t3 = y / lb, t2 / lb, t3 / lb
-    x1, y1 = r1, t1
-    x2, y2 = -0.5 * r2 - SIN_60 * t2, SIN_60 * r2 - 0.5 * t2
-    x3, y3 = -0.5 * r3 + SIN_60 * t3, -SIN_60 * r3 - 0.5 * t3
-    fx, fy, fz = y2 * z3 - z2 * y3, z2 * x3 - x2 * z3, x2 * y3 - y2 * x3
-    det = x1 * fx + y1 * fy + z1 * fz
-    n1 = fx * fx + fy * fy + fz * fz
-    fx, fy, fz = y3 * z1 - z3 * y1, z3 * x1 - x3 * z1, x3 * y1 - y3 * x1
-    n2 = fx * fx + fy * fy + fz * fz
-    fx, fy, fz = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
-    n3 = fx * fx + fy * fy + fz * fz
-    closure = c1 if c1 < c2 else c2
-    closure = closure if closure < c3 else c3
+    s1, s2, s3 = one[5:], two[5:], three[5:]
+    face = _face(two, three)
+    det, n1 = _dot(s1, face), _dot(face, face)
+    face = _face(three, one)
+    n2 = _dot(face, face)
+    face = _face(one, two)
+    n3 = _dot(face, face)
+    w1, w2, w3 = one[1], two[1], three[1]
     m1, m2, m3 = w1 * math.sqrt(n1), w2 * math.sqrt(n2), w3 * math.sqrt(n3)
     moment = m1 if m1 > m2 else m2
     moment = moment if moment > m3 else m3
-    g12 = x1 * x2 + y1 * y2 + z1 * z2
-    g13 = x1 * x3 + y1 * y3 + z1 * z3
-    g23 = x2 * x3 + y2 * y3 + z2 * z3
-    return closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3
+    closure = _closure(one, two, three)
+    return closure, det, moment, w1, w2, w3, _dot(s1, s2), _dot(s1, s3), _dot(s2, s3), n1, n2, n3
 
 
 @compiled
@@ -123,158 +133,108 @@ def _fill(designs, places, conditioning, angles, out):
         closures, determinants, moments, qualities = out[d, 0], out[d, 1], out[d, 2], out[d, 3]
         if conditioning:
             for k in range(len(px)):
-                closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3 = _point(
-                    side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb
-                )
+                one, two, three = _chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3 = _point(one, two, three)
                 closures[k], determinants[k], moments[k] = closure, det, la * moment
-                inverse = 1.0 / _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, 1.0)
+                inverse = 1.0 / kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, 1.0)
                 inverse = inverse if det > 0.0 else -inverse
                 beyond = closure if closure < 0.0 else 0.0
                 qualities[k] = beyond if closure <= 0.0 or det == 0.0 else inverse
         else:
             for k in range(len(px)):
-                figures = _point(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                one, two, three = _chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                figures = _point(one, two, three)
                 closures[k], determinants[k], moments[k] = figures[0], figures[1], la * figures[2]
         if angles:
             for k in range(len(px)):
-                x, y, z = side * px[k], side * py[k], height + side * (1.0 + pz[k])
-                xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
-                th1 = _angle(x - a, y, z, la, lb)
-                th2 = _angle(xc + ys - a, yc - xs, z, la, lb)
-                th3 = _angle(xc - ys - a, yc + xs, z, la, lb)
+                one, two, three = _chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                th1, th2, th3 = math.atan2(one[3], one[2]), math.atan2(two[3], two[2]), math.atan2(three[3], three[2])
                 out[d, 4, k] = min(th1, th2, th3)
                 out[d, 5, k] = max(th1, th2, th3)
 
 
-@compiled
-def fill_couple_index(designs, places, out):
-    """Fills the couple index."""
-    for d in range(len(designs)):
+# A loop over the points of designs, as `_fill` has it; {0} is the figure of a point, {1} the numbers it takes.
+_LOOP = """for d in range(len(designs)):
         la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
         a = designs[d, 2] - designs[d, 3]
         row = d if len(places) > 1 else 0
         px, py, pz = places[row, 0], places[row, 1], places[row, 2]
         for k in range(len(px)):
-            x, y, z = side * px[k], side * py[k], height + side * (1.0 + pz[k])
-            xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
-            _, _, r1, v1 = _chain(x - a, y, z, la, lb)
-            _, _, r2, v2 = _chain(xc + ys - a, yc - xs, z, la, lb)
-            _, _, r3, v3 = _chain(xc - ys - a, yc + xs, z, la, lb)
-            out[d, k] = least_of(r1, r2, r3, v1, v2, v3)
+            one, two, three = chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+            out[d, k] = {0}(one, two, three, la{1})"""
+
+
+def _of_points(figure: Any, *numbers: str) -> Any:
+    """Compiles (designs, places, numbers, out), which fills a figure of points, for `filled`."""
+    given = "".join(f", {number}" for number in numbers)
+    return in_turn(f"designs, places{given}, out", [(figure, given)], _LOOP, chains=_chains)
 
 
 @inlined
-def _forearm(i, q, t, z, la, lb):
-    """Computes of a chain w^2 / L_B^2, w / L_B, the unit forearm, and the unit vector along which its elbow moves."""
-    w2, w, cos, sin = _closed(q, t, z, la, lb)
-    r, along, v = (q - la * cos) / lb, t / lb, (z - la * sin) / lb
-    turn = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
-    part = 1.0 if i == 0 else -0.5
-    x, y = part * r - turn * along, turn * r + part * along
-    return w2 / (lb * lb), w / lb, x, y, v, -part * sin, -turn * sin, cos
+def _couple_index(one, two, three, la):  # noqa: ARG001
+    return least_of(one[4], two[4], three[4], one[7], two[7], three[7])
 
 
 @inlined
-def _forearms(x, y, z, a, la, lb):
-    """The same of the three chains."""
-    xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
+def _row(chain, la):
+    """Computes the row of a chain's inverse Jacobian, for elbow arms of at least `FOLD`."""
+    lever = la * max(chain[1], FOLD)
+    return chain[5] / lever, chain[6] / lever, chain[7] / lever
+
+
+@inlined
+def _mass_ratio(one, two, three, la, carried, elbow_mass, cross, joint_inertia):
+    """Computes the carried mass by the effective mass."""
+    m, turning = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), elbow_mass + joint_inertia / (la * la)
+    for i, chain in ((0, one), (1, two), (2, three)):
+        m = add_inertia(m, turning, cross, _row(chain, 1.0), (*in_base(i, -chain[3], 0.0), chain[2]))
+    size = max(abs(m[0]), abs(m[1]), abs(m[2]))  # powers of what is huge at a fold are no numbers
+    size = size if size > TINY else 1.0
+    largest, _ = largest_eigenvalue(m[0] / size, m[1] / size, m[2] / size, m[3] / size, m[4] / size, m[5] / size)
+    closure = _closure(one, two, three)
+    return closure if closure < 0.0 else carried / (carried + size * largest)
+
+
+@inlined
+def _added(a, b, c, second, third):
+    """Computes a sum of three vectors, two of which have a sign."""
     return (
-        _forearm(0, x - a, y, z, la, lb),
-        _forearm(1, xc + ys - a, yc - xs, z, la, lb),
-        _forearm(2, xc - ys - a, yc + xs, z, la, lb),
+        a[0] + second * b[0] + third * c[0],
+        a[1] + second * b[1] + third * c[1],
+        a[2] + second * b[2] + third * c[2],
     )
 
 
 @inlined
-def _entry(at_elbow, cross, n, e, m, f):
-    """Computes what a chain adds to an entry of the inertia, from two components of its row and of its elbow's way."""
-    return at_elbow * n * m + cross * (n * f + m * e)
-
-
-@compiled
-def fill_lightness(designs, places, carried, elbow_mass, cross, joint_inertia, out):
-    """Fills the carried mass by the effective mass."""
-    for d in range(len(designs)):
-        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
-        a, at_elbow = designs[d, 2] - designs[d, 3], elbow_mass + joint_inertia / (la * la)
-        row = d if len(places) > 1 else 0
-        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
-        for k in range(len(px)):
-            chains = _forearms(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
-            closure = min(chains[0][0], chains[1][0], chains[2][0])
-            m00 = m11 = m22 = m01 = m02 = m12 = 0.0
-            for _, arm, x, y, z, ex, ey, ez in chains:
-                arm = arm if arm > FOLD else FOLD
-                x, y, z = x / arm, y / arm, z / arm
-                m00 += _entry(at_elbow, cross, x, ex, x, ex)
-                m11 += _entry(at_elbow, cross, y, ey, y, ey)
-                m22 += _entry(at_elbow, cross, z, ez, z, ez)
-                m01 += _entry(at_elbow, cross, x, ex, y, ey)
-                m02 += _entry(at_elbow, cross, x, ex, z, ez)
-                m12 += _entry(at_elbow, cross, y, ey, z, ez)
-            size = max(abs(m00), abs(m11), abs(m22))  # powers of what is huge at a fold are no numbers
-            size = size if size > TINY else 1.0
-            largest, _ = largest_eigenvalue(m00 / size, m11 / size, m22 / size, m01 / size, m02 / size, m12 / size)
-            out[d, k] = closure if closure < 0.0 else carried / (carried + size * largest)
+def _inverse_friction(one, two, three, la, drive, upright, level):
+    """Computes 1 / friction."""
+    a, b, c, most = _row(one, la), _row(two, la), _row(three, la), 0.0
+    for second, third in SENSES:
+        x, y, z = _added(a, b, c, second, third)
+        wide, high = drive * math.sqrt(x * x + y * y) + level, drive * abs(z) + upright
+        most = max(most, wide * wide + high * high)
+    closure = _closure(one, two, three)
+    return closure if closure < 0.0 else 1.0 / math.sqrt(most)
 
 
 @inlined
-def _square(drive, upright, level, x, y, z):
-    """Computes the square of what rubs in one sense of the joints, of the sum of their rates."""
-    wide = drive * math.sqrt(x * x + y * y) + level
-    high = drive * abs(z) + upright
-    return wide * wide + high * high
-
-
-@compiled
-def fill_ease(designs, places, drive, upright, level, out):
-    """Fills 1 / friction."""
-    for d in range(len(designs)):
-        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
-        a = designs[d, 2] - designs[d, 3]
-        row = d if len(places) > 1 else 0
-        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
-        for k in range(len(px)):
-            one, two, three = _forearms(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
-            closure = min(one[0], two[0], three[0])
-            w1, w2, w3 = la * max(one[1], FOLD), la * max(two[1], FOLD), la * max(three[1], FOLD)
-            x1, y1, z1 = one[2] / w1, one[3] / w1, one[4] / w1
-            x2, y2, z2 = two[2] / w2, two[3] / w2, two[4] / w2
-            x3, y3, z3 = three[2] / w3, three[3] / w3, three[4] / w3
-            most = max(
-                _square(drive, upright, level, x1 + x2 + x3, y1 + y2 + y3, z1 + z2 + z3),
-                _square(drive, upright, level, x1 + x2 - x3, y1 + y2 - y3, z1 + z2 - z3),
-                _square(drive, upright, level, x1 - x2 + x3, y1 - y2 + y3, z1 - z2 + z3),
-                _square(drive, upright, level, x1 - x2 - x3, y1 - y2 - y3, z1 - z2 - z3),
-            )
-            out[d, k] = closure if closure < 0.0 else 1.0 / math.sqrt(most)
+def _move(chain, one, other, la):
+    """Computes the determinant times the handle's way for a turn of 1 rad of a chain's joint."""
+    lever, (x, y, z) = la * chain[1], _face(one, other)
+    return lever * x, lever * y, lever * z
 
 
 @inlined
-def _face(lever, one, other):
-    """Computes the cross product of two chains' forearms, times a lever."""
-    _, _, x, y, z, _, _, _ = one
-    _, _, u, v, w, _, _, _ = other
-    return lever * (y * w - z * v), lever * (z * u - x * w), lever * (x * v - y * u)
+def _scaled_step(one, two, three, la):
+    """Computes the determinant times the longest way of the handle."""
+    a, b, c, most = _move(one, two, three, la), _move(two, three, one, la), _move(three, one, two, la), 0.0
+    for second, third in SENSES:
+        way = _added(a, b, c, second, third)
+        most = max(most, _dot(way, way))
+    return math.sqrt(most)
 
 
-@compiled
-def fill_farthest(designs, places, out):
-    """Fills the determinant times the longest way of the handle."""
-    for d in range(len(designs)):
-        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
-        a = designs[d, 2] - designs[d, 3]
-        row = d if len(places) > 1 else 0
-        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
-        for k in range(len(px)):
-            one, two, three = _forearms(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
-            x1, y1, z1 = _face(la * one[1], two, three)
-            x2, y2, z2 = _face(la * two[1], three, one)
-            x3, y3, z3 = _face(la * three[1], one, two)
-            most = max(
-                (x1 + x2 + x3) ** 2 + (y1 + y2 + y3) ** 2 + (z1 + z2 + z3) ** 2,
-                (x1 + x2 - x3) ** 2 + (y1 + y2 - y3) ** 2 + (z1 + z2 - z3) ** 2,
-                (x1 - x2 + x3) ** 2 + (y1 - y2 + y3) ** 2 + (z1 - z2 + z3) ** 2,
-                (x1 - x2 - x3) ** 2 + (y1 - y2 - y3) ** 2 + (z1 - z2 - z3) ** 2,
-            )
-            out[d, k] = math.sqrt(most)
+fill_couple_index = _of_points(_couple_index)
+fill_mass_ratio = _of_points(_mass_ratio, "carried", "elbow_mass", "cross", "joint_inertia")
+fill_inverse_friction = _of_points(_inverse_friction, "drive", "upright", "level")
+fill_scaled_step = _of_points(_scaled_step)

@@ -17,9 +17,9 @@ from delta_cad.mechanism.limits.friction import HandleFriction
 from optimizer.problem.compiled import (
     figures_compiled,
     fill_couple_index,
-    fill_ease,
-    fill_farthest,
-    fill_lightness,
+    fill_inverse_friction,
+    fill_mass_ratio,
+    fill_scaled_step,
     filled,
 )
 
@@ -77,22 +77,22 @@ class Figures(NamedTuple):
         """Computes the couple index (D, K) of the chains as they are continued beyond their reach."""
         return filled(fill_couple_index, self.designs, _placed(self.points))
 
-    def ease(self, rubs: HandleFriction) -> np.ndarray:
+    def inverse_friction(self, sources: HandleFriction) -> np.ndarray:
         """Computes 1 / friction in the direction of most.
 
         Args:
-            rubs: What rubs.
+            sources: Friction of drives and ball joints.
 
         Returns:
             (D, K) 1 / N, next to nothing at a fold; the closure where that is negative.
         """
-        return filled(fill_ease, self.designs, _placed(self.points), rubs.drive, rubs.upright, rubs.level)
+        return filled(fill_inverse_friction, self.designs, _placed(self.points), *sources)
 
-    def farthest(self) -> np.ndarray:
+    def scaled_step(self) -> np.ndarray:
         """Computes the determinant times the longest way of the handle for joints that turn by 1 rad, (D, K) m."""
-        return filled(fill_farthest, self.designs, _placed(self.points))
+        return filled(fill_scaled_step, self.designs, _placed(self.points))
 
-    def lightness(self, inertia: HandleInertia) -> np.ndarray:
+    def mass_ratio(self, inertia: HandleInertia) -> np.ndarray:
         """Computes the carried mass by the effective mass, 1 where nothing else moves.
 
         Args:
@@ -102,7 +102,7 @@ class Figures(NamedTuple):
             (D, K) 0 at a fold; the closure where that is negative.
         """
         masses = inertia.carried_mass, inertia.elbow_mass, inertia.cross_mass, inertia.joint_inertia
-        return filled(fill_lightness, self.designs, _placed(self.points), *masses)
+        return filled(fill_mass_ratio, self.designs, _placed(self.points), *masses)
 
 
 def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:

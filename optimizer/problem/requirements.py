@@ -88,7 +88,7 @@ class InertiaTable(Section):
 
 
 class JointTable(Section):
-    """What a joint rubs and tells, as limits on the feel see it: table `[joints]`."""
+    """Friction and encoder of a joint, as limits on the feel see them: table `[joints]`."""
 
     friction_N_m: float | None = Field(default=None, ge=0, le=100, description="Coulomb friction of a joint's drive")
     ball_upright_N: float = Field(default=0.0, ge=0, le=1000, description="of all ball joints, for a motion along z")
@@ -99,8 +99,8 @@ class JointTable(Section):
     def known(self) -> dict[str, Any]:
         """What limits are made from."""
         drive, count = self.friction_N_m, self.encoder_count_deg
-        rubs = None if drive is None else HandleFriction(drive, self.ball_upright_N, self.ball_level_N)
-        return {"friction": rubs, "encoder_count": None if count is None else radians(count)}
+        sources = None if drive is None else HandleFriction(drive, self.ball_upright_N, self.ball_level_N)
+        return {"friction": sources, "encoder_count": None if count is None else radians(count)}
 
 
 class Step3(Section):
@@ -247,7 +247,7 @@ def _contradictions(known: Known) -> Iterator[Fault]:
     joints = {name: known[f"joints.{name}"] for name in JointTable.model_fields if f"joints.{name}" in known}
     needed = {
         "effective_mass_max_kg": (masses, f"the masses of what moves: table [inertia] with {_INERTIA}"),
-        "friction_max_N": ("friction_N_m" in joints, "what rubs in a joint: joints.friction_N_m"),
+        "friction_max_N": ("friction_N_m" in joints, "what sources in a joint: joints.friction_N_m"),
         "position_step_max_mm": ("encoder_count_deg" in joints, "the count of the encoders: joints.encoder_count_deg"),
     }
     for name, (there, what) in needed.items():

@@ -92,7 +92,7 @@ class Problem:
         Raises:
             GeometryError: A number that the proof does not take.
         """
-        found = [limit for limit in self.limits if isinstance(limit, PoseLimit) and limit.cut is not None]
+        found = [limit for limit in self.limits if isinstance(limit, PoseLimit) and limit.enclosure.cut is not None]
         known = [limit.kappa_max for limit in found if isinstance(limit, Kappa)]
         if kappa < math.inf:
             found.append(Kappa(min([kappa, *known])))
@@ -108,7 +108,7 @@ class Problem:
     @cached_property
     def _in_points(self) -> tuple[tuple[PoseLimit, ...], frozenset[str]]:
         """The limits that hold in a point of the cube, and what all limits evaluate."""
-        held = tuple(limit for limit in self.limits if isinstance(limit, PoseLimit) and limit.cut is not None)
+        held = tuple(limit for limit in self.limits if isinstance(limit, PoseLimit) and limit.enclosure.cut is not None)
         return held, frozenset(name for limit in self.limits for name in limit.evaluates)
 
     @property

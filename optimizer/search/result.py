@@ -158,7 +158,7 @@ class Result:
     def told(self) -> tuple[PoseLimit, ...]:
         """The limits whose worst figure can be told, bounding nothing; without those whose masses are not stated."""
         values = self.problem.requirements.values
-        measured = (limit.measured(values) for limit in POSE_LIMITS if limit.told_as)
+        measured = (limit.measured(values) for limit in POSE_LIMITS if limit.output_key)
         return tuple(limit for limit in measured if limit is not None)
 
     def worst(self, kind: type[PoseLimit]) -> float:
@@ -191,14 +191,14 @@ class Result:
 
         def values(points: np.ndarray) -> dict[str, np.ndarray]:
             f = figures(row, points, "quality" in wanted, "angles" in wanted)
-            return {f"{a.name} {name}": value[0] for a in limits for name, value in a.sought(f).items()}
+            return {f"{a.name} {name}": value[0] for a in limits for name, value in a.search_quantities(f).items()}
 
         found = worst_points(values, FINE_GRID, np.concatenate([CENTRE, near]))
         least: dict[str, dict[str, float]] = {}
         for key, worst in found.items():
             limit, _, name = key.partition(" ")
             least.setdefault(limit, {})[name] = float(worst.values[0])
-        return {type(limit): limit.worst_of(least[limit.name]) for limit in limits}
+        return {type(limit): limit.extreme_value(least[limit.name]) for limit in limits}
 
     def better_than(self, other: Result) -> bool:
         """Tells whether this one is feasible and the other is not, or its objective is better, or it violates less."""
@@ -221,7 +221,7 @@ class Result:
             "objective": finite(self.objective),
             "objective_name": self.problem.objective_name,
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
-            **{limit.told_as: finite(self.worst(type(limit)) * limit.figures[0].scale) for limit in self.told},
+            **{limit.output_key: finite(self.worst(type(limit)) * limit.figures[0].scale) for limit in self.told},
             "proven_bound": bound,
             "gap": gap,
             "boxes": boxes,

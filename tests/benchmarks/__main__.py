@@ -24,7 +24,6 @@ MINUTES = {
     "delta_cad.drawing_time": 5.0,
     "delta_cad.clearance_sweep": 5.0,
     "delta_cad.clearance_growth": 10.0,
-    "delta_cad.kernel": 5.0,
     "optimizer.certificates": 10.0,
     "optimizer.synthesis": 15.0,
     "optimizer.proven": 15.0,

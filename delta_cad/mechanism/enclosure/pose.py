@@ -76,6 +76,34 @@ def table() -> np.ndarray:
 
 
 @compiled
+def put_wrists(pose, x, y, z):
+    """Fills the coordinates, from which R - r is still to be taken off along the radii."""
+    turn = constant(SIN_60, SIN_60_ERROR)
+    xc, yc, xs, ys = scale(-0.5, x), scale(-0.5, y), multiply(turn, x), multiply(turn, y)
+    put(pose, T, y)
+    put(pose, T + 1, subtract(yc, xs))
+    put(pose, T + 2, add(yc, xs))
+    put(pose, Z, z)
+    put(pose, Q, x)
+    put(pose, Q + 1, add(xc, ys))
+    put(pose, Q + 2, subtract(xc, ys))
+
+
+@compiled
+def put_chain(pose, i, m, w2, w, part):
+    """Fills a closed chain; part is L_A / rho^2."""
+    q, z = at(pose, Q + i), at(pose, Z)
+    left = subtract(constant(1.0, 0.0), multiply(m, part))
+    across = multiply(w, part)
+    put(pose, W2 + i, w2)
+    put(pose, W + i, w)
+    put(pose, RADIAL + i, subtract(multiply(q, left), multiply(z, across)))
+    put(pose, VERTICAL + i, add(multiply(z, left), multiply(q, across)))
+    put(pose, ELBOW_RADIAL + i, subtract(q, at(pose, RADIAL + i)))
+    put(pose, ELBOW_VERTICAL + i, subtract(z, at(pose, VERTICAL + i)))
+
+
+@compiled
 def fill_coordinates(box, k, pose):
     """Fills coordinates and lengths.
 
@@ -90,15 +118,7 @@ def fill_coordinates(box, k, pose):
         (box[2], 0.0, 0.0, box[5], 0.0, box[6]),
     )
     a = constant(k[0], k[1])
-    turn = constant(SIN_60, SIN_60_ERROR)
-    xc, yc, xs, ys = scale(-0.5, x), scale(-0.5, y), multiply(turn, x), multiply(turn, y)
-    put(pose, T, y)
-    put(pose, T + 1, subtract(yc, xs))
-    put(pose, T + 2, add(yc, xs))
-    put(pose, Z, z)
-    put(pose, Q, x)
-    put(pose, Q + 1, add(xc, ys))
-    put(pose, Q + 2, subtract(xc, ys))
+    put_wrists(pose, x, y, z)
     square = add(add(multiply(x, x), multiply(y, y)), multiply(z, z))
     for i in range(3):
         u = at(pose, Q + i)
@@ -116,22 +136,13 @@ def fill_chains(k, pose):
     """Fills the closed chains, README (2), (3), (32); whether all of them are closed in the whole box."""
     la = k[2]
     half, difference = constant(0.5 / la, ROUND / la), constant(k[4], k[5])
-    z, closed = at(pose, Z), True
+    closed = True
     for i in range(3):
-        q, t, square = at(pose, Q + i), at(pose, T + i), at(pose, SQUARE + i)
+        t, square = at(pose, T + i), at(pose, SQUARE + i)
         rho2 = subtract(square, multiply(t, t))
         m = multiply(half, add(square, difference))
         w2 = subtract(rho2, multiply(m, m))
-        w = root(w2)
-        part = multiply(constant(la, 0.0), inverse(rho2))
-        left = subtract(constant(1.0, 0.0), multiply(m, part))
-        across = multiply(w, part)
-        put(pose, W2 + i, w2)
-        put(pose, W + i, w)
-        put(pose, RADIAL + i, subtract(multiply(q, left), multiply(z, across)))
-        put(pose, VERTICAL + i, add(multiply(z, left), multiply(q, across)))
-        put(pose, ELBOW_RADIAL + i, subtract(q, at(pose, RADIAL + i)))
-        put(pose, ELBOW_VERTICAL + i, subtract(z, at(pose, VERTICAL + i)))
+        put_chain(pose, i, m, w2, root(w2), multiply(constant(la, 0.0), inverse(rho2)))
         closed = closed and lower(w2) > 0.0
     return closed
 

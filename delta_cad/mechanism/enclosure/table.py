@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from delta_cad.common.jit import compiled, in_turn
 from delta_cad.mechanism.enclosure.affine_form import SYMBOLS, lower, slope, upper
@@ -47,17 +47,39 @@ def keep(cuts, count, form):
     return count + 1
 
 
-def of_chains(margin: Any) -> tuple[Any, Any]:
-    """Compiles `enclose` and `cut` of a limit from its margin of one chain.
+class Enclosure(NamedTuple):
+    """How a limit is decided over boxes: its compiled functions and what they read and fill.
+
+    Attributes:
+        tier: How much of the mechanism's table it reads, see `pose`.
+        size: Numbers that it takes.
+        rows: Margins that it fills.
+        margins: (pose, k, n, work, out, row), fills its margins over a box; `k[n:]` are its numbers, row its first.
+        cut: (pose, k, n, work, cuts, count) -> count: what a feasible design must meet at one position, as forms over a
+            box of designs; `EXCLUDED` where none can. None where a closed form says it for the whole cube.
+        cuts: Most forms that `cut` adds.
+    """
+
+    tier: int
+    size: int
+    rows: int
+    margins: Any
+    cut: Any = None
+    cuts: int = 0
+
+
+def enclosure_of(margin: Any, tier: int, size: int, rows: int = 3) -> Enclosure:
+    """Compiles the enclosure of a limit whose cuts are its margins, one a chain as a rule.
 
     Args:
         margin: Compiled (pose, k, n, i) -> form, not negative where chain i keeps the limit.
-
-    Returns:
-        (pose, k, n, work, out, row), which stores the three margins, and (pose, k, n, work, cuts, count) -> count.
+        tier: How much of the mechanism's table it reads.
+        size: Numbers that it takes.
+        rows: Margins.
     """
-    calls = [(margin, i) for i in range(3)]
+    calls = [(margin, i) for i in range(rows)]
     form = "{0}(pose, k, n, {1})"
     cut = f"count = keep(cuts, count, {form})\n    if count < 0: return count"
-    enclose = in_turn("pose, k, n, work, out, row", calls, f"store(out, row + {{1}}, {form})", store=store)
-    return enclose, in_turn("pose, k, n, work, cuts, count", calls, cut, "return count", keep=keep)
+    margins = in_turn("pose, k, n, work, out, row", calls, f"store(out, row + {{1}}, {form})", store=store)
+    cuts = in_turn("pose, k, n, work, cuts, count", calls, cut, "return count", keep=keep)
+    return Enclosure(tier, size, rows, margins, cuts, rows)

@@ -1,7 +1,8 @@
-"""The limits: one module each, listed here once; everything that asks, proves, replays or tells goes through this list.
+"""The limits: one module each, listed here once; whatever requires, proves or reports them goes through the list.
 
 A new limit is its module, one line in `LIMITS` and its test.
 """
+# ruff: noqa: F401  the names are for those who import the package
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ LIMITS: tuple[type[Limit], ...] = (
     CoupleIndex,
     WristClearance,
 )
-"""All there are, in the order in which they are tested and told."""
+"""All there are, in the order in which they are tested and reported."""
 
 POSE_LIMITS: tuple[type[PoseLimit], ...] = tuple(limit for limit in LIMITS if issubclass(limit, PoseLimit))
 """Those on every position of the cube."""
@@ -99,7 +100,7 @@ class Limits:
         return tuple(limit for kind in POSE_LIMITS if (limit := kind.measured(values)) is not None)
 
     @property
-    def asked(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
         """Names of the limits."""
         return tuple(limit.name for limit in self.each)
 
@@ -111,7 +112,7 @@ class Limits:
         """Gives a limit by its name.
 
         Raises:
-            KeyError: It is not asked.
+            KeyError: It is not among them.
         """
         for limit in self.each:
             if limit.name == name:
@@ -119,31 +120,31 @@ class Limits:
         raise KeyError(name)
 
     def get(self, kind: type[Kind]) -> Kind | None:
-        """Gives the limit of a kind; None where it is not asked."""
+        """Gives the limit of a kind; None where there is none."""
         return next((limit for limit in self.each if isinstance(limit, kind)), None)
 
     def with_(self, *limits: PoseLimit) -> Self:
         """The same with some limits added or replaced."""
         return type(self).of(*self.each, *limits)
 
-    def laxer(self, asked: Limits) -> str | None:
-        """Finds the first limit that these put less strictly than others do, each number taken as exact.
+    def less_strict_than(self, required: Limits) -> str | None:
+        """Finds the first limit that is less strict than in another list, each number taken as exact.
 
         Args:
-            asked: What should have been.
+            required: The other list.
 
         Returns:
-            Its name; None if all that is asked is contained.
+            Its name; None if all are contained.
         """
         mine = {type(limit): limit for limit in self.each}
-        for limit in asked.each:
+        for limit in required.each:
             own = mine.get(type(limit))
-            if own is None or own.laxer(limit):
+            if own is None or own.less_strict_than(limit):
                 return limit.name
         return None
 
     def record(self) -> dict[str, Any]:
-        """The limits as a certificate has them: key with unit -> number, None where it is not asked."""
+        """The limits as a certificate has them: key with unit -> number, None where there is none."""
         return dict.fromkeys(self.keys()) | {key: v for limit in self.each for key, v in limit.record().items()}
 
     @staticmethod
@@ -159,35 +160,3 @@ class Limits:
             GeometryError: A number that the proof does not take, or one of several that belong together is missing.
         """
         return cls.of(*(limit.from_record(data) for limit in POSE_LIMITS))
-
-
-__all__ = [
-    "LIMITS",
-    "POSE_LIMITS",
-    "AssemblyMode",
-    "BallClearance",
-    "CoupleIndex",
-    "DesignBounds",
-    "EffectiveMass",
-    "ElbowAngle",
-    "ElbowOutside",
-    "Field",
-    "FigureOfMerit",
-    "Friction",
-    "GeometryError",
-    "HandleFriction",
-    "HandleInertia",
-    "HeldMasses",
-    "HoldingTorque",
-    "Kappa",
-    "Lean",
-    "Limit",
-    "Limits",
-    "Outline",
-    "PoseLimit",
-    "PositionStep",
-    "Reach",
-    "Shoulder",
-    "Torque",
-    "WristClearance",
-]

@@ -13,28 +13,16 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import at
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import keep, store
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.enclosure.table import enclosure_of
 from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit
 from delta_cad.mechanism.limits.numbers import require
 from delta_cad.mechanism.statics import direct_margin
 
 
-def _determinant(limit: AssemblyMode, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return direct_margin(g, p)[..., None]
-
-
 @compiled
-def _enclose(pose, k, n, work, out, row):
+def _margin(pose, k, n, i):
     """Computes det S."""
-    store(out, row, at(pose, forms.DETERMINANT))
-
-
-@compiled
-def _cut(pose, k, n, work, cuts, count):
-    """Adds det S >= 0."""
-    return keep(cuts, count, at(pose, forms.DETERMINANT))
+    return at(pose, forms.DETERMINANT)
 
 
 @dataclass(frozen=True)
@@ -49,16 +37,21 @@ class AssemblyMode(PoseLimit):
     keys: ClassVar = {"": "assembly_mode"}
     described: ClassVar = "assembly mode (det S > 0 in the whole cube: platform above the elbows)"
     figures: ClassVar = (
-        FigureOfMerit("", "assembly mode, det S / L_B^3", "", 1.0, False, False, _determinant, "", (0.0, 0.0)),
+        FigureOfMerit(
+            "",
+            "",
+            lambda _, g, p: direct_margin(g, p)[..., None],
+            "",
+            (0.0, 0.0),
+            upper=False,
+            relative=False,
+            words="assembly mode, det S / L_B^3",
+        ),
     )
-    tier: ClassVar = forms.FOREARMS
-    rows: ClassVar = 1
     strict: ClassVar = True
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 1
+    enclosure: ClassVar = enclosure_of(_margin, forms.FOREARMS, size=0, rows=1)
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes det S."""
         del exact
         return [pose.determinant]
@@ -68,12 +61,12 @@ class AssemblyMode(PoseLimit):
         return f.determinant
 
     def record(self) -> dict[str, Any]:
-        """Says that it is asked."""
+        """Says that it is required."""
         return {"assembly_mode": True}
 
     @classmethod
     def from_record(cls, data: Any) -> Self | None:
-        """Reads whether it is asked."""
-        asked = data.get("assembly_mode")
-        require("assembly_mode", asked, asked is None or isinstance(asked, bool), "true, false or null")
-        return cls() if asked else None
+        """Reads whether it is required."""
+        stated = data.get("assembly_mode")
+        require("assembly_mode", stated, stated is None or isinstance(stated, bool), "true, false or null")
+        return cls() if stated else None

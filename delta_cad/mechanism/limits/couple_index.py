@@ -29,7 +29,7 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Vector, centre_of, definite, dot, norm2, products
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, eigenvectors
-from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, Enclosure, keep, store
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, chain_coordinates
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
@@ -93,11 +93,6 @@ def least_of(r1, r2, r3, v1, v2, v3):
     others = np.sqrt(np.maximum(largest * middle, 0.0))
     determinant = SIN_60 * np.abs(r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3)
     return determinant * (others != 0.0) / (others + (others == 0.0))  # 0 where both are
-
-
-def _indices(limit: CoupleIndex, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return couple_index(g, p)[..., None]
 
 
 @compiled
@@ -199,16 +194,19 @@ class CoupleIndex(ThresholdLimit):
         Field("couple_index_min", "least couple index: hold of the rod pairs against turning", gt=0, lt=1),
     )
     keys: ClassVar = {"couple_index_min": "couple_index_min"}
-    told_as: ClassVar = "min_couple_index"
+    output_key: ClassVar = "min_couple_index"
     figures: ClassVar = (
-        FigureOfMerit("couple_index", "couple index", "", 1.0, False, False, _indices, "couple_index_min", RANGE),
+        FigureOfMerit(
+            "couple_index",
+            "",
+            lambda _, g, p: couple_index(g, p)[..., None],
+            "couple_index_min",
+            RANGE,
+            upper=False,
+            relative=False,
+        ),
     )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 1
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 2
+    enclosure: ClassVar = Enclosure(forms.CHAINS, 2, 1, _enclose, _cut, 2)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the square of the least index and its error."""
@@ -224,7 +222,7 @@ class CoupleIndex(ThresholdLimit):
     def _least(self, pose: SlopePose, exact: Callable[[float], Interval]) -> Interval:
         return (exact(self.couple_index_min) * pose.forearm_length).square()
 
-    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
+    def proved_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Proves that the products of the couples less the least are positive definite, README (51)."""
         turned, v = self._turned(pose)
         least = self._least(pose, exact)
@@ -234,7 +232,7 @@ class CoupleIndex(ThresholdLimit):
         }
         return definite(margins, (2, 1, 0))
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Shows three amounts whose sum of couples is too small."""
         turned, v = self._turned(pose)
         found = norm2(turned[0]).centre - products(v)[0, 0] * self._least(pose, exact)
@@ -242,13 +240,13 @@ class CoupleIndex(ThresholdLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the index less its least, that of the forearms where a chain is open."""
-        return self.sought(f)["index"] - self.couple_index_min
+        return self.search_quantities(f)["index"] - self.couple_index_min
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes the index of the chains as they are continued beyond their reach."""
         return {"index": f.couple_index()}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Gives the smallest index."""
         return least["index"]
 

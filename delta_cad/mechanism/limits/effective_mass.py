@@ -29,9 +29,10 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Symmetric, centr
 from delta_cad.mechanism.enclosure.slope_pose import congruent as congruent_slopes
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors
-from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, Enclosure, keep, store
 from delta_cad.mechanism.geometry import RADIAL, SIN_60, VERTICAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction, elbow_arm, forearm_vectors
+from delta_cad.mechanism.kernel import add_inertia, in_base
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import Masses
 
@@ -101,10 +102,6 @@ def effective_mass(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np
     finite = np.asarray(np.isfinite(m).all(axis=(-2, -1), keepdims=True))
     largest = np.linalg.eigvalsh(np.where(finite, m, np.eye(3)))[..., 2]
     return np.where(closed, np.where(finite[..., 0, 0], largest, np.inf), np.nan)
-
-
-def _masses(limit: EffectiveMass, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    return effective_mass(g, p, limit.inertia)[..., None]
 
 
 @compiled
@@ -215,29 +212,18 @@ def _cut(pose, k, n, work, cuts, count):
 @compiled
 def _directions(pose, k, n, work):
     """Fills work[3:6] with the eigenvectors of M at the box's middle, the heaviest first; False where it has none."""
-    m00 = m11 = m22 = m01 = m02 = m12 = 0.0
-    la2 = pose[forms.UPPER_ARM_2, 0]
+    m, la2 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), pose[forms.UPPER_ARM_2, 0]
     la = math.sqrt(la2)
     for i in range(3):
         w = pose[forms.W + i, 0]
         if not w > 0.0:
             return False
-        r, h = (
-            -pose[forms.ELBOW_VERTICAL + i, 0] / la,
-            pose[forms.ELBOW_RADIAL + i, 0] / la,
-        )
-        c, s = (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
-        ex, ey, ez = c * r, s * r, h
-        nx, ny = pose[forms.FOREARM + 3 * i, 0] / w, pose[forms.FOREARM + 3 * i + 1, 0] / w
-        nz = pose[forms.FOREARM + 3 * i + 2, 0] / w
-        f, g = k[n + 3] + k[n + 4] / la2, k[n + 2]
-        m00 += f * nx * nx + 2.0 * g * nx * ex
-        m11 += f * ny * ny + 2.0 * g * ny * ey
-        m22 += f * nz * nz + 2.0 * g * nz * ez
-        m01 += f * nx * ny + g * (nx * ey + ny * ex)
-        m02 += f * nx * nz + g * (nx * ez + nz * ex)
-        m12 += f * ny * nz + g * (ny * ez + nz * ey)
-    return eigenvectors((m00, m11, m22, m01, m02, m12), work)
+        s = forms.FOREARM + 3 * i
+        row = pose[s, 0] / w, pose[s + 1, 0] / w, pose[s + 2, 0] / w
+        x, y = in_base(i, -pose[forms.ELBOW_VERTICAL + i, 0] / la, 0.0)
+        elbow = x, y, pose[forms.ELBOW_RADIAL + i, 0] / la
+        m = add_inertia(m, k[n + 3] + k[n + 4] / la2, k[n + 2], row, elbow)
+    return eigenvectors(m, work)
 
 
 @dataclass(frozen=True)
@@ -253,18 +239,19 @@ class EffectiveMass(ThresholdLimit):
         Field("effective_mass_max_kg", "largest effective mass at the handle, in any direction", gt=0, le=50),
     )
     figures: ClassVar = (
-        FigureOfMerit("effective_mass", "effective mass", "kg", 1.0, True, True, _masses, "mass_max", RANGE),
+        FigureOfMerit(
+            "effective_mass",
+            "kg",
+            lambda limit, g, p: effective_mass(g, p, limit.inertia)[..., None],
+            "mass_max",
+            RANGE,
+        ),
     )
-    tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "inertia"
     needed: ClassVar = "the masses of what moves: give mass_properties.json of a build, or state table [inertia]"
     mass_kinds: ClassVar = {"inertia": HandleInertia}
-    told_as: ClassVar = "max_effective_mass_kg"
-    rows: ClassVar = 1
-    size: ClassVar = 5
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 2
+    output_key: ClassVar = "max_effective_mass_kg"
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 5, 1, _enclose, _cut, 2)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the mass allowed beside the carried and its error, m_uv, m_uu and I."""
@@ -295,28 +282,28 @@ class EffectiveMass(ThresholdLimit):
         v = slope_eigenvectors(np.moveaxis(middle, -1, 0))
         return congruent_slopes(m, v), v
 
-    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
+    def proved_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Proves that the mass allowed less M is positive definite, turned by a regular matrix, README (41)."""
         turned, _ = self._turned(pose, exact, -1.0)
         return definite({key: form.box for key, form in turned.items()}, (2, 1, 0))
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Shows a direction in which M is more than the mass allowed."""
         turned, _ = self._turned(pose, exact, 1.0)
         return bool(turned[2, 2].centre.lo[0] > 0.0)
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes carried mass / effective mass less its least; the closure where that is negative."""
-        return self.sought(f)["lightness"] - self.inertia.carried_mass / self.mass_max
+        return self.search_quantities(f)["mass_ratio"] - self.inertia.carried_mass / self.mass_max
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes carried mass / effective mass; the closure where that is negative."""
-        return {"lightness": f.lightness(self.inertia)}
+        return {"mass_ratio": f.mass_ratio(self.inertia)}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the largest effective mass; infinite at a fold."""
-        return self.inertia.carried_mass / least["lightness"] if least["lightness"] > 0.0 else math.inf
+        return self.inertia.carried_mass / least["mass_ratio"] if least["mass_ratio"] > 0.0 else math.inf
 
-    def laxer(self, than: Any) -> bool:
-        """Compares the thresholds; with other masses it is about another machine, and so laxer."""
+    def less_strict_than(self, than: Any) -> bool:
+        """Compares the thresholds; with other masses it is about another machine, and so less strict."""
         return self.mass_max > than.mass_max or self.inertia != than.inertia

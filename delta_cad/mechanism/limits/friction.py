@@ -27,7 +27,7 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes, exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Vector, middle_of
-from delta_cad.mechanism.enclosure.table import HIGH, INSIDE, keep, store
+from delta_cad.mechanism.enclosure.table import HIGH, INSIDE, Enclosure, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
@@ -42,7 +42,7 @@ EDGE = 2.0**-500  # keeps roots off 0, where the other arithmetic has none
 
 
 class HandleFriction(NamedTuple):
-    """What rubs while the handle moves; the same for the three chains.
+    """Sources of the friction while the handle moves; the same for the three chains.
 
     Attributes:
         drive: Friction of a joint's drive, N m.
@@ -55,13 +55,13 @@ class HandleFriction(NamedTuple):
     level: float
 
 
-def friction(g: DeltaGeometry, p: np.ndarray, rubs: HandleFriction) -> np.ndarray:
+def friction(g: DeltaGeometry, p: np.ndarray, sources: HandleFriction) -> np.ndarray:
     """Computes the friction at the handle in the direction of most, README (54).
 
     Args:
         g: The mechanism.
         p: (..., 3) platform centre in the base frame, m.
-        rubs: What rubs.
+        sources: Friction of drives and ball joints.
 
     Returns:
         (...) N; infinite at a fold, NaN where a chain is open. With ball joints that rub it is a bound, for theirs
@@ -70,26 +70,22 @@ def friction(g: DeltaGeometry, p: np.ndarray, rubs: HandleFriction) -> np.ndarra
     arm = g.upper_arm_length * elbow_arm(g, p)
     folded = np.asarray((arm == 0.0).any(axis=-1))
     rows = forearm_vectors(g, p) / np.where(arm == 0.0, 1.0, arm)[..., None]
-    return np.where(folded, np.inf, worst_of_rows(rows, rubs))
+    return np.where(folded, np.inf, worst_of_rows(rows, sources))
 
 
-def worst_of_rows(rows: np.ndarray, rubs: HandleFriction) -> np.ndarray:
+def worst_of_rows(rows: np.ndarray, sources: HandleFriction) -> np.ndarray:
     """Computes the friction in the direction of most from the joints' rates.
 
     Args:
         rows: (..., 3 chains, 3) rows of the inverse Jacobian, 1 / m.
-        rubs: What rubs.
+        sources: Friction of drives and ball joints.
 
     Returns:
         (...) N.
     """
-    sums = rubs.drive * (SIGNS @ rows)  # (..., 4, 3)
-    level = np.hypot(sums[..., 0], sums[..., 1]) + rubs.level
-    return np.hypot(np.abs(sums[..., 2]) + rubs.upright, level).max(axis=-1)
-
-
-def _frictions(limit: Friction, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    return friction(g, p, limit.rubs)[..., None]
+    sums = sources.drive * (SIGNS @ rows)  # (..., 4, 3)
+    level = np.hypot(sums[..., 0], sums[..., 1]) + sources.level
+    return np.hypot(np.abs(sums[..., 2]) + sources.upright, level).max(axis=-1)
 
 
 @compiled
@@ -121,13 +117,13 @@ def _enclose(pose, k, n, work, out, row):
         qz = max(math.sqrt(z[0] * z[0] + rz * rz), LEAST)
         qh = max(math.sqrt(flat * flat + rx * rx + ry * ry), LEAST)
         by_z, by_h = own + along / qz, own + aside / qh
-        rubbed = add(
+        dissipated = add(
             multiply(constant(by_z, 2.0 * ROUND * by_z), multiply(z, z)),
             multiply(constant(by_h, 2.0 * ROUND * by_h), add(multiply(x, x), multiply(y, y))),
         )
         more = along * qz + aside * qh
-        rubbed = add(rubbed, constant(more, ROUND * more))
-        store(out, row + sense, subtract(left, rubbed))
+        dissipated = add(dissipated, constant(more, ROUND * more))
+        store(out, row + sense, subtract(left, dissipated))
         slack = along * (abs(qz - abs(z[0])) + rz) ** 2 / qz + aside * (abs(qh - flat) + rx + ry) ** 2 / qh
         out[row + sense, HIGH] += (slack + ROUND * more) * forms.LIFT * UP
 
@@ -170,7 +166,7 @@ def _cut(pose, k, n, work, cuts, count):
 
 @dataclass(frozen=True)
 class Friction(ThresholdLimit):
-    """Largest friction at the handle over all directions, N, with what rubs."""
+    """Largest friction at the handle over all directions, N, with its sources."""
 
     friction_max: float
     drive: float
@@ -186,33 +182,30 @@ class Friction(ThresholdLimit):
         "level": "ball_friction_level_N",
     }
     figures: ClassVar = (
-        FigureOfMerit("friction", "friction", "N", 1.0, True, True, _frictions, "friction_max", RANGE),
+        FigureOfMerit(
+            "friction", "N", lambda limit, g, p: friction(g, p, limit.sources)[..., None], "friction_max", RANGE
+        ),
     )
-    tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "friction"
-    needed: ClassVar = "what rubs in the joints: rods for which there is a spring, or table [joints]"
-    told_as: ClassVar = "max_friction_N"
-    rows: ClassVar = 4
-    size: ClassVar = 4
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 1
+    needed: ClassVar = "what sources in the joints: rods for which there is a spring, or table [joints]"
+    output_key: ClassVar = "max_friction_N"
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 4, 4, _enclose, _cut, 1)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, value in zip(HandleFriction._fields, self.rubs, strict=True):
+        for name, value in zip(HandleFriction._fields, self.sources, strict=True):
             require(name, value, 0.0 <= value <= RANGE[1], "within 0 and 1e6")
 
     @property
-    def rubs(self) -> HandleFriction:
-        """What rubs."""
+    def sources(self) -> HandleFriction:
+        """Friction of drives and ball joints."""
         return HandleFriction(self.drive, self.upright, self.level)
 
     def numbers(self) -> tuple[float, ...]:
-        """Gives what is allowed and what rubs."""
-        return self.friction_max, *self.rubs
+        """Gives the friction allowed and its sources."""
+        return self.friction_max, *self.sources
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the same margins as README (55), its q from the boxes' centres and widths."""
         allowed, drive, upright, level = (exact(x) for x in self.numbers())
         left = allowed.square() - upright.square() - level.square()
@@ -228,8 +221,8 @@ class Friction(ThresholdLimit):
             margins.append(total.plus(left))
         return margins
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
-        """Shows a direction in which a position rubs more than is allowed."""
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+        """Shows a direction in which the friction at a position is more than allowed."""
         allowed, drive, upright, level = (exact(x) for x in self.numbers())
         for sums in _sums(pose):
             x, y, z = (middle_of(part.centre) for part in sums)
@@ -246,26 +239,27 @@ class Friction(ThresholdLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes what is allowed by the friction less 1; below -1 where a chain is open."""
-        return self.friction_max * self.sought(f)["ease"] - 1.0
+        return self.friction_max * self.search_quantities(f)["inverse_friction"] - 1.0
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes 1 / friction; the closure where that is negative."""
-        return {"ease": f.ease(self.rubs)}
+        return {"inverse_friction": f.inverse_friction(self.sources)}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the largest friction; infinite at a fold."""
-        return 1.0 / least["ease"] if least["ease"] > 0.0 else math.inf
+        return 1.0 / least["inverse_friction"] if least["inverse_friction"] > 0.0 else math.inf
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked, and of what."""
-        drive, upright, level = (rounded(x, False) for x in self.rubs)
+        """Says what is required, and of what machine."""
+        drive, upright, level = (rounded(x, False) for x in self.sources)
         return (
             f"{super().words(rounded)} of joints of {drive} N m and ball joints of {upright} N upright, {level} N level"
         )
 
-    def laxer(self, than: Any) -> bool:
-        """Compares the thresholds, and what rubs: less of that is about another machine, and so laxer."""
-        return super().laxer(than) or any(mine < other for mine, other in zip(self.rubs, than.rubs, strict=True))
+    def less_strict_than(self, than: Any) -> bool:
+        """Compares the thresholds and the sources: less friction is another machine, and so less strict."""
+        less = any(mine < other for mine, other in zip(self.sources, than.sources, strict=True))
+        return less or super().less_strict_than(than)
 
 
 def _sums(pose: SlopePose) -> list[Vector]:

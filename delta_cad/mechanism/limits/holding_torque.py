@@ -7,7 +7,7 @@ moves and `a_i` that of the upper arm, in whose plane both lie, all that moves f
 
 M being what moves with the wrists, S and Z the first moments of what turns about the shoulder, along the upper arm and
 square to it. A force F in any direction takes at most `F |J_i|` more. What is known only in size, because it may lie
-anywhere about a line, takes at most `g (m |J_i| + s)`, and so is asked.
+anywhere about a line, takes at most `g (m |J_i| + s)`, and so much is required.
 
 A proof is made over the half y >= 0 of the cube, of which the other is the mirror image: gravity may lie in the plane
 of x and z; of a component along y only the size is used. The moments are those of all chains, the spread among them in
@@ -39,13 +39,13 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross
-from delta_cad.mechanism.enclosure.table import HIGH, store
+from delta_cad.mechanism.enclosure.table import HIGH, Enclosure, store
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.jacobian import velocity_map
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values
-from delta_cad.mechanism.limits.numbers import Masses, require
-from delta_cad.mechanism.limits.torque import RANGE
+from delta_cad.mechanism.limits.limit import FigureOfMerit, Values
+from delta_cad.mechanism.limits.numbers import Masses
+from delta_cad.mechanism.limits.torque import RANGE, HeldForce
 from delta_cad.mechanism.statics import worst_joint_torque
 
 SIGNS = (1.0, -1.0)
@@ -151,53 +151,32 @@ def _enclose(pose, k, n, work, out, row):
 
 
 @dataclass(frozen=True)
-class HoldingTorque(PoseLimit):
+class HoldingTorque(HeldForce):
     """Largest torque of every joint for a force in any direction on the handle and gravity together, N m and N."""
 
-    force: float
-    torque_max: float
     masses: HeldMasses
 
     name: ClassVar = "holding_torque"
-    fields_: ClassVar = ()
     keys: ClassVar = {
         "force": "holding_force_N",
         "torque_max": "holding_torque_max_N_m",
         "masses": "held_masses",
     }
-    figures: ClassVar = (
-        FigureOfMerit(
-            "torque_with_gravity", "torque with gravity", "N m", 1.0, True, True, _torques, "torque_max", RANGE
-        ),
-    )
-    tier: ClassVar = forms.FOREARMS
-    infinite_at_singularity: ClassVar = True
+    figures: ClassVar = (FigureOfMerit("torque_with_gravity", "N m", _torques, "torque_max", RANGE),)
+    with_: ClassVar = " with gravity"
     needs: ClassVar = "held_masses"
     mass_kinds: ClassVar = {"masses": HeldMasses}
-    rows: ClassVar = 6
-    size: ClassVar = 15
-    enclose: ClassVar = staticmethod(_enclose)
-
-    def __post_init__(self) -> None:
-        low, high = RANGE
-        require("force", self.force, low <= self.force <= high, f"within {low:g} and {high:g} N")
-        require("torque_max", self.torque_max, low <= self.torque_max <= high, f"within {low:g} and {high:g} N m")
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 15, 6, _enclose)
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where the masses that gravity acts on are known."""
+        """Makes the limit where the masses that gravity acts on are known."""
         del strict
         masses = values.get("held_masses")
         return None if masses is None else cls(values["force_N"], values["joint_torque_N_m"], masses)
 
-    @classmethod
-    def measured(cls, values: Values) -> Self | None:
-        """Bounds nothing at the force; None where the masses are not known."""
-        masses = values.get("held_masses")
-        return None if masses is None else cls(values["force_N"], RANGE[1], masses)
-
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         del values
         return f"{self.torque_max:g} N m for {self.force:g} N and gravity (requirements.joint_torque_N_m)"
 
@@ -219,7 +198,7 @@ class HoldingTorque(PoseLimit):
             2.0 * ROUND * size,
         )
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the same margins from cross products, sines and cosines."""
         m = self.masses
         gravity = exact(m.gravity_x), exact(m.gravity_y), exact(m.gravity_z)
@@ -243,15 +222,10 @@ class HoldingTorque(PoseLimit):
                 margins.append(pose.determinant * held - lever * (fall.times(exact(sign)) + most))
         return margins
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Decides whether a position breaks the limit; nothing is said at and beyond the direct singularity."""
-        return bool(pose.determinant.centre.lo[0] > 0.0) and super().second_refutation(pose, exact)
+        return bool(pose.determinant.centre.lo[0] > 0.0) and super().refuted_by_intervals(pose, exact)
 
-    def laxer(self, than: Any) -> bool:
-        """Compares torque and force; with other masses it is about another machine, and so laxer."""
+    def less_strict_than(self, than: Any) -> bool:
+        """Compares torque and force; with other masses it is about another machine, and so less strict."""
         return self.torque_max > than.torque_max or self.force < than.force or self.masses != than.masses
-
-    def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked."""
-        force = rounded(self.force, False)
-        return f"torque <= {rounded(self.torque_max, True)} N m for {force} N in any direction with gravity"

@@ -26,17 +26,11 @@ from delta_cad.mechanism.enclosure.affine_form import (
 from delta_cad.mechanism.enclosure.interval import Interval
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors, quotient
-from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, LOW, keep, store
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, LOW, Enclosure, keep, store
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.statics import conditioning
 
 RANGE = (1.0, 1e6)
-
-
-def _kappa(limit: Kappa, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return conditioning(g, p)[..., None]
 
 
 @compiled
@@ -139,28 +133,23 @@ class Kappa(ThresholdLimit):
     evaluates: ClassVar = ("quality",)
     fields_: ClassVar = (Field("kappa_max", "largest condition number in the cube", ge=1, le=1e6),)
     keys: ClassVar = {"kappa_max": "kappa_max"}
-    figures: ClassVar = (FigureOfMerit("kappa", "kappa", "", 1.0, True, True, _kappa, "kappa_max", RANGE),)
-    tier: ClassVar = forms.FOREARMS
+    figures: ClassVar = (FigureOfMerit("kappa", "", lambda _, g, p: conditioning(g, p)[..., None], "kappa_max", RANGE),)
     infinite_at_singularity: ClassVar = True
-    told_as: ClassVar = "max_kappa"
-    rows: ClassVar = 1
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 3
+    output_key: ClassVar = "max_kappa"
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 2, 1, _enclose, _cut, 3)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives K^2 and its error."""
         return self.kappa_max**2, ROUND * self.kappa_max**2
 
-    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
+    def proved_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Proves that all eigenvalues of the Gram matrix A lie within [mu, K^2 mu] for a linear mu of the position.
 
         A - mu and K^2 mu - A are positive definite if V^T (.) V is, for whatever regular V.
         """
         return pose.gram_within(exact(self.kappa_max).square())
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Shows that two quotients of the Gram matrix are too far apart at a position."""
         small, large = pose.gram_quotients()
         return bool((large - exact(self.kappa_max).square() * small).lo[0] > 0.0)
@@ -169,10 +158,10 @@ class Kappa(ThresholdLimit):
         """Computes 1 / kappa less its least."""
         return f.quality - 1.0 / self.kappa_max
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes 1 / kappa with the sign of the determinant."""
         return {"quality": f.quality}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the largest kappa; infinite where the determinant changes sign or a chain folds."""
         return 1.0 / least["quality"] if least["quality"] > 0.0 else math.inf

@@ -1,7 +1,7 @@
 """What a limit is: thresholds on figures of merit, met by the design alone or at every point of its cube.
 
 Each limit is one module beside this one: a class whose instances hold thresholds in SI units, with all that the rest
-of the project asks of it. `delta_cad.mechanism.limits` lists them; inspection, checks, the optimizer's problem, the
+of the project needs of it. `delta_cad.mechanism.limits` lists them; inspection, checks, the optimizer's problem, the
 global optimum, certificates, their replay and their report go through that list and name no limit themselves.
 """
 
@@ -15,8 +15,10 @@ from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import Enclosure
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits.numbers import Masses, number, require, strict_radians
@@ -24,7 +26,7 @@ from delta_cad.mechanism.limits.numbers import Masses, number, require, strict_r
 DEGREE = 180.0 / math.pi  # of a radian
 
 Values = Mapping[str, Any]
-"""Fields of a requirements file and their values; what is None is not asked."""
+"""Fields of a requirements file and their values; what is None is not required."""
 
 
 @dataclass(frozen=True)
@@ -60,25 +62,31 @@ class FigureOfMerit:
 
     Attributes:
         name: Such as "shoulder_min".
-        words: What a table calls it.
         unit: People's unit; "" for none.
-        scale: SI unit to people's unit.
-        upper: Whether the threshold is an upper one.
-        relative: Whether a bound is sought at a share of the value, not at a distance in SI units.
         values: (limit, mechanism, positions (..., 3) in m) -> (..., n) figures, one a chain or one; SI units.
         threshold: Attribute of the limit that bounds it; "" for a bound at 0.
         range: Smallest and largest threshold that the proof takes.
+        upper: Whether the threshold is an upper one.
+        relative: Whether a bound is sought at a share of the value, not at a distance in SI units.
+        words: What a table calls it; the name with blanks where nothing is given.
     """
 
     name: str
-    words: str
     unit: str
-    scale: float
-    upper: bool
-    relative: bool
     values: Callable[[Any, DeltaGeometry, np.ndarray], np.ndarray]
     threshold: str
     range: tuple[float, float]
+    upper: bool = True
+    relative: bool = True
+    words: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "words", self.words or self.name.replace("_", " "))
+
+    @property
+    def scale(self) -> float:
+        """SI unit to people's unit."""
+        return {"mm": MM_PER_M, "deg": DEGREE}.get(self.unit, 1.0)
 
     @property
     def sense(self) -> str:
@@ -105,7 +113,7 @@ class FigureOfMerit:
 
 
 class DesignBounds(NamedTuple):
-    """What a limit asks of the lengths alone.
+    """Bounds that a limit puts on the lengths alone.
 
     Attributes:
         reach_max_mm: Largest R + L_A.
@@ -120,7 +128,7 @@ class DesignBounds(NamedTuple):
     level_elbow_min_mm: float = -math.inf
 
     def both(self, other: DesignBounds) -> DesignBounds:
-        """What two limits ask together."""
+        """The bounds of both."""
         return DesignBounds(
             min(self.reach_max_mm, other.reach_max_mm),
             max(self.platform_radius_min_mm, other.platform_radius_min_mm),
@@ -137,9 +145,9 @@ class Limit(ABC):
     fields_: ClassVar[tuple[Field, ...]] = ()
     """What requirements files may state for it."""
     first_step: ClassVar[bool] = False
-    """Whether the paper's first step asks it."""
+    """Whether the paper's first step has it."""
     of_every_design: ClassVar[bool] = False
-    """Whether the design file's reader asks it, so that a search within bounds that can break it must ask it, too."""
+    """Whether every design file is held to it, so that a search within bounds that can break it needs it, too."""
     evaluates: ClassVar[tuple[str, ...]] = ()
     """Dear figures of a search that its margin reads: "quality", "angles"."""
     keys: ClassVar[Mapping[str, str]] = {}
@@ -181,7 +189,7 @@ class Limit(ABC):
         return None
 
     def design_bounds(self) -> DesignBounds:
-        """Gives what it asks of the lengths alone, rounded to the lax side."""
+        """Gives its bounds on the lengths alone, rounded to the lax side."""
         return DesignBounds()
 
 
@@ -190,12 +198,8 @@ class PoseLimit(Limit):
     """A limit on every position of the cube, which is proved for the continuum."""
 
     figures: ClassVar[tuple[FigureOfMerit, ...]]
-    tier: ClassVar[int]
-    """How much of `proof.pose` its enclosure reads."""
-    rows: ClassVar[int]
-    """Margins of its enclosure: three, one a chain, or one."""
-    size: ClassVar[int] = 0
-    """Numbers that its compiled functions take."""
+    enclosure: ClassVar[Enclosure]
+    """How it is proved over boxes of positions, and cut from boxes of designs."""
     strict: ClassVar[bool] = False
     """Whether its margin must be greater than 0, not only not less."""
     infinite_at_singularity: ClassVar[bool] = False
@@ -205,16 +209,12 @@ class PoseLimit(Limit):
     mass_kinds: ClassVar[Mapping[str, type[Masses]]] = {}
     """Attribute that holds masses -> their kind."""
     always: ClassVar[bool] = False
-    """Whether every proof asks it, because the others mean nothing without."""
-    told_as: ClassVar[str] = ""
-    """Key with unit by which a synthesis tells its figure's worst value, in people's unit; "" where it tells none."""
-    enclose: ClassVar[Any]
-    """Compiled (pose, k, n, work, out, row): its margins over a box; `k[n:]` are its `numbers`, row its first."""
-    cut: ClassVar[Any] = None
-    """Compiled (pose, k, n, work, cuts, count) -> count: what a feasible design must meet at one position, as forms
-    over a box of designs; `EXCLUDED` where none can. None where a closed form says it for the whole cube."""
-    cuts: ClassVar[int] = 0
-    """Most forms that `cut` adds."""
+    """Whether it is part of every proof, because the others mean nothing without."""
+    output_key: ClassVar[str] = ""
+    """Key with unit of its figure's worst value in the output of a synthesis, in people's unit; "" for none."""
+
+    def __post_init__(self) -> None:
+        require_ranges(self)
 
     @classmethod
     def measured(cls, values: Values) -> Self | None:
@@ -237,7 +237,7 @@ class PoseLimit(Limit):
         """Gives the numbers that the compiled functions take, rounded ones with a bound of their error."""
         return ()
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the margins once more in another arithmetic, for the replay of a certificate.
 
         Args:
@@ -248,16 +248,16 @@ class PoseLimit(Limit):
             Slope forms that are not negative where the limit holds.
         """
         del pose, exact
-        raise TypeError(f"{self.name} proves itself again by `second_proof`, not by margins")
+        raise TypeError(f"{self.name} proves itself again by `proved_by_intervals`, not by margins")
 
-    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
+    def proved_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Decides over which boxes the limit is proved in the other arithmetic, (n,)."""
-        found = [margin.box.lo for margin in self.second(pose, exact)]
+        found = [margin.box.lo for margin in self.interval_margins(pose, exact)]
         return np.all([low > 0.0 if self.strict else low >= 0.0 for low in found], axis=0)
 
-    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
+    def refuted_by_intervals(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Decides whether a position, a box of no size, breaks the limit in exact arithmetic."""
-        return any(bool(m.centre.hi[0] < 0.0) for m in self.second(pose, exact))
+        return any(bool(m.centre.hi[0] < 0.0) for m in self.interval_margins(pose, exact))
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the margin that a search sees: continuous, without unit.
@@ -271,8 +271,8 @@ class PoseLimit(Limit):
         del f
         raise TypeError(f"{self.name} holds for the cube in closed form: see `design_margin`")
 
-    def sought(self, f: Any) -> Mapping[str, np.ndarray]:
-        """Computes what the worst value of its figure follows from: continuous, smallest where the figure is worst.
+    def search_quantities(self, f: Any) -> Mapping[str, np.ndarray]:
+        """Computes continuous quantities whose minimum over the cube decides the worst value of its figure.
 
         Args:
             f: Figures of D designs at K points, `optimizer.problem.evaluator.Figures`.
@@ -281,9 +281,9 @@ class PoseLimit(Limit):
             Name -> (D, K).
         """
         del f
-        raise TypeError(f"{self.name} is not told by a synthesis: `told_as` is empty")
+        raise TypeError(f"{self.name} is not in the output of a synthesis: `output_key` is empty")
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the worst value of its figure.
 
         Args:
@@ -293,7 +293,7 @@ class PoseLimit(Limit):
             SI units; infinite where the figure grows without bound.
         """
         del least
-        raise TypeError(f"{self.name} is not told by a synthesis: `told_as` is empty")
+        raise TypeError(f"{self.name} is not in the output of a synthesis: `output_key` is empty")
 
     def bound(self, figure: FigureOfMerit) -> float:
         """The threshold of one of its figures, SI units."""
@@ -315,8 +315,8 @@ class PoseLimit(Limit):
                 alone = alone.with_bound(other, other.range[1] if other.upper else other.range[0])
         return alone
 
-    def laxer(self, than: Any) -> bool:
-        """Whether it allows more than another one of its kind does, each number taken as exact."""
+    def less_strict_than(self, than: Any) -> bool:
+        """Whether it is less strict than another of its kind, each number taken as exact."""
         return any(
             self.bound(f) > than.bound(f) if f.upper else self.bound(f) < than.bound(f)
             for f in self.figures
@@ -336,13 +336,13 @@ class PoseLimit(Limit):
         worst = [(f, float(f.worst(self, g, point))) for f in self.figures]
         return max(worst, key=lambda one: (one[1] - self.bound(one[0])) * (1.0 if one[0].upper else -1.0))[1]
 
-    def told(self) -> float | tuple[float, ...]:
+    def thresholds(self) -> float | tuple[float, ...]:
         """The threshold, or thresholds, as a finding holds them."""
         bounds = tuple(self.bound(f) for f in self.figures)
         return bounds[0] if len(bounds) == 1 else bounds
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked, rounded so that the words are still true.
+        """Says what is required, rounded so that the words are still true.
 
         Args:
             rounded: (value, upwards) -> text.
@@ -385,9 +385,6 @@ class ThresholdLimit(PoseLimit):
     needed: ClassVar[str] = ""
     """What a user states where the machine is not known."""
 
-    def __post_init__(self) -> None:
-        require_ranges(self)
-
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
         """Makes the limit where its field is given.
@@ -424,7 +421,8 @@ def require_ranges(limit: PoseLimit) -> None:
         if f.threshold:
             low, high = f.range
             value = getattr(limit, f.threshold)
-            require(f.threshold, value, low <= value <= high, f"within {low:g} and {high:g}")
+            unit = {"mm": " m", "deg": " rad", "": ""}.get(f.unit, f" {f.unit}")
+            require(f.threshold, value, low <= value <= high, f"within {low:g} and {high:g}{unit}")
     for field in fields(limit):
         value = getattr(limit, field.name)
         if isinstance(value, float):

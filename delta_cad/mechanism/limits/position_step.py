@@ -10,12 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, at, constant, multiply, put, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross, norm2
-from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, Enclosure, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_determinant, forearm_vectors
 from delta_cad.mechanism.jacobian import forearm_faces
@@ -45,11 +44,11 @@ def position_step(g: DeltaGeometry, p: np.ndarray, count: float) -> np.ndarray:
     s = forearm_vectors(g, p)
     moves = forearm_faces(s) * (g.upper_arm_length * elbow_arm(g, p))[..., None]
     det = np.abs(forearm_determinant(s))
-    most = count * farthest(moves)
+    most = count * longest_sum(moves)
     return np.where(det == 0.0, np.inf, most / np.where(det == 0.0, 1.0, det))
 
 
-def farthest(moves: np.ndarray) -> np.ndarray:
+def longest_sum(moves: np.ndarray) -> np.ndarray:
     """Computes the length of the longest sum of three vectors, each with either sign.
 
     Args:
@@ -60,10 +59,6 @@ def farthest(moves: np.ndarray) -> np.ndarray:
     """
     sums = SIGNS @ moves
     return np.sqrt((sums * sums).sum(axis=-1)).max(axis=-1)
-
-
-def _steps(limit: PositionStep, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    return position_step(g, p, limit.count)[..., None]
 
 
 @compiled
@@ -121,18 +116,15 @@ class PositionStep(ThresholdLimit):
     )
     keys: ClassVar = {"step_max": "position_step_max_m", "count": "encoder_count_rad"}
     figures: ClassVar = (
-        FigureOfMerit("position_step", "position step", "mm", MM_PER_M, True, True, _steps, "step_max", RANGE),
+        FigureOfMerit(
+            "position_step", "mm", lambda limit, g, p: position_step(g, p, limit.count)[..., None], "step_max", RANGE
+        ),
     )
-    tier: ClassVar = forms.FOREARMS
     needs: ClassVar = "encoder_count"
     needed: ClassVar = "the count of the encoders: state table [joints]"
     infinite_at_singularity: ClassVar = True
-    told_as: ClassVar = "max_position_step_mm"
-    rows: ClassVar = 4
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 4
+    output_key: ClassVar = "max_position_step_mm"
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 2, 4, _enclose, _cut, 4)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -143,7 +135,7 @@ class PositionStep(ThresholdLimit):
         ratio = self.step_max / self.count
         return ratio**2, ROUND * ratio**2
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the same margins from the cross products themselves."""
         moves = []
         for i in range(3):
@@ -160,22 +152,22 @@ class PositionStep(ThresholdLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes det - (q / d) times the longest sum of moves: also refuses every direct singularity."""
-        return f.determinant - self.count / self.step_max * f.farthest()
+        return f.determinant - self.count / self.step_max * f.scaled_step()
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes determinant, closure, and the step of a count of 1 rad with its sign turned."""
         floor = np.maximum(f.determinant, np.finfo(float).tiny)
-        return {"determinant": f.determinant, "closure": f.closure, "step": -f.farthest() / floor}
+        return {"determinant": f.determinant, "closure": f.closure, "step": -f.scaled_step() / floor}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the largest step; infinite where a chain is open or the platform not held."""
         held = least["determinant"] > 0.0 and least["closure"] >= 0.0
         return -least["step"] * self.count if held else math.inf
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked, and of what."""
+        """Says what is required, and of what machine."""
         return f"{super().words(rounded)} for counts of {rounded(self.count * DEGREE, False)} deg"
 
-    def laxer(self, than: Any) -> bool:
-        """Compares the thresholds, and the counts: a finer one is about another machine, and so laxer."""
-        return super().laxer(than) or self.count < than.count
+    def less_strict_than(self, than: Any) -> bool:
+        """Compares the thresholds, and the counts: a finer one is another machine, and so less strict."""
+        return super().less_strict_than(than) or self.count < than.count

@@ -15,10 +15,10 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, scale, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, keep, store
+from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, Enclosure, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, reach_excess
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, require_ranges
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit
 
 
 def _elbow_arms(limit: Reach, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -78,29 +78,21 @@ class Reach(PoseLimit):
     described: ClassVar = "reach of the whole cube"
     keys: ClassVar = {"elbow_arm_min": "elbow_arm_min_m"}
     figures: ClassVar = (
-        FigureOfMerit("reach", "elbow arm", "mm", MM_PER_M, False, True, _elbow_arms, "elbow_arm_min", (0.0, 10.0)),
+        FigureOfMerit("reach", "mm", _elbow_arms, "elbow_arm_min", (0.0, 10.0), upper=False, words="elbow arm"),
     )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 3
-    size: ClassVar = 2
     always: ClassVar = True
-    enclose: ClassVar = staticmethod(_enclose)
-    cut: ClassVar = staticmethod(_cut)
-    cuts: ClassVar = 6
-
-    def __post_init__(self) -> None:
-        require_ranges(self)
+    enclosure: ClassVar = Enclosure(forms.CHAINS, 2, 3, _enclose, _cut, 6)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives w_min^2 and its error, m^2."""
         return self.elbow_arm_min**2, ROUND * self.elbow_arm_min**2
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes w_i^2 less its least."""
         return [w2.plus(-exact(self.elbow_arm_min).square()) for w2 in pose.w2]
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         return f"every elbow arm >= {rounded(self.elbow_arm_min * MM_PER_M, False)} mm"
 
     def margin(self, f: Any) -> np.ndarray:

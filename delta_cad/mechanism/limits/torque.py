@@ -15,18 +15,13 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, at, constant, multiply, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import of_chains
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.enclosure.table import enclosure_of
 from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values
 from delta_cad.mechanism.limits.numbers import require
 from delta_cad.mechanism.statics import worst_joint_torque
 
 RANGE = (1e-6, 1e6)
 """N or N m: keeps every product of the proof far from underflow and overflow."""
-
-
-def _torques(limit: Torque, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    return worst_joint_torque(g, p, limit.force)
 
 
 @compiled
@@ -38,47 +33,54 @@ def _margin(pose, k, n, i):
     return subtract(multiply(det, det), multiply(multiply(lever, at(pose, forms.W2 + i)), face))
 
 
-_ENCLOSE, _CUT = of_chains(_margin)
-
-
 @dataclass(frozen=True)
-class Torque(PoseLimit):
+class HeldForce(PoseLimit):
     """Largest torque of every joint over all directions of a force on the handle, N m and N."""
 
     force: float
     torque_max: float
 
-    name: ClassVar = "torque"
-    fields_: ClassVar = ()
-    keys: ClassVar = {"force": "force_N", "torque_max": "torque_max_N_m"}
-    figures: ClassVar = (FigureOfMerit("torque", "torque", "N m", 1.0, True, True, _torques, "torque_max", RANGE),)
-    tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True
-    told_as: ClassVar = "max_torque_N_m"
-    rows: ClassVar = 3
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_ENCLOSE)
-    cut: ClassVar = staticmethod(_CUT)
-    cuts: ClassVar = 3
+    with_: ClassVar[str] = ""
+    """What the joints hold besides the force."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         low, high = RANGE
         require("force", self.force, low <= self.force <= high, f"within {low:g} and {high:g} N")
-        require("torque_max", self.torque_max, low <= self.torque_max <= high, f"within {low:g} and {high:g} N m")
+
+    @classmethod
+    def measured(cls, values: Values) -> Self | None:
+        """Makes the limit of the stated force with the largest torque that the proof takes, to measure its figure."""
+        known = cls.known(values)
+        return None if known is None else cls(values["force_N"], RANGE[1], *known)
+
+    def words(self, rounded: Callable[[float, bool], str]) -> str:
+        """Says what is required."""
+        force = rounded(self.force, False)
+        return f"torque <= {rounded(self.torque_max, True)} N m for {force} N in any direction{self.with_}"
+
+
+@dataclass(frozen=True)
+class Torque(HeldForce):
+    """Largest torque of every joint for the force alone."""
+
+    name: ClassVar = "torque"
+    keys: ClassVar = {"force": "force_N", "torque_max": "torque_max_N_m"}
+    figures: ClassVar = (
+        FigureOfMerit("torque", "N m", lambda limit, g, p: worst_joint_torque(g, p, limit.force), "torque_max", RANGE),
+    )
+    output_key: ClassVar = "max_torque_N_m"
+    enclosure: ClassVar = enclosure_of(_margin, forms.FOREARMS, 2)
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self:
-        """Asks for the force, with what is set aside for gravity taken off the torque."""
+        """Makes the limit of the force, with the allowance for gravity taken off the torque."""
         del strict
         return cls(values["force_N"], values["joint_torque_N_m"] - (values.get("gravity_torque_N_m") or 0.0))
 
-    @classmethod
-    def measured(cls, values: Values) -> Self:
-        """Makes the limit of the stated force with the largest torque that the proof takes, to measure its figure."""
-        return cls(values["force_N"], RANGE[1])
-
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         del values
         return f"{self.torque_max:g} N m for {self.force:g} N (requirements.joint_torque_N_m)"
 
@@ -87,7 +89,7 @@ class Torque(PoseLimit):
         lever = self.force / self.torque_max
         return lever**2, ROUND * lever**2
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes det^2 (torque / F L_A)^2 - w_i^2 |s_j x s_k|^2."""
         allowed = exact(self.torque_max) * (exact(self.force) * pose.upper_arm).inverse()
         square = pose.determinant.square().times(allowed.square())
@@ -97,21 +99,16 @@ class Torque(PoseLimit):
         """Computes det - F moment / torque: also refuses every direct singularity."""
         return f.determinant - self.force / self.torque_max * f.moment
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes determinant, closure, and the torque arm with its sign turned."""
         floor = np.maximum(f.determinant, np.finfo(float).tiny)
         return {"determinant": f.determinant, "closure": f.closure, "torque": -f.moment / floor}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Computes the torque at the longest arm; infinite where a chain is open or the platform not held."""
         held = least["determinant"] > 0.0 and least["closure"] >= 0.0
         return -least["torque"] * self.force if held else math.inf
 
-    def laxer(self, than: Any) -> bool:
+    def less_strict_than(self, than: Any) -> bool:
         """Compares the torque of a unit force, in exact fractions."""
         return Fraction(self.torque_max) * Fraction(than.force) > Fraction(than.torque_max) * Fraction(self.force)
-
-    def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked."""
-        force = rounded(self.force, False)
-        return f"torque <= {rounded(self.torque_max, True)} N m for {force} N in any direction"

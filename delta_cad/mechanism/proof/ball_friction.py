@@ -22,7 +22,7 @@ DIRECTIONS = 8  # over half a turn: what lies between two is at most 2 % more, w
 CLOSE = 1.01  # of what some position has: a bound within it is good enough
 MOST_BOXES = 20_000
 FIRST = (8, 4, 8)  # boxes along x, y, z to begin with
-LEAST = 1e-9  # N; what nothing is told to rub with
+LEAST = 1e-9  # N; the bounds where nothing rubs
 DIGITS = 4  # of the bounds: no last place of a double, which another machine may round otherwise
 
 

@@ -17,12 +17,13 @@ START: dict[type[PoseLimit], int] = {}  # Place of a limit's numbers behind thos
 MARGINS, SIZE = 0, pose_table.NUMBERS
 for _limit in POSE_LIMITS:
     FIRST[_limit], START[_limit] = MARGINS, SIZE
-    MARGINS, SIZE = MARGINS + _limit.rows, SIZE + _limit.size
-BITS = {limit: ((1 << limit.rows) - 1) << FIRST[limit] for limit in POSE_LIMITS}  # A bit for each margin of a limit.
+    MARGINS, SIZE = MARGINS + _limit.enclosure.rows, SIZE + _limit.enclosure.size
+# A bit for each margin of a limit.
+BITS = {limit: ((1 << limit.enclosure.rows) - 1) << FIRST[limit] for limit in POSE_LIMITS}
 
 
 def _of_tier(*tiers: int) -> tuple[type[PoseLimit], ...]:
-    return tuple(limit for limit in POSE_LIMITS if limit.tier in tiers)
+    return tuple(limit for limit in POSE_LIMITS if limit.enclosure.tier in tiers)
 
 
 def _bits(*tiers: int) -> int:
@@ -31,7 +32,7 @@ def _bits(*tiers: int) -> int:
 
 def _enclosing(tier: int) -> Any:
     """Calls the enclosures of a tier whose margins are wanted, one after the other."""
-    calls = [(limit.enclose, BITS[limit], START[limit], FIRST[limit]) for limit in _of_tier(tier)]
+    calls = [(limit.enclosure.margins, BITS[limit], START[limit], FIRST[limit]) for limit in _of_tier(tier)]
     return in_turn("pose, k, needed, work, out", calls, "if needed & {1}: {0}(pose, k, {2}, work, out, {3})")
 
 
@@ -40,7 +41,9 @@ _by_coordinates, _by_chains, _by_forearms = (
 )
 _CHAINS, _FOREARMS = _bits(pose_table.CHAINS, pose_table.FOREARMS), _bits(pose_table.FOREARMS)
 # Margins that mean nothing where a chain is open.
-_CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != pose_table.COORDINATES and not limit.always)
+_CLOSED = sum(
+    BITS[limit] for limit in POSE_LIMITS if limit.enclosure.tier != pose_table.COORDINATES and not limit.always
+)
 
 
 def numbers(g: DeltaGeometry, limits: Limits, tolerance: float = 0.0) -> np.ndarray:
@@ -58,7 +61,7 @@ def numbers(g: DeltaGeometry, limits: Limits, tolerance: float = 0.0) -> np.ndar
     out[: pose_table.NUMBERS] = pose_table.lengths(g, tolerance)
     for limit in limits:
         start = START[type(limit)]
-        out[start : start + limit.size] = limit.numbers()
+        out[start : start + limit.enclosure.size] = limit.numbers()
     return out
 
 

@@ -67,10 +67,10 @@ def prove(
     given = numbers(g, limits, tolerance)
     origin, edges = half_of(cube)
     frame = np.stack([origin, edges, cube.upper])
-    asked = sum(BITS[type(limit)] for limit in limits)
+    bits = sum(BITS[type(limit)] for limit in limits)
     stack = np.zeros((3 * DEEPEST + 8, 7), dtype=np.int64)
-    stack[0, 6] = asked
-    state = np.array([1, asked, 0, 0], dtype=np.int64)  # boxes on the stack, bits still open, boxes examined, leaves
+    stack[0, 6] = bits
+    state = np.array([1, bits, 0, 0], dtype=np.int64)  # boxes on the stack, bits still open, boxes examined, leaves
     count = len(POSE_LIMITS)
     fate, points, stuck = np.zeros(count, np.int64), np.zeros((count, 3)), np.zeros((count, 6), np.int64)
     leaves = []
@@ -113,7 +113,7 @@ def _finding(
     box: Box,
 ) -> Finding:
     """The record of one limit."""
-    name, bound = limit.name, limit.told()
+    name, bound = limit.name, limit.thresholds()
     if fate == _REFUTED:
         return Finding(name, "refuted", bound, point=_triple(point), value=limit.broken(g, point))
     return Finding(name, "undecided", bound, box=box) if fate == _GIVEN_UP else Finding(name, "proved", bound)

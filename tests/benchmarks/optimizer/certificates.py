@@ -11,11 +11,11 @@ import numpy as np
 from delta_cad.design import load_design
 from delta_cad.mechanism import Cube, CubeExtremes, DeltaGeometry, MechanismError, cube_extremes, joint_angles, rod_lean
 from delta_cad.mechanism.limits import AssemblyMode, Kappa, Lean, Limits, Reach, Shoulder, Torque
-from tests.benchmarks.delta_cad.kernel import CUBE, PUBLISHED
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.timing import ROOT, interleaved, python, succeeded
 
 SUBJECT = "certificates"
+PUBLISHED, CUBE = DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375)
 ROUNDS = 15
 DESIGNS = 300
 POINTS = 10_000_000
@@ -62,9 +62,9 @@ def limits_near(e: CubeExtremes, factor: float) -> Limits:
 
 
 def _published(say: Callable[[str], None]) -> list[Figure]:
-    from delta_cad.mechanism.kernel import figures
     from delta_cad.mechanism.proof.prove import prove
     from optimizer.certify.certificate import certify, verify
+    from optimizer.problem.evaluator import figures
 
     limits = limits_near(cube_extremes(PUBLISHED, CUBE, 3.0), 1.001)
     say("proof and replay of the published design 0.1 % above its extremes")
@@ -84,6 +84,8 @@ def _published(say: Callable[[str], None]) -> list[Figure]:
     say(f"{POINTS:,} points against the proof")
     reach, torque, kappa, angles, lean = (limits.get(kind) for kind in (Reach, Torque, Kappa, Shoulder, Lean))
     rng, worst = np.random.default_rng(1), np.full(6, np.inf)
+    lengths = (PUBLISHED.upper_arm_length, PUBLISHED.forearm_length, PUBLISHED.base_radius, PUBLISHED.platform_radius)
+    machine = np.array([[*lengths, CUBE.bottom_height, CUBE.half_side]])
     for _ in range(POINTS // 1_000_000):
         unit = rng.uniform(-1.0, 1.0, (1_000_000, 3))
         face = rng.integers(0, 3, 500_000)
@@ -91,12 +93,12 @@ def _published(say: Callable[[str], None]) -> list[Figure]:
         p = np.clip(
             np.array([0.0, 0.0, CUBE.bottom_height + CUBE.half_side]) + CUBE.half_side * unit, CUBE.lower, CUBE.upper
         )
-        found = figures(PUBLISHED, p)
+        found = figures(machine, unit)
         theta = joint_angles(PUBLISHED, p)
         margins = (
-            found.closure_margin - reach.elbow_arm_min**2,
-            torque.torque_max - torque.force * found.torque_arms,
-            kappa.kappa_max - found.kappa,
+            PUBLISHED.forearm_length**2 * found.closure - reach.elbow_arm_min**2,
+            torque.torque_max - torque.force * found.moment / found.determinant,
+            kappa.kappa_max - 1.0 / found.quality,
             theta - angles.shoulder_min,
             angles.shoulder_max - theta,
             lean.lean_max - np.abs(rod_lean(PUBLISHED, p)),

@@ -14,7 +14,7 @@ from delta_cad.checks.clearance.clearance import PROVING, MeshClearance
 from delta_cad.common.beside import Beside
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
-from tests.delta_cad.mechanism.asked import limits as asked
+from tests.delta_cad.mechanism.stated_limits import limits as asked
 
 MACHINE = machine()
 

@@ -388,12 +388,13 @@ def ranges(machine: BuiltMachine, **requirements: Any) -> dict[str, CheckResult]
 
 def test_conditioning_and_effective_mass_are_checked_where_they_are_asked(machine: BuiltMachine, best: Design) -> None:
     checked = partial(ranges, machine)
-    from haptics.feel.field import mass_matrix
+    from haptics.model.plant import plant
+    from haptics.stability.linear import linearise
 
     c = best.cube
     floor = np.array([0.0, 0.0, c.bottom_height_mm / 1e3])  # it is heaviest there
     masses = masses_from_dict(machine.masses, best.geometry.forearm_length, drive_torque(best))
-    heaviest = float(np.linalg.eigvalsh(mass_matrix(best.geometry, masses, floor))[-1])
+    heaviest = float(np.linalg.eigvalsh(linearise(plant(best.geometry, masses), floor).mass)[-1])
     assert not {"kappa", "effective mass"} & set(checked(kappa_max=None))
     found = checked(effective_mass_max_kg=0.8)
     assert found["effective mass"].passed

@@ -222,7 +222,7 @@ def test_wrist_on_the_shoulder_axis_has_no_definite_angle():
 
 # Lengths of a haptic device that other codes publish, with the position that they give it, z downwards
 FALCON, DOWNWARDS = DeltaGeometry(0.0372338, 0.014, 0.060, 0.1025), [0.010, 0.020, -0.100]
-HANGING, BELOW = DeltaGeometry(0.056, 0.024, 0.099, 0.087), [0.0, 0.0, 0.040]
+OTHER_ASSEMBLY, BELOW = DeltaGeometry(0.056, 0.024, 0.099, 0.087), [0.0, 0.0, 0.040]
 
 
 def test_a_position_of_another_convention_is_refused_by_its_frame():
@@ -241,7 +241,7 @@ def test_a_position_of_another_convention_is_refused_by_its_frame():
     [
         (FALCON, DOWNWARDS, "z must be > 0"),
         (FALCON, [0.0, 0.0, 0.0], "z must be > 0"),
-        (HANGING, BELOW, "det S must be > 0"),
+        (OTHER_ASSEMBLY, BELOW, "det S must be > 0"),
         # R = r, L_A 3, L_B 4: the wrist 7 over the shoulder is at the end of a straight arm
         (DeltaGeometry(0.05, 0.05, 3 * 2**-5, 4 * 2**-5), [0.0, 0.0, 7 * 2**-5], "folded"),
     ],

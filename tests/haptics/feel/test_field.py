@@ -14,7 +14,8 @@ from delta_cad.mechanism import (
     inverse_kinematics,
     jacobian,
 )
-from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
+from delta_cad.mechanism.limits.effective_mass import handle_inertia
+from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, worst_friction
 from haptics.gravity import gravity_torque
 from haptics.model.ball_joints import ball_friction_N
 from haptics.model.machine import MachineModel
@@ -77,7 +78,7 @@ def test_acceleration_along_directions_by_a_linear_program(
 ) -> None:
     """`max t` with torques within their limits, gravity held, that accelerate the free handle by `t n`."""
     for k, p in enumerate(positions[::3]):
-        j, mass = jacobian(machine.geometry, p), mass_matrix(machine.geometry, MASSES, p)
+        j, mass = jacobian(machine.geometry, p), handle_inertia(machine.geometry, p, MASSES.handle_inertia)
         held = gravity_torque(machine.geometry, MASSES, p, GRAVITY)
         faces = (mass @ j).T
         reached = []
@@ -119,7 +120,9 @@ def test_mass_is_that_of_the_plant_and_of_its_energy(
     par = plant(machine.geometry, MASSES, GRAVITY)
     for k, p in enumerate(positions):
         here = linearise(par, p)
-        assert mass_matrix(machine.geometry, MASSES, p) == pytest.approx(here.mass, rel=1e-9, abs=1e-12)
+        assert handle_inertia(machine.geometry, p, MASSES.handle_inertia) == pytest.approx(
+            here.mass, rel=1e-9, abs=1e-12
+        )
         assert field.mass_min[k] == pytest.approx(here.smallest_mass, rel=1e-9)
         for axis, n in enumerate(np.eye(3)):
             assert field.mass_axes[k, axis] == pytest.approx(here.effective_mass(n), rel=1e-9)

@@ -18,7 +18,7 @@ from optimizer.certify.file import (
     read_certificate,
     write_certificate,
 )
-from tests.delta_cad.mechanism.asked import limits
+from tests.delta_cad.mechanism.stated_limits import limits
 from tests.optimizer.messages import refuses
 
 PUBLISHED = {
@@ -76,7 +76,7 @@ def refuted(design, tight):
 def test_a_proved_certificate_is_proved_again(design, proved, tight):
     assert proved.verdict == "proved"
     replay = verify(proved, design)
-    assert replay.proved == tight.asked
+    assert replay.proved == tight.names
     assert replay.refuted == replay.undecided == ()
     assert replay.leaves == len(proved.leaves)
     assert replay.boxes >= replay.leaves
@@ -96,7 +96,7 @@ def test_reach_refuted(design, tight):
     certificate = certify(design, tight.with_(Reach(0.06)))
     replay = verify(certificate, design)
     assert replay.refuted[0] == "reach"
-    assert set(replay.refuted + replay.undecided) == set(tight.asked)
+    assert set(replay.refuted + replay.undecided) == set(tight.names)
     assert len(certificate.leaves) == 0
 
 
@@ -132,11 +132,11 @@ def test_limits_of_the_requirements(design):
     assert range_of(shoulder_max_deg=80.0)[0] == -np.pi
     certificate = certify(asked)
     assert certificate.verdict == "proved"
-    assert verify(certificate, asked).proved == found.asked
+    assert verify(certificate, asked).proved == found.names
 
 
 def range_of(**requirements):
-    return limits_of(design_of(**requirements), None)["shoulder"].told()
+    return limits_of(design_of(**requirements), None)["shoulder"].thresholds()
 
 
 def test_written_and_read_back(tmp_path, design, proved, refuted):
@@ -165,7 +165,7 @@ def _tuples(data):
 
 def about(certificate, changed):
     """A forgery that says it is about other limits, and is consistent in that."""
-    findings = tuple(replace(f, limit=changed[f.condition].told()) for f in certificate.findings)
+    findings = tuple(replace(f, limit=changed[f.condition].thresholds()) for f in certificate.findings)
     return replace(certificate, limits=changed, findings=findings)
 
 
@@ -226,7 +226,7 @@ def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
     strict = design_of(kappa_max=2.5, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
     asked = limits_of(strict, None)
     verify(certify(strict, asked.with_(Kappa(2.4), Torque(6.0, 1.6))), strict)
-    low, high = asked["shoulder"].told()
+    low, high = asked["shoulder"].thresholds()
     for less, name in (
         (without(asked, AssemblyMode), "assembly_mode"),
         (without(asked, Torque), "torque"),
@@ -245,8 +245,8 @@ def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
         verify(certificate)
         with pytest.raises(CertificateError, match=f"^{name}: "):
             verify(certificate, strict)
-    assert asked.laxer(asked.with_(Reach(1e-3))) == "reach"
-    assert asked.with_(Reach(1e-3)).laxer(asked) is None
+    assert asked.less_strict_than(asked.with_(Reach(1e-3))) == "reach"
+    assert asked.with_(Reach(1e-3)).less_strict_than(asked) is None
 
 
 def test_a_wrong_verdict_is_noticed(proved, refuted):

@@ -21,7 +21,7 @@ from delta_cad.mechanism.placement import LinkPlacement
 from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
 from optimizer.certify.gravity import GravityError, GravityShare, given_share, share_of_masses
-from tests.delta_cad.mechanism.asked import limits
+from tests.delta_cad.mechanism.stated_limits import limits
 from tests.optimizer.messages import refuses
 
 NUMERIC_N_M = 2e-9

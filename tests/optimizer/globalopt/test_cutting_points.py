@@ -58,16 +58,16 @@ class Case:
         low, high = f.shoulder_min[0, 0] - abs(slack - 1.0), f.shoulder_max[0, 0] + (slack - 1.0)
         # a rod's centre may be beyond its wrist, which couples its ends negatively
         self.masses = HandleInertia(*rng.uniform([0.03, 0.0, -0.005, 0.0], [0.2, 0.04, 0.02, 1e-3]))
-        self.rubs = HandleFriction(*rng.uniform([1e-3, 0.0, 0.0], [0.03, 0.1, 0.1]))
+        self.sources = HandleFriction(*rng.uniform([1e-3, 0.0, 0.0], [0.03, 0.1, 0.1]))
         self.limits: dict[type[PoseLimit], PoseLimit] = {
             Torque: Torque(FORCE, FORCE * f.moment[0, 0] / f.determinant[0, 0] * slack),
             Kappa: Kappa(max(slack / abs(f.quality[0, 0]), 1.0)),
             Shoulder: Shoulder(low, high if low < high else low + 0.1),
             EffectiveMass: EffectiveMass(
-                self.masses.carried_mass / f.lightness(self.masses)[0, 0] * slack, self.masses
+                self.masses.carried_mass / f.mass_ratio(self.masses)[0, 0] * slack, self.masses
             ),
-            Friction: Friction(slack / Friction(1.0, *self.rubs).sought(f)["ease"][0, 0], *self.rubs),
-            PositionStep: PositionStep(-slack * COUNT * PositionStep(1.0, COUNT).sought(f)["step"][0, 0], COUNT),
+            Friction: Friction(slack / f.inverse_friction(self.sources)[0, 0], *self.sources),
+            PositionStep: PositionStep(slack * COUNT * f.scaled_step()[0, 0] / f.determinant[0, 0], COUNT),
             CoupleIndex: CoupleIndex(min(CoupleIndex(0.0).margin(f)[0, 0] / slack, 1.0)),
         }
 

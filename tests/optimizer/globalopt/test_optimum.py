@@ -362,14 +362,14 @@ def test_gravity_takes_its_share_of_the_torque() -> None:
 
 def test_what_is_certified_is_all_that_is_asked() -> None:
     limits = TASKS["all limits, step 3"].pose_limits(2.0)
-    assert limits.asked == ("reach", "assembly_mode", "torque", "kappa", "shoulder")
+    assert limits.names == ("reach", "assembly_mode", "torque", "kappa", "shoulder")
     torque, shoulder = limits.get(Torque), limits["shoulder"].told()
     assert torque is not None
     assert (torque.force, limits["kappa"].told()) == (3.0, 2.0)
     assert torque.torque_max == pytest.approx(0.7, rel=1e-12)
     assert shoulder == pytest.approx((math.radians(-40), math.radians(75)), rel=1e-15)
     assert TASKS["all limits, step 3"].pose_limits(3.0)["kappa"].told() == 2.5
-    assert TASKS["table 4, step 1"].pose_limits().asked == ("reach",)
+    assert TASKS["table 4, step 1"].pose_limits().names == ("reach",)
 
 
 def test_what_the_proof_does_not_take_is_not_certified() -> None:

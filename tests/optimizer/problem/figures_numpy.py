@@ -10,7 +10,7 @@ from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.couple_index import least_singular_value
 from delta_cad.mechanism.limits.friction import HandleFriction, worst_of_rows
-from delta_cad.mechanism.limits.position_step import farthest
+from delta_cad.mechanism.limits.position_step import longest_sum
 from optimizer.problem.evaluator import Figures
 
 TINY = 1e-75  # least w / L_B that is divided by
@@ -56,16 +56,16 @@ class NumpyFigures(Figures):
         found = rods(self.designs, self.points)
         return least_singular_value(found.radial, found.vertical)
 
-    def ease(self, rubs: HandleFriction) -> np.ndarray:
+    def inverse_friction(self, sources: HandleFriction) -> np.ndarray:
         found, L_A, L_B = rods(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
         rates = found.forearms / (L_A * np.maximum(found.arms / L_B, TINY))[..., None]  # of the joints, 1 / m
-        return np.where(self.closure < 0.0, self.closure, 1.0 / worst_of_rows(rates, rubs))
+        return np.where(self.closure < 0.0, self.closure, 1.0 / worst_of_rows(rates, sources))
 
-    def farthest(self) -> np.ndarray:
+    def scaled_step(self) -> np.ndarray:
         found, L_A, L_B = rods(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
-        return farthest((L_A * found.arms / L_B)[..., None] * _faces(found.forearms))
+        return longest_sum((L_A * found.arms / L_B)[..., None] * _faces(found.forearms))
 
-    def lightness(self, inertia: HandleInertia) -> np.ndarray:
+    def mass_ratio(self, inertia: HandleInertia) -> np.ndarray:
         L_A, L_B = (self.designs[:, k, None] for k in (0, 1))
         found = rods(self.designs, self.points)
         n = found.forearms / np.maximum(found.arms / L_B[..., None], TINY)[..., None]

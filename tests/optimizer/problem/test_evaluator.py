@@ -92,9 +92,9 @@ def test_figures_are_finite_and_continuous_through_the_edge_of_reach(variable: i
     f = figures(path, np.array([[0.05, 0.0, -1.0], [0.0, 0.0, -1.0], [1.0, 1.0, 1.0]]))
     assert (f.closure[:, 1] < 0).any()
     assert (f.closure[:, 1] > 0).any()
-    lightness = f.lightness(HandleInertia(carried_mass=0.08, elbow_mass=0.02, cross_mass=0.004, joint_inertia=2e-4))
+    lightness = f.mass_ratio(HandleInertia(carried_mass=0.08, elbow_mass=0.02, cross_mass=0.004, joint_inertia=2e-4))
     index = CoupleIndex(0.4).margin(f)
-    for name, values in {**dict(zip(NAMES, f, strict=False)), "lightness": lightness, "couple index": index}.items():
+    for name, values in {**dict(zip(NAMES, f, strict=False)), "mass_ratio": lightness, "couple index": index}.items():
         assert np.isfinite(values).all(), name
         # sqrt(w^2) changes by sqrt(step) of 3 micrometres in 82 mm at most: 0.6 %, times slopes below 10
         assert np.abs(np.diff(values, axis=0)).max() < 0.06, name
@@ -110,7 +110,7 @@ def test_lightness_is_the_carried_mass_by_the_effective_mass() -> None:
     for design in designs:
         masses = HandleInertia(*(rng.uniform(0.05, 1.0, 4) * [0.2, 0.04, rng.choice([-0.004, 0.02]), 1e-3]))
         f = figures(design[None], points)
-        found = f.lightness(masses)[0]
+        found = f.mass_ratio(masses)[0]
         g, p = absolute(design, points)
         mass = effective_mass(g, p, masses)
         closed = f.closure[0] > 1e-9
@@ -137,11 +137,11 @@ def test_the_margin_of_the_couple_index_is_that_of_the_mechanism() -> None:
 def test_lightness_is_one_where_nothing_else_moves_and_none_at_a_fold() -> None:
     points = sample_points(DESIGNS, 5)
     f = figures(DESIGNS, points)
-    alone = f.lightness(HandleInertia(carried_mass=0.1, elbow_mass=0.0, cross_mass=0.0, joint_inertia=0.0))
+    alone = f.mass_ratio(HandleInertia(carried_mass=0.1, elbow_mass=0.0, cross_mass=0.0, joint_inertia=0.0))
     assert (alone[f.closure >= 0.0] == 1.0).all()
     folded = figures(FOLDED, np.array([[0.0, 0.0, -1.0]]))
     assert abs(folded.closure[0, 0]) < 1e-15
-    heavy = folded.lightness(HandleInertia(carried_mass=0.1, elbow_mass=0.02, cross_mass=0.0, joint_inertia=2e-4))
+    heavy = folded.mass_ratio(HandleInertia(carried_mass=0.1, elbow_mass=0.02, cross_mass=0.0, joint_inertia=2e-4))
     assert abs(heavy[0, 0]) < 1e-12
 
 
@@ -198,11 +198,11 @@ def test_compiled_feel_is_that_of_numpy() -> None:
     )
     f = figures_numpy(designs, points)
     masses = HandleInertia(carried_mass=0.09, elbow_mass=0.011, cross_mass=0.004, joint_inertia=2.9e-4)
-    rubs = HandleFriction(0.01, 0.12, 0.18)
+    sources = HandleFriction(0.01, 0.12, 0.18)
     g = figures(designs, points)
-    found = g.lightness(masses), g.ease(rubs), g.farthest()
+    found = g.mass_ratio(masses), g.inverse_friction(sources), g.scaled_step()
     assert (f.closure < 0.0).any()
-    for x, y in zip(found, (f.lightness(masses), f.ease(rubs), f.farthest()), strict=True):
+    for x, y in zip(found, (f.mass_ratio(masses), f.inverse_friction(sources), f.scaled_step()), strict=True):
         assert np.isfinite(y).all()
         np.testing.assert_allclose(x, y, rtol=1e-11, atol=1e-15)
 

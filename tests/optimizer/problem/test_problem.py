@@ -107,8 +107,8 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
     heaviest = CubeSearch(cube)(lambda p: effective_mass(g, p, masses), -1.0).value
     limits["effective_mass_max_kg"] = heaviest
     limits["couple_index_min"] = CubeSearch(cube)(lambda p: couple_index(g, p), 1.0).value
-    rubs, count = HandleFriction(*list(JOINTS.values())[:3]), math.radians(JOINTS["encoder_count_deg"])
-    limits["friction_max_N"] = CubeSearch(cube)(lambda p: friction(g, p, rubs), -1.0).value
+    sources, count = HandleFriction(*list(JOINTS.values())[:3]), math.radians(JOINTS["encoder_count_deg"])
+    limits["friction_max_N"] = CubeSearch(cube)(lambda p: friction(g, p, sources), -1.0).value
     limits["position_step_max_mm"] = 1000.0 * CubeSearch(cube)(lambda p: position_step(g, p, count), -1.0).value
     problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1, inertia=INERTIA, joints=JOINTS), 2)
     found = margins_at(problem, PUBLISHED)

@@ -14,16 +14,10 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, multiply, scale, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import of_chains
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.enclosure.table import enclosure_of
 from delta_cad.mechanism.inverse import forearm_angle
-from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, ThresholdLimit
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import cosine_sine, require
-
-
-def _angles(limit: ElbowAngle, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return np.pi - forearm_angle(g, p)
 
 
 @compiled
@@ -36,9 +30,6 @@ def _margin(pose, k, n, i):
     return add(room, scale(2.0, multiply(constant(k[n], k[n + 1]), lengths)))
 
 
-_ENCLOSE, _CUT = of_chains(_margin)
-
-
 @dataclass(frozen=True)
 class ElbowAngle(ThresholdLimit):
     """Smallest angle between upper arm and rods at an elbow, rad: 0 folded, pi stretched."""
@@ -49,14 +40,17 @@ class ElbowAngle(ThresholdLimit):
     fields_: ClassVar = (Field("elbow_angle_min_deg", "smallest angle between upper arm and rods", ge=0, lt=180),)
     keys: ClassVar = {"angle_min": "elbow_angle_min_rad"}
     figures: ClassVar = (
-        FigureOfMerit("elbow_angle", "elbow angle", "deg", DEGREE, False, False, _angles, "angle_min", (0.0, math.pi)),
+        FigureOfMerit(
+            "elbow_angle",
+            "deg",
+            lambda _, g, p: np.pi - forearm_angle(g, p),
+            "angle_min",
+            (0.0, math.pi),
+            upper=False,
+            relative=False,
+        ),
     )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 3
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_ENCLOSE)
-    cut: ClassVar = staticmethod(_CUT)
-    cuts: ClassVar = 3
+    enclosure: ClassVar = enclosure_of(_margin, forms.CHAINS, 2)
 
     def __post_init__(self) -> None:
         require("angle_min", self.angle_min, 0.0 <= self.angle_min < math.pi, "at least 0, less than pi rad")
@@ -65,7 +59,7 @@ class ElbowAngle(ThresholdLimit):
         """Gives the angle's cosine and its error."""
         return cosine_sine(self.angle_min, self.angle_min)[0], ROUND
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the forearm along its upper arm and L_B cos(angle_min): L_B times the difference of the cosines."""
         del exact
         cosine = pose.rounded(cosine_sine(self.angle_min, self.angle_min)[0])

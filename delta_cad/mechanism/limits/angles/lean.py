@@ -24,21 +24,15 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import HIGH, LOW, store
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.enclosure.table import HIGH, LOW, Enclosure, store
 from delta_cad.mechanism.inverse import rod_lean
 from delta_cad.mechanism.limits.lengths.outline import OUTWARDS
-from delta_cad.mechanism.limits.limit import DEGREE, DesignBounds, Field, FigureOfMerit, ThresholdLimit
+from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import cosine_sine, require
 
 SHARE = (math.sqrt(3.0) + 1.0) / 2.0
 """Largest t over the cube is this times L, in a corner, for chains 1 and 2: `L sin 60 + L cos 60`."""
 RANGE = (0.0, math.nextafter(math.pi / 2.0, 0.0))
-
-
-def _leans(limit: Lean, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return np.abs(rod_lean(g, p))
 
 
 @compiled
@@ -62,11 +56,10 @@ class Lean(ThresholdLimit):
     name: ClassVar = "lean"
     fields_: ClassVar = (Field("lean_max_deg", "largest lean of a rod", gt=0, lt=90),)
     keys: ClassVar = {"lean_max": "lean_max_rad"}
-    figures: ClassVar = (FigureOfMerit("lean", "lean", "deg", DEGREE, True, False, _leans, "lean_max", RANGE),)
-    tier: ClassVar = forms.COORDINATES
-    rows: ClassVar = 3
-    size: ClassVar = 2
-    enclose: ClassVar = staticmethod(_enclose)
+    figures: ClassVar = (
+        FigureOfMerit("lean", "deg", lambda _, g, p: np.abs(rod_lean(g, p)), "lean_max", RANGE, relative=False),
+    )
+    enclosure: ClassVar = Enclosure(forms.COORDINATES, 2, 3, _enclose)
 
     def __post_init__(self) -> None:
         require("lean_max", self.lean_max, 0.0 < self.lean_max < math.pi / 2.0, "within 0 and pi/2 rad")
@@ -75,7 +68,7 @@ class Lean(ThresholdLimit):
         """Gives sin(lean_max) and its error."""
         return cosine_sine(self.lean_max, self.lean_max)[1], ROUND
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes L_B sin(lean_max) -+ t."""
         _, sine = cosine_sine(self.lean_max, self.lean_max)
         room = pose.rounded(sine) * pose.forearm_length

@@ -14,18 +14,12 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, multiply, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import of_chains
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.enclosure.table import enclosure_of
 from delta_cad.mechanism.inverse import joint_angles
 from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, PoseLimit, Values
 from delta_cad.mechanism.limits.numbers import cosine_sine, number, require, strict_radians
 
 RANGE = (-math.pi, math.pi)
-
-
-def _angles(limit: Shoulder, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    del limit
-    return joint_angles(g, p)
 
 
 @compiled
@@ -34,9 +28,6 @@ def _margin(pose, k, n, i):
     c, s = constant(k[n], k[n + 3]), constant(k[n + 1], k[n + 3])
     along, up = multiply(c, at(pose, forms.ELBOW_RADIAL + i)), multiply(s, at(pose, forms.ELBOW_VERTICAL + i))
     return subtract(add(along, up), multiply(at(pose, forms.UPPER_ARM), constant(k[n + 2], k[n + 3])))
-
-
-_ENCLOSE, _CUT = of_chains(_margin)
 
 
 @dataclass(frozen=True)
@@ -55,16 +46,26 @@ class Shoulder(PoseLimit):
     )
     figures: ClassVar = (
         FigureOfMerit(
-            "shoulder_min", "shoulder, smallest", "deg", DEGREE, False, False, _angles, "shoulder_min", RANGE
+            "shoulder_min",
+            "deg",
+            lambda _, g, p: joint_angles(g, p),
+            "shoulder_min",
+            RANGE,
+            upper=False,
+            relative=False,
+            words="shoulder, smallest",
         ),
-        FigureOfMerit("shoulder_max", "shoulder, largest", "deg", DEGREE, True, False, _angles, "shoulder_max", RANGE),
+        FigureOfMerit(
+            "shoulder_max",
+            "deg",
+            lambda _, g, p: joint_angles(g, p),
+            "shoulder_max",
+            RANGE,
+            relative=False,
+            words="shoulder, largest",
+        ),
     )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 3
-    size: ClassVar = 4
-    enclose: ClassVar = staticmethod(_ENCLOSE)
-    cut: ClassVar = staticmethod(_CUT)
-    cuts: ClassVar = 3
+    enclosure: ClassVar = enclosure_of(_margin, forms.CHAINS, 4)
 
     def __post_init__(self) -> None:
         low, high = self.shoulder_min, self.shoulder_max
@@ -72,7 +73,7 @@ class Shoulder(PoseLimit):
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for the range where one of its ends is given; the other end is then half a turn away."""
+        """Makes the range where one of its ends is given; the other end is then half a turn away."""
         low, high = values.get("shoulder_min_deg"), values.get("shoulder_max_deg")
         if low is None and high is None:
             return None
@@ -86,7 +87,7 @@ class Shoulder(PoseLimit):
         return cls(*ends)
 
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         low, high = (values.get(name) for name in ("shoulder_min_deg", "shoulder_max_deg"))
         return f"limits.shoulder_deg = [{-180.0 if low is None else low:g}, {180.0 if high is None else high:g}]"
 
@@ -95,7 +96,7 @@ class Shoulder(PoseLimit):
         low, high = self.shoulder_min, self.shoulder_max
         return *cosine_sine(low, high), cosine_sine(high, -low)[0], ROUND
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes cos(theta - middle) - cos(half the range) of each chain."""
         del exact
         low, high = self.shoulder_min, self.shoulder_max
@@ -110,7 +111,7 @@ class Shoulder(PoseLimit):
         return np.minimum(f.shoulder_min - self.shoulder_min, self.shoulder_max - f.shoulder_max)
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         low, high = self.shoulder_min * DEGREE, self.shoulder_max * DEGREE
         return f"shoulder angle {rounded(low, False)} to {rounded(high, True)} deg"
 

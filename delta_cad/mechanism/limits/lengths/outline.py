@@ -37,7 +37,7 @@ class Outline(Limit):
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self:
-        """Asks for what is given."""
+        """Makes the limit of what is given."""
         del strict
         return cls(
             values["envelope_width_mm"],
@@ -48,7 +48,7 @@ class Outline(Limit):
         )
 
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         del values
         if self.radius_max_mm is not None:
             return f"R + L_A <= {self.radius_max_mm:g} mm (limits.outline_radius_max_mm)"

@@ -30,7 +30,7 @@ class WristClearance(Limit):
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where clearance and joint are given; the design file's clearance is that of the solids."""
+        """Makes the limit where clearance and joint are given; the design file's clearance is that of the solids."""
         del strict
         clearance, joint = values.get("clearance_min_mm"), values.get("joint_diameter_mm")
         if clearance is None or joint is None:
@@ -38,7 +38,7 @@ class WristClearance(Limit):
         return cls(clearance, joint, values["parallelogram_width_mm"])
 
     def describe(self, values: Values) -> str:
-        """Says what is asked."""
+        """Says what is required."""
         del values
         return f"limits.clearance_min_mm = {self.clearance_min_mm}"
 
@@ -68,7 +68,7 @@ class BallClearance(WristClearance):
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
-        """Asks for it where the balls are known."""
+        """Makes the limit where the balls are known."""
         del strict
         ball = values.get("ball_diameter_mm")
         return None if ball is None else cls(0.0, ball, values["parallelogram_width_mm"])

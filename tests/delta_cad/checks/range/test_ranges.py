@@ -20,7 +20,7 @@ from delta_cad.mechanism.limits import EffectiveMass, HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof import extremes
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS
-from tests.delta_cad.mechanism.asked import limits as asked
+from tests.delta_cad.mechanism.stated_limits import limits as asked
 
 ASKED: dict[str, Any] = {
     "force": 3.0,

@@ -10,12 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import at, constant, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import of_chains
+from delta_cad.mechanism.enclosure.table import enclosure_of
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
@@ -32,9 +31,6 @@ def _margin(pose, k, n, i):
     return subtract(constant(k[n], 0.0), height)
 
 
-_ENCLOSE, _CUT = of_chains(_margin)
-
-
 @dataclass(frozen=True)
 class ElbowHeight(ThresholdLimit):
     """Largest height of an elbow's centre above the base plane, m."""
@@ -45,33 +41,26 @@ class ElbowHeight(ThresholdLimit):
     evaluates: ClassVar = ("angles",)
     fields_: ClassVar = (Field("elbow_height_max_mm", "largest height of an elbow above the base plane", gt=0),)
     keys: ClassVar = {"height_max": "elbow_height_max_m"}
-    told_as: ClassVar = "max_elbow_height_mm"
-    figures: ClassVar = (
-        FigureOfMerit("elbow_height", "elbow height", "mm", MM_PER_M, True, True, _heights, "height_max", (1e-6, 10.0)),
-    )
-    tier: ClassVar = forms.CHAINS
-    rows: ClassVar = 3
-    size: ClassVar = 1
-    enclose: ClassVar = staticmethod(_ENCLOSE)
-    cut: ClassVar = staticmethod(_CUT)
-    cuts: ClassVar = 3
+    output_key: ClassVar = "max_elbow_height_mm"
+    figures: ClassVar = (FigureOfMerit("elbow_height", "mm", _heights, "height_max", (1e-6, 10.0)),)
+    enclosure: ClassVar = enclosure_of(_margin, forms.CHAINS, size=1)
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the height allowed, m."""
         return (self.height_max,)
 
-    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def interval_margins(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the height allowed less L_A sin(theta) of each chain."""
         return [sin.times(-pose.upper_arm).plus(exact(self.height_max)) for sin in pose.sin]
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the room above the highest elbow as a share of L_A."""
-        return (self.height_max + self.sought(f)["below"]) / f.designs[:, 0, None]
+        return (self.height_max + self.search_quantities(f)["below"]) / f.designs[:, 0, None]
 
-    def sought(self, f: Any) -> dict[str, np.ndarray]:
+    def search_quantities(self, f: Any) -> dict[str, np.ndarray]:
         """Computes how far below the base plane the highest elbow is."""
         return {"below": -f.designs[:, 0, None] * np.sin(np.minimum(f.shoulder_max, np.pi / 2.0))}
 
-    def worst_of(self, least: Mapping[str, float]) -> float:
+    def extreme_value(self, least: Mapping[str, float]) -> float:
         """Gives the height of the highest elbow."""
         return -least["below"]

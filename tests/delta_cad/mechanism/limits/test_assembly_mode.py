@@ -12,26 +12,37 @@ from delta_cad.checks import CheckLimits
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.commands.cli import main
-from delta_cad.mechanism import Cube, DeltaGeometry, forward_kinematics, inverse_kinematics, joint_angles
+from delta_cad.mechanism import (
+    Cube,
+    DeltaGeometry,
+    direct_margin,
+    forward_kinematics,
+    inverse_kinematics,
+    joint_angles,
+)
+from delta_cad.mechanism.enclosure.interval import exactly
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.limits import AssemblyMode
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import cube_grid
-from tests.delta_cad.mechanism.asked import limits
+from tests.delta_cad.mechanism.limits.proving import poses
+from tests.delta_cad.mechanism.stated_limits import limits
 from tests.designs import hanging, minimal
 
-HANGING = DeltaGeometry(0.056, 0.024, 0.099, 0.087)
+OTHER_ASSEMBLY = DeltaGeometry(0.056, 0.024, 0.099, 0.087)
 CUBE = Cube(0.0345, 0.0095)
 """A cube within reach and without a singularity, whose platform hangs below its elbows."""
 
 
 def test_forward_kinematics_returns_another_position_than_that_of_a_hanging_platform() -> None:
     p = cube_grid(CUBE, 5)
-    back = forward_kinematics(HANGING, joint_angles(HANGING, p))
+    back = forward_kinematics(OTHER_ASSEMBLY, joint_angles(OTHER_ASSEMBLY, p))
     assert np.linalg.norm(back - p, axis=-1).min() > 0.02
-    assert np.isnan(inverse_kinematics(HANGING, p, off_branch="nan")).all()
+    assert np.isnan(inverse_kinematics(OTHER_ASSEMBLY, p, off_branch="nan")).all()
 
 
 def test_a_hanging_platform_is_refuted_by_its_assembly_mode_alone() -> None:
-    proof = prove(HANGING, CUBE, limits())
+    proof = prove(OTHER_ASSEMBLY, CUBE, limits())
     assert [(f.condition, f.verdict) for f in proof.findings] == [("reach", "proved"), ("assembly_mode", "refuted")]
     finding = proof.findings[1]
     assert finding.value is not None
@@ -42,12 +53,12 @@ def test_a_hanging_platform_is_refuted_by_its_assembly_mode_alone() -> None:
 
 def test_both_checks_refuse_a_hanging_platform() -> None:
     given = CheckLimits(34.5, 9.5, 300.0, 300.0, pose=limits())
-    found = {r.name: r for r in check_ranges(HANGING, given)}
+    found = {r.name: r for r in check_ranges(OTHER_ASSEMBLY, given)}
     assert found["reach"].passed
     assert not found["assembly mode"].passed
     assert found["assembly mode"].value is not None
     assert found["assembly mode"].value < -0.5
-    forward = check_forward(HANGING, given)
+    forward = check_forward(OTHER_ASSEMBLY, given)
     assert not forward.passed
     assert forward.value is not None
     assert forward.value > 20.0
@@ -65,3 +76,13 @@ def test_inspect_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         assert row["limit"] == "> 0"
         assert row["holds"] is (code == 0)
         assert (row["value"] > 0.0) is (code == 0)
+
+
+def test_the_second_arithmetic_sees_the_sign_at_a_position() -> None:
+    modes = set()
+    for g, p in poses(np.random.default_rng(3), 40, 1e-4):
+        pose, above = SlopePose(g, p[None], p[None]), bool(direct_margin(g, p) > 0.0)
+        assert bool(AssemblyMode().proved_by_intervals(pose, exactly)[0]) is above
+        assert AssemblyMode().refuted_by_intervals(pose, exactly) is not above
+        modes.add(above)
+    assert modes == {True, False}

@@ -1,9 +1,8 @@
-"""The couple index against rods that are turned, singular values and 50 digits; proofs in both arithmetics."""
+"""The couple index against rods that are turned and singular values."""
 
 from __future__ import annotations
 
 import math
-from decimal import Decimal
 from functools import cache
 
 import numpy as np
@@ -21,21 +20,15 @@ from delta_cad.mechanism import (
     joint_angles,
     wrist_positions,
 )
-from delta_cad.mechanism.enclosure.interval import exactly
-from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.geometry import TANGENTIAL
-from delta_cad.mechanism.limits import CoupleIndex, Limits
+from delta_cad.mechanism.limits import CoupleIndex
 from delta_cad.mechanism.limits.couple_index import couple_index, least_singular_value
-from delta_cad.mechanism.proof.margins import FIRST
-from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch, cube_grid
-from optimizer.certify.replay import breaks, replay
+from optimizer.certify.replay import breaks
 from tests.committed import BEST
-from tests.delta_cad.mechanism.limits.proving import bounds, exact, leaves, poses, verdict
-from tests.delta_cad.mechanism.oracles import PROPERTY, PUBLISHED, mechanisms, paper_h, points
-from tests.delta_cad.mechanism.proof.exact_oracle import samples
+from tests.delta_cad.mechanism.limits.proving import verdict
+from tests.delta_cad.mechanism.oracles import PROPERTY, mechanisms, paper_h, points
 
-ROW = FIRST[CoupleIndex]
 WIDTH = 0.05  # m, of the parallelograms that are turned
 TURN = 1e-6  # rad; the error is its square
 
@@ -159,73 +152,6 @@ def test_what_conditioning_and_assembly_mode_do_not_see() -> None:
     assert seen >= 2
 
 
-# enclosure
-
-
-@pytest.mark.parametrize("size", [0.0, 1e-6, 1e-4, 1e-3])
-def test_bounds_contain_the_exact_margin(size):
-    rng = np.random.default_rng(29)
-    told = 0
-    for g, p in poses(rng, 40):
-        limit = CoupleIndex(rng.uniform(0.0, 1.0))
-        box = np.array([*p, *(size * rng.uniform(0.0, 1.0, 3)), 0.0])
-        low, high = bounds(g, limit, box)
-        told += bool(np.isfinite(low))
-        for point in samples(box, rng, 8 if size else 1):
-            value = exact(g, limit, point)
-            assert np.isnan(low) or value is None or Decimal(low) <= value <= Decimal(high)
-        if size == 0.0:  # some roundings of L_B^2 over the elbow's distance from its fold
-            assert high - low <= 1e-11 * g.forearm_length**2
-    assert told >= 36
-
-
-def test_bounds_are_right_to_second_order():
-    rng = np.random.default_rng(31)
-    tried = 0
-    for g, p in poses(rng, 200, 1e-4):
-        limit = CoupleIndex(0.4)
-        n = (wrist_positions(g, p) - elbow_positions(g, joint_angles(g, p))) / g.forearm_length
-        values = np.linalg.svd(np.cross(TANGENTIAL, n), compute_uv=False)
-        if values[1] - values[2] < 0.05 or values[2] < 0.02:  # where two meet, or at 0, the smallest has a kink
-            continue
-        tried += 1
-        errors = []
-        for size in (4e-6, 2e-6):
-            box = np.array([*p, size, size, size, 0.0])
-            corners = p + size * np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, 8).T
-            values = g.forearm_length**2 * (couple_index(g, corners) ** 2 - 0.16)
-            low, high = bounds(g, limit, box)
-            errors.append((values.min() - low, high - values.max()))
-            assert 0.0 <= errors[-1][0] <= 0.25 * (values.max() - values.min())
-        # half the box, a quarter of the error but for one of the third order
-        assert errors[1][0] == pytest.approx(errors[0][0] / 4.0, rel=0.2)
-    assert tried > 100
-
-
-def test_bounds_hold_where_two_eigenvalues_meet():
-    """On the axis the index is one of two alike, or the two meet: beside it the lift covers what forks."""
-    rng = np.random.default_rng(53)
-    flat = DeltaGeometry(0.06, 0.01, 0.06, 0.10)  # forearms lie low: turning about x and y is what is held least
-    for z in np.linspace(0.02, 0.06, 8):
-        limit = CoupleIndex(0.3)
-        for size in (1e-3, 1e-4, 1e-6):
-            box = np.array([0.0, 0.0, z, size, size, size, 0.0])
-            low, high = bounds(flat, limit, box)
-            assert np.isfinite(low)
-            for point in samples(box, rng, 12):
-                assert Decimal(low) <= exact(flat, limit, point) <= Decimal(high)
-
-
-def test_nothing_is_said_where_a_chain_is_open():
-    for size in (0.0, 1e-3):
-        low, high = bounds(PUBLISHED, CoupleIndex(0.5), np.array([0.0, 0.0, 0.3, size, size, size, 0.0]))
-        assert np.isnan(low)
-        assert np.isnan(high)
-
-
-# proof
-
-
 @cache
 def designs():
     """Random designs with the place of the smallest index that a search of the cube finds."""
@@ -237,76 +163,3 @@ def designs():
         if closed.min() > 1e-4:  # w > 10 mm: closer to a fold a proof takes seconds
             found.append((g, cube, CubeSearch(cube, 31)(lambda p, g=g: couple_index(g, p), 1.0)))
     return found
-
-
-@pytest.mark.parametrize("n", range(40))
-def test_random_designs_are_proved_just_below_and_refuted_just_above(n):
-    g, cube, worst = designs()[n]
-    if worst.value > 1e-6:
-        assert verdict(g, cube, CoupleIndex(0.999 * worst.value)).verdict == "proved"
-    limit = CoupleIndex(max(1.001 * worst.value, 1e-6))
-    found = verdict(g, cube, limit)
-    assert found.verdict == "refuted"
-    assert found.limit == limit.couple_index_min
-    assert exact(g, limit, found.point) < 0
-    assert found.value == couple_index(g, np.array(found.point))
-    assert found.value < limit.couple_index_min
-    assert worst.value * (1.0 - 1e-9) <= found.value or worst.value < 1e-6
-    assert (cube.lower <= found.point).all()
-    assert (found.point <= cube.upper).all()
-    assert breaks(g, limit, np.array(found.point))
-    assert breaks(g, limit, np.array(worst.position))
-    assert not breaks(g, CoupleIndex(0.999 * worst.value), np.array(worst.position))
-
-
-# the second arithmetic
-
-
-@pytest.mark.quick(2)
-@pytest.mark.parametrize("n", range(6))
-def test_what_is_proved_is_proved_again_and_nothing_too_tight(n):
-    g, cube, worst = [one for one in designs() if one[2].value > 0.02][n]
-    limit = CoupleIndex(0.999 * worst.value)
-    proof = prove(g, cube, Limits.of(limit))
-    low, high = leaves(cube, proof.leaves)
-    assert limit.second_proof(SlopePose(g, low, high), exactly).mean() > 0.3  # the same boxes, mostly
-    examined, unproved = replay(g, [limit], low, high)
-    assert unproved is None
-    assert examined < 20 * len(low) + 1_000
-    _, unproved = replay(g, [CoupleIndex(1.001 * worst.value)], low, high, max_boxes=4_000)
-    assert unproved is not None
-    assert unproved.condition == "couple_index"
-
-
-def test_no_box_is_proved_again_that_holds_a_smaller_index():
-    rng = np.random.default_rng(43)
-    proved = 0
-    for g, p in poses(rng, 30, 1e-4):
-        for size in (1e-5, 1e-4, 1e-3):
-            corners = samples(np.array([*p, size, size, size, 0.0]), rng, 100)
-            if not (closure_margin(g, corners) > 1e-5).all():
-                continue
-            least = float(couple_index(g, corners).min())
-            pose = SlopePose(g, (p - size)[None], (p + size)[None])
-            assert not CoupleIndex(min(least + 1e-12, 1.0)).second_proof(pose, exactly)[0]
-            lower = CoupleIndex(max(least - 100.0 * size, 0.0))  # slopes of 1 / w, w > 10 mm
-            proved += bool(lower.second_proof(pose, exactly)[0]) and lower.couple_index_min > 0.0
-    assert proved > 50
-
-
-def test_at_a_position_the_second_arithmetic_decides_to_the_last_digits():
-    rng = np.random.default_rng(47)
-    for g, p in poses(rng, 60):
-        value = math.sqrt(float(exact(g, CoupleIndex(0.0), p))) / g.forearm_length
-        pose = SlopePose(g, p[None], p[None])
-        for away, holds in ((-1e-11, True), (1e-11, False)):
-            limit = CoupleIndex(value + away / max(value, 1e-3))
-            assert limit.second_refutation(pose, exactly) is not holds
-            assert bool(limit.second_proof(pose, exactly)[0]) is holds
-
-
-def test_where_a_chain_is_open_the_second_arithmetic_says_nothing():
-    limit, p = CoupleIndex(0.5), np.array([[0.0, 0.0, 0.3]])
-    pose = SlopePose(PUBLISHED, p, p)
-    assert not limit.second_proof(pose, exactly)[0]
-    assert not limit.second_refutation(pose, exactly)

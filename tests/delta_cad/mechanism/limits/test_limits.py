@@ -26,7 +26,7 @@ from delta_cad.mechanism.limits import (
     Torque,
 )
 from delta_cad.mechanism.limits.numbers import cosine_sine, strict_radians
-from tests.delta_cad.mechanism.asked import limits
+from tests.delta_cad.mechanism.stated_limits import limits
 
 INERTIA = HandleInertia(0.06, 0.01, 0.004, 2e-4)
 
@@ -105,19 +105,19 @@ def test_an_effective_mass_is_asked_only_where_the_masses_are_known():
 
 
 def test_what_is_felt_of_the_joints_is_asked_only_where_they_are_known():
-    rubs = HandleFriction(0.01, 0.02, 0.03)
-    with pytest.raises(GeometryError, match="friction_max_N needs what rubs"):
+    sources = HandleFriction(0.01, 0.02, 0.03)
+    with pytest.raises(GeometryError, match="friction_max_N needs what sources"):
         Friction.stated({"friction_max_N": 0.5})
     with pytest.raises(GeometryError, match="position_step_max_mm needs the count"):
-        PositionStep.stated({"position_step_max_mm": 0.05, "friction": rubs})
-    assert Friction.stated({"friction": rubs}) is PositionStep.stated({"encoder_count": 1e-3}) is None
-    assert Friction.stated({"friction_max_N": 0.5, "friction": rubs}) == Friction(0.5, *rubs)
+        PositionStep.stated({"position_step_max_mm": 0.05, "friction": sources})
+    assert Friction.stated({"friction": sources}) is PositionStep.stated({"encoder_count": 1e-3}) is None
+    assert Friction.stated({"friction_max_N": 0.5, "friction": sources}) == Friction(0.5, *sources)
     assert PositionStep.stated({"position_step_max_mm": 0.05, "encoder_count": 1e-3}) == PositionStep(5e-5, 1e-3)
 
 
 def test_what_is_asked():
-    assert limits().asked == ("reach", "assembly_mode")
-    assert limits(assembly_mode=False).asked == ("reach",)
+    assert limits().names == ("reach", "assembly_mode")
+    assert limits(assembly_mode=False).names == ("reach",)
     every = limits(
         force=3.0,
         torque_max=0.8,
@@ -132,7 +132,7 @@ def test_what_is_asked():
         step=(5e-5, 1e-3),
         elbow_angle_min=0.5,
     )
-    assert every.asked == tuple(kind.name for kind in POSE_LIMITS)
+    assert every.names == tuple(kind.name for kind in POSE_LIMITS)
     assert every["lean"] == Lean(0.5)
     with pytest.raises(KeyError):
         limits()["lean"]

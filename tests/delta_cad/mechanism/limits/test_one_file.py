@@ -69,7 +69,7 @@ for share in (1.001, 0.999):
         height = elbow_positions(g, inverse_kinematics(g, point))[:, 2].max()
         out["refuted"] = [found.verdict, breaks(g, limit, point), breaks(g, allowed, point), again.condition]
         out["heights"] = [found.limit, found.value, height]
-        out["laxer"] = Limits.of(allowed).laxer(Limits.of(limit))
+        out["laxer"] = Limits.of(allowed).less_strict_than(Limits.of(limit))
 ranges = {"upper_arm_length": 82.0, "forearm_length": 112.079, "base_radius": 40.0, "platform_radius": 30.0}
 ranges |= {"bottom_height": 57.112, "half_side": 37.5}
 asks = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 3.0, "joint_torque_N_m": 9.0}

@@ -1,10 +1,8 @@
-"""The position step against encoders that are read, 50 digits and haptics' figure; proofs, both ways."""
+"""The position step against encoders that are read and haptics' figure."""
 
 from __future__ import annotations
 
 import math
-from decimal import Decimal
-from functools import cache
 from itertools import product
 
 import numpy as np
@@ -12,23 +10,12 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.dimensions.joint import known_joints
-from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, forward_kinematics, inverse_kinematics, jacobian
-from delta_cad.mechanism.enclosure.interval import exactly
-from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import HIGH, LOW
-from delta_cad.mechanism.limits import Limits, PositionStep
+from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinematics, jacobian
 from delta_cad.mechanism.limits.position_step import position_step
-from delta_cad.mechanism.proof.margins import BITS, FIRST, margins, numbers, room
-from delta_cad.mechanism.proof.prove import prove
-from delta_cad.mechanism.statics import direct_margin
-from delta_cad.mechanism.workspace import CubeSearch
 from haptics.feel.field import feel_at
 from haptics.feel.sheet import joint_drive
 from haptics.simulation.assumptions import encoder_count
-from optimizer.certify.replay import breaks, replay
-from tests.delta_cad.mechanism.limits.proving import leaves, poses, verdict
 from tests.delta_cad.mechanism.oracles import PUBLISHED
-from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
 from tests.haptics.scene_machine import scene_machine
 
 COUNT = 3.8e-4
@@ -87,70 +74,3 @@ def test_at_a_direct_singularity_it_is_infinite_and_out_of_reach_not_a_number() 
     )  # level arms, forearms upright and alike: nothing holds the platform level
     assert position_step(g, np.array([0.0, 0.0, 0.12]), COUNT) > 1e9
     assert math.isnan(position_step(PUBLISHED, np.array([0.0, 0.0, 0.3]), COUNT))
-
-
-@pytest.mark.parametrize("size", [0.0, 1e-6, 1e-4, 1e-3])
-def test_bounds_contain_the_exact_margins(size: float) -> None:
-    rng, told = np.random.default_rng(29), 0
-    for g, p in poses(rng, 40):
-        limit = PositionStep(rng.uniform(1e-5, 1e-4), COUNT)
-        pose, work, out = room()
-        margins(
-            np.array([*p, size, size, size, 0.0]), numbers(g, Limits.of(limit)), BITS[PositionStep], pose, work, out
-        )
-        low, high = (out[FIRST[PositionStep] :, side][:4] for side in (LOW, HIGH))
-        told += int(np.isfinite(low).all())
-        for point in samples(np.array([*p, size, size, size]), rng, 10):
-            found = exact_margins(g, Limits.of(limit), tuple(map(float, point)))[PositionStep]
-            for value, least, most in zip(found, low, high, strict=True):
-                assert value is None or math.isnan(least) or Decimal(least) <= value <= Decimal(most)
-    assert told > 20
-
-
-@cache
-def designs() -> list[tuple[DeltaGeometry, Cube, float, np.ndarray]]:
-    """Random designs, each with the position of its largest step."""
-    rng, found = np.random.default_rng(41), []
-    while len(found) < 20:
-        a, lb, bottom, half = rng.uniform([-0.02, 0.06, 0.02, 0.01], [0.04, 0.25, 0.2, 0.06])
-        g, cube = DeltaGeometry(a + 0.05, 0.05, 0.082, lb), Cube(bottom, half)
-        search = CubeSearch(cube, 31)
-        closed = search(lambda p, g=g: np.nan_to_num(closure_margin(g, p).min(axis=-1), nan=-1.0), 1.0)
-        if closed.value > 1e-4 and search(lambda p, g=g: direct_margin(g, p), 1.0).value > 0.05:
-            most = search(lambda p, g=g: position_step(g, p, COUNT), -1.0)
-            found.append((g, cube, most.value, np.array(most.position)))
-    return found
-
-
-@pytest.mark.quick(4)
-@pytest.mark.parametrize("n", range(20))
-def test_random_designs_are_proved_just_above_and_refuted_just_below(n: int) -> None:
-    g, cube, most, at = designs()[n]
-    above, below = PositionStep(1.001 * most, COUNT), PositionStep(0.999 * most, COUNT)
-    proof = prove(g, cube, Limits.of(above))
-    assert next(f for f in proof.findings if f.condition == "position_step").verdict == "proved"
-    found = verdict(g, cube, below)
-    assert found.verdict == "refuted"
-    assert below.step_max < found.value <= most * (1.0 + 1e-9)
-    assert found.value == position_step(g, np.array(found.point), COUNT)
-    assert breaks(g, below, np.array(found.point))
-    assert breaks(g, below, at)
-    assert not breaks(g, above, at)
-    low, high = leaves(cube, proof.leaves)
-    examined, unproved = replay(g, [above], low, high)
-    assert unproved is None
-    assert examined < 20 * len(low) + 1_000
-    _, unproved = replay(g, [below], low, high, max_boxes=4_000)
-    assert unproved is not None
-
-
-def test_where_a_chain_is_open_the_second_arithmetic_says_nothing() -> None:
-    limit, p = PositionStep(1e-3, COUNT), np.array([[0.0, 0.0, 0.3]])
-    assert not limit.second_proof(SlopePose(PUBLISHED, p, p), exactly)[0]
-    assert not limit.second_refutation(SlopePose(PUBLISHED, p, p), exactly)
-
-
-def test_a_finer_count_is_another_machine() -> None:
-    limit = PositionStep(1e-4, COUNT)
-    assert PositionStep(1e-4, math.nextafter(COUNT, 0.0)).laxer(limit)
-    assert not PositionStep(1e-4, math.nextafter(COUNT, 1.0)).laxer(limit)

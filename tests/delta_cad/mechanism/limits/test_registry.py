@@ -2,48 +2,29 @@
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
-from delta_cad.mechanism import Cube, GeometryError
+from delta_cad.mechanism import GeometryError
 from delta_cad.mechanism.enclosure import pose as forms
-from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Limits
+from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, Limits
 from delta_cad.mechanism.limits.limit import ThresholdLimit
 from delta_cad.mechanism.limits.numbers import number as limit_number
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
 from delta_cad.mechanism.proof.prove import prove
-from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
+from tests.delta_cad.mechanism.limits.proving import CUBE, VALUES, around, extremes
+from tests.delta_cad.mechanism.oracles import PUBLISHED
 
-VALUES = {
-    "force_N": 3.0,
-    "inertia": HandleInertia(0.06, 0.01, 0.004, 2e-4),
-    "held_masses": HeldMasses(0.0, 0.0, -9.81, 0.08, 0.003, 1e-4, 4e-5, 3e-6),
-    "friction": HandleFriction(0.012, 0.05, 0.08),
-    "encoder_count": 3.8e-4,
-}
-CUBE = Cube(BOTTOM, HALF)
 FIGURES = [pytest.param(kind, figure, id=figure.name or kind.name) for kind in POSE_LIMITS for figure in kind.figures]
 BOUNDED = [case for case in FIGURES if case.values[1].threshold]
 EACH = pytest.mark.parametrize("kind", POSE_LIMITS, ids=lambda kind: kind.name)
 
 
-@cache
-def published():
-    """The worst figures of the published design, once."""
-    return worst_figures(PUBLISHED, CUBE, Limits.measured(VALUES))
-
-
 def ordinary(kind):
-    """A limit of a kind with thresholds that a joystick could have: those of the published design, a tenth laxer."""
-    limit = kind.measured(VALUES)
-    for found in published():
-        if type(found.limit) is kind and found.figure.threshold:
-            away = 0.1 * abs(found.value)
-            limit = limit.with_bound(found.figure, found.value + (away if found.figure.upper else -away))
-    return limit
+    """A limit of a kind with thresholds that a joystick could have: a little laxer than the published design."""
+    return around(extremes(), 0.1, kind.name)[kind.name]
 
 
 def beside(limit, figure, towards):
@@ -51,7 +32,7 @@ def beside(limit, figure, towards):
     return limit.with_bound(figure, math.nextafter(limit.bound(figure), towards))
 
 
-def laxer(figure):
+def less_strict_than(figure):
     return math.inf if figure.upper else -math.inf
 
 
@@ -72,14 +53,14 @@ def test_what_it_keeps_in_a_certificate_has_a_unit(kind):
 
 
 def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
-    rows = [row for kind in POSE_LIMITS for row in range(FIRST[kind], FIRST[kind] + kind.rows)]
+    rows = [row for kind in POSE_LIMITS for row in range(FIRST[kind], FIRST[kind] + kind.enclosure.rows)]
     assert rows == list(range(MARGINS))
-    taken = [place for kind in POSE_LIMITS for place in range(START[kind], START[kind] + kind.size)]
+    taken = [place for kind in POSE_LIMITS for place in range(START[kind], START[kind] + kind.enclosure.size)]
     assert taken == list(range(forms.NUMBERS, SIZE))
     assert sum(BITS.values()) == (1 << MARGINS) - 1
     for kind in POSE_LIMITS:
         assert [row for row in range(MARGINS) if (BITS[kind] >> row) & 1] == list(
-            range(FIRST[kind], FIRST[kind] + kind.rows)
+            range(FIRST[kind], FIRST[kind] + kind.enclosure.rows)
         )
 
 
@@ -87,9 +68,9 @@ def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
 def test_its_numbers_are_as_many_as_it_says_and_stand_where_it_reads_them(kind):
     limit = ordinary(kind)
     own = limit.numbers()
-    assert len(own) == kind.size
+    assert len(own) == kind.enclosure.size
     gathered = numbers(PUBLISHED, Limits.of(limit))
-    np.testing.assert_array_equal(gathered[START[kind] : START[kind] + kind.size], own)
+    np.testing.assert_array_equal(gathered[START[kind] : START[kind] + kind.enclosure.size], own)
     np.testing.assert_array_equal(gathered[: forms.NUMBERS], forms.lengths(PUBLISHED))
 
 
@@ -128,12 +109,12 @@ def test_what_only_measures_bounds_nothing(kind):
         end = figure.range[1] if figure.upper else figure.range[0]
         assert limit.bound(figure) == pytest.approx(end, rel=1e-15)
         with pytest.raises(GeometryError):
-            beside(replace(limit, **{figure.threshold: end}), figure, laxer(figure))
+            beside(replace(limit, **{figure.threshold: end}), figure, less_strict_than(figure))
 
 
 def test_limits_that_only_measure_are_proved_together():
     asked = Limits.of(*(kind.measured(VALUES) for kind in POSE_LIMITS))
-    assert asked.asked == tuple(kind.name for kind in POSE_LIMITS)
+    assert asked.names == tuple(kind.name for kind in POSE_LIMITS)
     assert {finding.verdict for finding in prove(PUBLISHED, CUBE, asked).findings} == {"proved"}
 
 
@@ -149,8 +130,8 @@ def test_what_needs_more_than_lengths_is_measured_only_where_that_is_known():
 @pytest.mark.parametrize(("kind", "figure"), BOUNDED)
 def test_another_bound_changes_that_figure_alone(kind, figure):
     limit = ordinary(kind)
-    other = beside(limit, figure, laxer(figure))
-    assert other.bound(figure) == math.nextafter(limit.bound(figure), laxer(figure))
+    other = beside(limit, figure, less_strict_than(figure))
+    assert other.bound(figure) == math.nextafter(limit.bound(figure), less_strict_than(figure))
     assert replace(other, **{figure.threshold: limit.bound(figure)}) == limit
 
 
@@ -158,15 +139,15 @@ def test_another_bound_changes_that_figure_alone(kind, figure):
 def test_one_ulp_laxer_is_noticed_and_stricter_is_not(kind, figure):
     limit = ordinary(kind)
     asked = Limits.of(limit)
-    assert asked.laxer(asked) is None
-    assert Limits.of(beside(limit, figure, laxer(figure))).laxer(asked) == kind.name
-    assert Limits.of(beside(limit, figure, -laxer(figure))).laxer(asked) is None
+    assert asked.less_strict_than(asked) is None
+    assert Limits.of(beside(limit, figure, less_strict_than(figure))).less_strict_than(asked) == kind.name
+    assert Limits.of(beside(limit, figure, -less_strict_than(figure))).less_strict_than(asked) is None
 
 
 @EACH
 def test_a_limit_that_is_left_out_is_noticed(kind):
     if not kind.always:
-        assert Limits.of().laxer(Limits.of(kind.measured(VALUES))) == kind.name
+        assert Limits.of().less_strict_than(Limits.of(kind.measured(VALUES))) == kind.name
 
 
 @pytest.mark.parametrize(("kind", "figure"), FIGURES)
@@ -213,7 +194,7 @@ def test_limits_of_requirements():
         "shoulder_max_deg": 60.0,
     }
     found = Limits.stated(values)
-    assert found.asked == ("reach", "assembly_mode", "torque", "lean", "shoulder")
-    assert found["torque"].told() == pytest.approx(0.7)
-    assert found["lean"].told() < math.radians(30.0)
-    assert found["shoulder"].told() == (-math.pi, pytest.approx(math.radians(60.0)))
+    assert found.names == ("reach", "assembly_mode", "torque", "lean", "shoulder")
+    assert found["torque"].thresholds() == pytest.approx(0.7)
+    assert found["lean"].thresholds() < math.radians(30.0)
+    assert found["shoulder"].thresholds() == (-math.pi, pytest.approx(math.radians(60.0)))

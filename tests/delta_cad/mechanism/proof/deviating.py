@@ -88,8 +88,8 @@ def figures(
 
     senses = np.array([[1, b, c] for b in (1, -1) for c in (1, -1)])
     drive, upright, level, count = joints
-    rubs = drive * np.einsum("kc,mpca->mpka", senses, safe)
-    felt = np.hypot(np.abs(rubs[..., 2]) + upright, np.hypot(rubs[..., 0], rubs[..., 1]) + level).max(-1)
+    sources = drive * np.einsum("kc,mpca->mpka", senses, safe)
+    felt = np.hypot(np.abs(sources[..., 2]) + upright, np.hypot(sources[..., 0], sources[..., 1]) + level).max(-1)
     steps = count * np.linalg.norm(np.einsum("kc,mpac->mpka", senses, jacobian), axis=-1).max(-1)
 
     def known(values):

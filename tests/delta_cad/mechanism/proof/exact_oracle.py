@@ -170,7 +170,9 @@ def exact_margins(
             forearm, direction = [x - elbow[0], y - elbow[1], z - elbow[2]], [-sin * c, -sin * s, cos]
             forearms.append(forearm)
             arms.append((_dot(forearm, direction), cos, sin, direction))
-        out: dict[type[PoseLimit], list[Decimal | None]] = {type(limit): [None] * limit.rows for limit in limits}
+        out: dict[type[PoseLimit], list[Decimal | None]] = {
+            type(limit): [None] * limit.enclosure.rows for limit in limits
+        }
         half_pi = D("1.57079632679489661923132169163975144209858469968755291")
         if reach := limits.get(Reach):
             out[Reach] = [w2 - D(reach.elbow_arm_min) ** 2 for w2 in w2s]

@@ -9,9 +9,9 @@ from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
 from delta_cad.mechanism.enclosure.table import HIGH, LOW
 from delta_cad.mechanism.limits import POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Kappa, Lean, Reach
 from delta_cad.mechanism.proof.margins import FIRST, MARGINS, margins, numbers, room
-from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.oracles import PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
+from tests.delta_cad.mechanism.stated_limits import limits
 
 ALL = (1 << MARGINS) - 1
 INERTIA = HandleInertia(carried_mass=0.057, elbow_mass=0.0083, cross_mass=0.0039, joint_inertia=2.3e-4)
@@ -42,7 +42,7 @@ def bounds(g, asked, box):
 def exact_table(g, asked, point):
     """Every margin of the list; None where a limit is not asked or has no value there."""
     found = exact_margins(g, asked, tuple(point.tolist()))
-    return [value for kind in POSE_LIMITS for value in found.get(kind, [None] * kind.rows)]
+    return [value for kind in POSE_LIMITS for value in found.get(kind, [None] * kind.enclosure.rows)]
 
 
 def boxes(rng, size, n):
@@ -110,7 +110,7 @@ def test_kappa_bounds_near_the_axis_and_near_a_singularity(kappa_max):
 
 def test_nothing_is_said_where_a_chain_is_open():
     table = bounds(PUBLISHED, LIMITS, np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]))
-    known = {kind: slice(FIRST[kind], FIRST[kind] + kind.rows) for kind in POSE_LIMITS}
+    known = {kind: slice(FIRST[kind], FIRST[kind] + kind.enclosure.rows) for kind in POSE_LIMITS}
     assert (table[known.pop(Reach), HIGH] < 0.0).all()
     assert np.isfinite(table[known.pop(Lean), LOW]).all()
     for rows in known.values():

@@ -193,7 +193,7 @@ def test_neither_arithmetic_proves_what_one_machine_breaks(tolerance: float) -> 
                 for limit, middle, size in zip(limits, p, half, strict=True):
                     k = numbers(PUBLISHED, Limits.of(limit), tolerance)
                     margins(np.array([*middle, *size, 0.0]), k, BITS[kind], pose, work, table)
-                    assert not (table[FIRST[kind] : FIRST[kind] + kind.rows, LOW] >= 0.0).all(), figure.name
+                    assert not (table[FIRST[kind] : FIRST[kind] + kind.enclosure.rows, LOW] >= 0.0).all(), figure.name
                     tried += 1
     assert tried == count * 12
 
@@ -222,9 +222,9 @@ def proved_again(limits: list[PoseLimit], figure: FigureOfMerit, pose: SlopePose
             return exactly(bounds)
         return exactly(x)
 
-    found = limits[0].second_proof(pose, exact)
+    found = limits[0].proved_by_intervals(pose, exact)
     if not asked:
-        found = np.array([limit.second_proof(pose, exactly)[i] for i, limit in enumerate(limits)])
+        found = np.array([limit.proved_by_intervals(pose, exactly)[i] for i, limit in enumerate(limits)])
     return found
 
 
