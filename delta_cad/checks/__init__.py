@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.background_sweep import Sweep
 from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.contact.attachment import check_attachment
@@ -27,7 +28,6 @@ from delta_cad.checks.range.joints import check_joints
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.solidity import check_solidity
-from delta_cad.checks.swept import Sweep
 
 __all__ = ["CheckLimits", "CheckResult", "Sweep", "all_passed", "run_checks"]
 

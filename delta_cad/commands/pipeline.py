@@ -14,10 +14,10 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
-from delta_cad.checks.clearance import moving
+from delta_cad.checks import CheckLimits, Sweep, background_sweep, run_checks
+from delta_cad.checks.clearance import fast_fail
 from delta_cad.checks.clearance.clearance import MeshClearance
-from delta_cad.checks.clearance.moving import Moved
+from delta_cad.checks.clearance.fast_fail import Moved
 from delta_cad.checks.contact.access import missing_spread_mm
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.setups import setups
@@ -220,12 +220,12 @@ def _spread(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
 def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> Moved:
     """Runs the checks of a machine that look at what moves, see `moving.check_moving`."""
     limits = check_limits(machine.dimensions, machine.masses)
-    return moving.check_moving(machine.assembly, limits, machine.meshes, progress)
+    return fast_fail.check_moving(machine.assembly, limits, machine.meshes, progress)
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:
     """Runs the checks of a design without any file; raises as `make_machine`."""
-    with Beside(swept.__name__) as sweeper:
+    with Beside(background_sweep.__name__) as sweeper:
         machine = make_machine(design, progress)
         results = check_machine(machine, progress, Sweep(sweeper))
     return Outcome(design, results, machine.masses, None, _unverified(machine))
@@ -264,7 +264,7 @@ def build(
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
     with output_folder(out, design.name) as folder, ExitStack() as others:  # who fills it ends before it is taken away
-        sweeper = others.enter_context(Beside(swept.__name__))
+        sweeper = others.enter_context(Beside(background_sweep.__name__))
         writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
         draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
         narrator = others.enter_context(Beside(manual.__name__, behind=True)) if drawings else None

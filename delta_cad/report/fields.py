@@ -21,10 +21,10 @@ from delta_cad.mechanism.limits.friction import friction
 from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
 from delta_cad.report.subject import Subject, plain
+from delta_cad.structure.beam_model import structure_table
 from delta_cad.structure.compliance import compliance, softest
 from delta_cad.structure.loads import GRID, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz, moving
-from delta_cad.structure.table import structure_table
 
 CELLS = 17  # positions along an edge of a slice, both edges among them
 DIGITS = 4  # significant digits in a map

@@ -14,9 +14,9 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import COULOMB
 from delta_cad.mechanism.limits import GeometryError, Limits
 from delta_cad.report.subject import Subject
-from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S
+from delta_cad.structure.beam_model import structure_table
 from delta_cad.structure.report import LEFT_OUT
-from delta_cad.structure.table import structure_table
+from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S
 
 CERTIFICATE_SCHEMA = "delta-certificate/1"
 PLAINLY = {

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.structure.beam import Beam, flexibility, flexibility_by_kind
-from delta_cad.structure.table import CableSpring, StructureTable
+from delta_cad.structure.beam_model import CableSpring, StructureTable
 from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
 
 ELEMENTS = (

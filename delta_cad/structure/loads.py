@@ -18,11 +18,11 @@ from delta_cad.dimensions.capstan import ROPE_FACTOR
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.workspace import Cube, cube_grid
+from delta_cad.structure.beam_model import StructureTable
 from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static_equivalent_N
-from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S, Holds
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
-from delta_cad.structure.table import StructureTable
+from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, Holds
 from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
 
 GRID = 9  # positions along an edge of the cube

@@ -11,8 +11,8 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.drive.masses import rod_masses
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
+from delta_cad.structure.beam_model import StructureTable
 from delta_cad.structure.compliance import Compliance, compliance
-from delta_cad.structure.table import StructureTable
 from delta_cad.structure.unit_loads import unit_loads
 
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from delta_cad.dimensions import Dimensions
+from delta_cad.structure.beam_model import StructureTable, structure_table
 from delta_cad.structure.compliance import Compliance, Softest, compliance, softest
-from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S, holds
 from delta_cad.structure.loads import GRID, Load, borne, loads, sampled_mm
 from delta_cad.structure.modes import Moving, first_mode_Hz, moving
-from delta_cad.structure.table import StructureTable, structure_table
+from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, holds
 
 SCHEMA = "delta-structure/1"
 TOLD = 5  # positions along an edge in the file

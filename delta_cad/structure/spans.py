@@ -1,8 +1,8 @@
 """Where the table's bars lie in the parts as they are drawn, so that checks can hold the solids against them.
 
-With `table.py` and `holds.py` alone this knows dimensions: a redesigned part changes its function here, too. Left out
-beside what the table leaves out: the boss of an arm, whose bore takes half of it and whose bar gives that back; the
-cones of a cross-bar, which the table takes by their middle; the sector, whose web the table takes as a whole ring.
+With `beam_model.py` and `strength.py` alone this knows dimensions: a redesigned part changes its function here, too.
+Left out beside what the model leaves out: the boss of an arm, whose bore takes half of it and whose bar gives that
+back; the cones of a cross-bar, taken by their middle; the sector, whose web the model takes as a whole ring.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from delta_cad.dimensions.rules import CORNERS_MM
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.structure.beam import Beam, BeamSlice
+from delta_cad.structure.beam_model import CHEEK_ROOT, StructureTable, moduli_N_mm2, structure_table
 from delta_cad.structure.section import Section, circle
-from delta_cad.structure.table import CHEEK_ROOT, StructureTable, moduli_N_mm2, structure_table
 
 X, Y, Z = np.eye(3)
 CLOSE = (0.97, 1.03)  # a tapered bar's slices step by 1.6 %; broken edges take 0.5 %

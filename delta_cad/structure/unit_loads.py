@@ -13,7 +13,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.inverse import arm_direction, forearm_vectors
-from delta_cad.structure.table import StructureTable
+from delta_cad.structure.beam_model import StructureTable
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from delta_cad.dimensions.capstan import (
 )
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
-from delta_cad.passing.sleeves import second_way_rad
+from delta_cad.interference.ferrule_insertion import second_way_rad
 
 AS_ONE = (
     "Before the screws are tight, the shoulder's shaft goes through both bearings and the arm by hand, and out again."

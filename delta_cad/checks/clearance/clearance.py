@@ -13,9 +13,9 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import DistanceEngine
+from delta_cad.checks.clearance.branch_and_bound import CALLS_MAX, ClearanceProof, prove
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace
 from delta_cad.checks.clearance.containment import holds
-from delta_cad.checks.clearance.continuum import CALLS_MAX, ClearanceProof, prove
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.pairing import HeldApart, by_several_joints, held_apart, spaces_of

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.common import area, common_size
 from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary, Features, Plane
 from delta_cad.checks.contact.placing import Key, relative_key
+from delta_cad.checks.contact.shared_volume import area, common_size
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.cable.run import FLEET_LIMIT_RAD
 from delta_cad.solids.part import Contact, location_of

@@ -16,10 +16,10 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine, bodies_of, body
 from delta_cad.checks.clearance.containment import holds
-from delta_cad.checks.contact.common import common_size, volume
-from delta_cad.checks.contact.order.swept import Outline, turned_solid
+from delta_cad.checks.contact.order.swept_bodies import Outline, turned_solid
 from delta_cad.checks.contact.placing import Key, gaps_on_one_link, located, relative_key
 from delta_cad.checks.contact.poses import Turning, contact_positions
+from delta_cad.checks.contact.shared_volume import common_size, volume
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult

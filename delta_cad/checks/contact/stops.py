@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.common import common_size, volume
 from delta_cad.checks.contact.placing import Key, relative_key
+from delta_cad.checks.contact.shared_volume import common_size, volume
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.part import Occurrence, Stop, location_of

@@ -11,7 +11,7 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.record import Bring, Step, Unit
 from delta_cad.export.bom import BomRow
-from delta_cad.structure.holds import tightening_N_m
+from delta_cad.structure.strength import tightening_N_m
 
 Colour = tuple[float, float, float]
 PER_UNIT = {1: "Make one", 2: "Make two", 3: "Make three", 6: "Make six"}

@@ -12,10 +12,10 @@ from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions, Reason
 from delta_cad.dimensions.rules import ARM, RATIO, SECTOR, WIDTH, another, larger, smaller
 from delta_cad.drive import drive_torque
-from delta_cad.structure.hardware.lightest import lightest
-from delta_cad.structure.holds import holds
+from delta_cad.structure.beam_model import structure_table
+from delta_cad.structure.hardware.mass_lower_bound import lightest
 from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
-from delta_cad.structure.table import structure_table
+from delta_cad.structure.strength import holds
 
 FORCE, PEAK_FORCE = "requirements.force_N", "requirements.peak_force_N"
 TORQUE, PEAK_TORQUE = "requirements.joint_torque_N_m", "requirements.peak_torque_N_m"

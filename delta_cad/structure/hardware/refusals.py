@@ -23,11 +23,11 @@ from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, RATIO, SECTOR
 from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
+from delta_cad.interference.reasons import PASSING
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.interference_reasons import PASSING
 from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks import CheckResult, Sweep, all_passed, run_checks, swept
+from delta_cad.checks import CheckResult, Sweep, all_passed, background_sweep, run_checks
 from delta_cad.checks.clearance.clearance import PROVING, MeshClearance
 from delta_cad.common.beside import Beside
 from delta_cad.solids.part import Part
@@ -47,7 +47,7 @@ def test_all_checks_of_a_good_machine_pass_and_report() -> None:
 def test_another_process_sweeps_to_the_same_results() -> None:
     meshes, told = MeshLibrary(MACHINE.parts, 0.3, 0.8), list[str]()
     here = Sweep()
-    with Beside(swept.__name__) as beside:
+    with Beside(background_sweep.__name__) as beside:
         there = Sweep(beside)
         for sweep in (here, there):
             assert sweep.reach_mm is None

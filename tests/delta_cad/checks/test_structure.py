@@ -12,9 +12,9 @@ import pytest
 from delta_cad.checks.structure import check_joint, check_structure
 from delta_cad.design import design_from_dict, design_to_dict
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.structure.beam_model import structure_table
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.report import stiffness, structure_record, structure_report
-from delta_cad.structure.table import structure_table
 from tests.delta_cad.structure.machines import committed, what_moves
 
 

@@ -29,7 +29,7 @@ from delta_cad.dimensions.tolerances import (
     tip_mm,
     working_mm,
 )
-from delta_cad.structure.holds import holds, screw_N
+from delta_cad.structure.strength import holds, screw_N
 
 
 def test_the_preload_is_that_of_the_worst_stack(best_dimensions: Dimensions) -> None:

@@ -15,9 +15,9 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.structure.beam import Beam
+from delta_cad.structure.beam_model import StructureTable
 from delta_cad.structure.compliance import cable_mm_N
 from delta_cad.structure.modes import Moving
-from delta_cad.structure.table import StructureTable
 
 GROUND = -1
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.structure.beam_model import StructureTable, structure_table
 from delta_cad.structure.compliance import compliance, softest
 from delta_cad.structure.modes import Moving, MovingBody
-from delta_cad.structure.table import StructureTable, structure_table
 from tests.committed import ROOT
 
 STUDY_JOINT_N_mm = 500.0  # joints as the study took them; in our design a declared figure

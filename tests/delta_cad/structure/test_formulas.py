@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.structure import holds as allowables
 from delta_cad.structure import section
+from delta_cad.structure import strength as allowables
 from delta_cad.structure.beam import Beam, BeamSlice, flexibility, flexibility_by_kind, tapered
+from delta_cad.structure.beam_model import outline_width_mm, structure_table
 from delta_cad.structure.bearing import (
     BallBearing,
     approach_mm,
@@ -28,10 +29,9 @@ from delta_cad.structure.bearing import (
     radial_stiffness_N_mm,
     static_equivalent_N,
 )
-from delta_cad.structure.holds import Holds, clamp_N_mm, holds, stack_N_mm, tightening_N_m
 from delta_cad.structure.loads import Borne, Load, borne, loads
 from delta_cad.structure.modes import Moving, MovingBody
-from delta_cad.structure.table import outline_width_mm, structure_table
+from delta_cad.structure.strength import Holds, clamp_N_mm, holds, stack_N_mm, tightening_N_m
 from delta_cad.structure.unit_loads import unit_loads
 from tests.delta_cad.structure.machines import committed, table
 from tests.delta_cad.structure.test_loads import direct

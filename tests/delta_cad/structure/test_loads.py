@@ -14,11 +14,11 @@ from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import elbow_positions, forearm_vectors, inverse_kinematics
 from delta_cad.mechanism.placement import chain_frame
+from delta_cad.structure.beam_model import StructureTable, structure_table
 from delta_cad.structure.compliance import compliance
-from delta_cad.structure.holds import Holds, holds, screw_N, set_screws_N_mm, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.loads import borne, largest, loads, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz
-from delta_cad.structure.table import StructureTable, structure_table
+from delta_cad.structure.strength import Holds, holds, screw_N, set_screws_N_mm, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.unit_loads import at_knob, unit_loads
 from tests.committed import COMMITTED
 from tests.delta_cad.structure.machines import committed, design, knob_stiffness, places, table, what_moves

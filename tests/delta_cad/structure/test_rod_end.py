@@ -15,8 +15,8 @@ from delta_cad.dimensions.forearm import LINER_GLUE_MM
 from delta_cad.dimensions.joint import CUP_MATERIAL, FRICTION, POISSON, sliding_torques_N_mm
 from delta_cad.solids.forearm import make_cup_shell, make_rod_cup
 from delta_cad.solids.primitive import box
+from delta_cad.structure.beam_model import moduli_N_mm2, structure_table
 from delta_cad.structure.rod_end import SLICES, end_mm_N, section
-from delta_cad.structure.table import moduli_N_mm2, structure_table
 from tests.delta_cad.dimensions.edited import edited
 from tests.delta_cad.structure.machines import committed
 from tests.delta_cad.structure.seat_model import Seat, meshed_together

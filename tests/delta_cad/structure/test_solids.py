@@ -19,7 +19,7 @@ from delta_cad.solids.platform import make_platform, turned_to_chain
 from delta_cad.solids.primitive import ball, bore_y, box, cut, fuse
 from delta_cad.solids.upper_arm import make_upper_arm
 from delta_cad.structure import beam, section
-from delta_cad.structure.table import moduli_N_mm2, structure_table
+from delta_cad.structure.beam_model import moduli_N_mm2, structure_table
 from tests.delta_cad.structure.machines import committed
 from tests.delta_cad.structure.solid_model import flexibility, meshed
 

@@ -12,8 +12,8 @@ from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.drive import drive_torque
+from delta_cad.structure.beam_model import structure_table
 from delta_cad.structure.compliance import cable_mm_N
-from delta_cad.structure.table import structure_table
 from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import joint_friction, nominal_plant
 from haptics.simulation.hardware import (

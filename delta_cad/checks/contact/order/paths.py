@@ -18,10 +18,10 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.checks.clearance.bodies import tree_of
-from delta_cad.checks.contact.common import common_size, volume
 from delta_cad.checks.contact.features import FeatureLibrary
-from delta_cad.checks.contact.order.swept import PARALLEL, Outline, Span, turned_solid
+from delta_cad.checks.contact.order.swept_bodies import PARALLEL, Outline, Span, turned_solid
 from delta_cad.checks.contact.placing import Key, located, relative_key
+from delta_cad.checks.contact.shared_volume import common_size, volume
 from delta_cad.common.vectors import cross, cross_length
 from delta_cad.mechanism.placement import frames
 

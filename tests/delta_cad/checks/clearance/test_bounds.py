@@ -9,8 +9,8 @@ from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
 from delta_cad.checks.clearance import configuration_spaces as spaces
 from delta_cad.checks.clearance import pairing
 from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, body
+from delta_cad.checks.clearance.branch_and_bound import BoxBounds, prove
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
-from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of

@@ -13,15 +13,15 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
+from delta_cad.checks.clearance.branch_and_bound import ClearanceProof, _described, prove
 from delta_cad.checks.clearance.clearance import (
     _proof,
     exact_distance,
     handle_proofs,
     mesh_clearance,
 )
-from delta_cad.checks.clearance.continuum import ClearanceProof, _described, prove
+from delta_cad.checks.clearance.fast_fail import check_moving
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
-from delta_cad.checks.clearance.moving import check_moving
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.checks.limits import CheckLimits

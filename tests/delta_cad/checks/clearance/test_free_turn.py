@@ -8,7 +8,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary, tessellate
 from delta_cad.checks.clearance.bodies import DistanceEngine, body, is_round, spun, turned_hull
-from delta_cad.checks.clearance.continuum import prove
+from delta_cad.checks.clearance.branch_and_bound import prove
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import _Moved, held_apart, spaces_of
 from delta_cad.checks.links import free_tilt, free_turn, turn_about_x

@@ -8,10 +8,10 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance import continuum
+from delta_cad.checks.clearance import branch_and_bound
 from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine
+from delta_cad.checks.clearance.branch_and_bound import BoxBounds, prove
 from delta_cad.checks.clearance.configuration_spaces import Swing, TwoSwings
-from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
@@ -210,12 +210,12 @@ def beside_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hope", [continuum.HOPE, 0.0, np.inf])
+@pytest.mark.parametrize("hope", [branch_and_bound.HOPE, 0.0, np.inf])
 def test_what_comes_too_close_in_one_corner_is_refused_and_what_does_not_is_proven(
     monkeypatch: pytest.MonkeyPatch, hope: float
 ) -> None:
     """Whether no distance is put off or each that may be."""
-    monkeypatch.setattr(continuum, "HOPE", hope)
+    monkeypatch.setattr(branch_and_bound, "HOPE", hope)
     assert not beside_a_rod(0.9)
     assert beside_a_rod(1.3)
     assert not beside_a_rod(1.3, deviation_mm=0.2)  # both may stray so far towards each other

@@ -10,7 +10,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.continuum import prove
+from delta_cad.checks.clearance.branch_and_bound import prove
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
 from delta_cad.checks.links import free_tilt, free_turn, sway_of, turn_about_x

@@ -22,9 +22,9 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.bracket import key_slot_rad, motor_pattern_rad
 from delta_cad.dimensions.keys import KEYS_MM
+from delta_cad.interference.static_obstacles import motor
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement
-from delta_cad.passing.standing import motor
 from delta_cad.solids.part import Reach, Removal
 from tests.delta_cad.catalogue.offered import machine
 from tests.delta_cad.checks.machines import at, box, changed, part

@@ -11,7 +11,7 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism import worst_joint_torque
-from delta_cad.structure.hardware.lightest import lightest
+from delta_cad.structure.hardware.mass_lower_bound import lightest
 from delta_cad.structure.hardware.refusals import HEAVIER, LEARNT, refusals
 from delta_cad.structure.loads import sampled_mm
 from delta_cad.structure.modes import moving

@@ -10,8 +10,8 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import dimensions
 from delta_cad.mechanism import jacobian
+from delta_cad.structure.beam_model import structure_table
 from delta_cad.structure.compliance import compliance
-from delta_cad.structure.table import structure_table
 from haptics.model.built import BuiltStructure
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant

@@ -16,8 +16,8 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import dimensions
 from delta_cad.mechanism import jacobian
+from delta_cad.structure.beam_model import structure_table
 from delta_cad.structure.compliance import compliance
-from delta_cad.structure.table import structure_table
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE

@@ -10,12 +10,12 @@ import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary, tessellate
 from delta_cad.checks.contact import fits
-from delta_cad.checks.contact.common import volume
 from delta_cad.checks.contact.fits import _Overlaps, common_volume
 from delta_cad.checks.contact.order import paths
 from delta_cad.checks.contact.order.paths import Ways
-from delta_cad.checks.contact.order.swept import Outline, turned_solid
+from delta_cad.checks.contact.order.swept_bodies import Outline, turned_solid
 from delta_cad.checks.contact.poses import Turning
+from delta_cad.checks.contact.shared_volume import volume
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.contact.order.blocks import on_base, pin, plate
 from tests.delta_cad.checks.machines import at, ball, box, part, rod

@@ -17,22 +17,34 @@ from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
 from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
+from delta_cad.interference.ferrule_insertion import second_way_rad, sleeves_off_mm
+from delta_cad.interference.moving_bodies import COUNT, arm_shapes, beside_sectors, nearest, sector_points
+from delta_cad.interference.platform import platform_points, platform_shapes
+from delta_cad.interference.rod_vs_boss import off_boss_mm
+from delta_cad.interference.rod_vs_drive import beside_own
+from delta_cad.interference.shapes import (
+    TOGETHER,
+    Bar,
+    Block,
+    Placed,
+    Prism,
+    Ring,
+    Round,
+    Shape,
+    Windowed,
+    met,
+    off_all_mm,
+)
+from delta_cad.interference.static_obstacles import board, cheeks, foot, key_swing_rad, motor
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.folding import beside_own
-from delta_cad.passing.moving import COUNT, arm_shapes, beside_sectors, nearest, sector_points
-from delta_cad.passing.platform import platform_points, platform_shapes
-from delta_cad.passing.rod_vs_boss import off_boss_mm
-from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
-from delta_cad.passing.sleeves import second_way_rad, sleeves_off_mm
-from delta_cad.passing.standing import board, cheeks, foot, key_swing_rad, motor
 from delta_cad.solids.bought.ball import make_joint_ball
 from delta_cad.solids.capstan import make_cable_end, make_crimp_sleeve
 from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
 from delta_cad.solids.platform import make_handle_stem, make_platform
 from delta_cad.solids.upper_arm import make_upper_arm
-from delta_cad.structure.table import structure_table
+from delta_cad.structure.beam_model import structure_table
+from tests.delta_cad.interference.test_reasons import COVERED, FOLDED_CHEEKS, PLATES, TURNED, WRISTS, of, synthesized
 from tests.delta_cad.solids.measured import placed
-from tests.delta_cad.structure.test_passing import COVERED, FOLDED_CHEEKS, PLATES, TURNED, WRISTS, of, synthesized
 
 KEYED = synthesized(  # a key's handle dips into the hole of the base plate
     mechanism__base_radius_mm=52.9,

@@ -13,10 +13,10 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import CHEEK_EDGE_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm, motor_screw_mm
+from delta_cad.interference.moving_bodies import arm_shapes, sector_points
+from delta_cad.interference.shapes import Block, Placed, Prism, Round, Shape, met, off_all_mm
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.moving import arm_shapes, sector_points
-from delta_cad.passing.shapes import Block, Placed, Prism, Round, Shape, met, off_all_mm
 
 AROUND = 48  # points around a motor and a pinion
 ALONG_MM = 3.0  # between their circles, and between points of a key

@@ -10,11 +10,17 @@ from delta_cad.dimensions import Dimensions, Reason
 from delta_cad.dimensions.bracket import MESHES_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.rules import BASE, BOTTOM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
-from delta_cad.passing.folding import folded
-from delta_cad.passing.moving import FEW, beside_sectors, beside_springs, nearest, spare_of_cups
-from delta_cad.passing.rod_vs_boss import rod_boss_interference
-from delta_cad.passing.sleeves import sleeves_off_mm
-from delta_cad.passing.standing import SWING_RAD, key_swing_rad, pinion_off_mm, sector_off_mm, sliding_off_mm
+from delta_cad.interference.ferrule_insertion import sleeves_off_mm
+from delta_cad.interference.moving_bodies import FEW, beside_sectors, beside_springs, nearest, spare_of_cups
+from delta_cad.interference.rod_vs_boss import rod_boss_interference
+from delta_cad.interference.rod_vs_drive import folded
+from delta_cad.interference.static_obstacles import (
+    SWING_RAD,
+    key_swing_rad,
+    pinion_off_mm,
+    sector_off_mm,
+    sliding_off_mm,
+)
 
 CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
 SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in

@@ -11,7 +11,7 @@ from delta_cad.dimensions import Dimensions, Reason
 from delta_cad.dimensions.forearm import ForearmDimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM
 from delta_cad.dimensions.rules import FOREARM, WIDTH, larger
-from delta_cad.passing.shapes import Bar, Block, Shape, off_all_mm
+from delta_cad.interference.shapes import Bar, Block, Shape, off_all_mm
 
 RIM_POINTS = 48  # around a boss's end
 LEANS, TURNS = 7, 9  # between none and the largest lean, and from one end of a turn to the other

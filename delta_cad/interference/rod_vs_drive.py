@@ -11,9 +11,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, larger, smaller
-from delta_cad.mechanism.errors import UnreachableError
-from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
-from delta_cad.passing.moving import (
+from delta_cad.interference.moving_bodies import (
     FAR_MM,
     FEW,
     ROUGH,
@@ -24,8 +22,10 @@ from delta_cad.passing.moving import (
     rod_points,
     spring_points,
 )
-from delta_cad.passing.shapes import Shape, off_all_mm
-from delta_cad.passing.standing import board, cheeks, motor
+from delta_cad.interference.shapes import Shape, off_all_mm
+from delta_cad.interference.static_obstacles import board, cheeks, motor
+from delta_cad.mechanism.errors import UnreachableError
+from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 
 WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
 

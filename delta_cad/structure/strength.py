@@ -1,6 +1,6 @@
 """What the parts of a design may bear, made from its dimensions; every figure with where it comes from.
 
-A redesigned part changes its lines here, as it does in `table.py`.
+A redesigned part changes its lines here, as it does in `beam_model.py`.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, ForearmDimens
 from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.drive import drive_torque
+from delta_cad.structure.beam_model import moduli_N_mm2
 from delta_cad.structure.bearing import BallBearing, ball_bearing
 from delta_cad.structure.section import ring
-from delta_cad.structure.table import moduli_N_mm2
 
 BUCKLING_FACTOR = 3.0  # Euler's load over what a rod may bear: its joints' play and its own bow take the rest
 RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: a fifth of what it bears on steel

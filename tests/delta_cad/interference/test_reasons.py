@@ -18,16 +18,16 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement
 from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, carriage_frame
+from delta_cad.interference import rod_vs_drive
+from delta_cad.interference.ferrule_insertion import sleeves_off_mm
+from delta_cad.interference.moving_bodies import Apart, beside_sectors, nearest, spare_of_cups
+from delta_cad.interference.reasons import interference_reasons
+from delta_cad.interference.rod_vs_drive import beside_own, folded
+from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
+from delta_cad.interference.static_obstacles import key_swing_rad, pinion_off_mm, sliding_off_mm
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
-from delta_cad.passing import folding
-from delta_cad.passing.folding import beside_own, folded
-from delta_cad.passing.interference_reasons import interference_reasons
-from delta_cad.passing.moving import Apart, beside_sectors, nearest, spare_of_cups
-from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
-from delta_cad.passing.sleeves import sleeves_off_mm
-from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
 from delta_cad.solids.capstan import make_sector
 from delta_cad.solids.platform import make_platform
 from delta_cad.structure.hardware.refusals import refusals
@@ -257,7 +257,7 @@ def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pyt
             raise UnreachableError("too high")
         return nearest(apart, bottom_mm, half_mm, count)
 
-    monkeypatch.setattr(folding, "nearest", within_reach)
+    monkeypatch.setattr(rod_vs_drive, "nearest", within_reach)
     (reason,) = folded(dimensions(FOLDED_SPRINGS), 2.1)
     assert reason.key == ("rod_tube", "beside the drive")
 

@@ -22,11 +22,11 @@ from delta_cad.dimensions.capstan import (
     lug_length_mm,
 )
 from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
+from delta_cad.interference.platform import platform_points, platform_shapes
+from delta_cad.interference.shapes import Bar, Beam, Block, Placed, Points, Ring, Round, Shape, off_all_mm
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame, spring_sway
 from delta_cad.mechanism.workspace import Cube, cube_grid
-from delta_cad.passing.platform import platform_points, platform_shapes
-from delta_cad.passing.shapes import Bar, Beam, Block, Placed, Points, Ring, Round, Shape, off_all_mm
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
 FEW = 3  # where corners are what counts, or a bound is looked for

@@ -9,8 +9,8 @@ import numpy as np
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.capstan import CRIMP_MM, CapstanDimensions
-from delta_cad.passing.shapes import Beam, Round, Shape, off_all_mm
-from delta_cad.passing.standing import foot
+from delta_cad.interference.shapes import Beam, Round, Shape, off_all_mm
+from delta_cad.interference.static_obstacles import foot
 
 POINTS = 5  # along a sleeve
 WAY_MM = np.arange(0.0, 60.0, 2.0)  # of the second sleeve, from beside its seat outwards
