@@ -63,7 +63,7 @@ def run_checks(
     progress("solids")
     results += check_solidity(assembly.parts, meshes)
     if not reachable or not all(r.passed for r in results if r.name.startswith("solid ") and r.value is None):
-        sweep.give_up()
+        sweep.cancel()
         meanwhile()
         return results
     progress("joints")

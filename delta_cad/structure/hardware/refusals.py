@@ -32,7 +32,7 @@ from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 
 PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
-HEAVIER = 1.25  # times what `lightest` gives: only small sectors and long rods were built heavier
+HEAVIER = 1.25  # times what `mass_lower_bound` gives: only small sectors and long rods were built heavier
 COUNT = 5  # positions along an edge of the cube, its corners among them
 
 

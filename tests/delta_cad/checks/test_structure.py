@@ -12,7 +12,7 @@ import pytest
 from delta_cad.checks.structure import check_joint, check_structure
 from delta_cad.design import design_from_dict, design_to_dict
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.structure.beam_model import structure_table
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.report import stiffness, structure_record, structure_report
 from tests.delta_cad.structure.machines import committed, what_moves
@@ -79,9 +79,9 @@ def test_the_record_is_plain_and_its_matrices_are_the_stiffness() -> None:
 
 def test_a_joint_that_gives_more_than_is_asked_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """The machine as it is, and one whose balls have three times the room in their cups."""
-    assert check_joint(structure_table(committed()).joint_N_mm).passed
+    assert check_joint(beam_model(committed()).joint_N_mm).passed
     monkeypatch.setattr("delta_cad.dimensions.joint.CLEARANCE_MM", 0.0225)
-    loose = structure_table(dimensions(committed().design)).joint_N_mm
+    loose = beam_model(dimensions(committed().design)).joint_N_mm
     result = check_joint(loose)
     assert (result.passed, result.limit) == (False, 500.0)
     assert result.value == loose < 500.0

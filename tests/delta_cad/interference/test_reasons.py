@@ -19,12 +19,12 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement
 from delta_cad.dimensions.cable.rim_ends import SLEEVE_OVER_MM, carriage_frame
 from delta_cad.interference import rod_vs_drive
-from delta_cad.interference.ferrule_insertion import sleeves_off_mm
-from delta_cad.interference.moving_bodies import Apart, beside_sectors, nearest, spare_of_cups
+from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm
+from delta_cad.interference.moving_bodies import DistanceField, cup_margin, nearest, sector_clearance
 from delta_cad.interference.reasons import interference_reasons
-from delta_cad.interference.rod_vs_drive import beside_own, folded
-from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
-from delta_cad.interference.static_obstacles import key_swing_rad, pinion_off_mm, sliding_off_mm
+from delta_cad.interference.rod_vs_drive import drive_clearances, fold_interference
+from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, union_distance
+from delta_cad.interference.static_obstacles import key_swing_rad, pinion_clearance_mm, slide_in_clearance_mm
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
@@ -242,23 +242,23 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
     step = np.linspace(-0.25, 0.25, 17) * cube.half_side_mm
     around = start + np.stack(np.meshgrid(step, step, 0.0), axis=-1).reshape(-1, 3)
     found = min(apart(p) for p in around)
-    near = nearest(beside_own(d)[0], cube.bottom_height_mm, cube.half_side_mm, 3)
+    near = nearest(drive_clearances(d)[0], cube.bottom_height_mm, cube.half_side_mm, 3)
     assert near < 2.0
     assert near == pytest.approx(found, abs=0.1)
-    (reason,) = folded(d, 2.1)
+    (reason,) = fold_interference(d, 2.1)
     assert reason.field == "cube.bottom_height_mm"
 
 
 def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """The height at which they are unfolded most is beyond their reach."""
 
-    def within_reach(apart: Apart, bottom_mm: float, half_mm: float, count: int) -> float:
+    def within_reach(apart: DistanceField, bottom_mm: float, half_mm: float, count: int) -> float:
         if bottom_mm > 90.0:
             raise UnreachableError("too high")
         return nearest(apart, bottom_mm, half_mm, count)
 
     monkeypatch.setattr(rod_vs_drive, "nearest", within_reach)
-    (reason,) = folded(dimensions(FOLDED_SPRINGS), 2.1)
+    (reason,) = fold_interference(dimensions(FOLDED_SPRINGS), 2.1)
     assert reason.key == ("rod_tube", "beside the drive")
 
 
@@ -300,9 +300,9 @@ def test_sleeves_pass_an_arm_whose_sector_is_larger() -> None:
     large = dimensions(synthesized())
     assert small.capstan is not None
     assert large.capstan is not None
-    assert sleeves_off_mm(small, small.capstan) < -0.5 < sleeves_off_mm(large, large.capstan)
+    assert ferrule_clearance_mm(small, small.capstan) < -0.5 < ferrule_clearance_mm(large, large.capstan)
     thick = replace(small, layers=replace(small.layers, arm_mm=(-3.0, small.capstan.end_y_mm[1] - 8.0)))
-    assert sleeves_off_mm(thick, small.capstan) != sleeves_off_mm(small, small.capstan)
+    assert ferrule_clearance_mm(thick, small.capstan) != ferrule_clearance_mm(small, small.capstan)
 
 
 def test_wrists_come_as_near_to_sectors_as_the_exact_solids_do() -> None:
@@ -310,7 +310,7 @@ def test_wrists_come_as_near_to_sectors_as_the_exact_solids_do() -> None:
     d = dimensions(WRISTS)
     assert d.capstan is not None
     positions = sampled_mm(WRISTS.cube.bottom_height_mm, WRISTS.cube.half_side_mm, 5)
-    apart, links = beside_sectors(d, d.capstan, "platform")(positions, False, None), link_placement(d)
+    apart, links = sector_clearance(d, d.capstan, "platform")(positions, False, None), link_placement(d)
     sector, platform = make_sector(d).solid, make_platform(d).solid
     for k in np.argsort(apart.min(axis=1))[:4]:
         placed_at, i = links(positions[k : k + 1]), int(apart[k].argmin())
@@ -349,10 +349,10 @@ def test_cups_part_by_what_they_lack() -> None:
     """Wrists that stand apart by so much more than a machine's lacks leave nothing lacking, at any position."""
     d = dimensions(CUPS)
     positions = sampled_mm(CUPS.cube.bottom_height_mm, CUPS.cube.half_side_mm, 3)
-    lacking = -spare_of_cups(d, 2.14)(positions, False, None).min()
+    lacking = -cup_margin(d, 2.14)(positions, False, None).min()
     assert lacking > 0.0
     wider = spread(d, lacking / np.sqrt(3.0))
-    assert spare_of_cups(wider, 2.14)(positions, False, None).min() == pytest.approx(0.0, abs=1e-9)
+    assert cup_margin(wider, 2.14)(positions, False, None).min() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_key_has_room_where_motors_stand_far_apart_and_none_between_them() -> None:
@@ -360,8 +360,8 @@ def test_a_key_has_room_where_motors_stand_far_apart_and_none_between_them() -> 
     assert key_swing_rad(d) < radians(60.0) <= key_swing_rad(far)
     assert d.capstan is not None
     assert far.capstan is not None
-    assert sliding_off_mm(d, d.capstan) < 0.0 < sliding_off_mm(far, far.capstan)
-    assert pinion_off_mm(d, d.capstan) < pinion_off_mm(far, far.capstan)
+    assert slide_in_clearance_mm(d, d.capstan) < 0.0 < slide_in_clearance_mm(far, far.capstan)
+    assert pinion_clearance_mm(d, d.capstan) < pinion_clearance_mm(far, far.capstan)
 
 
 def test_links_are_where_the_assembly_has_them() -> None:
@@ -418,9 +418,9 @@ def test_a_point_is_as_far_off_as_the_nearest_grid_point_inside(name: str) -> No
     shape, inside = SHAPES[name]
     there = GRID[inside(GRID)]
     nearest = np.linalg.norm(HELD[:, None] - there, axis=2).min(axis=1)
-    off = off_all_mm([shape], HELD)
+    off = union_distance([shape], HELD)
     near = off < 20.0
     assert (off <= nearest + 1e-9).all()
     assert (off[near] >= nearest[near] - 0.87).all()
-    assert (off_all_mm([shape], there) <= 1e-9).all()
-    assert (off_all_mm([shape], GRID[~inside(GRID)]) > -0.02).all()
+    assert (union_distance([shape], there) <= 1e-9).all()
+    assert (union_distance([shape], GRID[~inside(GRID)]) > -0.02).all()

@@ -67,7 +67,7 @@ def only_of(changed: Collection[str], deciding: Collection[str]) -> Iterator[Non
         changed: Names of the occurrences that a fault changed.
         deciding: Those that decide the sound machine's outline.
     """
-    held, within, across, bodies = clearance.held_apart, fits._within_links, fits._across_links, envelope.bodies_of
+    held, within, across, bodies = clearance.clearance_pairs, fits._within_links, fits._across_links, envelope.bodies_of
 
     def of_changed(find: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
         return lambda *given: [pair for pair in find(*given) if not {pair.a.name, pair.b.name}.isdisjoint(changed)]
@@ -77,7 +77,7 @@ def only_of(changed: Collection[str], deciding: Collection[str]) -> Iterator[Non
 
     with ExitStack() as stack:
         for module, name, fewer in (
-            (clearance, "held_apart", of_changed(held)),
+            (clearance, "clearance_pairs", of_changed(held)),
             (fits, "_within_links", of_changed(within)),
             (fits, "_across_links", of_changed(across)),
             (envelope, "bodies_of", far),
