@@ -1,4 +1,4 @@
-"""`python -m tests.delta_cad.checks.faults [WORD ...]`: plants faults, all or those with a word; says what refuses each.
+"""`python -m tests.delta_cad.checks.faults [WORD ...]`: plants faults, all or those with a word; says what refuses.
 
 What goes missing without a reason is looked at once more with nothing left out. Exit code 1 if a fault is missed that
 `MISSES` does not name, or all are caught that one of its patterns names, or the sound machine is refused.
