@@ -22,7 +22,7 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import tree_of
-from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.contact.shared_volume import common_size, volume
 from delta_cad.checks.limits import CheckLimits
@@ -178,8 +178,7 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
     if not assembly.reached and not assembly.removals:
         return []
     scene = Scene(assembly, meshes, up_and_down(assembly.placement, limits))
-    library = FeatureLibrary()
-    swings = [(key_swing(reach, scene, library), reach) for reach in assembly.reached]
+    swings = [(key_swing(reach, scene), reach) for reach in assembly.reached]
     known: dict[Key, bool] = {}
     stuck = [(what, removal) for removal in assembly.removals if (what := _stuck(removal, scene, known))]
     return [_told_swings(swings), _told_stuck(stuck, len(assembly.removals))]
@@ -199,9 +198,9 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
         Millimetres: `MOST_MM` where that much more or something else is needed; where nothing is in the way 0 or less,
         down to `-SPARE_MM`: by so much it may be shorter.
     """
-    scene, library = Scene(assembly, meshes, up_and_down(assembly.placement, limits)[::SPREAD_STEP]), FeatureLibrary()
+    scene = Scene(assembly, meshes, up_and_down(assembly.placement, limits)[::SPREAD_STEP])
     still = [one for one in assembly.reached if one.screw in scene.index and scene.stands[scene.index[one.screw]]]
-    held = [one for one in still if key_swing(one, scene, library) < SWING_RAD]
+    held = [one for one in still if key_swing(one, scene) < SWING_RAD]
     out = np.zeros((len(scene.occurrences), 3))
     for k, occurrence in enumerate(scene.occurrences):
         if (chain := CHAIN.search(occurrence.name)) is not None:
@@ -210,7 +209,7 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
 
     def free(more_mm: float) -> bool:
         scene.frames[..., :3, 3] = home[..., :3, 3] + more_mm * out
-        return all(key_swing(one, scene, library) >= SWING_RAD for one in held or still)
+        return all(key_swing(one, scene) >= SWING_RAD for one in held or still)
 
     low, high = (0.0, MOST_MM) if held else (-SPARE_MM, 0.0)
     if not still or (held and not free(high)):
@@ -258,12 +257,12 @@ def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
     return CheckResult("parts come off", not stuck, len(stuck), 0, "", worst_pair=names, detail=detail)
 
 
-def key_swing(reach: Reach, scene: Scene, library: FeatureLibrary) -> float:
+def key_swing(reach: Reach, scene: Scene) -> float:
     """Largest swing of a key's handle at any position, rad, up to the first that suffices; 0 where none is reached."""
     if reach.screw not in scene.index:
         return 0.0
     k = scene.index[reach.screw]
-    socket = _socket(scene.occurrences[k].part, library)
+    socket = _socket(scene.occurrences[k].part)
     legs = next((one for one in KEYS_MM.items() if socket and abs(socket.flats_mm - one[0]) < SAME_MM), None)
     if socket is None or legs is None:
         return 0.0
@@ -327,19 +326,19 @@ def _longest_run(free: np.ndarray) -> int:
     return max(longest - 1, 0)
 
 
-def _socket(part: Part, library: FeatureLibrary) -> _Socket | None:
+def _socket(part: Part) -> _Socket | None:
     """The hexagon socket of a screw, z being its axis: planes along it that face it; None where it has none."""
     sides = [
         plane
-        for plane in library[part].planes
-        if abs(plane.normal[2]) < 1e-9 and plane.point @ plane.normal < 0.0  # the material is outside
+        for plane in features(part.solid).planes
+        if abs(plane.direction[2]) < 1e-9 and plane.point @ plane.direction < 0.0  # the material is outside
     ]
     if not sides:
         return None
     boxes = [plane.face.BoundingBox() for plane in sides]  # type: ignore[attr-defined]
     mouth, floor = max(box.zmax for box in boxes), min(box.zmin for box in boxes)
-    head = max(c.radius_mm for c in library[part].cylinders if not c.is_bore)
-    flats = 2.0 * min(-float(plane.point @ plane.normal) for plane in sides)
+    head = max(c.radius_mm for c in features(part.solid).cylinders if not c.is_hollow)
+    flats = 2.0 * min(-float(plane.point @ plane.direction) for plane in sides)
     return _Socket(flats, mouth, mouth - floor, head)
 
 

@@ -27,7 +27,7 @@ def sharp_corners(part: Part) -> Iterator[Finding]:
 def corner_radii(part: Part) -> Iterator[Finding]:
     """Depth of each rounded inner corner in diameters of the largest cutter that goes round it."""
     for face in features(part.solid).cylinders:
-        if not face.is_bore or face.turn_rad >= WHOLE_RAD:
+        if not face.is_hollow or face.turn_rad >= WHOLE_RAD:
             continue
         deep, cutter = abs(face.end_mm - face.start_mm), 2.0 * face.radius_mm
         x, y, z = face.point + (face.start_mm + face.end_mm) / 2 * face.direction + face.radius_mm * face.first

@@ -12,7 +12,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.record import Bring, Step, Unit
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.contact.access import SWING_RAD, Scene, key_swing, up_and_down
-from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.order.paths import Leg, Ways
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
@@ -62,7 +61,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
     faults = list(_uncovered(assembly, made))
     known = {o.name for o in assembly.occurrences}
     ways = Ways(assembly, meshes)
-    library, swings = FeatureLibrary(), list[tuple[float, str]]()
+    swings = list[tuple[float, str]]()
     seen: set[tuple[object, ...]] = set()
     count = 0
     for unit in assembly.order:
@@ -80,7 +79,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
                     faults.append((coming[:1], f"{unit.name}, {step.title}: {fault}"))
                 present += coming
             if step.tightened:
-                swings += _swings(step, present, assembly, limits, meshes, library)
+                swings += _swings(step, present, assembly, limits, meshes)
     return [_told_faults(faults, count, assembly), _told_swings(swings)]
 
 
@@ -153,18 +152,18 @@ def _alike(
 
 
 def _swings(
-    step: Step, present: list[str], assembly: Assembly, limits: CheckLimits, meshes: Meshes, library: FeatureLibrary
+    step: Step, present: list[str], assembly: Assembly, limits: CheckLimits, meshes: Meshes
 ) -> list[tuple[float, str]]:
     """Swings of the keys in the screws of a step, rad, in what is there by then: at home, else where it suits most."""
     there = set(present)
     part = replace(assembly, occurrences=tuple(o for o in assembly.occurrences if o.name in there))
     at_home = Scene(part, meshes, assembly.home_mm[None, :])
-    found = [(key_swing(Reach(name, DRAWN_MM, step.title), at_home, library), name) for name in step.tightened]
+    found = [(key_swing(Reach(name, DRAWN_MM, step.title), at_home), name) for name in step.tightened]
     if all(swing >= SWING_RAD for swing, _ in found):
         return found
     moved = Scene(part, meshes, up_and_down(part.placement, limits))
     return [
-        (swing if swing >= SWING_RAD else key_swing(Reach(name, DRAWN_MM, step.title), moved, library), name)
+        (swing if swing >= SWING_RAD else key_swing(Reach(name, DRAWN_MM, step.title), moved), name)
         for swing, name in found
     ]
 

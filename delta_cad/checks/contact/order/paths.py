@@ -18,7 +18,7 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.checks.clearance.bodies import tree_of
-from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.contact.order.swept_bodies import PARALLEL, Outline, Span, turned_solid
 from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.contact.shared_volume import common_size, volume
@@ -62,7 +62,6 @@ class Ways:
         self._volumes: dict[str, float] = {}
         self._outlines: dict[str, Outline] = {}
         self._extents: dict[tuple[str, bytes], tuple[np.ndarray, np.ndarray]] = {}
-        self._features = FeatureLibrary()
         self._free: dict[Key, float | None] = {}
         self._fcl = fcl
 
@@ -174,8 +173,8 @@ class Ways:
     def _leaves_room(self, a: str, b: str, b_in_a: np.ndarray, way: np.ndarray, between: Span) -> bool:
         """Whether what `a` sweeps along a way in its own frame, as discs about an axis along it, leaves `b` alone."""
         part, other = self._of[a].part, self._of[b].part
-        along = [c for c in self._features[part].cylinders if cross_length(c.direction, way) < PARALLEL]
-        outer = max((c for c in along if not c.is_bore), key=lambda c: c.radius_mm, default=None)
+        along = [c for c in features(part.solid).cylinders if cross_length(c.direction, way) < PARALLEL]
+        outer = max((c for c in along if not c.is_hollow), key=lambda c: c.radius_mm, default=None)
         if outer is None:
             return False
         axis = frames(_axes(way)[1], way, outer.point)
