@@ -23,8 +23,8 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import tree_of
 from delta_cad.checks.contact.features import features
-from delta_cad.checks.contact.placing import Key, located, relative_key
-from delta_cad.checks.contact.shared_volume import common_size, volume
+from delta_cad.checks.contact.placing import Key, relative_key
+from delta_cad.checks.contact.shared_volume import runs_into
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
@@ -32,7 +32,7 @@ from delta_cad.common.vectors import cross_rows
 from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement, chain_frame
-from delta_cad.solids.part import Occurrence, Part, Reach, Removal
+from delta_cad.solids.part import Part, Reach, Removal
 
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
@@ -46,7 +46,6 @@ SPREAD_STEP = 64  # of the handle's heights one in so many, then
 CHAIN = re.compile(r"^(?!bezel_|mount_).*?_(\d)(?:_|$)")  # in an occurrence's name, but of screws of panel and floor
 OFF_MM = 0.1  # a tool begins so far before the face that it stands on
 STEP_MM = 4.0  # of a part that is drawn out: a tenth of what it is drawn through
-NOISE_MM3 = 0.05  # common volume that the kernel may see between faces that slide upon one another
 SHOWN = 8  # faults that a report names; their number is told
 
 
@@ -237,15 +236,23 @@ def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
 
 
 def _told_swings(swings: list[tuple[float, Reach]]) -> CheckResult:
-    name, limit = "tool access", float(np.degrees(SWING_RAD))
     if not swings:
-        return CheckResult(name, True, None, limit, "deg", detail="no screw is stated to be reached")
-    swing, worst = min(swings, key=lambda found: found[0])
-    bad = [f"{reach.screw} {np.degrees(s):.0f} deg: {reach.reason}" for s, reach in swings if s < SWING_RAD]
+        limit = float(np.degrees(SWING_RAD))
+        return CheckResult("tool access", True, None, limit, "deg", detail="no screw is stated to be reached")
     detail = f"free swing of a hexagon key in its socket at the best position, least of {len(swings)} screws"
+    return swing_result("tool access", [(s, reach.screw, f": {reach.reason}") for s, reach in swings], detail)
+
+
+def swing_result(name: str, swings: list[tuple[float, str, str]], detail: str) -> CheckResult:
+    """Holds the least of some swings, each with its screw and a reason, against what a hexagon key needs."""
+    swing, worst, _ = min(swings, key=lambda found: found[0], default=(2.0 * np.pi, "", ""))
+    bad = [f"{screw} {np.degrees(s):.0f} deg{reason}" for s, screw, reason in swings if s < SWING_RAD]
     if bad:
         detail = f"{len(bad)} fail: {'; '.join(bad[:SHOWN])}; {detail}"
-    return CheckResult(name, not bad, np.degrees(swing), limit, "deg", worst_pair=(worst.screw,), detail=detail)
+    pair = (worst,) if worst else None
+    return CheckResult(
+        name, not bad, np.degrees(swing), float(np.degrees(SWING_RAD)), "deg", worst_pair=pair, detail=detail
+    )
 
 
 def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
@@ -366,14 +373,7 @@ def _stuck(removal: Removal, scene: Scene, known: dict[Key, bool]) -> str:
             seen = np.linalg.inv(scene.frames[0, j]) @ moved
             key = (id(a.part), id(b.part), *relative_key("", "", seen))
             if key not in known:
-                known[key] = _runs_into(a, b, seen)
+                known[key] = runs_into(b.part.solid, a.part.solid, seen)
             if known[key]:
                 return f"meets {b.name} after {step:.0f} mm"
     return ""
-
-
-def _runs_into(a: Occurrence, b: Occurrence, a_in_b: np.ndarray) -> bool:
-    """Whether two exact solids share a volume; where the kernel contradicts itself they do."""
-    shapes = located(a.part.solid, a_in_b), b.part.solid.wrapped
-    common = common_size(shapes, (volume(shapes[0]), volume(shapes[1])), volume, NOISE_MM3)
-    return common is None or common > NOISE_MM3

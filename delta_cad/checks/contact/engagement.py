@@ -66,16 +66,9 @@ def check_contacts(assembly: Assembly) -> CheckResult:
 
 
 def cylinder_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the length over which outer cylinders of a part lie in bores of another.
+    """Length of the longest engagement, along one axis, of outer cylinders of a in bores of b, mm.
 
-    Args:
-        a: Faces of the inner part.
-        b: Faces of the outer part.
-        a_in_b: (4, 4) frame of the inner part in that of the outer one, mm.
-        gap_mm: Largest difference of the radii, and largest distance of the axes at the ends of what is engaged.
-
-    Returns:
-        Length of the longest engagement along one axis, mm; 0 where nothing is engaged.
+    The gap is that of the radii, and of the axes at the ends of what is engaged.
     """
     bores = [c for c in b.cylinders if c.is_hollow]
     best = 0.0
@@ -115,17 +108,7 @@ def _union(spans: Iterator[tuple[float, float]]) -> float:
 
 
 def common_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the area over which plane faces of two parts lie upon one another.
-
-    Args:
-        a: Faces of one part.
-        b: Faces of the other.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest distance along the normal.
-
-    Returns:
-        Common area, mm^2.
-    """
+    """Area over which plane faces of two parts lie upon one another, the gap along their normal, mm^2."""
     turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
     shared = 0.0
     for one in a.planes:
@@ -154,17 +137,7 @@ def _common_of_faces(one: SolidFace, other: SolidFace, onto: np.ndarray) -> floa
 
 
 def seat_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the area of spherical seats of one part in which a ball of another lies.
-
-    Args:
-        a: Faces of the part with the ball.
-        b: Faces of the part with the seat.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest difference of the radii, and largest distance of the centres.
-
-    Returns:
-        Area of the seats, mm^2.
-    """
+    """Area of the spherical seats of b in which a ball of a lies, the gap of radii and of centres, mm^2."""
     seated = 0.0
     for ball in (s for s in a.spheres if not s.is_hollow):
         centre = a_in_b[:3, :3] @ ball.point + a_in_b[:3, 3]
@@ -176,16 +149,9 @@ def seat_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> fl
 
 
 def cable_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the length of a cable, of arcs and straight pieces, that lies on round faces of a part or fills bores.
+    """Length of a cable a, of arcs and straight pieces, that lies on round faces of b or fills bores of it, mm.
 
-    Args:
-        a: Faces of the cable.
-        b: Faces of the part that it lies on.
-        a_in_b: (4, 4) frame of the cable in that of the part, mm.
-        gap_mm: Largest distance of the cable's surface from the face, either way.
-
-    Returns:
-        Length along the cable's middle, mm.
+    The gap is that of the cable's surface from the face, either way.
     """
     length = 0.0
     for points, step, radius in (*map(_middle, a.tori), *(_axis(c) for c in a.cylinders if not c.is_hollow)):
@@ -230,16 +196,9 @@ def _along(points: np.ndarray, face: SolidFace, radius_mm: float, gap_mm: float)
 
 
 def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the length over which a round flat end of one part lies along a shaft of another.
+    """Length of the longest line on which a round flat end of a lies along a shaft of b, mm.
 
-    Args:
-        a: Faces of the part with the end.
-        b: Faces of the part with the shaft.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest distance of the end from the shaft's surface, either way.
-
-    Returns:
-        Length along the shaft, mm, of the longest such line; 0 where none touches.
+    The gap is that of the end from the shaft's surface, either way.
     """
     turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
     best = 0.0
@@ -260,18 +219,10 @@ def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> f
 
 
 def end_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the area of the flat end with which one piece of a cable goes on where another ends.
+    """Area of the smaller flat end with which one piece of a cable goes on where another ends, mm^2.
 
-    A straight piece meets one of a helix at the helix's lead, which is the fleet angle's matter: up to its limit.
-
-    Args:
-        a: Faces of one piece.
-        b: Faces of the other.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest distance of the middles of both ends.
-
-    Returns:
-        Area of the smaller end, mm^2; 0 where no two ends meet.
+    A straight piece meets one of a helix at the helix's lead, which is the fleet angle's matter: up to its limit. The
+    gap is that of the middles of both ends.
     """
     turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
     met = 0.0
@@ -291,3 +242,5 @@ MEASURES: dict[str, Callable[[Features, Features, np.ndarray, float], float]] = 
     "tip": tip_length,
     "end": end_area,
 }
+"""Kind of contact -> its measure: faces of parts a and b, (4, 4) frame of a in b, largest gap, all mm -> length or area;
+0 where nothing is engaged."""

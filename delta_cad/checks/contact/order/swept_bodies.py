@@ -21,6 +21,9 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.faces import array_of
+from delta_cad.checks.contact.placing import located
+from delta_cad.checks.contact.shared_volume import common_size, solid_volume, volume
+from delta_cad.common.once import once
 from delta_cad.common.vectors import cross_length
 
 ARC_RAD = np.radians(15.0)  # of the polygon about an arc: its corners are 0.9 % of the radius too far out
@@ -57,7 +60,7 @@ class _Face:
         self.strays.append(stray_mm)
 
 
-class Outline:
+class SolidExtents:
     """The points and arcs that decide how far a solid reaches in any direction.
 
     Args:
@@ -153,11 +156,30 @@ def _between(radius: np.ndarray, angle: np.ndarray, stray: np.ndarray) -> Span |
     return (start, start + width) if width < np.pi else None
 
 
+@once
+def solid_extents(solid: Any) -> SolidExtents:
+    """Extents of a solid, read once."""
+    return SolidExtents(solid)
+
+
+def common_with_discs(
+    discs: list[Disc], frame: np.ndarray, solid: Any, placement: np.ndarray, noise_mm3: float
+) -> float | None:
+    """Volume that a solid, placed by a (4, 4) frame, shares with discs about the y axis of another, mm^3.
+
+    None where the discs are no solid, or the kernel contradicts itself.
+    """
+    if (holder := turned_solid(discs, frame)) is None:
+        return None
+    sizes = volume(holder), solid_volume(solid)
+    return common_size((holder, located(solid, placement)), sizes, volume, noise_mm3)
+
+
 def turned_solid(discs: list[Disc], frame: np.ndarray) -> Any:
     """The kernel's solid of discs about the y axis of a frame; None where there is none, or they do not hang together.
 
     Args:
-        discs: As `Outline.discs` gives them.
+        discs: As `SolidExtents.discs` gives them.
         frame: (4, 4) frame, mm.
     """
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
