@@ -9,13 +9,13 @@ from math import degrees
 from delta_cad.dimensions import Dimensions, Reason
 from delta_cad.dimensions.bracket import MESHES_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.keys import SWING_RAD
 from delta_cad.dimensions.rules import BASE, BOTTOM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
 from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm
 from delta_cad.interference.moving_bodies import FEW, cup_margin, nearest, sector_clearance, spring_clearance
 from delta_cad.interference.rod_vs_boss import rod_boss_interference
 from delta_cad.interference.rod_vs_drive import fold_interference
 from delta_cad.interference.static_obstacles import (
-    SWING_RAD,
     key_swing_rad,
     pinion_clearance_mm,
     sector_clearance_mm,

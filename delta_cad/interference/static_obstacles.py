@@ -12,7 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import CHEEK_EDGE_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm, motor_screw_mm
+from delta_cad.dimensions.keys import CORNERS, KEYS_MM, SWING_RAD, key_legs_mm, longest_run, motor_screw_mm
 from delta_cad.interference.moving_bodies import arm_shapes, sector_points
 from delta_cad.interference.shapes import Block, Placed, Prism, Round, Shape, collides, union_distance
 from delta_cad.mechanism.inverse import inverse_kinematics
@@ -25,7 +25,6 @@ SLIDES = 21
 SWINGS = 31  # angles of an arm between its stops
 TURNS = 72, 360  # directions of a key's handle: every 5 degrees, and every degree where those leave it open
 HEIGHTS = 21  # of the handle on the cube's middle axis
-SWING_RAD = pi / 3  # of a handle, to a hexagon's next corner
 FAR_MM = 1e3
 
 Obstacle = tuple[Sequence[Shape], int]
@@ -171,8 +170,7 @@ def key_swing_rad(d: Dimensions) -> float:
     row = catalogue.screw(d.motor.mount_thread)
     if row.socket_mm not in KEYS_MM:
         return 2.0 * pi
-    long, short = KEYS_MM[row.socket_mm]
-    keys = (short, long), (long, short), cut_key_mm(row.socket_mm), (LONG_MM.get(row.socket_mm, long), short)
+    keys = key_legs_mm(row.socket_mm)
     mouth = d.layers.motor_cheek_mm[0] + motor_screw_mm(d.motor, d.layers)[1] - row.head_height_mm
     radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d)
 
@@ -276,8 +274,4 @@ def _swing_rad(free: np.ndarray) -> float:
     """Longest run of directions of a circle (n) that are free, and up to a step at either end, rad."""
     if free.all() or not free.any():
         return 2.0 * pi * free[0]
-    longest = run = 0
-    for one in np.roll(free, -int(free.argmin())):
-        run = run + 1 if one else 0
-        longest = max(longest, run)
-    return (longest + 1) * 2.0 * pi / len(free)
+    return (longest_run(free) + 1) * 2.0 * pi / len(free)

@@ -29,12 +29,11 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.common.vectors import cross_rows
-from delta_cad.dimensions.keys import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
+from delta_cad.dimensions.keys import CORNERS, KEYS_MM, SWING_RAD, key_legs_mm, longest_run
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement, chain_frame
 from delta_cad.solids.part import Part, Reach, Removal
 
-SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis, at least
 FINE_HEIGHTS = 2001  # of those at which the arms' angles are looked at
@@ -270,12 +269,10 @@ def key_swing(reach: Reach, scene: Scene) -> float:
         return 0.0
     k = scene.index[reach.screw]
     socket = _socket(scene.occurrences[k].part)
-    legs = next((one for one in KEYS_MM.items() if socket and abs(socket.flats_mm - one[0]) < SAME_MM), None)
-    if socket is None or legs is None:
+    flats = next((one for one in KEYS_MM if socket and abs(socket.flats_mm - one) < SAME_MM), None)
+    if socket is None or flats is None:
         return 0.0
-    long, short = legs[1]
-    longest = LONG_MM.get(legs[0], long)
-    keys = (short, long), (long, short), cut_key_mm(legs[0]), (longest, short)
+    keys = key_legs_mm(flats)
     if scene.stands[k]:  # what a part that stands still leaves no room for has none at any position
         keys = tuple(key for key in keys if _swing_at(0, k, socket, reach.way_mm, *key, scene, True) >= SWING_RAD)
     best = 0.0
@@ -316,21 +313,11 @@ def _swing_at(
         free = np.ones(count, dtype=bool)
         for bend in bends:
             free[free] = around.free(radius, bend, bend + out[free]) if free.any() else True
-        swing = _longest_run(free) * 2.0 * np.pi / count
+        steps = count if free.all() else max(longest_run(free) - 1, 0)
+        swing = steps * 2.0 * np.pi / count
         if not SWING_RAD - 4.0 * np.pi / DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
             break
     return swing
-
-
-def _longest_run(free: np.ndarray) -> int:
-    """Steps between the directions (n, bool) of the longest run that is free, round the circle."""
-    if free.all():
-        return len(free)
-    longest = run = 0
-    for one in np.roll(free, -int(free.argmin())):
-        run = run + 1 if one else 0
-        longest = max(longest, run)
-    return max(longest - 1, 0)
 
 
 def _socket(part: Part) -> _Socket | None:

@@ -242,5 +242,5 @@ MEASURES: dict[str, Callable[[Features, Features, np.ndarray, float], float]] = 
     "tip": tip_length,
     "end": end_area,
 }
-"""Kind of contact -> its measure: faces of parts a and b, (4, 4) frame of a in b, largest gap, all mm -> length or area;
-0 where nothing is engaged."""
+"""Kind of contact -> its measure, of faces of parts a and b, the (4, 4) frame of a in b and the largest gap, mm, as a
+length, mm, or an area, mm^2; 0 where nothing is engaged."""

@@ -11,10 +11,11 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.record import Bring, Step, Unit
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.checks.contact.access import SWING_RAD, Scene, key_swing, swing_result, up_and_down
+from delta_cad.checks.contact.access import Scene, key_swing, swing_result, up_and_down
 from delta_cad.checks.contact.order.paths import Leg, Ways
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.dimensions.keys import SWING_RAD
 from delta_cad.solids.part import Reach
 
 FLEXIBLE = (
