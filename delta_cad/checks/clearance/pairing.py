@@ -26,7 +26,7 @@ from delta_cad.checks.clearance.configuration_spaces import (
 )
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import JointRanges, Raster
-from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, SpringAtJoint, TurningRodAtJoint
+from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, SpringAtJoint
 from delta_cad.checks.clearance.segments import cells_of, cut, near, segments_of
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, rigid_link, sway_of, swept_links, turn_about_z
@@ -149,7 +149,7 @@ def spaces_of(
             if turning.any():
                 turned = cut_up.chosen(turning).cut(_socket_in_cells)
                 told = f"{told}, turning"
-                spaces.append(TurningRodAtJoint(told, turned, *joint, width, rasters, tilt_rad, round_holders))
+                spaces.append(RodAtJoint(told, turned, *joint, width, rasters, round_holders, tilt_rad))
         return spaces
 
     made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {

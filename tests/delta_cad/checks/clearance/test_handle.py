@@ -15,7 +15,7 @@ from delta_cad.checks.clearance.configuration_spaces import Swing, TwoSwings
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import clearance_pairs, spaces_of
-from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, TurningRodAtJoint
+from delta_cad.checks.clearance.rod_at_joint import RodAtJoint
 from delta_cad.checks.links import free_tilt
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.solids.part import Occurrence
@@ -148,7 +148,7 @@ def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
     assert np.median(list(sharper.values())) < 0.95  # in boxes this large what bends a path counts most
 
 
-@pytest.mark.parametrize("kind", [Swing, TwoSwings, RodAtJoint, TurningRodAtJoint, Handle])
+@pytest.mark.parametrize("kind", [Swing, TwoSwings, RodAtJoint, Handle])
 def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as_far(kind: type) -> None:
     assembly = with_fins()
     pairs = clearance_pairs(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
