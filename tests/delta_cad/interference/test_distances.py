@@ -43,44 +43,13 @@ from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
 from delta_cad.solids.platform import make_handle_stem, make_platform
 from delta_cad.solids.upper_arm import make_upper_arm
 from delta_cad.structure.beam_model import beam_model
-from tests.delta_cad.interference.test_reasons import COVERED, FOLDED_CHEEKS, PLATES, TURNED, WRISTS, of, synthesized
+from tests.delta_cad.interference.machines import machine, of, synthesized
 from tests.delta_cad.solids.measured import placed
-
-KEYED = synthesized(  # a key's handle dips into the hole of the base plate
-    mechanism__base_radius_mm=52.9,
-    mechanism__platform_radius_mm=23.81,
-    mechanism__upper_arm_length_mm=63.194,
-    mechanism__forearm_length_mm=398.8,
-    mechanism__parallelogram_width_mm=40.0,
-    cube__bottom_height_mm=396.5,
-    cube__half_side_mm=29.976,
-    hardware__motor="faulhaber-3257g024cr",
-    hardware__capstan_ratio=7.09,
-    hardware__sector_radius_mm=58.03,
-    hardware__tube="cfrp-6x4",
-    hardware__platform_thickness_mm=24.0,
-    hardware__ball_diameter_mm=10.0,
-)
-SPRINGS_BELOW = synthesized(
-    mechanism__base_radius_mm=45.01,
-    mechanism__platform_radius_mm=30.06,
-    mechanism__upper_arm_length_mm=105.324,
-    mechanism__forearm_length_mm=165.736,
-    mechanism__parallelogram_width_mm=62.5,
-    cube__bottom_height_mm=74.502,
-    cube__half_side_mm=49.959,
-    hardware__motor="faulhaber-3257g024cr",
-    hardware__cable="steel-0.54-7x19",
-    hardware__capstan_ratio=8.669,
-    hardware__sector_radius_mm=67.6,
-    hardware__platform_thickness_mm=30.0,
-    hardware__ball_diameter_mm=8.0,
-)
 
 
 def test_a_cables_end_round_its_nose_comes_as_near_to_the_platform_as_the_exact_solids_do() -> None:
     """In that corner of the cube where it is nearest: no other part of the sector is."""
-    d, cube = dimensions(PLATES), PLATES.cube
+    d, cube = dimensions(machine("plates")), machine("plates").cube
     assert d.capstan is not None
     corner = np.array([[-1.0, 1.0, 0.0]]) * cube.half_side_mm + [0.0, 0.0, cube.bottom_height_mm]
     apart, at = sector_clearance(d, d.capstan, "platform")(corner, False, None), link_placement(d)(corner)
@@ -92,7 +61,7 @@ def test_a_cables_end_round_its_nose_comes_as_near_to_the_platform_as_the_exact_
 
 def test_ends_of_rods_come_as_near_to_the_arms_boss_as_the_exact_solids_do() -> None:
     """Leaning as far as they do, and turned as far as their joints let them or not at all."""
-    d, lean = dimensions(TURNED), radians(22.167)
+    d, lean = dimensions(machine("turned")), radians(22.167)
     f, (low, high) = d.forearm, d.layers.elbow_boss_mm
     cup, arm = make_rod_cup(d).solid, make_upper_arm(d).solid
     free = np.arccos(np.cos(f.tilt_limit_rad) / np.cos(lean))
@@ -106,13 +75,13 @@ def test_ends_of_rods_come_as_near_to_the_arms_boss_as_the_exact_solids_do() -> 
 
 def test_springs_that_fold_come_near_the_encoders_cheek() -> None:
     """The capstan's own arm alone leaves them more room."""
-    d, cube = dimensions(FOLDED_CHEEKS), FOLDED_CHEEKS.cube
+    d, cube = dimensions(machine("folded_cheeks")), machine("folded_cheeks").cube
     cheek, arm = (nearest(one, cube.bottom_height_mm, cube.half_side_mm, 3) for one in drive_clearances(d))
     assert cheek < 1.5 < 2.0 < arm
 
 
 def test_the_nearest_position_is_found_though_it_is_not_of_the_grids_nearest_pair() -> None:
-    d, cube = dimensions(SPRINGS_BELOW), SPRINGS_BELOW.cube
+    d, cube = dimensions(machine("springs_below")), machine("springs_below").cube
     assert d.capstan is not None
     apart = sector_clearance(d, d.capstan, "spring")
     there = float(apart(np.array([[-42.58, -41.677, 74.514]]), False, None).min())
@@ -121,8 +90,8 @@ def test_the_nearest_position_is_found_though_it_is_not_of_the_grids_nearest_pai
 
 def test_a_key_swings_over_the_base_plates_hole_and_not_behind_its_own_sector() -> None:
     """Where solids leave it 102 degrees, and none."""
-    assert key_swing_rad(dimensions(KEYED)) > radians(75.0)
-    assert key_swing_rad(dimensions(COVERED)) < radians(60.0)
+    assert key_swing_rad(dimensions(machine("keyed"))) > radians(75.0)
+    assert key_swing_rad(dimensions(machine("covered"))) < radians(60.0)
 
 
 def test_a_window_lets_through_what_is_off_its_edges() -> None:
@@ -211,10 +180,10 @@ def off_solids(solids: list[cq.Shape], points: np.ndarray) -> np.ndarray:
     return np.array([min(one.distance(cq.Vertex.makeVertex(*spot)) for one in solids) for spot in points])
 
 
-@pytest.mark.parametrize("design", [PLATES, WRISTS, synthesized()], ids=["flanks", "windows", "thin"])
-def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(design: Design) -> None:
+@pytest.mark.parametrize("name", ["plates", "wrists", "synthesized"])
+def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(name: str) -> None:
     """Of plate, windows, hub, bosses and stem, shapes; of bosses, cross-bars and their joints' balls, balls."""
-    d = dimensions(design)
+    d = dimensions(machine(name))
     p, wide = d.platform, d.forearm.width_mm / 2
     wrists = [chain_frame(i) @ at(p.radius_mm) for i in CHAINS]
     bars = [placed(make_cross_bar(d).solid, wrist) for wrist in wrists]
