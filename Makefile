@@ -72,7 +72,7 @@ mutants: $(STAMP)
 
 # Wrong machines, one fault each: which of them do the checks of a build refuse.
 faults: $(STAMP)
-	$(PYTHON) -m tests.delta_cad.faults
+	$(PYTHON) -m tests.delta_cad.checks.faults
 
 # Every motor, cable, bearing, tube, ball, ... of the catalogue in a machine of its own, all checks: half an hour.
 offered: $(STAMP)

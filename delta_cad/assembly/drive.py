@@ -49,8 +49,8 @@ from delta_cad.dimensions.capstan import (
     sleeve_frames,
 )
 from delta_cad.dimensions.layers import motor_thread_mm
+from delta_cad.interference.ferrule_insertion import second_way_rad
 from delta_cad.mechanism.placement import chain_frame
-from delta_cad.passing.sleeves import second_way_rad
 from delta_cad.solids import bought_parts, capstan, upper_arm
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
 from delta_cad.solids.part import Removal, ToolAccess

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from delta_cad.assembly.faces import SolidFace
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.features import Cylinder, features
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.tolerances import tip_mm
 from delta_cad.solids.part import Bore, Part, location_of
@@ -193,7 +194,7 @@ def _cut(part: Part, solid: cq.Shape, span: Span, stations: np.ndarray) -> _Cut:
     if span.filled:
         inward = np.linalg.inv(span.frame)
         declared = [hole.diameter_mm for hole in part.holes]
-        for bore in (c.moved(inward) for c in features(part.solid).cylinders if c.is_bore):
+        for bore in (c.moved(inward) for c in features(part.solid).cylinders if c.is_hollow):
             if any(abs(2.0 * bore.radius_mm - diameter) <= DIAMETER_MM for diameter in declared):
                 moments += _plug(bore, stations)
         for drilled in (b for hole in part.holes for b in hole.bores if b.tip_deg):
@@ -258,7 +259,7 @@ def _tip(bore: Bore, inward: np.ndarray, stations: np.ndarray) -> np.ndarray:
     return np.stack([areas, areas * y, areas * z, areas * (radius**2 / 4 + y**2), areas * (radius**2 / 4 + z**2)], 1)
 
 
-def _plug(bore: Cylinder, stations: np.ndarray) -> np.ndarray:
+def _plug(bore: SolidFace, stations: np.ndarray) -> np.ndarray:
     """(n, 5) the same of what a bore has taken from planes across x: a circle along x, a rectangle across it."""
     n, r = len(stations), bore.radius_mm
     share = bore.turn_rad / (2.0 * np.pi)

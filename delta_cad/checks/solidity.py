@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.assembly.faces import SolidFace
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
-from delta_cad.checks.contact.features import Cylinder, features
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.dfm.located import location_faults
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.vectors import cross_length
@@ -127,8 +128,8 @@ def bore_counts(shape: Any, least_rad: float | None = None) -> dict[float, int]:
     split bore share their axis. Fillets inside corners are concave too, but less than half a turn: at least a half is
     asked of all faces on the axis together; with `least_rad`, that they go so far round it, one beside another or not.
     """
-    axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[Cylinder]]]] = {}
-    for bore in (cylinder for cylinder in features(shape).cylinders if cylinder.is_bore):
+    axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[SolidFace]]]] = {}
+    for bore in (cylinder for cylinder in features(shape).cylinders if cylinder.is_hollow):
         point = bore.point - (bore.point @ bore.direction) * bore.direction
         same = axes.setdefault(round(2.0 * bore.radius_mm, 3), [])
         for direction, other_point, faces in same:
@@ -149,7 +150,7 @@ def bore_counts(shape: Any, least_rad: float | None = None) -> dict[float, int]:
     return counts
 
 
-def _round_rad(faces: list[Cylinder]) -> float:
+def _round_rad(faces: list[SolidFace]) -> float:
     """How far faces on one axis go round it together, rad, to a degree: what two cover counts once."""
     around, first = faces[0].direction, faces[0].first
     second, angles = np.cross(around, first), np.radians(np.arange(360) + 0.5)
@@ -172,8 +173,8 @@ def slot_count(shape: Any, width_mm: float) -> int:
     count = 0
     for k, one in enumerate(planes):
         for other in planes[k + 1 :]:
-            between = float((other.point - one.point) @ one.normal)
-            if one.normal @ other.normal > -1.0 + 1e-9 or abs(between - width_mm) > DIAMETER_MM:
+            between = float((other.point - one.point) @ one.direction)
+            if one.direction @ other.direction > -1.0 + 1e-9 or abs(between - width_mm) > DIAMETER_MM:
                 continue
             apart = BRepExtrema_DistShapeShape(one.face.wrapped, other.face.wrapped).Value()  # type: ignore[attr-defined]
             count += abs(float(apart) - width_mm) <= DIAMETER_MM

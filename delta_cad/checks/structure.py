@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from delta_cad.checks.report import CheckResult
+from delta_cad.dimensions import Dimensions
 from delta_cad.structure.loads import Load
-from delta_cad.structure.report import KnobStiffness, StructureReport
+from delta_cad.structure.report import KnobStiffness, StructureReport, structure_report
 
 JOINT_MIN_N_MM = 500.0  # below, the joints are what gives most at the knob
 
 
-def check_structure(found: StructureReport, stiffness_min_N_mm: float | None) -> list[CheckResult]:
+def check_structure(d: Dimensions, bodies: Mapping[str, Any]) -> list[CheckResult]:
     """Checks loads and stiffness of a machine.
 
     Args:
-        found: What it bears.
-        stiffness_min_N_mm: Least stiffness at the knob that is asked; None: it is told, not judged.
+        d: Its dimensions; where its design requires no stiffness at the knob, that is reported, not judged.
+        bodies: `bodies` of its mass report.
 
     Returns:
         One result for the stiffness, one for that of a ball joint, one for the first mode, which is told alone, and one
         for each load and case.
     """
+    found = structure_report(d, bodies)
     count = len(found.stiffness.positions_mm)
     loads = [_load(case, force, load, count) for case, (force, all_) in found.cases.items() for load in all_]
-    knob = check_knob(found.stiffness, stiffness_min_N_mm)
+    knob = check_knob(found.stiffness, d.design.requirements.stiffness_min_N_mm)
     return [knob, check_joint(found.stiffness.table.joint_N_mm), _first_mode(found), *loads]
 
 

@@ -14,22 +14,19 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
-from delta_cad.checks.clearance import moving
+from delta_cad.checks import background_sweep
+from delta_cad.checks.background_sweep import Sweep
+from delta_cad.checks.clearance import fast_fail
 from delta_cad.checks.clearance.clearance import MeshClearance
-from delta_cad.checks.clearance.moving import Moved
+from delta_cad.checks.clearance.fast_fail import Moved
 from delta_cad.checks.contact.access import missing_spread_mm
-from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.setups import setups
+from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
-from delta_cad.checks.panel import check_panel
-from delta_cad.checks.range.cable import check_cable
-from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.feel import poor_figures, poor_verdict
 from delta_cad.checks.range.ranges import check_ranges
-from delta_cad.checks.range.tolerances import check_tolerances
+from delta_cad.checks.registry import CheckedMachine, run_checks
 from delta_cad.checks.report import CheckResult, all_passed
-from delta_cad.checks.sections import check_sections
 from delta_cad.checks.structure import check_structure
 from delta_cad.common.beside import Beside
 from delta_cad.design import Design, design_hash
@@ -53,7 +50,6 @@ from delta_cad.report.manual import page as manual
 from delta_cad.report.page import write_report
 from delta_cad.report.subject import Subject
 from delta_cad.structure.report import structure_record, structure_report
-from delta_cad.structure.spans import structure_spans
 
 if TYPE_CHECKING:
     from delta_cad.export.drawings.drawn import Drawn
@@ -161,73 +157,37 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
     )
 
 
-def check_machine(
-    machine: BuiltMachine,
-    progress: Progress = quiet,
-    sweep: Sweep | None = None,
-    meanwhile: Callable[[], None] = lambda: None,
-) -> list[CheckResult]:
-    """Runs all checks of a machine: the geometry's those of `run_checks`, of gravity, drive and structure.
-
-    What needs nothing of the sweep is done while that goes on.
-    """
-    limits = check_limits(machine.dimensions, machine.masses)
-    others: list[CheckResult] = []
-
-    def besides() -> None:
-        meanwhile()
-        others.extend(_check_others(machine, limits, progress))
-
-    return run_checks(machine.assembly, limits, machine.meshes, progress, sweep, besides) + others
-
-
-def _check_others(machine: BuiltMachine, limits: CheckLimits, progress: Progress) -> list[CheckResult]:
-    """Runs the checks that come after those of the geometry."""
-    d, required = machine.dimensions, machine.dimensions.design.requirements
-    bodies, drive = machine.masses["bodies"], drive_torque(d.design)
-    results = check_drive(drive)
-    results += check_cable(machine.assembly)
-    results += check_bend(drive)
-    results += check_tolerances(d)
-    results += check_panel(machine.assembly, d, limits, machine.meshes)
-    progress("sections")
-    results += check_sections(machine.assembly, structure_spans(d))
-    progress("what a shop can make")
-    results += check_dfm(machine.assembly.parts)
-    progress("loads and stiffness")
-    results += check_structure(structure_report(d, bodies), required.stiffness_min_N_mm)
-    return results
+def checked(machine: BuiltMachine, progress: Progress = quiet, sweep: Sweep | None = None) -> CheckedMachine:
+    """Gives a machine as the checks see it."""
+    d, masses = machine.dimensions, machine.masses
+    held = check_limits(d, masses), machine.meshes, d, masses["bodies"]
+    return CheckedMachine(machine.assembly, *held, progress, sweep or Sweep())
 
 
 def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
     """Runs the checks of a machine that take seconds: of ranges, of masses, loads and outline, of room for keys."""
-    d, assembly, bodies = machine.dimensions, machine.assembly, machine.masses["bodies"]
-    limits = check_limits(d, machine.masses)
-    results = check_ranges(assembly.placement.geometry, limits)
+    m = checked(machine)
+    results = check_ranges(m.geometry, m.limits)
     if not all(result.passed for result in results if result.name == "reach"):
         return results
-    results += check_structure(structure_report(d, bodies), d.design.requirements.stiffness_min_N_mm)
-    results += check_envelope(assembly, limits, machine.meshes)[0]
-    return [*results, _spread(machine, limits)]
-
-
-def _spread(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
-    missing = missing_spread_mm(machine.assembly, limits, machine.meshes)
+    results += check_structure(machine.dimensions, m.bodies)
+    results += check_envelope(m.assembly, m.limits, m.meshes)[0]
+    missing = missing_spread_mm(m.assembly, m.limits, m.meshes)
     detail = "what the base radius lacks for keys to reach the screws that stand still"
-    return CheckResult("chains apart", missing <= 0.0, missing, 0.0, "mm", detail=detail)
+    return [*results, CheckResult("chains apart", missing <= 0.0, missing, 0.0, "mm", detail=detail)]
 
 
 def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> Moved:
-    """Runs the checks of a machine that look at what moves, see `moving.check_moving`."""
-    limits = check_limits(machine.dimensions, machine.masses)
-    return moving.check_moving(machine.assembly, limits, machine.meshes, progress)
+    """Runs the checks of a machine that look at what moves, see `fast_fail.check_moving`."""
+    m = checked(machine)
+    return fast_fail.check_moving(m.assembly, m.limits, m.meshes, progress)
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:
     """Runs the checks of a design without any file; raises as `make_machine`."""
-    with Beside(swept.__name__) as sweeper:
+    with Beside(background_sweep.__name__) as sweeper:
         machine = make_machine(design, progress)
-        results = check_machine(machine, progress, Sweep(sweeper))
+        results = run_checks(checked(machine, progress, Sweep(sweeper)))
     return Outcome(design, results, machine.masses, None, _unverified(machine))
 
 
@@ -264,7 +224,7 @@ def build(
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
     with output_folder(out, design.name) as folder, ExitStack() as others:  # who fills it ends before it is taken away
-        sweeper = others.enter_context(Beside(swept.__name__))
+        sweeper = others.enter_context(Beside(background_sweep.__name__))
         writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
         draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
         narrator = others.enter_context(Beside(manual.__name__, behind=True)) if drawings else None
@@ -289,7 +249,7 @@ def build(
             if drawings:
                 drawn.append(write_whole(machine, folder.path, progress))
 
-        results = check_machine(machine, progress, sweep, meanwhile)
+        results = run_checks(checked(machine, progress, sweep), meanwhile)
         if draughtsman is not None:
             progress("drawings")
             results = [*results, check_drawings(draughtsman.take() + drawn[0])]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import degrees, pi, radians, tau
 
+import numpy as np
+
 from delta_cad import catalogue
 from delta_cad.dimensions.rules import ARM_THICKNESS, PRESS_DEPTH_MM, RATIO, RUNNING_GAP_MM, another, larger, require
 from delta_cad.dimensions.sizes import plate_mm
@@ -165,8 +167,30 @@ left of it takes 50 N or less for what the screws of any motor of the catalogue 
 OFF_CHEEK_MM = 0.2  # of that key's handle from the encoder's cheek
 UNDER_HEAD_MM = 1.5  # least metal of a motor's cheek under its screws' heads
 SWUNG = 0.8  # share of a handle by which it reaches down while it swings by a sixth of a turn, somewhere in its circle
+SWING_RAD = pi / 3  # of a handle, to a hexagon's next corner
 SET_SCREWS_RAD = (0.0, pi / 2)  # directions of a pinion's set screws from one another
 ASKEW_RAD = radians(1.0)  # by which a key stands askew in its slot: half of what 3 mm leave a key of 1.7
+
+
+def key_legs_mm(flats_mm: float) -> tuple[tuple[float, float], ...]:
+    """Lists the ways to use a key: the leg in the socket and the handle, either way round, cut, and of the long type.
+
+    Args:
+        flats_mm: Width across flats, one of `KEYS_MM`.
+    """
+    long, short = KEYS_MM[flats_mm]
+    return (short, long), (long, short), cut_key_mm(flats_mm), (LONG_MM.get(flats_mm, long), short)
+
+
+def longest_run(free: np.ndarray) -> int:
+    """Counts the directions of the longest run that is free, of (n,) bool round a circle."""
+    if free.all():
+        return len(free)
+    longest = run = 0
+    for one in np.roll(free, -int(free.argmin())):
+        run = run + 1 if one else 0
+        longest = max(longest, run)
+    return longest
 
 
 def cut_key_mm(flats_mm: float) -> tuple[float, float]:

@@ -21,10 +21,10 @@ from delta_cad.mechanism.limits.friction import friction
 from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
 from delta_cad.report.subject import Subject, plain
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.compliance import compliance, softest
 from delta_cad.structure.loads import GRID, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz, moving
-from delta_cad.structure.table import structure_table
 
 CELLS = 17  # positions along an edge of a slice, both edges among them
 DIGITS = 4  # significant digits in a map
@@ -90,7 +90,7 @@ def handle_of(s: Subject) -> Handle:
 def fields(s: Subject, handle: Handle) -> list[Field]:
     """Lists the figures of a machine whose whole cube is within reach; one that is not known is left out."""
     g, asked, limits = s.design.geometry, s.design.requirements, s.limits
-    table, what = structure_table(s.dimensions), moving(s.masses["bodies"], g.forearm_length)
+    table, what = beam_model(s.dimensions), moving(s.masses["bodies"], g.forearm_length)
     bodies, gravity = moving_bodies(s.masses), np.array(asked.gravity_m_s2)
     all_mm = limits.poses_mm()
     coarse_mm = sampled_mm(limits.bottom_height_mm, limits.half_side_mm, GRID)

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from delta_cad.checks.registry import CHECKS
 from delta_cad.checks.report import CheckResult, closeness, grouped
 from delta_cad.common.units import G_PER_KG
 from delta_cad.drive import drive_torque
 from delta_cad.report.fields import Field
 from delta_cad.report.subject import Subject
 
-KINDS = {"structure": "Strength", "sections": "Cross-sections", "tolerance": "Tolerances", "dfm": "For the shop"}
+KINDS = {check.name: check.label for check in CHECKS if check.family}
 """First word of a check's name -> what it is about."""
 ASKED = {
     "reach": "Reach: distance to a stretched or folded arm",

@@ -14,9 +14,9 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import COULOMB
 from delta_cad.mechanism.limits import GeometryError, Limits
 from delta_cad.report.subject import Subject
-from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.report import LEFT_OUT
-from delta_cad.structure.table import structure_table
+from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S
 
 CERTIFICATE_SCHEMA = "delta-certificate/1"
 PLAINLY = {
@@ -33,7 +33,7 @@ PLAINLY = {
 
 def assumptions(s: Subject) -> list[str]:
     """Lists what the figures rest upon."""
-    table, drive = structure_table(s.dimensions), drive_torque(s.design)
+    table, drive = beam_model(s.dimensions), drive_torque(s.design)
     low, nominal, high = FRICTION_RANGE
     least, usual, most = (f"{100.0 * share:g}" for share in COULOMB)
     gravity = ", ".join(f"{component:g}" for component in s.design.requirements.gravity_m_s2)

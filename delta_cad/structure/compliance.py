@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.structure.beam import Beam, flexibility, flexibility_by_kind
-from delta_cad.structure.table import CableSpring, StructureTable
+from delta_cad.structure.beam_model import BeamModel, CableSpring
 from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
 
 ELEMENTS = (
@@ -96,7 +96,7 @@ def cable_mm_N(cable: CableSpring, turned: np.ndarray) -> np.ndarray:
     return 1.0 / (cable.rope_N * (1.0 / first + 1.0 / second)) + cable.sector_mm_N + cable.motor_mm_N
 
 
-def elbow_flexibility(table: StructureTable, turned: np.ndarray) -> dict[str, np.ndarray]:
+def elbow_flexibility(table: BeamModel, turned: np.ndarray) -> dict[str, np.ndarray]:
     """Computes the flexibility of an elbow, the motor held, by what gives.
 
     Args:
@@ -157,7 +157,7 @@ def elbow_flexibility(table: StructureTable, turned: np.ndarray) -> dict[str, np
 
 
 @np.errstate(invalid="ignore")
-def compliance(table: StructureTable, p_mm: np.ndarray) -> Compliance:
+def compliance(table: BeamModel, p_mm: np.ndarray) -> Compliance:
     """Computes the flexibility of the machine.
 
     Args:
@@ -184,7 +184,7 @@ def _sum(g: np.ndarray, c: np.ndarray) -> np.ndarray:
     return (np.swapaxes(g, -1, -2) @ c @ g).sum(axis=-3)
 
 
-def _rods(table: StructureTable, unit: UnitLoads) -> dict[str, np.ndarray]:
+def _rods(table: BeamModel, unit: UnitLoads) -> dict[str, np.ndarray]:
     """Joints, rods and studs, each (..., 6, 6): all bear a multiple of the rod's force."""
     tension = unit.rods
     squares = (tension[..., None] * tension[..., None, :]).sum(axis=-3)  # (..., 3, 6, 6), both rods

@@ -18,11 +18,11 @@ from delta_cad.dimensions.capstan import ROPE_FACTOR
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.workspace import Cube, cube_grid
+from delta_cad.structure.beam_model import BeamModel
 from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static_equivalent_N
-from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S, Holds
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
-from delta_cad.structure.table import StructureTable
+from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, Allowables
 from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
 
 GRID = 9  # positions along an edge of the cube
@@ -64,7 +64,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Borne:
+class PartLoads:
     """What each part bears, (..., 3 chains) unless said; forces N, moments N mm.
 
     Attributes:
@@ -108,7 +108,7 @@ def largest(rows: np.ndarray, force_N: float, weight: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(squares, 0.0)) * force_N + np.linalg.norm(weight, axis=-1)
 
 
-def borne(table: StructureTable, what: Moving, p_mm: np.ndarray, force_N: float, gravity_m_s2: np.ndarray) -> Borne:
+def part_loads(table: BeamModel, what: Moving, p_mm: np.ndarray, force_N: float, gravity_m_s2: np.ndarray) -> PartLoads:
     """Computes the largest loads for a force on the knob.
 
     Args:
@@ -140,7 +140,7 @@ def borne(table: StructureTable, what: Moving, p_mm: np.ndarray, force_N: float,
         on_bearings, by_weight = held @ rows, (held @ at_shoulder[..., None])[..., 0]
         radial = np.stack([over(pair, on_bearings, by_weight) for pair in ([0, 1], [2, 3])], axis=-1)
         cable = over([5], on_bearings, by_weight)
-    return Borne(
+    return PartLoads(
         rod=rod,
         radial=radial,
         axial=over([1]),
@@ -152,7 +152,7 @@ def borne(table: StructureTable, what: Moving, p_mm: np.ndarray, force_N: float,
     )
 
 
-def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) -> list[Load]:
+def loads(table: BeamModel, limits: Allowables, p_mm: np.ndarray, given: PartLoads) -> list[Load]:
     """Puts the largest loads beside what they may be.
 
     Args:
@@ -245,7 +245,7 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
     return found
 
 
-def _add_ends(add: Callable[..., None], table: StructureTable, h: Holds, p_mm: np.ndarray, given: Borne) -> None:
+def _add_ends(add: Callable[..., None], table: BeamModel, h: Allowables, p_mm: np.ndarray, given: PartLoads) -> None:
     """Adds what the ball joints and the rods' ends bear, pose by pose with the lean that each rod has there."""
     f, rod = h.forearm, given.rod
     along = forearm_vectors(table.geometry, p_mm / MM_PER_M) / table.geometry.forearm_length
@@ -259,7 +259,7 @@ def _add_ends(add: Callable[..., None], table: StructureTable, h: Holds, p_mm: n
         "where the load points in its cup, and half of the contact; the cup's lip",
     )
     left = "preload less that with which the contact would reach the cup's lip; a tenth, which springs may lack"
-    add("ball joint preload", j.spare_preload_N(rod, lean), h.spare_N, "N", left, least=True)
+    add("ball joint preload", j.spare_preload_N(rod, lean), h.preload_reserve_N, "N", left, least=True)
     pressed = j.pressed_max_N + rod
     shell = "Hertz, preload and rod force in one line; a quarter of the plastic's yield stress, for ever"
     add("cup shell", contact_N_mm2(f, pressed), h.plastic_N_mm2, "N/mm^2", shell)
@@ -269,13 +269,13 @@ def _add_ends(add: Callable[..., None], table: StructureTable, h: Holds, p_mm: n
     add("rod bond, tilt", bond_tilt_N_mm2(f, rod), h.tilt_N_mm2, "N/mm^2", tilt)
 
 
-def _across(table: StructureTable, h: Holds, given: Borne) -> np.ndarray:
+def _across(table: BeamModel, h: Allowables, given: PartLoads) -> np.ndarray:
     """Load across the motor's shaft: the strands' pretension nearly cancels, their difference does not."""
     assert table.cable is not None
     return np.hypot(_strands(table, h), given.cable * np.cos(table.cable.across_rad))
 
 
-def _strands(table: StructureTable, h: Holds) -> float:
+def _strands(table: BeamModel, h: Allowables) -> float:
     """Force by which both strands pull sector and pinion together, N: 2 T0 sin psi."""
     assert table.cable is not None
     assert h.pretension_N is not None

@@ -11,8 +11,8 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.drive.masses import rod_masses
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
+from delta_cad.structure.beam_model import BeamModel
 from delta_cad.structure.compliance import Compliance, compliance
-from delta_cad.structure.table import StructureTable
 from delta_cad.structure.unit_loads import unit_loads
 
 
@@ -73,7 +73,7 @@ def moving(bodies: Mapping[str, Any], forearm_length: float) -> Moving:
 
 
 def mass_matrix(
-    table: StructureTable, what: Moving, p_mm: np.ndarray, given: Compliance, grip_kg: float = 0.0
+    table: BeamModel, what: Moving, p_mm: np.ndarray, given: Compliance, grip_kg: float = 0.0
 ) -> np.ndarray:
     """Computes the mass that the platform's six motions move, the elbows following as they give (Guyan).
 
@@ -120,7 +120,7 @@ def mass_matrix(
     return total
 
 
-def first_mode_Hz(table: StructureTable, what: Moving, p_mm: np.ndarray, grip_kg: float = 0.0) -> np.ndarray:
+def first_mode_Hz(table: BeamModel, what: Moving, p_mm: np.ndarray, grip_kg: float = 0.0) -> np.ndarray:
     """Computes the first natural frequency, actuators held, (...) Hz.
 
     The least root of `K q = w^2 M q` with the 6 x 6 stiffness of the platform; the stem counts as rigid.

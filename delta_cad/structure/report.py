@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from delta_cad.dimensions import Dimensions
+from delta_cad.structure.beam_model import BeamModel, beam_model
 from delta_cad.structure.compliance import Compliance, Softest, compliance, softest
-from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S, holds
-from delta_cad.structure.loads import GRID, Load, borne, loads, sampled_mm
+from delta_cad.structure.loads import GRID, Load, loads, part_loads, sampled_mm
 from delta_cad.structure.modes import Moving, first_mode_Hz, moving
-from delta_cad.structure.table import StructureTable, structure_table
+from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, allowables
 
 SCHEMA = "delta-structure/1"
 TOLD = 5  # positions along an edge in the file
@@ -32,7 +32,7 @@ class KnobStiffness:
         softest: Least stiffness at the knob there, with its direction and shares.
     """
 
-    table: StructureTable
+    table: BeamModel
     positions_mm: np.ndarray
     given: Compliance
     softest: Softest
@@ -60,7 +60,7 @@ def stiffness(d: Dimensions, count: int = GRID) -> KnobStiffness:
         d: Dimensions of the design.
         count: Positions along an edge of the cube; its corners are among them.
     """
-    table, cube = structure_table(d), d.design.cube
+    table, cube = beam_model(d), d.design.cube
     sampled = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, count)
     positions = np.concatenate([sampled, [[0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]]])
     given = compliance(table, positions)
@@ -91,13 +91,13 @@ def structure_report(d: Dimensions, bodies: Mapping[str, Any]) -> StructureRepor
     """
     over, required = stiffness(d), d.design.requirements
     what: Moving = moving(bodies, d.design.geometry.forearm_length)
-    limits, gravity = holds(d), np.array(required.gravity_m_s2)
+    limits, gravity = allowables(d), np.array(required.gravity_m_s2)
     forces = {"for ever": required.force_N}
     if required.peak_force_N is not None:
         forces["peak"] = required.peak_force_N
     cases = {}
     for case, force in forces.items():
-        given = borne(over.table, what, over.positions_mm, force, gravity)
+        given = part_loads(over.table, what, over.positions_mm, force, gravity)
         found = loads(over.table, limits, over.positions_mm, given)
         # life is of what lasts, and so is what springs may lack: at a peak the contact may touch its cup's lip, from
         # which the load itself points more than 20 degrees away (`ball joint`, judged at a peak, too)

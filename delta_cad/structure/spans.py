@@ -1,8 +1,8 @@
 """Where the table's bars lie in the parts as they are drawn, so that checks can hold the solids against them.
 
-With `table.py` and `holds.py` alone this knows dimensions: a redesigned part changes its function here, too. Left out
-beside what the table leaves out: the boss of an arm, whose bore takes half of it and whose bar gives that back; the
-cones of a cross-bar, which the table takes by their middle; the sector, whose web the table takes as a whole ring.
+With `beam_model.py` and `strength.py` alone this knows dimensions: a redesigned part changes its function here, too.
+Left out beside what the model leaves out: the boss of an arm, whose bore takes half of it and whose bar gives that
+back; the cones of a cross-bar, taken by their middle; the sector, whose web the model takes as a whole ring.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from delta_cad.dimensions.rules import CORNERS_MM
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.structure.beam import Beam, BeamSlice
+from delta_cad.structure.beam_model import CHEEK_ROOT, BeamModel, beam_model, moduli_N_mm2
 from delta_cad.structure.section import Section, circle
-from delta_cad.structure.table import CHEEK_ROOT, StructureTable, moduli_N_mm2, structure_table
 
 X, Y, Z = np.eye(3)
 CLOSE = (0.97, 1.03)  # a tapered bar's slices step by 1.6 %; broken edges take 0.5 %
@@ -70,7 +70,7 @@ class Span:
 
 def structure_spans(d: Dimensions) -> tuple[Span, ...]:
     """Lists what of a design's parts has the cross-sections that its structure is computed with."""
-    table = structure_table(d)
+    table = beam_model(d)
     return (
         _arm(d, table),
         *_cheeks(d, table),
@@ -88,14 +88,14 @@ def _frame(origin: np.ndarray, along: np.ndarray, across: np.ndarray) -> np.ndar
     return frame
 
 
-def _arm(d: Dimensions, table: StructureTable) -> Span:
+def _arm(d: Dimensions, table: BeamModel) -> Span:
     """From the hub's edge to the elbow's boss."""
     a, root = d.arm, d.arm.shaft_bore_mm / 2
     reach = max(a.flange_radius_mm, a.collar_diameter_mm / 2) - root, a.length_mm - a.boss_radius_mm - root
     return Span("upper_arm", "beam", _frame(root * X, X, Y), reach, table.arm, *CLOSE)
 
 
-def _cheeks(d: Dimensions, table: StructureTable) -> list[Span]:
+def _cheeks(d: Dimensions, table: BeamModel) -> list[Span]:
     """A leg from its block up to what is wider, and that to the bearing; bores are seats, threads and passages."""
     if table.shoulder is None:
         return []
@@ -132,7 +132,7 @@ def _round(diameter_mm: float) -> Beam:
     return Beam((BeamSlice(1.0, circle(diameter_mm), *moduli_N_mm2("steel")),))
 
 
-def _bars(d: Dimensions, table: StructureTable) -> list[Span]:
+def _bars(d: Dimensions, table: BeamModel) -> list[Span]:
     """Both halves of a cross-bar, from the shorter boss to its cone, and the stud to where the ball takes over."""
     f = d.forearm
     bar = max(table.elbow_bar, table.wrist_bar, key=lambda one: one.length_mm)
@@ -147,7 +147,7 @@ def _bars(d: Dimensions, table: StructureTable) -> list[Span]:
     return found
 
 
-def _webs(d: Dimensions, table: StructureTable) -> list[Span]:
+def _webs(d: Dimensions, table: BeamModel) -> list[Span]:
     """The platform's webs from the hub to the window, along it, and on to the wrist's boss.
 
     Beside a wide platform's hub the neighbours' webs and bosses run into a web: there it is only heavier than its own.
@@ -174,7 +174,7 @@ def _webs(d: Dimensions, table: StructureTable) -> list[Span]:
     return found
 
 
-def _stem(d: Dimensions, table: StructureTable) -> list[Span]:
+def _stem(d: Dimensions, table: BeamModel) -> list[Span]:
     """The handle's stem from the platform to the knob; the table leaves out its spanner's flats."""
     p, (first, last) = d.platform, STEM_FLATS_Z_MM
     half = asin(min(STEM_FLATS_MM / p.stem_diameter_mm, 1.0))

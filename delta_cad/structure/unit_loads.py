@@ -13,7 +13,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.inverse import arm_direction, forearm_vectors
-from delta_cad.structure.table import StructureTable
+from delta_cad.structure.beam_model import BeamModel
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def inverse(columns: np.ndarray) -> np.ndarray:
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def unit_loads(table: StructureTable, p_mm: np.ndarray) -> UnitLoads:
+def unit_loads(table: BeamModel, p_mm: np.ndarray) -> UnitLoads:
     """Computes what rods, elbows and wrists bear for six unit wrenches on the platform.
 
     The rods of a chain are parallel along n_i. Their sum S_i bears the force, `sum S_i n_i = f`; their difference D_i
@@ -104,7 +104,7 @@ def at_knob(height_mm: float) -> np.ndarray:
     return np.concatenate([f, np.cross([0.0, 0.0, height_mm], f, axisb=0, axisc=0)], axis=0)
 
 
-def shoulder_map(table: StructureTable) -> np.ndarray:
+def shoulder_map(table: BeamModel) -> np.ndarray:
     """Moves a wrench from the elbow to the shoulder, arm's axes, (6, 6)."""
     moved = np.eye(6)
     length = table.geometry.upper_arm_length * MM_PER_M
@@ -112,7 +112,7 @@ def shoulder_map(table: StructureTable) -> np.ndarray:
     return moved
 
 
-def bearing_map(table: StructureTable, turned: np.ndarray) -> np.ndarray:
+def bearing_map(table: BeamModel, turned: np.ndarray) -> np.ndarray:
     """Computes how the bearings and the cable of a shoulder hold a wrench on the arm at the shoulder.
 
     Args:

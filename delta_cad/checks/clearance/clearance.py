@@ -13,12 +13,12 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import DistanceEngine
+from delta_cad.checks.clearance.branch_and_bound import CALLS_MAX, ClearanceProof, prove
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace
 from delta_cad.checks.clearance.containment import holds
-from delta_cad.checks.clearance.continuum import CALLS_MAX, ClearanceProof, prove
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
-from delta_cad.checks.clearance.pairing import HeldApart, by_several_joints, held_apart, spaces_of
+from delta_cad.checks.clearance.pairing import ClearancePair, by_several_joints, clearance_pairs, spaces_of
 from delta_cad.checks.clearance.sampled import PairSample, Sampler
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import free_tilt, swept_links
@@ -101,7 +101,7 @@ def mesh_clearance(
         `clearance` (smallest sampled distance: of the pairs that the proof measured closest, or of all where the proof
         fails), one `running gap a / b` for each such fit, `containment` and `clearance proof`.
     """
-    pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
+    pairs, tilt = clearance_pairs(assembly, limits, meshes), free_tilt(assembly)
     progress(PROVING)
     engine = DistanceEngine()
     proofs, refusal = _proofs(assembly, limits, pairs, tilt, engine, calls_max, lambda s: not handle or not _handle(s))
@@ -140,7 +140,7 @@ def mesh_clearance(
 def _proofs(
     assembly: Assembly,
     limits: CheckLimits,
-    pairs: Sequence[HeldApart],
+    pairs: Sequence[ClearancePair],
     tilt_rad: float,
     engine: DistanceEngine,
     calls_max: int,
@@ -161,17 +161,17 @@ def _handle(space: ConfigurationSpace) -> bool:
 
 def handle_proofs(assembly: Assembly, limits: CheckLimits, meshes: Meshes, calls_max: int) -> list[ClearanceProof]:
     """Proves the clearance of what all three joints move against each other; arguments as of `mesh_clearance`."""
-    pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
+    pairs, tilt = clearance_pairs(assembly, limits, meshes), free_tilt(assembly)
     return _proofs(assembly, limits, pairs, tilt, DistanceEngine(), calls_max, _handle)[0]
 
 
-def _nearest(pairs: Sequence[HeldApart], proofs: Sequence[ClearanceProof]) -> list[HeldApart]:
+def _nearest(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
     """The pairs that the proofs measured closest to their limits; all where they measured none."""
     measured = {frozenset(names) for p in proofs for names in p.closest}
     return _by_spare([p for p in pairs if frozenset((p.a.name, p.b.name)) in measured], proofs)[:NEAREST] or list(pairs)
 
 
-def _by_spare(pairs: Sequence[HeldApart], proofs: Sequence[ClearanceProof]) -> list[HeldApart]:
+def _by_spare(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
     """The pairs, those first that the proofs measured closest to their limits, those last that they did not measure."""
     spare: dict[frozenset[str], float] = {}
     for names, mm in (item for p in proofs for item in p.closest.items()):
@@ -203,7 +203,7 @@ def _pose(sampler: Sampler, sample: PairSample) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _containment(inside: Sequence[HeldApart]) -> CheckResult:
+def _containment(inside: Sequence[ClearancePair]) -> CheckResult:
     detail = "no body lies inside a body of another link"
     if inside:
         detail = "; ".join(f"{p.a.name} and {p.b.name} lie one inside the other" for p in inside)
@@ -268,7 +268,7 @@ def _exact(assembly: Assembly, samples: Sequence[CloseSample]) -> CheckResult:
     )
 
 
-def _contained(pairs: Sequence[HeldApart], sampler: Sampler) -> list[HeldApart]:
+def _contained(pairs: Sequence[ClearancePair], sampler: Sampler) -> list[ClearancePair]:
     """The pairs of which one body holds the other, at the sampler's first position.
 
     One position is enough: a body cannot get in or out while the distance of the surfaces is proven positive.
@@ -281,7 +281,7 @@ def _contained(pairs: Sequence[HeldApart], sampler: Sampler) -> list[HeldApart]:
     return [pairs[k] for k in np.flatnonzero(near).tolist() if _holds(pairs[k], sampler)]
 
 
-def _holds(pair: HeldApart, sampler: Sampler) -> bool:
+def _holds(pair: ClearancePair, sampler: Sampler) -> bool:
     frame_a, frame_b = sampler.frames[pair.a.link][0], sampler.frames[pair.b.link][0]
     return holds(pair.a.mesh, pair.b.mesh, frame_a @ pair.a.placement, frame_b @ pair.b.placement)
 

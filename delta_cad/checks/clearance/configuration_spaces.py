@@ -224,44 +224,71 @@ class Fixed(ConfigurationSpace):
         return [np.zeros((len(centres), len(self.pairs.bodies)))]
 
 
-class Swing(ConfigurationSpace):
-    """A fixed link and an upper arm, in the frame of the arm's chain: theta."""
+class _Arms(ConfigurationSpace):
+    """Upper arms that turn about their own shoulder axes, each by its own variable, in the frame of the first's chain.
 
-    def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, theta: tuple[float, float]) -> None:
-        super().__init__(name, pairs, ("fixed", "arm"))
-        self._radius, self._theta = base_radius_mm, theta
-        self._lever = np.array([b.lever_about_y() if b.link == "arm" else 0.0 for b in pairs.bodies])
+    Args:
+        name: For reports.
+        pairs: The pairs; what is on no link of an arm stands still.
+        links: Links of the space.
+        arms: Those of the arms among them, in the order of the variables.
+        base_radius_mm: Of the shoulders.
+    """
 
-    def root(self) -> tuple[np.ndarray, np.ndarray]:
-        """The whole range as one box."""
-        low, high = self._theta
-        return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
+    def __init__(
+        self, name: str, pairs: Pairs, links: Sequence[str], arms: Sequence[str], base_radius_mm: float
+    ) -> None:
+        super().__init__(name, pairs, links)
+        self._radius, self._turned = base_radius_mm, turn_about_z(2.0 * np.pi / 3.0)
+        self._levers = np.stack([[b.lever_about_y() if b.link == arm else 0.0 for b in pairs.bodies] for arm in arms])
+        self._arm = np.array([arms.index(b.link) if b.link in arms else 0 for b in pairs.bodies])
+        self._axes = np.stack([Y, self._turned[:3, :3] @ Y])
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
         """Frames of the links at the variables."""
-        fixed = np.broadcast_to(np.eye(4), (len(centres), 4, 4))
-        return np.stack([fixed, arm_frames(self._radius, centres[:, 0])], axis=1)
+        arms = [arm_frames(self._radius, theta) for theta in centres.T]
+        still = [np.broadcast_to(np.eye(4), arms[0].shape)] * (len(self.links) - len(arms))
+        return np.stack([*still, *([arms[0], self._turned @ arms[1]] if len(arms) == 2 else arms)], axis=1)
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
-        return [halves * self._lever]
+        return [halves @ self._levers]
 
     def along(
         self, centres: np.ndarray, halves: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions: of a turn about y a direction sees what is square to y."""
+        """How much closer pairs come along directions: of a turn a direction sees what is square to its axis."""
         (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
-        return lambda box, pair, n: (motion[box, first[pair]] + motion[box, second[pair]]) * sine(n, Y)
+
+        def travel(box: np.ndarray, pair: np.ndarray, n: np.ndarray) -> np.ndarray:
+            ends = first[pair], second[pair]
+            return np.sum([motion[box, k] * sine(n, self._axes[self._arm[k]]) for k in ends], axis=0)
+
+        return travel
 
     def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:  # noqa: ARG002
         """Each point by its own speed at the centre, and by what bends its way, see `_swung`."""
 
         def fall(k: int, box: np.ndarray, direction: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
-            if not self._lever[k]:
+            if not self._levers[:, k].any():
                 return np.zeros((len(box), len(points)))
-            return _swung(halves[box, :1], direction, frame, points, self.pairs.bodies[k].mesh.deviation_mm)
+            turn, stray = halves[box, self._arm[k], None], self.pairs.bodies[k].mesh.deviation_mm
+            return _swung(turn, direction, frame, points, stray)
 
         return fall
+
+
+class Swing(_Arms):
+    """A fixed link and an upper arm, in the frame of the arm's chain: theta."""
+
+    def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, theta: tuple[float, float]) -> None:
+        super().__init__(name, pairs, ("fixed", "arm"), ("arm",), base_radius_mm)
+        self._theta = theta
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        low, high = self._theta
+        return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
 
     def always_apart(self) -> np.ndarray:
         """Distance of the profiles about the shoulder axis, which no shoulder angle changes."""
@@ -278,53 +305,18 @@ class Swing(ConfigurationSpace):
         return gap
 
 
-class TwoSwings(ConfigurationSpace):
+class TwoSwings(_Arms):
     """The upper arms of chains i and i + 1 in the frame of chain i: theta_i, theta_(i + 1)."""
 
     def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, rasters: Sequence[Raster]) -> None:
-        super().__init__(name, pairs, ("arm", "next_arm"))
-        self._radius, self._rasters = base_radius_mm, rasters
-        lever = np.array([b.lever_about_y() for b in pairs.bodies])
-        self._levers = np.stack([np.where([b.link == link for b in pairs.bodies], lever, 0.0) for link in self.links])
-        self._turned = turn_about_z(2.0 * np.pi / 3.0)
-        self._link = np.array([self.links.index(b.link) for b in pairs.bodies])
-        self._axes = np.stack([Y, self._turned[:3, :3] @ Y])
+        super().__init__(name, pairs, ("arm", "next_arm"), ("arm", "next_arm"), base_radius_mm)
+        self._rasters = rasters
         between = self._axes[0] + self._axes[1], self._axes[0] - self._axes[1]
         self.directions = np.stack([*self._axes, *(way / np.linalg.norm(way) for way in between)])
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
         """The whole range as one box."""
         return bounds_of(self._rasters)
-
-    def frames(self, centres: np.ndarray) -> np.ndarray:
-        """Frames of the links at the variables."""
-        one, other = (arm_frames(self._radius, centres[:, k]) for k in range(2))
-        return np.stack([one, self._turned @ other], axis=1)
-
-    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
-        """Travel of every body in the boxes."""
-        return [halves @ self._levers]
-
-    def along(
-        self, centres: np.ndarray, halves: np.ndarray
-    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions: of either turn a direction sees what is square to its axis."""
-        (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
-
-        def travel(box: np.ndarray, pair: np.ndarray, n: np.ndarray) -> np.ndarray:
-            ends = first[pair], second[pair]
-            return np.sum([motion[box, k] * sine(n, self._axes[self._link[k]]) for k in ends], axis=0)
-
-        return travel
-
-    def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:  # noqa: ARG002
-        """Each point by its own speed at the centre, and by what bends its way, see `_swung`."""
-
-        def fall(k: int, box: np.ndarray, direction: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
-            turn, stray = halves[box, self._link[k], None], self.pairs.bodies[k].mesh.deviation_mm
-            return _swung(turn, direction, frame, points, stray)
-
-        return fall
 
     def in_pieces(self, which: np.ndarray) -> TwoSwings:
         """The space of some pairs in pieces: a sector reaches round its hub, its hull is full."""

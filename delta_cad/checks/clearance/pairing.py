@@ -26,7 +26,7 @@ from delta_cad.checks.clearance.configuration_spaces import (
 )
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import JointRanges, Raster
-from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, SpringAtJoint, TurningRodAtJoint
+from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, SpringAtJoint
 from delta_cad.checks.clearance.segments import cells_of, cut, near, segments_of
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, rigid_link, sway_of, swept_links, turn_about_z
@@ -43,7 +43,7 @@ CHAIN = np.eye(3)  # what is near a joint is cut along the chain, whatever way r
 
 
 @dataclass(frozen=True)
-class HeldApart:
+class ClearancePair:
     """A pair of bodies on different links and the distance it must keep.
 
     Attributes:
@@ -59,7 +59,7 @@ class HeldApart:
     running_gap: bool
 
 
-def held_apart(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[HeldApart]:
+def clearance_pairs(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[ClearancePair]:
     """All pairs on different links but the contacts.
 
     Args:
@@ -84,13 +84,13 @@ def held_apart(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[
         if _on_one_pair(a, b):
             a, b = (drawn.get(x.name, x) for x in (a, b))
         if fit is None:
-            pairs.append(HeldApart(a, b, limits.clearance_min_mm, False))
+            pairs.append(ClearancePair(a, b, limits.clearance_min_mm, False))
         elif fit.kind == "running gap":
-            pairs.append(HeldApart(a, b, fit.gap_mm, True))
+            pairs.append(ClearancePair(a, b, fit.gap_mm, True))
     return pairs
 
 
-def by_several_joints(pair: HeldApart, placement: LinkPlacement) -> bool:
+def by_several_joints(pair: ClearancePair, placement: LinkPlacement) -> bool:
     """Decides whether more than one joint moves two bodies against each other: their distance tells of the position."""
     fixed = {"base", *swept_links(placement)}
     one, other = sorted("base" if b.link in fixed else b.link for b in (pair.a, pair.b))
@@ -105,7 +105,7 @@ def _on_one_pair(a: CollisionBody, b: CollisionBody) -> bool:
 
 
 def spaces_of(
-    pairs: Sequence[HeldApart], placement: LinkPlacement, ranges: JointRanges, limits: CheckLimits, tilt_rad: float
+    pairs: Sequence[ClearancePair], placement: LinkPlacement, ranges: JointRanges, limits: CheckLimits, tilt_rad: float
 ) -> list[ConfigurationSpace]:
     """Sorts pairs into the configuration spaces in which they are proven.
 
@@ -149,7 +149,7 @@ def spaces_of(
             if turning.any():
                 turned = cut_up.chosen(turning).cut(_socket_in_cells)
                 told = f"{told}, turning"
-                spaces.append(TurningRodAtJoint(told, turned, *joint, width, rasters, tilt_rad, round_holders))
+                spaces.append(RodAtJoint(told, turned, *joint, width, rasters, round_holders, tilt_rad))
         return spaces
 
     made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {
@@ -185,7 +185,9 @@ def spaces_of(
     return [space for kind, make in made.items() if groups[kind] for space in make(_unique(groups[kind]))]
 
 
-def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tuple[str, CollisionBody, CollisionBody]:
+def _classified(
+    pair: ClearancePair, placement: LinkPlacement, moved: _Moved
+) -> tuple[str, CollisionBody, CollisionBody]:
     """The space of a pair, and its bodies placed on that space's links."""
     a, b = sorted((pair.a, pair.b), key=lambda x: x.link)
     fixed = [x.link == "base" or x.link in moved.swept for x in (a, b)]

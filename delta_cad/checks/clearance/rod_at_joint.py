@@ -29,7 +29,9 @@ class RodAtJoint(ConfigurationSpace):
     """A rod against the link that holds one of its balls, in that link's frame turned to the chain.
 
     The variables are the direction of the forearm: its angle in the chain's plane and its lean. A change of the angle
-    turns the rod about the shoulder's direction, a change of the lean about a line square to it.
+    turns the rod about the shoulder's direction, a change of the lean about a line square to it. Where the sockets
+    leave a free tilt, the third variable is the turn of the rod about the line through its balls. The angle between
+    the axes of socket and stud has the cosine `cos(lean) cos(turn)`: it ends where the free tilt does.
 
     Args:
         name: For reports.
@@ -40,6 +42,7 @@ class RodAtJoint(ConfigurationSpace):
         rasters: The directions that occur.
         is_round: Whether the holders are bodies of revolution about the line through both balls: then the forearm's
             angle changes no distance, and is no variable.
+        tilt_rad: Free tilt of the sockets; 0: the rod does not turn about itself.
     """
 
     def __init__(
@@ -51,29 +54,38 @@ class RodAtJoint(ConfigurationSpace):
         width_mm: float,
         rasters: Sequence[Raster],
         is_round: bool = False,
+        tilt_rad: float = 0.0,
     ) -> None:
         super().__init__(name, pairs, ("holder", "rod_0", "rod_1"))
-        self._is_round = is_round
+        self._is_round, self._tilt = is_round, tilt_rad
         self._balls = [centre_mm + side * width_mm * Y for side in (-0.5, 0.5)]
         self._ball, self._rasters = ball_mm, rasters
-        self._lever = np.array([0.0 if b.link == "holder" else b.lever(ball_mm * X) for b in pairs.bodies])
+        self._lever, self._off_axis = (
+            np.array([0.0 if b.link == "holder" else lever(b) for b in pairs.bodies])
+            for lever in (lambda b: b.lever(ball_mm * X), lambda b: b.lever_about_x())
+        )
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
         """The whole range as one box."""
         centre, half = bounds_of(self._rasters)
-        return centre, half * [not self._is_round, True]
+        half, turn = half * [not self._is_round, True], np.full((1, int(self._tilt > 0.0)), self._tilt)
+        return np.append(centre, 0.0 * turn, axis=1), np.append(half, turn, axis=1)
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
         """Frames of the links at the variables."""
-        angle, lean = centres.T[..., None]
+        angle, lean = centres[:, :2].T[..., None]
         radial = np.cos(angle) * X + np.sin(angle) * Z
         along, across = np.cos(lean) * radial + np.sin(lean) * Y, np.cos(lean) * Y - np.sin(lean) * radial
         rods = [frames(along, across, ball - self._ball * along) for ball in self._balls]
-        return np.stack([np.broadcast_to(np.eye(4), rods[0].shape), *rods], axis=1)
+        out = np.stack([np.broadcast_to(np.eye(4), rods[0].shape), *rods], axis=1)
+        if self._tilt:
+            out[:, 1:] = out[:, 1:] @ turn_about_x(centres[:, 2])[:, None]
+        return out
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
-        return [np.linalg.norm(halves, axis=1)[:, None] * self._lever]
+        swing = np.linalg.norm(halves[:, :2], axis=1)[:, None] * self._lever
+        return [swing + halves[:, 2:] * self._off_axis if self._tilt else swing]
 
     def along(
         self, centres: np.ndarray, halves: np.ndarray
@@ -112,9 +124,12 @@ class RodAtJoint(ConfigurationSpace):
         return fall
 
     def _axes(self, centres: np.ndarray) -> np.ndarray:
-        """(n, d, 3) axes about which a change of each variable turns the rod."""
-        angle = centres[:, :1]
-        return np.stack([np.broadcast_to(Y, (len(centres), 3)), np.cos(angle) * Z - np.sin(angle) * X], axis=1)
+        """(n, d, 3) axes about which a change of each variable turns the rod; the third is the rod's own."""
+        angle, lean = centres[:, :1], centres[:, 1:2]
+        axes = [np.broadcast_to(Y, (len(centres), 3)), np.cos(angle) * Z - np.sin(angle) * X]
+        if self._tilt:
+            axes.append(np.cos(lean) * (np.cos(angle) * X + np.sin(angle) * Z) + np.sin(lean) * Y)
+        return np.stack(axes, axis=1)
 
     def worth_cutting(
         self, centres: np.ndarray, halves: np.ndarray, box: np.ndarray, pair: np.ndarray, normal: np.ndarray
@@ -134,85 +149,29 @@ class RodAtJoint(ConfigurationSpace):
     def _turns(self, centres: np.ndarray, halves: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(k, d) how far the change of each variable alone moves points of pairs (k,) along directions (k, 3).
 
-        From the centre of a box the lean changes first, about an axis square to the chain's plane at the centre's
-        angle, then the angle, about the shoulder's direction. A turn by `a` about the unit axis u moves a point at v
-        from the ball by `a n . (u x v) <= a |n x u| |v|` along n. A direction of no length stands for all.
+        From the centre of a box the rod's own turn changes first, then the lean, about an axis square to the chain's
+        plane at the centre's angle, then the angle, about the shoulder's direction. A turn by `a` about the unit axis
+        u moves a point at v from the ball by `a n . (u x v) <= a |n x u| |v|` along n. A direction of no length stands
+        for all.
         """
-        angle = centres[:, :1]
-        lever = (self._lever[self.pairs.first[pair]] + self._lever[self.pairs.second[pair]])[:, None]
-        return (
-            halves[:, :2] * lever * np.stack([sine(normal, Y), sine(normal, np.cos(angle) * Z - np.sin(angle) * X)], 1)
-        )
+        ends = self.pairs.first[pair], self.pairs.second[pair]
+        levers = [sum(lever[k] for k in ends) for lever in (self._lever, self._lever, self._off_axis)]
+        seen = [sine(normal, axis) for axis in np.swapaxes(self._axes(centres), 0, 1)]
+        return halves * np.stack(levers[: len(seen)], axis=1) * np.stack(seen, axis=1)
 
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
-        """Whether the rasters have angles in the boxes; at any angle of the forearm where that changes nothing."""
+        """Whether the rasters have angles in the boxes, at any angle of the forearm where that changes nothing.
+
+        And whether the sockets tilt enough for the least of lean and turn.
+        """
+        least = np.maximum(np.abs(centres[:, 1:]) - halves[:, 1:], 0.0)
+        free = np.cos(least).prod(axis=1) >= np.cos(self._tilt) - ROUNDING if self._tilt else True
+        centres, halves = centres[:, :2], halves[:, :2]
         if self._is_round:
             centre, half = bounds_of(self._rasters)
             centres = np.column_stack([np.full(len(centres), centre[0, 0]), centres[:, 1]])
             halves = np.column_stack([np.full(len(halves), half[0, 0]), halves[:, 1]])
-        return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
-
-
-class TurningRodAtJoint(RodAtJoint):
-    """A rod that turns about itself against the link that holds one of its balls.
-
-    To the variables of `RodAtJoint` comes the turn of the rod about the line through its balls. The angle between the
-    axes of socket and stud has the cosine `cos(lean) cos(turn)`: it ends where the free tilt does.
-
-    Args:
-        name, pairs, centre_mm, ball_mm, width_mm, rasters, is_round: As `RodAtJoint` has them.
-        tilt_rad: Free tilt of the sockets.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        pairs: Pairs,
-        centre_mm: np.ndarray,
-        ball_mm: float,
-        width_mm: float,
-        rasters: Sequence[Raster],
-        tilt_rad: float,
-        is_round: bool = False,
-    ) -> None:
-        super().__init__(name, pairs, centre_mm, ball_mm, width_mm, rasters, is_round)
-        self._tilt = tilt_rad
-        self._off_axis = np.array([0.0 if b.link == "holder" else b.lever_about_x() for b in pairs.bodies])
-
-    def root(self) -> tuple[np.ndarray, np.ndarray]:
-        """The whole range as one box."""
-        centre, half = super().root()
-        return np.append(centre, [[0.0]], axis=1), np.append(half, [[self._tilt]], axis=1)
-
-    def frames(self, centres: np.ndarray) -> np.ndarray:
-        """Frames of the links at the variables."""
-        out = super().frames(centres[:, :2])
-        out[:, 1:] = out[:, 1:] @ turn_about_x(centres[:, 2])[:, None]
-        return out
-
-    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
-        """Travel of every body in the boxes."""
-        (swing,) = super().motion(centres[:, :2], halves[:, :2])
-        return [swing + halves[:, 2:] * self._off_axis]
-
-    def _axes(self, centres: np.ndarray) -> np.ndarray:
-        """(n, 3, 3) axes about which a change of each variable turns the rod; the last is the rod's own."""
-        angle, lean = centres[:, :1], centres[:, 1:2]
-        own = np.cos(lean) * (np.cos(angle) * X + np.sin(angle) * Z) + np.sin(lean) * Y
-        return np.concatenate([super()._axes(centres), own[:, None]], axis=1)
-
-    def _turns(self, centres: np.ndarray, halves: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """(k, 3) how far the change of each variable alone moves points along directions; the turn changes first."""
-        angle, lean = centres[:, :1], centres[:, 1:2]
-        axis = np.cos(lean) * (np.cos(angle) * X + np.sin(angle) * Z) + np.sin(lean) * Y
-        turn = halves[:, 2] * (self._off_axis[self.pairs.first[pair]] + self._off_axis[self.pairs.second[pair]])
-        return np.column_stack([super()._turns(centres, halves, pair, normal), turn * sine(normal, axis)])
-
-    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
-        """Whether the rasters have angles in the boxes, and the sockets tilt enough for the least of lean and turn."""
-        least = np.maximum(np.abs(centres[:, 1:]) - halves[:, 1:], 0.0)
-        free = np.cos(least).prod(axis=1) >= np.cos(self._tilt) - ROUNDING
-        return free & super().reachable(centres[:, :2], halves[:, :2])
+        return free & np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
 
 
 class SpringAtJoint(RodAtJoint):

@@ -20,7 +20,7 @@ import numpy as np
 
 from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, boxes_gap
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap
-from delta_cad.checks.clearance.pairing import HeldApart
+from delta_cad.checks.clearance.pairing import ClearancePair
 from delta_cad.checks.clearance.segments import near
 from delta_cad.checks.links import chain_of, clearance_frames, free_turn, swept_links, turn_about_x, turn_about_z
 from delta_cad.common.units import MM_PER_M
@@ -44,7 +44,7 @@ class PairSample:
         pose: Index of the position.
     """
 
-    pair: HeldApart
+    pair: ClearancePair
     distance_mm: float
     pose: int
 
@@ -82,14 +82,14 @@ class Sampler:
             self.poses_mm = np.tile(poses_mm, (3, 1))
             self.frames = {name: _turned(name, frame, tilt_rad) for name, frame in self.frames.items()}
 
-    def _arm_of(self, pair: HeldApart) -> str | None:
+    def _arm_of(self, pair: ClearancePair) -> str | None:
         """The upper arm of a pair of an arm and something fixed, whose shoulder angle decides all."""
         arms = [b.link for b in (pair.a, pair.b) if b.link.startswith("upper_arm")]
         others = [b.link for b in (pair.a, pair.b) if not b.link.startswith("upper_arm")]
         swept = swept_links(self._placement)
         return arms[0] if len(arms) == 1 and (others[0] == "base" or others[0] in swept) else None
 
-    def positions(self, pair: HeldApart) -> np.ndarray:
+    def positions(self, pair: ClearancePair) -> np.ndarray:
         """Indices of the positions at which a pair is measured.
 
         Few where one shoulder angle decides all. A rod beside what it hangs on leans most in the cube's corners, which
@@ -102,16 +102,16 @@ class Sampler:
         count = len(self.poses_mm) if self._turns(pair) else self._still
         return np.arange(count) if arm is None else self._spread[chain_of(arm)]
 
-    def _turns(self, pair: HeldApart) -> bool:
+    def _turns(self, pair: ClearancePair) -> bool:
         """Whether a rod of the pair is also measured turned about itself."""
         return len(self.poses_mm) > self._still and self._of_rods(pair)
 
     @staticmethod
-    def _of_rods(pair: HeldApart) -> bool:
+    def _of_rods(pair: ClearancePair) -> bool:
         """Whether a body of the pair is of a rod."""
         return any(b.link.startswith("rod") for b in (pair.a, pair.b))
 
-    def described(self, pair: HeldApart) -> str:
+    def described(self, pair: ClearancePair) -> str:
         """At how many positions a pair is measured, as text."""
         count, total = len(self.positions(pair)), self._still
         if pair.running_gap and self._of_rods(pair):
@@ -121,7 +121,7 @@ class Sampler:
             return f"{total} positions{turned if self._turns(pair) else ''}"
         return f"{count} positions spread over the shoulder angle, which alone decides, of {total}"
 
-    def _always(self, pair: HeldApart) -> float:
+    def _always(self, pair: ClearancePair) -> float:
         """Lower bound of the meshes' distance at all positions, from their profiles about a shoulder axis, mm."""
         arm = self._arm_of(pair)
         if arm is None:
@@ -135,7 +135,7 @@ class Sampler:
             self._profiles[b.name, arm] = HalfPlaneProfile(b.mesh, frame)
         return self._profiles[b.name, arm]
 
-    def closest(self, pairs: Sequence[HeldApart], *, is_sorted: bool = False) -> list[PairSample]:
+    def closest(self, pairs: Sequence[ClearancePair], *, is_sorted: bool = False) -> list[PairSample]:
         """The closest pairs.
 
         Args:
@@ -167,7 +167,7 @@ class Sampler:
                 samples.append(sample)
         return sorted(samples, key=lambda s: s.distance_mm)
 
-    def least(self, pairs: Sequence[HeldApart]) -> list[PairSample]:
+    def least(self, pairs: Sequence[ClearancePair]) -> list[PairSample]:
         """The smallest sample of all pairs at each position, to `TOLERANCE_MM`.
 
         Args:
@@ -184,7 +184,7 @@ class Sampler:
             if not (bound < best - TOLERANCE_MM).any():
                 continue
 
-            def hear(pose: int, mm: float, pair: HeldApart = pair) -> None:
+            def hear(pose: int, mm: float, pair: ClearancePair = pair) -> None:
                 if mm < best[pose]:
                     best[pose % self._still :: self._still] = mm
                     found[pose % self._still] = PairSample(pair, mm, pose)
@@ -192,7 +192,7 @@ class Sampler:
             self._smallest(pair, bound if self._turns(pair) else np.where(turned, np.inf, bound), best, hear)
         return [found[k] for k in range(self._still)]
 
-    def _sphere_bounds(self, pairs: Sequence[HeldApart]) -> np.ndarray:
+    def _sphere_bounds(self, pairs: Sequence[ClearancePair]) -> np.ndarray:
         """(pairs, n) lower bounds of the distances at all positions from bounding spheres, mm."""
         bodies = {b.name: b for pair in pairs for b in (pair.a, pair.b)}
         index = {name: k for k, name in enumerate(bodies)}
@@ -219,7 +219,7 @@ class Sampler:
         return f[:, :3, :3] @ b.centre + f[:, :3, 3]
 
     def _smallest(
-        self, pair: HeldApart, bound: np.ndarray, best: np.ndarray, hear: Callable[[int, float], None]
+        self, pair: ClearancePair, bound: np.ndarray, best: np.ndarray, hear: Callable[[int, float], None]
     ) -> PairSample | None:
         """The smallest of the pair's samples below `best`; None where the bounds say that there is none.
 
@@ -270,7 +270,7 @@ class Sampler:
         poses = (self.frames[x.link][sample.pose] @ x.placement for x in (a, b))
         return PairSample(sample.pair, self._engine.distance(a, b, *poses), sample.pose)
 
-    def _near_the_wrist(self, pair: HeldApart, best: float) -> tuple[CollisionBody, CollisionBody] | None:
+    def _near_the_wrist(self, pair: ClearancePair, best: float) -> tuple[CollisionBody, CollisionBody] | None:
         """The bodies of a pair, of the platform only what a body of a rod reaches; None where that is nothing.
 
         A rod turns about the centre of its ball, so its body stays within its lever of it, and what of the platform is
@@ -288,7 +288,7 @@ class Sampler:
         samples = [b if b is rod else near(b, ball, reach, chain) for b in (pair.a, pair.b)]
         return None if samples[0] is None or samples[1] is None else (samples[0], samples[1])
 
-    def _ball_bounds(self, pair: HeldApart, poses: np.ndarray) -> np.ndarray:
+    def _ball_bounds(self, pair: ClearancePair, poses: np.ndarray) -> np.ndarray:
         """(k,) lower bounds from the box of each body and the sphere of the other at some positions, mm."""
         out = np.full(len(poses), -np.inf)
         for one, other in ((pair.a, pair.b), (pair.b, pair.a)):
@@ -299,7 +299,7 @@ class Sampler:
             out = np.maximum(out, np.sqrt(np.einsum("ni,ni->n", off, off)) - other.radius)
         return out
 
-    def _box_bounds(self, pair: HeldApart, poses: np.ndarray) -> np.ndarray:
+    def _box_bounds(self, pair: ClearancePair, poses: np.ndarray) -> np.ndarray:
         """(k,) lower bounds of the distance from oriented bounding boxes at some positions, mm."""
         f, h = self.frames[pair.a.link][poses], self.frames[pair.b.link][poses]
         apart = h[:, :3, :3] @ pair.b.centre + h[:, :3, 3] - f[:, :3, :3] @ pair.a.centre - f[:, :3, 3]

@@ -22,19 +22,18 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import tree_of
-from delta_cad.checks.contact.common import common_size, volume
-from delta_cad.checks.contact.features import FeatureLibrary
-from delta_cad.checks.contact.placing import Key, located, relative_key
+from delta_cad.checks.contact.features import features
+from delta_cad.checks.contact.placing import Key, relative_key
+from delta_cad.checks.contact.shared_volume import runs_into
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.common.vectors import cross_rows
-from delta_cad.dimensions.layers import CORNERS, KEYS_MM, LONG_MM, cut_key_mm
+from delta_cad.dimensions.layers import CORNERS, KEYS_MM, SWING_RAD, key_legs_mm, longest_run
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement, chain_frame
-from delta_cad.solids.part import Occurrence, Part, Removal, ToolAccess
+from delta_cad.solids.part import Part, Removal, ToolAccess
 
-SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis, at least
 FINE_HEIGHTS = 2001  # of those at which the arms' angles are looked at
@@ -46,7 +45,6 @@ SPREAD_STEP = 64  # of the handle's heights one in so many, then
 CHAIN = re.compile(r"^(?!bezel_|mount_).*?_(\d)(?:_|$)")  # in an occurrence's name, but of screws of panel and floor
 OFF_MM = 0.1  # a tool begins so far before the face that it stands on
 STEP_MM = 4.0  # of a part that is drawn out: a tenth of what it is drawn through
-NOISE_MM3 = 0.05  # common volume that the kernel may see between faces that slide upon one another
 SHOWN = 8  # faults that a report names; their number is told
 
 
@@ -178,8 +176,7 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
     if not assembly.reached and not assembly.removals:
         return []
     scene = Scene(assembly, meshes, up_and_down(assembly.placement, limits))
-    library = FeatureLibrary()
-    swings = [(key_swing(reach, scene, library), reach) for reach in assembly.reached]
+    swings = [(key_swing(reach, scene), reach) for reach in assembly.reached]
     known: dict[Key, bool] = {}
     stuck = [(what, removal) for removal in assembly.removals if (what := _stuck(removal, scene, known))]
     return [_told_swings(swings), _told_stuck(stuck, len(assembly.removals))]
@@ -199,9 +196,9 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
         Millimetres: `MOST_MM` where that much more or something else is needed; where nothing is in the way 0 or less,
         down to `-SPARE_MM`: by so much it may be shorter.
     """
-    scene, library = Scene(assembly, meshes, up_and_down(assembly.placement, limits)[::SPREAD_STEP]), FeatureLibrary()
+    scene = Scene(assembly, meshes, up_and_down(assembly.placement, limits)[::SPREAD_STEP])
     still = [one for one in assembly.reached if one.screw in scene.index and scene.stands[scene.index[one.screw]]]
-    held = [one for one in still if key_swing(one, scene, library) < SWING_RAD]
+    held = [one for one in still if key_swing(one, scene) < SWING_RAD]
     out = np.zeros((len(scene.occurrences), 3))
     for k, occurrence in enumerate(scene.occurrences):
         if (chain := CHAIN.search(occurrence.name)) is not None:
@@ -210,7 +207,7 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
 
     def free(more_mm: float) -> bool:
         scene.frames[..., :3, 3] = home[..., :3, 3] + more_mm * out
-        return all(key_swing(one, scene, library) >= SWING_RAD for one in held or still)
+        return all(key_swing(one, scene) >= SWING_RAD for one in held or still)
 
     low, high = (0.0, MOST_MM) if held else (-SPARE_MM, 0.0)
     if not still or (held and not free(high)):
@@ -238,15 +235,23 @@ def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
 
 
 def _told_swings(swings: list[tuple[float, ToolAccess]]) -> CheckResult:
-    name, limit = "tool access", float(np.degrees(SWING_RAD))
     if not swings:
-        return CheckResult(name, True, None, limit, "deg", detail="no screw is stated to be reached")
-    swing, worst = min(swings, key=lambda found: found[0])
-    bad = [f"{reach.screw} {np.degrees(s):.0f} deg: {reach.reason}" for s, reach in swings if s < SWING_RAD]
+        limit = float(np.degrees(SWING_RAD))
+        return CheckResult("tool access", True, None, limit, "deg", detail="no screw is stated to be reached")
     detail = f"free swing of a hexagon key in its socket at the best position, least of {len(swings)} screws"
+    return swing_result("tool access", [(s, reach.screw, f": {reach.reason}") for s, reach in swings], detail)
+
+
+def swing_result(name: str, swings: list[tuple[float, str, str]], detail: str) -> CheckResult:
+    """Holds the least of some swings, each with its screw and a reason, against what a hexagon key needs."""
+    swing, worst, _ = min(swings, key=lambda found: found[0], default=(2.0 * np.pi, "", ""))
+    bad = [f"{screw} {np.degrees(s):.0f} deg{reason}" for s, screw, reason in swings if s < SWING_RAD]
     if bad:
         detail = f"{len(bad)} fail: {'; '.join(bad[:SHOWN])}; {detail}"
-    return CheckResult(name, not bad, np.degrees(swing), limit, "deg", worst_pair=(worst.screw,), detail=detail)
+    pair = (worst,) if worst else None
+    return CheckResult(
+        name, not bad, np.degrees(swing), float(np.degrees(SWING_RAD)), "deg", worst_pair=pair, detail=detail
+    )
 
 
 def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
@@ -258,18 +263,16 @@ def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
     return CheckResult("parts come off", not stuck, len(stuck), 0, "", worst_pair=names, detail=detail)
 
 
-def key_swing(reach: ToolAccess, scene: Scene, library: FeatureLibrary) -> float:
+def key_swing(reach: ToolAccess, scene: Scene) -> float:
     """Largest swing of a key's handle at any position, rad, up to the first that suffices; 0 where none is reached."""
     if reach.screw not in scene.index:
         return 0.0
     k = scene.index[reach.screw]
-    socket = _socket(scene.occurrences[k].part, library)
-    legs = next((one for one in KEYS_MM.items() if socket and abs(socket.flats_mm - one[0]) < SAME_MM), None)
-    if socket is None or legs is None:
+    socket = _socket(scene.occurrences[k].part)
+    flats = next((one for one in KEYS_MM if socket and abs(socket.flats_mm - one) < SAME_MM), None)
+    if socket is None or flats is None:
         return 0.0
-    long, short = legs[1]
-    longest = LONG_MM.get(legs[0], long)
-    keys = (short, long), (long, short), cut_key_mm(legs[0]), (longest, short)
+    keys = key_legs_mm(flats)
     if scene.stands[k]:  # what a part that stands still leaves no room for has none at any position
         keys = tuple(key for key in keys if _swing_at(0, k, socket, reach.way_mm, *key, scene, True) >= SWING_RAD)
     best = 0.0
@@ -310,36 +313,26 @@ def _swing_at(
         free = np.ones(count, dtype=bool)
         for bend in bends:
             free[free] = around.free(radius, bend, bend + out[free]) if free.any() else True
-        swing = _longest_run(free) * 2.0 * np.pi / count
+        steps = count if free.all() else max(longest_run(free) - 1, 0)
+        swing = steps * 2.0 * np.pi / count
         if not SWING_RAD - 4.0 * np.pi / DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
             break
     return swing
 
 
-def _longest_run(free: np.ndarray) -> int:
-    """Steps between the directions (n, bool) of the longest run that is free, round the circle."""
-    if free.all():
-        return len(free)
-    longest = run = 0
-    for one in np.roll(free, -int(free.argmin())):
-        run = run + 1 if one else 0
-        longest = max(longest, run)
-    return max(longest - 1, 0)
-
-
-def _socket(part: Part, library: FeatureLibrary) -> _Socket | None:
+def _socket(part: Part) -> _Socket | None:
     """The hexagon socket of a screw, z being its axis: planes along it that face it; None where it has none."""
     sides = [
         plane
-        for plane in library[part].planes
-        if abs(plane.normal[2]) < 1e-9 and plane.point @ plane.normal < 0.0  # the material is outside
+        for plane in features(part.solid).planes
+        if abs(plane.direction[2]) < 1e-9 and plane.point @ plane.direction < 0.0  # the material is outside
     ]
     if not sides:
         return None
     boxes = [plane.face.BoundingBox() for plane in sides]  # type: ignore[attr-defined]
     mouth, floor = max(box.zmax for box in boxes), min(box.zmin for box in boxes)
-    head = max(c.radius_mm for c in library[part].cylinders if not c.is_bore)
-    flats = 2.0 * min(-float(plane.point @ plane.normal) for plane in sides)
+    head = max(c.radius_mm for c in features(part.solid).cylinders if not c.is_hollow)
+    flats = 2.0 * min(-float(plane.point @ plane.direction) for plane in sides)
     return _Socket(flats, mouth, mouth - floor, head)
 
 
@@ -367,14 +360,7 @@ def _stuck(removal: Removal, scene: Scene, known: dict[Key, bool]) -> str:
             seen = np.linalg.inv(scene.frames[0, j]) @ moved
             key = (id(a.part), id(b.part), *relative_key("", "", seen))
             if key not in known:
-                known[key] = _runs_into(a, b, seen)
+                known[key] = runs_into(b.part.solid, a.part.solid, seen)
             if known[key]:
                 return f"meets {b.name} after {step:.0f} mm"
     return ""
-
-
-def _runs_into(a: Occurrence, b: Occurrence, a_in_b: np.ndarray) -> bool:
-    """Whether two exact solids share a volume; where the kernel contradicts itself they do."""
-    shapes = located(a.part.solid, a_in_b), b.part.solid.wrapped
-    common = common_size(shapes, (volume(shapes[0]), volume(shapes[1])), volume, NOISE_MM3)
-    return common is None or common > NOISE_MM3

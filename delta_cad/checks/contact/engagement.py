@@ -12,10 +12,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from delta_cad.assembly.faces import SolidFace
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.common import area, common_size
-from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary, Features, Plane
+from delta_cad.checks.contact.features import Features, features
 from delta_cad.checks.contact.placing import Key, relative_key
+from delta_cad.checks.contact.shared_volume import area, common_size
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
 from delta_cad.solids.part import Contact, location_of
@@ -34,7 +35,7 @@ def check_contacts(assembly: Assembly) -> CheckResult:
     Returns:
         `contacts engaged`: the smallest share of the asked length or area that any contact has; 1 is asked.
     """
-    library, known = FeatureLibrary(), dict[Key, float]()
+    known = dict[Key, float]()
     occurrences = {o.name: o for o in assembly.occurrences}
     placed = assembly.poses(assembly.home_mm)
     shares: list[tuple[float, Contact, str]] = []
@@ -47,7 +48,7 @@ def check_contacts(assembly: Assembly) -> CheckResult:
         a_in_b = np.linalg.inv(placed[b.name]) @ placed[a.name]
         key = (contact.kind, contact.gap_mm, id(a.part), id(b.part), *relative_key("", "", a_in_b))
         if key not in known:
-            known[key] = MEASURES[contact.kind](library[a.part], library[b.part], a_in_b, contact.gap_mm)
+            known[key] = MEASURES[contact.kind](features(a.part.solid), features(b.part.solid), a_in_b, contact.gap_mm)
         unit = "mm" if contact.kind in ("cylinder", "cable", "tip") else "mm^2"
         text = (
             f"{a.name} / {b.name} {known[key]:.2f} {unit} within {contact.gap_mm:g} mm, {contact.least:.2f} required: "
@@ -65,27 +66,20 @@ def check_contacts(assembly: Assembly) -> CheckResult:
 
 
 def cylinder_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the length over which outer cylinders of a part lie in bores of another.
+    """Length of the longest engagement, along one axis, of outer cylinders of a in bores of b, mm.
 
-    Args:
-        a: Faces of the inner part.
-        b: Faces of the outer part.
-        a_in_b: (4, 4) frame of the inner part in that of the outer one, mm.
-        gap_mm: Largest difference of the radii, and largest distance of the axes at the ends of what is engaged.
-
-    Returns:
-        Length of the longest engagement along one axis, mm; 0 where nothing is engaged.
+    The gap is that of the radii, and of the axes at the ends of what is engaged.
     """
-    bores = [c for c in b.cylinders if c.is_bore]
+    bores = [c for c in b.cylinders if c.is_hollow]
     best = 0.0
-    for shaft in (c.moved(a_in_b) for c in a.cylinders if not c.is_bore):
+    for shaft in (c.moved(a_in_b) for c in a.cylinders if not c.is_hollow):
         held = [(bore, span) for bore in bores if (span := _engaged(shaft, bore, gap_mm))]
         if sum(bore.turn_rad for bore, _ in held) >= LEAST_TURN_RAD:
             best = max(best, _union(span for _, span in held))
     return best
 
 
-def _engaged(shaft: Cylinder, bore: Cylinder, gap_mm: float) -> tuple[float, float] | None:
+def _engaged(shaft: SolidFace, bore: SolidFace, gap_mm: float) -> tuple[float, float] | None:
     """Where along the shaft's axis a bore holds it within a gap, mm from the shaft's point; None where it does not."""
     cosine = float(bore.direction @ shaft.direction)
     play = bore.radius_mm - shaft.radius_mm
@@ -114,31 +108,21 @@ def _union(spans: Iterator[tuple[float, float]]) -> float:
 
 
 def common_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the area over which plane faces of two parts lie upon one another.
-
-    Args:
-        a: Faces of one part.
-        b: Faces of the other.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest distance along the normal.
-
-    Returns:
-        Common area, mm^2.
-    """
+    """Area over which plane faces of two parts lie upon one another, the gap along their normal, mm^2."""
     turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
     shared = 0.0
     for one in a.planes:
-        normal, point = turn @ one.normal, turn @ one.point + shift
+        normal, point = turn @ one.direction, turn @ one.point + shift
         for other in b.planes:
-            gap = float((point - other.point) @ other.normal)
-            if normal @ other.normal < -np.sqrt(1.0 - ALONG**2) and abs(gap) <= gap_mm:
+            gap = float((point - other.point) @ other.direction)
+            if normal @ other.direction < -np.sqrt(1.0 - ALONG**2) and abs(gap) <= gap_mm:
                 onto = a_in_b.copy()
-                onto[:3, 3] -= gap * other.normal
+                onto[:3, 3] -= gap * other.direction
                 shared += _common_of_faces(one, other, onto)
     return shared
 
 
-def _common_of_faces(one: Plane, other: Plane, onto: np.ndarray) -> float:
+def _common_of_faces(one: SolidFace, other: SolidFace, onto: np.ndarray) -> float:
     """Area that two faces of one plane share, the first moved by a (4, 4) frame, mm^2; 0 where the kernel fails."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
@@ -153,41 +137,24 @@ def _common_of_faces(one: Plane, other: Plane, onto: np.ndarray) -> float:
 
 
 def seat_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the area of spherical seats of one part in which a ball of another lies.
-
-    Args:
-        a: Faces of the part with the ball.
-        b: Faces of the part with the seat.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest difference of the radii, and largest distance of the centres.
-
-    Returns:
-        Area of the seats, mm^2.
-    """
+    """Area of the spherical seats of b in which a ball of a lies, the gap of radii and of centres, mm^2."""
     seated = 0.0
-    for ball in (s for s in a.spheres if not s.is_seat):
-        centre = a_in_b[:3, :3] @ ball.centre + a_in_b[:3, 3]
-        for seat in (s for s in b.spheres if s.is_seat):
+    for ball in (s for s in a.spheres if not s.is_hollow):
+        centre = a_in_b[:3, :3] @ ball.point + a_in_b[:3, 3]
+        for seat in (s for s in b.spheres if s.is_hollow):
             fits = -INSIDE_MM <= seat.radius_mm - ball.radius_mm <= gap_mm
-            if fits and np.linalg.norm(seat.centre - centre) <= gap_mm:
+            if fits and np.linalg.norm(seat.point - centre) <= gap_mm:
                 seated += seat.area_mm2
     return seated
 
 
 def cable_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the length of a cable, of arcs and straight pieces, that lies on round faces of a part or fills bores.
+    """Length of a cable a, of arcs and straight pieces, that lies on round faces of b or fills bores of it, mm.
 
-    Args:
-        a: Faces of the cable.
-        b: Faces of the part that it lies on.
-        a_in_b: (4, 4) frame of the cable in that of the part, mm.
-        gap_mm: Largest distance of the cable's surface from the face, either way.
-
-    Returns:
-        Length along the cable's middle, mm.
+    The gap is that of the cable's surface from the face, either way.
     """
     length = 0.0
-    for points, step, radius in (*map(_middle, a.arcs), *(_axis(c) for c in a.cylinders if not c.is_bore)):
+    for points, step, radius in (*map(_middle, a.tori), *(_axis(c) for c in a.cylinders if not c.is_hollow)):
         points = points @ a_in_b[:3, :3].T + a_in_b[:3, 3]
         lies = np.zeros(len(points), dtype=bool)
         for cylinder in b.cylinders:
@@ -196,16 +163,16 @@ def cable_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) ->
     return length
 
 
-def _middle(arc: Arc) -> tuple[np.ndarray, float, float]:
+def _middle(arc: SolidFace) -> tuple[np.ndarray, float, float]:
     """(n, 3) points along the middle of an arc, mm, each in the middle of its step, that step and the radius, mm."""
     count = max(int(arc.ring_mm * arc.turn_rad / STEP_MM), 1)
     angle = (np.arange(count) + 0.5) * arc.turn_rad / count
     second = np.cross(arc.direction, arc.first)
     around = np.cos(angle)[:, None] * arc.first + np.sin(angle)[:, None] * second
-    return arc.centre + arc.ring_mm * around, arc.ring_mm * arc.turn_rad / count, arc.radius_mm
+    return arc.point + arc.ring_mm * around, arc.ring_mm * arc.turn_rad / count, arc.radius_mm
 
 
-def _axis(piece: Cylinder) -> tuple[np.ndarray, float, float]:
+def _axis(piece: SolidFace) -> tuple[np.ndarray, float, float]:
     """The same of a straight piece."""
     length = piece.end_mm - piece.start_mm
     count = max(int(length / STEP_MM), 1)
@@ -213,39 +180,32 @@ def _axis(piece: Cylinder) -> tuple[np.ndarray, float, float]:
     return piece.point + along[:, None] * piece.direction, length / count, piece.radius_mm
 
 
-def _along(points: np.ndarray, face: Cylinder, radius_mm: float, gap_mm: float) -> np.ndarray:
+def _along(points: np.ndarray, face: SolidFace, radius_mm: float, gap_mm: float) -> np.ndarray:
     """(n,) whether a round cable along (n, 3) points touches a face, or fills a bore, within its ends and its turn."""
     apart = points - face.point
     along = apart @ face.direction
     across = apart - along[:, None] * face.direction
     off = np.linalg.norm(across, axis=1)
-    if face.is_bore:
+    if face.is_hollow:
         close = (off <= gap_mm) & (-INSIDE_MM <= face.radius_mm - radius_mm <= gap_mm)
     else:
         close = np.abs(off - face.radius_mm - radius_mm) <= gap_mm
     turned = np.arctan2(across @ np.cross(face.direction, face.first), across @ face.first)
     within = np.mod(turned + ALONG, 2.0 * np.pi) <= face.turn_rad + 2.0 * ALONG
-    return close & (along >= face.start_mm) & (along <= face.end_mm) & (within | face.is_bore)
+    return close & (along >= face.start_mm) & (along <= face.end_mm) & (within | face.is_hollow)
 
 
 def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the length over which a round flat end of one part lies along a shaft of another.
+    """Length of the longest line on which a round flat end of a lies along a shaft of b, mm.
 
-    Args:
-        a: Faces of the part with the end.
-        b: Faces of the part with the shaft.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest distance of the end from the shaft's surface, either way.
-
-    Returns:
-        Length along the shaft, mm, of the longest such line; 0 where none touches.
+    The gap is that of the end from the shaft's surface, either way.
     """
     turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
     best = 0.0
     for end in a.planes:
         centre = turn @ end.centre + shift
-        normal, radius = turn @ end.normal, np.sqrt(end.area_mm2 / np.pi)
-        for shaft in (c for c in b.cylinders if not c.is_bore):
+        normal, radius = turn @ end.direction, np.sqrt(end.area_mm2 / np.pi)
+        for shaft in (c for c in b.cylinders if not c.is_hollow):
             apart = centre - shaft.point
             along = float(apart @ shaft.direction)
             across = apart - along * shaft.direction
@@ -259,24 +219,16 @@ def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> f
 
 
 def end_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the area of the flat end with which one piece of a cable goes on where another ends.
+    """Area of the smaller flat end with which one piece of a cable goes on where another ends, mm^2.
 
-    A straight piece meets one of a helix at the helix's lead, which is the fleet angle's matter: up to its limit.
-
-    Args:
-        a: Faces of one piece.
-        b: Faces of the other.
-        a_in_b: (4, 4) frame of the first in that of the second, mm.
-        gap_mm: Largest distance of the middles of both ends.
-
-    Returns:
-        Area of the smaller end, mm^2; 0 where no two ends meet.
+    A straight piece meets one of a helix at the helix's lead, which is the fleet angle's matter: up to its limit. The
+    gap is that of the middles of both ends.
     """
     turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
     met = 0.0
     for one in a.planes:
         for other in b.planes:
-            onward = -(turn @ one.normal) @ other.normal > np.cos(FLEET_LIMIT_RAD)
+            onward = -(turn @ one.direction) @ other.direction > np.cos(FLEET_LIMIT_RAD)
             if onward and np.linalg.norm(turn @ one.centre + shift - other.centre) <= gap_mm:
                 met = max(met, min(one.area_mm2, other.area_mm2))
     return met
@@ -290,3 +242,5 @@ MEASURES: dict[str, Callable[[Features, Features, np.ndarray, float], float]] = 
     "tip": tip_length,
     "end": end_area,
 }
+"""Kind of contact -> its measure, of faces of parts a and b, the (4, 4) frame of a in b and the largest gap, mm, as a
+length, mm, or an area, mm^2; 0 where nothing is engaged."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -16,10 +15,10 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine, bodies_of, body
 from delta_cad.checks.clearance.containment import holds
-from delta_cad.checks.contact.common import common_size, volume
-from delta_cad.checks.contact.order.swept import Outline, turned_solid
-from delta_cad.checks.contact.placing import Key, gaps_on_one_link, located, relative_key
+from delta_cad.checks.contact.order.swept_bodies import common_with_discs, solid_extents
+from delta_cad.checks.contact.placing import Key, gaps_on_one_link, relative_key
 from delta_cad.checks.contact.poses import Turning, contact_positions
+from delta_cad.checks.contact.shared_volume import NOISE_MM3, common_volume
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
@@ -111,10 +110,8 @@ class _Overlaps:
 
     def __init__(self, meshes: MeshLibrary) -> None:
         self._meshes, self._engine = meshes, DistanceEngine()
-        self._sizes: dict[str, float] = {}
         self._known: dict[Key, float | None] = {}
         self._turned: dict[Key, float | None] = {}
-        self._outlines: dict[str, Outline] = {}
 
     def worst(self, name: str, touches: list[Touch]) -> CheckResult:
         """The pair closest to or farthest over its limit."""
@@ -144,7 +141,7 @@ class _Overlaps:
         if key not in self._known and self._certainly_apart(a, b, t.b_in_a):
             self._known[key] = 0.0
         if key not in self._known:
-            self._known[key] = common_volume(a.solid, b.solid, t.b_in_a, (self._size(a), self._size(b)))
+            self._known[key] = common_volume(a.solid, b.solid, t.b_in_a)
         return self._known[key]
 
     def _at_any_turn(self, a: Part, b: Part, turning: Turning) -> float | None:
@@ -168,31 +165,17 @@ class _Overlaps:
         range_rad: tuple[float, float] | None,
     ) -> float | None:
         """Volume of a part within the discs that hold what of another one comes to its angles about the joint."""
-        between = None if range_rad is None else self._outline(other).angles(joint_there)
+        between = None if range_rad is None else solid_extents(other.solid).angles(joint_there)
         if between is not None and range_rad is not None:
             between = (between[0] + range_rad[0], between[1] + range_rad[1])
-        holder = turned_solid(self._outline(turned).discs(joint, within_rad=between), joint)
-        if holder is None:
-            return None
-        shapes = holder, located(other.solid, joint @ np.linalg.inv(joint_there))
-        return common_size(shapes, (volume(holder), self._size(other)), volume, OVERLAP_MM3 / 10.0)
-
-    def _outline(self, part: Part) -> Outline:
-        if part.number not in self._outlines:
-            self._outlines[part.number] = Outline(part.solid)
-        return self._outlines[part.number]
-
-    def _size(self, part: Part) -> float:
-        """Volume of a part, mm^3."""
-        if part.number not in self._sizes:
-            self._sizes[part.number] = volume(part.solid.wrapped)
-        return self._sizes[part.number]
+        discs = solid_extents(turned.solid).discs(joint, within_rad=between)
+        return common_with_discs(discs, joint, other.solid, joint @ np.linalg.inv(joint_there), NOISE_MM3)
 
     def _certainly_apart(self, a: Part, b: Part, b_in_a: np.ndarray) -> bool:
         """Whether a face of a box about one has the other beyond it, or the meshes are apart, neither in the other."""
         axes = np.concatenate([np.eye(3), b_in_a[:3, :3].T])
-        low, high = self._outline(a).extents(axes)
-        low_b, high_b = (x + axes @ b_in_a[:3, 3] for x in self._outline(b).extents(axes @ b_in_a[:3, :3]))
+        low, high = solid_extents(a.solid).extents(axes)
+        low_b, high_b = (x + axes @ b_in_a[:3, 3] for x in solid_extents(b.solid).extents(axes @ b_in_a[:3, :3]))
         if max((low_b - high).max(), (low - high_b).max()) >= -TOUCH_MM:
             return True
         one = body(a.number, a.number, "", self._meshes[a.number], np.eye(4))
@@ -201,19 +184,3 @@ class _Overlaps:
         if apart <= one.mesh.deviation_mm + other.mesh.deviation_mm:
             return False
         return not holds(one.mesh, other.mesh, np.eye(4), b_in_a)
-
-
-def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, float] | None = None) -> float | None:
-    """Computes the volume that two solids share.
-
-    Args:
-        a: One `cadquery.Solid`.
-        b: The other.
-        b_in_a: (4, 4) frame of b in the frame of a, mm.
-        volumes: Their volumes by the kernel where they are known, mm^3.
-
-    Returns:
-        Volume, mm^3; None where the kernel contradicts itself, see `common_size`.
-    """
-    shapes = (a.wrapped, located(b, b_in_a))
-    return common_size(shapes, volumes or (volume(shapes[0]), volume(shapes[1])), volume, OVERLAP_MM3 / 10.0)

@@ -12,7 +12,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.attachment import SEAT_MM
 from delta_cad.checks.contact.clamped_stack import largest_gaps
-from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
@@ -69,13 +69,12 @@ def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
         `screws engaged` (least length of thread in diameters), `screws seated` (largest gap between the parts that a
         screw clamps, from under its head to the thread, mm) and `holes filled` (number of empty ones).
     """
-    library = FeatureLibrary()
     engaged: list[tuple[float, str]] = []
     seated: list[tuple[float, str]] = []
     for carried in carried_by_link(assembly).values():
         bearing_out = _bearing_out(assembly, {o.name for o in carried})
-        bores = _cylinders(carried, [o.placement for o in carried], library, True)
-        for screw in _screws(carried, library):
+        bores = _cylinders(carried, [o.placement for o in carried], True)
+        for screw in _screws(carried):
             o = carried[screw.index]
             length, start = _engagement(screw, o, bores)
             engaged.append((-length / screw.nominal if length > 0.0 else 0.0, o.name))
@@ -84,15 +83,15 @@ def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
     return [
         _worst("screws engaged", engaged, -ENGAGED_LEAST, "", "diameters of thread"),
         _worst("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
-        _filled(assembly, library),
+        _filled(assembly),
     ]
 
 
-def _filled(assembly: Assembly, library: FeatureLibrary) -> CheckResult:
+def _filled(assembly: Assembly) -> CheckResult:
     """Whether every tapped or reamed hole holds something, on whatever link, at the exported position."""
     every, placed = assembly.occurrences, assembly.poses(assembly.home_mm)
     frames = [placed[o.name] for o in every]
-    bores, shafts = (_cylinders(every, frames, library, is_bore) for is_bore in (True, False))
+    bores, shafts = (_cylinders(every, frames, is_bore) for is_bore in (True, False))
     empty: list[tuple[str, str]] = []
     holes = 0
     for k, o in enumerate(every):
@@ -117,15 +116,13 @@ def _worst(name: str, values: Sequence[tuple[float, str]], limit: float, unit: s
     return CheckResult(name, not bad, shown, abs(limit), unit, worst_pair=(worst,), detail=detail)
 
 
-def _cylinders(
-    carried: Sequence[Occurrence], frames: Sequence[np.ndarray], library: FeatureLibrary, is_bore: bool
-) -> _Cylinders:
+def _cylinders(carried: Sequence[Occurrence], frames: Sequence[np.ndarray], is_bore: bool) -> _Cylinders:
     """All bores, or all outer cylinders, of occurrences in their (4, 4) frames."""
     rows = [
         (k, c.moved(frame))
         for k, (o, frame) in enumerate(zip(carried, frames, strict=True))
-        for c in library[o.part].cylinders
-        if c.is_bore == is_bore
+        for c in features(o.part.solid).cylinders
+        if c.is_hollow == is_bore
     ]
     return _Cylinders(
         np.array([k for k, _ in rows], dtype=int),
@@ -136,7 +133,7 @@ def _cylinders(
     )
 
 
-def _screws(carried: Sequence[Occurrence], library: FeatureLibrary) -> list[_Screw]:
+def _screws(carried: Sequence[Occurrence]) -> list[_Screw]:
     """The screws of a link, measured on their solids: the shank is the outer cylinder below the origin."""
     screws = []
     for k, o in enumerate(carried):
@@ -144,8 +141,8 @@ def _screws(carried: Sequence[Occurrence], library: FeatureLibrary) -> list[_Scr
             continue
         on_axis = [
             c
-            for c in library[o.part].cylinders
-            if not c.is_bore and abs(c.direction[2]) > 1.0 - 1e-9 and np.hypot(*c.point[:2]) < 1e-6
+            for c in features(o.part.solid).cylinders
+            if not c.is_hollow and abs(c.direction[2]) > 1.0 - 1e-9 and np.hypot(*c.point[:2]) < 1e-6
         ]
         ends = [sorted(c.point[2] + c.direction[2] * v for v in (c.start_mm, c.end_mm)) for c in on_axis]
         shank = [(low, c.radius_mm) for c, (low, high) in zip(on_axis, ends, strict=True) if high <= 1e-6]

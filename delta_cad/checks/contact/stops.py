@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.common import common_size, volume
 from delta_cad.checks.contact.placing import Key, relative_key
+from delta_cad.checks.contact.shared_volume import NOISE_MM3, common_size, volume
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.part import Occurrence, Stop, location_of
 
 WITHIN_RAD = np.radians(1.0)  # of the stated angle: a third of the margin outside the cube
-NOISE_MM3 = 1e-3  # common volume that the kernel may see between faces that touch
 Y = np.array([0.0, 1.0, 0.0])
 
 

@@ -106,7 +106,7 @@ def unreached(part: Part) -> Iterator[Finding]:
 
 def round_bores(part: Part) -> list[Bore]:
     """The bores that are drilled or bored, not the bottoms of slots, which are milled from their sides."""
-    cylinders = [c for c in features(part.solid).cylinders if c.is_bore]
+    cylinders = [c for c in features(part.solid).cylinders if c.is_hollow]
 
     def turn_rad(bore: Bore) -> float:
         start, along = np.array(bore.start_mm), np.array(bore.direction)

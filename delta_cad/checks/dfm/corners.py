@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from delta_cad.checks.contact.features import features
 from delta_cad.checks.dfm.bores import Finding
 from delta_cad.solids.part import Part
-from delta_cad.solids.primitive import closed_corners
 
 DEPTH_CUTTERS = 5.0  # of a corner, in diameters of the cutter that goes round it: a long end mill still cuts aluminium
 LEAST_CUTTER_MM = 1.0  # in a corner: thinner ones are an engraver's
@@ -16,6 +15,8 @@ WHOLE_RAD = 3.0  # a wall that turns further is a bore's, or the end or the bott
 
 def sharp_corners(part: Part) -> Iterator[Finding]:
     """Straight inner edges without a radius that no flat end mill makes."""
+    from delta_cad.solids.primitive import closed_corners  # loads the CAD kernel
+
     for corner in closed_corners(part.solid):
         if corner.is_straight:
             x, y, z = corner.point
@@ -26,7 +27,7 @@ def sharp_corners(part: Part) -> Iterator[Finding]:
 def corner_radii(part: Part) -> Iterator[Finding]:
     """Depth of each rounded inner corner in diameters of the largest cutter that goes round it."""
     for face in features(part.solid).cylinders:
-        if not face.is_bore or face.turn_rad >= WHOLE_RAD:
+        if not face.is_hollow or face.turn_rad >= WHOLE_RAD:
             continue
         deep, cutter = abs(face.end_mm - face.start_mm), 2.0 * face.radius_mm
         x, y, z = face.point + (face.start_mm + face.end_mm) / 2 * face.direction + face.radius_mm * face.first

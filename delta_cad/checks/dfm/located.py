@@ -8,13 +8,13 @@ What is said of a bore agrees with itself: the core of its thread, the zone of i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from delta_cad import catalogue
-from delta_cad.checks.contact.features import Cylinder, Features, features
+from delta_cad.assembly.faces import SolidFace
+from delta_cad.checks.contact.features import Features, features
 from delta_cad.common.vectors import cross_length
 from delta_cad.dimensions.tolerances import deviations_um, tip_mm
 from delta_cad.solids.part import Bore, Part
@@ -25,15 +25,6 @@ ENDS_MM = 0.005  # of a bore that begins and ends in planes
 DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
 BEYOND_MM = 0.02  # past a bore's end, where there is air or metal
 TIP_DEG = 1e-3  # of a drill's tip
-
-
-@dataclass(frozen=True, eq=False)
-class _Cone:
-    """A conical face with the material outside: (3,) apex, (3,) unit vector from its wide end to the apex, angle."""
-
-    apex: np.ndarray
-    direction: np.ndarray
-    tip_deg: float
 
 
 def location_faults(part: Part) -> list[str]:
@@ -50,11 +41,11 @@ def location_faults(part: Part) -> list[str]:
     bores = [bore for hole in part.holes for bore in hole.bores]
     if not bores:
         return []
-    seen, cones = features(part.solid), _cones(part.solid)
+    seen = features(part.solid)
     inside = BRepClass3d_SolidClassifier(part.solid.wrapped)
     faults = []
     for bore in bores:
-        fault = _said_wrong(bore) or _fault(bore, bores, seen, cones, inside)
+        fault = _said_wrong(bore) or _fault(bore, bores, seen, inside)
         if fault:
             x, y, z = bore.start_mm
             faults.append(f"the bore of {bore.diameter_mm:g} mm at ({x:.2f}, {y:.2f}, {z:.2f}) {fault}")
@@ -71,11 +62,11 @@ def _said_wrong(bore: Bore) -> str:
     return f"is {missing}, which its callout {bore.callout!r} does not say" if missing else ""
 
 
-def _fault(bore: Bore, every: list[Bore], seen: Features, cones: list[_Cone], inside: Any) -> str:
+def _fault(bore: Bore, every: list[Bore], seen: Features, inside: Any) -> str:
     """What of a bore is not as declared, or ""."""
     start, along, radius = np.array(bore.start_mm), np.array(bore.direction), bore.diameter_mm / 2
     end = bore.depth_mm + tip_mm(bore.diameter_mm, bore.tip_deg)
-    coaxial = [c for c in seen.cylinders if c.is_bore and _on_axis(c.point, c.direction, start, along)]
+    coaxial = [c for c in seen.cylinders if c.is_hollow and _on_axis(c.point, c.direction, start, along)]
     own = [c for c in coaxial if abs(c.radius_mm - radius) <= DIAMETER_MM / 2 and _overlaps(c, bore)]
     if not own:
         return "is not there"
@@ -88,9 +79,10 @@ def _fault(bore: Bore, every: list[Bore], seen: Features, cones: list[_Cone], in
     off = abs(low) - _slack_mm(seen, start, along, radius), abs(high - bore.depth_mm) - slack
     if max(off) > ENDS_MM or reached < high - ENDS_MM:
         return f"goes from {low:.3f} to {min(high, reached):.3f} mm along its axis, declared 0 to {bore.depth_mm:.3f}"
-    tips = [c for c in cones if _on_axis(c.apex, c.direction, start, along) and c.direction @ along > 0.0]
-    tips = [c for c in tips if abs((c.apex - start) @ along - end) <= ENDS_MM]
-    if bool(bore.tip_deg) != bool(tips) or any(abs(c.tip_deg - bore.tip_deg) > TIP_DEG for c in tips):
+    tips = [c for c in seen.cones if c.is_hollow and _on_axis(c.apex, c.direction, start, along)]
+    tips = [c for c in tips if (c.apex - c.centre) @ along > 0.0 and abs((c.apex - start) @ along - end) <= ENDS_MM]
+    tips_deg = [2.0 * abs(float(np.degrees(c.half_angle_rad))) for c in tips]
+    if bool(bore.tip_deg) != bool(tips) or any(abs(tip - bore.tip_deg) > TIP_DEG for tip in tips_deg):
         return f"does not end as declared, with a tip of {bore.tip_deg:g} deg (0: flat)"
     beyond = start + (end + BEYOND_MM + slack) * along
     if not bore.through and any(_covers(other, beyond) for other in every):
@@ -104,7 +96,7 @@ def _on_axis(point: np.ndarray, direction: np.ndarray, start: np.ndarray, along:
     return bool(cross_length(direction, along) < ALONG and off < AXIS_MM)
 
 
-def _span(c: Cylinder, start: np.ndarray, along: np.ndarray) -> tuple[float, float]:
+def _span(c: SolidFace, start: np.ndarray, along: np.ndarray) -> tuple[float, float]:
     """From where to where a face goes along a bore's axis, from its start."""
     at, sense = float((c.point - start) @ along), float(np.sign(c.direction @ along))
     low, high = sorted((at + sense * c.start_mm, at + sense * c.end_mm))
@@ -113,11 +105,11 @@ def _span(c: Cylinder, start: np.ndarray, along: np.ndarray) -> tuple[float, flo
 
 def _slack_mm(seen: Features, point: np.ndarray, along: np.ndarray, radius_mm: float) -> float:
     """How far the rim of a bore may lie from where its axis enters: nothing in a plane face across it."""
-    flat = (p for p in seen.planes if cross_length(p.normal, along) < ALONG)
+    flat = (p for p in seen.planes if cross_length(p.direction, along) < ALONG)
     return 0.0 if any(abs(float((p.point - point) @ along)) <= ENDS_MM for p in flat) else radius_mm
 
 
-def _overlaps(c: Cylinder, bore: Bore) -> bool:
+def _overlaps(c: SolidFace, bore: Bore) -> bool:
     low, high = _span(c, np.array(bore.start_mm), np.array(bore.direction))
     return high > ENDS_MM and low < bore.depth_mm - ENDS_MM
 
@@ -135,23 +127,3 @@ def _is_inside(classifier: Any, point: np.ndarray) -> bool:
 
     classifier.Perform(gp_Pnt(*point.tolist()), 1e-7)
     return classifier.State() == TopAbs_IN
-
-
-def _cones(solid: Any) -> list[_Cone]:
-    """The conical faces of a solid with the material outside."""
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import GeomAbs_Cone
-
-    found = []
-    for face in solid.Faces():
-        surface = BRepAdaptor_Surface(face.wrapped)
-        if surface.GetType() != GeomAbs_Cone:
-            continue
-        cone = surface.Cone()
-        apex, axis = cone.Apex(), cone.Axis().Direction()
-        point, direction = (np.array([v.X(), v.Y(), v.Z()]) for v in (apex, axis))
-        to_apex = point - np.array(face.Center().toTuple())
-        direction = direction if direction @ to_apex > 0.0 else -direction
-        if np.array(face.normalAt().toTuple()) @ direction < 0.0:
-            found.append(_Cone(point, direction, 2.0 * abs(float(np.degrees(cone.SemiAngle())))))
-    return found

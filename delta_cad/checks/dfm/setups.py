@@ -9,7 +9,6 @@ import numpy as np
 from delta_cad.checks.dfm.bores import Finding, round_bores
 from delta_cad.common.once import once
 from delta_cad.solids.part import Part
-from delta_cad.solids.primitive import corner_ways
 
 MOST = 4.0  # each loses a hundredth of a millimetre, and costs as much as the cutting
 SAME = 1e-4  # sine of the angle between directions that one clamping has
@@ -29,6 +28,8 @@ def _fewest(part: Part) -> tuple[int, str]:
     They are found one by one, each time the direction that most of what is left is made from; the least may be smaller.
     A bore that goes through is made from either end.
     """
+    from delta_cad.solids.primitive import corner_ways  # loads the CAD kernel
+
     asked: list[list[np.ndarray]] = []
     for bore in round_bores(part):
         along = np.array(bore.direction)

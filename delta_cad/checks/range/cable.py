@@ -15,8 +15,9 @@ from math import acos, atan, atan2, degrees, hypot, inf, pi, sqrt, tau
 
 import numpy as np
 
+from delta_cad.assembly.faces import SolidFace
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.links import swept_links
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
@@ -75,11 +76,11 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
     """
     if not swept_links(assembly.placement):
         return []
-    library, limit = FeatureLibrary(), degrees(FLEET_LIMIT_RAD)
+    limit = degrees(FLEET_LIMIT_RAD)
     seen: list[tuple[int, _Seen]] = []
     for i in CHAINS:
         try:
-            seen.append((i, _seen(assembly, i, library)))
+            seen.append((i, _seen(assembly, i)))
         except _NotFoundError as error:
             told = f"chain {i}: {error}"
             return [
@@ -104,7 +105,7 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
     ]
 
 
-def _seen(assembly: Assembly, i: int, library: FeatureLibrary) -> _Seen:
+def _seen(assembly: Assembly, i: int) -> _Seen:
     """Follows the cable of a chain from stop to stop."""
     placed = assembly.poses(assembly.home_mm)
     occurrences = {o.name: o for o in assembly.occurrences}
@@ -117,12 +118,12 @@ def _seen(assembly: Assembly, i: int, library: FeatureLibrary) -> _Seen:
     shoulder = np.linalg.inv(joint.frame_a)
     sector, pinion, turns = (occurrences[name] for name in names)
     own = np.linalg.inv(joint.frame_b) @ sector.placement
-    s = _sector([c.moved(own) for c in library[sector.part].cylinders])
+    s = _sector([c.moved(own) for c in features(sector.part.solid).cylinders])
     arm = shoulder @ np.asarray(assembly.placement(assembly.home_mm)[sector.link]) @ joint.frame_b
     home = atan2(arm[2, 0], arm[0, 0])
     p = _pinion(
-        [c.moved(shoulder @ placed[pinion.name]) for c in library[pinion.part].cylinders],
-        [_moved(arc, shoulder @ placed[turns.name]) for arc in library[turns.part].arcs],
+        [c.moved(shoulder @ placed[pinion.name]) for c in features(pinion.part.solid).cylinders],
+        [arc.moved(shoulder @ placed[turns.name]) for arc in features(turns.part.solid).tori],
     )
     half, small = p.pitch_mm - p.bottom_mm, p.pitch_mm
     wound = s.rim_mm + half
@@ -150,21 +151,21 @@ def _seen(assembly: Assembly, i: int, library: FeatureLibrary) -> _Seen:
     return _Seen(fleet, min(spare, -off) if off else spare, told)
 
 
-def _is_along_y(c: Cylinder) -> bool:
+def _is_along_y(c: SolidFace) -> bool:
     return bool(np.hypot(c.direction[0], c.direction[2]) < ALONG)
 
 
-def _sector(cylinders: list[Cylinder]) -> _Sector:
+def _sector(cylinders: list[SolidFace]) -> _Sector:
     """Reads a sector: its rim is the largest round face about the axis, the cable's slots are its narrowest across."""
-    round_y = [c for c in cylinders if _is_along_y(c) and not c.is_bore]
+    round_y = [c for c in cylinders if _is_along_y(c) and not c.is_hollow]
     on_axis = [c for c in round_y if np.hypot(c.point[0], c.point[2]) < OFF_MM]
     if not on_axis:
         raise _NotFoundError("the sector has no rim about the shoulder's axis")
     rim = max(c.radius_mm for c in on_axis)
     sides = [y for c in on_axis if c.radius_mm > rim - OFF_MM for y in _ends_y(c)]
-    across = [c for c in cylinders if c.is_bore and abs(c.direction[1]) < ALONG]
+    across = [c for c in cylinders if c.is_hollow and abs(c.direction[1]) < ALONG]
     narrow = min((c.radius_mm for c in across), default=0.0)
-    slots: list[Cylinder] = []
+    slots: list[SolidFace] = []
     for c in across:
         if c.radius_mm < narrow + OFF_MM and not any(np.linalg.norm(_foot(c) - _foot(o)) < OFF_MM for o in slots):
             slots.append(c)
@@ -186,26 +187,19 @@ def _sector(cylinders: list[Cylinder]) -> _Sector:
     )
 
 
-def _foot(c: Cylinder) -> np.ndarray:
+def _foot(c: SolidFace) -> np.ndarray:
     """(3,) point of an axis across y that is nearest to the y axis, mm."""
     return c.point - (c.point @ c.direction) * c.direction + (c.point[1] * c.direction[1]) * c.direction
 
 
-def _ends_y(c: Cylinder) -> list[float]:
+def _ends_y(c: SolidFace) -> list[float]:
     """Both ends of a cylinder along y, mm."""
     return [float(c.point[1] + v * c.direction[1]) for v in (c.start_mm, c.end_mm)]
 
 
-def _moved(arc: Arc, frame: np.ndarray) -> Arc:
-    turn, shift = frame[:3, :3], frame[:3, 3]
-    return Arc(
-        turn @ arc.centre + shift, turn @ arc.direction, arc.ring_mm, arc.radius_mm, arc.turn_rad, turn @ arc.first
-    )
-
-
-def _pinion(cylinders: list[Cylinder], arcs: list[Arc]) -> _Pinion:
+def _pinion(cylinders: list[SolidFace], arcs: list[SolidFace]) -> _Pinion:
     """Reads a pinion: its groove's bottom is the round face nearest under its turns, which lie on it in arcs."""
-    drums = [c for c in cylinders if _is_along_y(c) and not c.is_bore]
+    drums = [c for c in cylinders if _is_along_y(c) and not c.is_hollow]
     if not drums or not arcs:
         raise _NotFoundError("the pinion has no drum along the shoulder's axis, or no turns lie on it")
     axis = drums[0].point[[0, 2]]
@@ -225,14 +219,14 @@ def _pinion(cylinders: list[Cylinder], arcs: list[Arc]) -> _Pinion:
     return _Pinion((float(axis[0]), float(axis[1])), middle, thin, (min(groove), max(groove)), climb, wrap, ends, off)
 
 
-def _along(arc: Arc, axis: np.ndarray) -> np.ndarray:
+def _along(arc: SolidFace, axis: np.ndarray) -> np.ndarray:
     """(n, 3) polar angle about an axis along y through (x, z), y and distance from it of points along an arc.
 
     They are in the order in which y grows.
     """
     steps = np.linspace(0.0, arc.turn_rad, 9)
     second = np.cross(arc.direction, arc.first)
-    points = arc.centre + arc.ring_mm * (np.cos(steps)[:, None] * arc.first + np.sin(steps)[:, None] * second)
+    points = arc.point + arc.ring_mm * (np.cos(steps)[:, None] * arc.first + np.sin(steps)[:, None] * second)
     x, z = points[:, 0] - axis[0], points[:, 2] - axis[1]
     path = np.column_stack([np.unwrap(np.arctan2(z, x)), points[:, 1], np.hypot(x, z)])
     return path if path[-1, 1] > path[0, 1] else path[::-1]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.features import FeatureLibrary, off_axis
+from delta_cad.checks.contact.features import features, off_axis
 from delta_cad.checks.links import rigid_link
 from delta_cad.checks.range.joints import LEVER_MM, ORIGIN_MM
 from delta_cad.checks.report import CheckResult
@@ -21,9 +21,8 @@ def check_joint_axes(assembly: Assembly) -> CheckResult:
     frame's y axis, or the centre of one spherical face (ball) in its origin. Where a link has no such part, one of any
     part that it carries must. The value is the largest distance, mm.
     """
-    library = FeatureLibrary()
     offsets = [
-        (_nearest(o_set, joint, frame, library), joint, o_set)
+        (_nearest(o_set, joint, frame), joint, o_set)
         for joint in assembly.joints
         for frame, o_set in _seats(assembly, joint)
     ]
@@ -63,11 +62,11 @@ def _seats(assembly: Assembly, joint: Joint) -> Iterator[tuple[np.ndarray, list[
             yield frame, [o for o in assembly.occurrences if o.link == link]
 
 
-def _nearest(carriers: list[Occurrence], joint: Joint, frame: np.ndarray, library: FeatureLibrary) -> float:
+def _nearest(carriers: list[Occurrence], joint: Joint, frame: np.ndarray) -> float:
     """Smallest distance of any axis or ball centre of some parts of a link from a joint's frame, mm."""
     best = np.inf
     for o in carriers:
-        offsets = library[o.part]
+        offsets = features(o.part.solid)
         if joint.kind == "revolute":
             for cylinder in offsets.cylinders:
                 best = min(best, off_axis(cylinder.moved(o.placement), frame, LEVER_MM))

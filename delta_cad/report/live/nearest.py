@@ -9,7 +9,7 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.pairing import by_several_joints, held_apart
+from delta_cad.checks.clearance.pairing import by_several_joints, clearance_pairs
 from delta_cad.checks.clearance.sampled import Sampler
 from delta_cad.checks.limits import CheckLimits
 
@@ -34,7 +34,7 @@ class Neighbours:
 
     def __init__(self, assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> None:
         self._placement, self._engine, self.limit_mm = assembly.placement, DistanceEngine(), limits.clearance_min_mm
-        held = (pair for pair in held_apart(assembly, limits, meshes) if not pair.running_gap)
+        held = (pair for pair in clearance_pairs(assembly, limits, meshes) if not pair.running_gap)
         self._pairs = [pair for pair in held if by_several_joints(pair, assembly.placement)]
 
     def at(self, p_mm: np.ndarray) -> Nearest | None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly, Insertion, Step, Unit
 from delta_cad.export.bom import BomRow
-from delta_cad.structure.holds import tightening_N_m
+from delta_cad.structure.strength import tightening_N_m
 
 Colour = tuple[float, float, float]
 PER_UNIT = {1: "Make one", 2: "Make two", 3: "Make three", 6: "Make six"}

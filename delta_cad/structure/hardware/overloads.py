@@ -12,10 +12,10 @@ from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions, Reason
 from delta_cad.dimensions.rules import ARM, RATIO, SECTOR, WIDTH, another, larger, smaller
 from delta_cad.drive import drive_torque
-from delta_cad.structure.hardware.lightest import lightest
-from delta_cad.structure.holds import holds
-from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
-from delta_cad.structure.table import structure_table
+from delta_cad.structure.beam_model import beam_model
+from delta_cad.structure.hardware.mass_lower_bound import mass_lower_bound
+from delta_cad.structure.loads import Load, PartLoads, loads, part_loads, sampled_mm
+from delta_cad.structure.strength import allowables
 
 FORCE, PEAK_FORCE = "requirements.force_N", "requirements.peak_force_N"
 TORQUE, PEAK_TORQUE = "requirements.joint_torque_N_m", "requirements.peak_torque_N_m"
@@ -40,13 +40,13 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
     """
     required, cube = d.design.requirements, d.design.cube
     positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm)
-    table, limits, what = structure_table(d), holds(d), lightest(d)
-    pushed = borne(table, what, positions, 1.0, np.zeros(3))
-    hanging = borne(table, what, positions, 0.0, np.array(required.gravity_m_s2))
+    table, limits, what = beam_model(d), allowables(d), mass_lower_bound(d)
+    pushed = part_loads(table, what, positions, 1.0, np.zeros(3))
+    hanging = part_loads(table, what, positions, 0.0, np.array(required.gravity_m_s2))
 
-    def given(force: float) -> Borne:  # every one is `|g| F + |w|`
-        each = ((f.name, getattr(pushed, f.name), getattr(hanging, f.name)) for f in fields(Borne))
-        return Borne(**{name: force * unit + weighed * weight for name, unit, weight in each})
+    def given(force: float) -> PartLoads:  # every one is `|g| F + |w|`
+        each = ((f.name, getattr(pushed, f.name), getattr(hanging, f.name)) for f in fields(PartLoads))
+        return PartLoads(**{name: force * unit + weighed * weight for name, unit, weight in each})
 
     found: dict[str, Reason] = {}
     forces = {"force_N": required.force_N, "peak_force_N": required.peak_force_N}
@@ -70,9 +70,9 @@ def gravity_share_N_m(d: Dimensions) -> float:
     """
     required, cube = d.design.requirements, d.design.cube
     positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm)
-    table, what = structure_table(d), lightest(d)
+    table, what = beam_model(d), mass_lower_bound(d)
     alone, both = (
-        float(borne(table, what, positions, required.force_N, gravity).torque.max())
+        float(part_loads(table, what, positions, required.force_N, gravity).torque.max())
         for gravity in (np.zeros(3), np.array(required.gravity_m_s2))
     )
     return (both - alone) / MM_PER_M

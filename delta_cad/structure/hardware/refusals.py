@@ -35,16 +35,16 @@ from delta_cad.dimensions.rules import (
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
 from delta_cad.drive import drive_torque
+from delta_cad.interference.reasons import PASSING
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.interference_reasons import PASSING
 from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 
 PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
-HEAVIER = 1.25  # times what `lightest` gives: only small sectors and long rods were built heavier
+HEAVIER = 1.25  # times what `mass_lower_bound` gives: only small sectors and long rods were built heavier
 COUNT = 5  # positions along an edge of the cube, its corners among them
 
 

@@ -15,8 +15,8 @@ from delta_cad.design.record import HARDWARE_FAMILIES
 from delta_cad.design.sums import impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import Way
+from delta_cad.interference.reasons import PASSING
 from delta_cad.mechanism import MechanismError
-from delta_cad.passing.interference_reasons import PASSING
 from delta_cad.structure.hardware.refusals import NECESSARY, Held, Judged
 
 DIGITS = 4  # of a value that is looked for: what is read and typed is what was judged

@@ -12,7 +12,7 @@ from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.pairing import HeldApart, held_apart
+from delta_cad.checks.clearance.pairing import ClearancePair, clearance_pairs
 from delta_cad.checks.clearance.sampled import Sampler
 from delta_cad.checks.outline.envelope import swept_outline
 from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
@@ -50,7 +50,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     held, seconds, called = [], 0.0, 0
     for chains in range(1, len(CHAINS) + 1):
         part = _of_chains(assembly, chains)
-        held = [p for p in held_apart(part, limits, meshes) if not p.running_gap]
+        held = [p for p in clearance_pairs(part, limits, meshes) if not p.running_gap]
         say(f"smallest clearance of {len(part.occurrences)} bodies, {len(held)} pairs")
         bodies.append(len(part.occurrences))
         pairs.append(len(held))
@@ -86,7 +86,7 @@ def _of_chains(assembly: Assembly, count: int) -> Assembly:
     return replace(assembly, occurrences=tuple(o for o in assembly.occurrences if kept(o)))
 
 
-def _seconds(assembly: Assembly, held: Sequence[HeldApart], poses: np.ndarray) -> tuple[float, int]:
+def _seconds(assembly: Assembly, held: Sequence[ClearancePair], poses: np.ndarray) -> tuple[float, int]:
     """Processor time of one search from nothing, s, and its distance calls."""
     engine = DistanceEngine()
     start = process_time()

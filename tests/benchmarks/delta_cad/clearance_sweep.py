@@ -30,7 +30,7 @@ def run(say: Callable[[str], None] = print) -> list[Figure]:
     import fcl
 
     from delta_cad.checks.clearance.bodies import DistanceEngine
-    from delta_cad.checks.clearance.pairing import held_apart
+    from delta_cad.checks.clearance.pairing import clearance_pairs
     from delta_cad.checks.clearance.sampled import Sampler
     from delta_cad.commands.pipeline import check_limits, make_machine
     from delta_cad.design import load_design
@@ -41,7 +41,7 @@ def run(say: Callable[[str], None] = print) -> list[Figure]:
     random = np.random.default_rng(limits.seed).uniform(-1.0, 1.0, (POSES, 3)) * limits.half_side_mm
     poses = np.concatenate([limits.centre_mm[None], limits.centre_mm + random])
     sampler = Sampler(machine.assembly.placement, poses, DistanceEngine())
-    pairs = held_apart(machine.assembly, limits, machine.meshes)
+    pairs = clearance_pairs(machine.assembly, limits, machine.meshes)
     apart = [np.linalg.norm(sampler.middle(p.a, 0) - sampler.middle(p.b, 0)) - p.a.radius - p.b.radius for p in pairs]
     closest = [pairs[k] for k in np.argsort(apart)[:PAIRS]]
 

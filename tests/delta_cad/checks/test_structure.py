@@ -12,9 +12,9 @@ import pytest
 from delta_cad.checks.structure import check_joint, check_structure
 from delta_cad.design import design_from_dict, design_to_dict
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.report import stiffness, structure_record, structure_report
-from delta_cad.structure.table import structure_table
 from tests.delta_cad.structure.machines import committed, what_moves
 
 
@@ -33,14 +33,13 @@ def asked(**requirements: float) -> Dimensions:
 
 
 def verdicts(d: Dimensions) -> dict[str, bool]:
-    least = d.design.requirements.stiffness_min_N_mm
-    return {result.name: result.passed for result in check_structure(structure_report(d, {}), least)}
+    return {result.name: result.passed for result in check_structure(d, {})}
 
 
 def test_what_is_not_asked_is_told() -> None:
-    asks_nothing = committed().design.requirements.model_copy(update={"peak_force_N": None})
+    asks_nothing = committed().design.requirements.model_copy(update={"peak_force_N": None, "stiffness_min_N_mm": None})
     d = replace(committed(), design=committed().design.model_copy(update={"requirements": asks_nothing}))
-    results = {r.name: r for r in check_structure(structure_report(d, {}), None)}
+    results = {r.name: r for r in check_structure(d, {})}
     knob = results["structure stiffness at the knob"]
     assert (knob.passed, knob.limit) == (True, None)
     assert knob.value == pytest.approx(float(stiffness(committed()).softest.stiffness_N_mm.min()))
@@ -79,9 +78,9 @@ def test_the_record_is_plain_and_its_matrices_are_the_stiffness() -> None:
 
 def test_a_joint_that_gives_more_than_is_asked_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """The machine as it is, and one whose balls have three times the room in their cups."""
-    assert check_joint(structure_table(committed()).joint_N_mm).passed
+    assert check_joint(beam_model(committed()).joint_N_mm).passed
     monkeypatch.setattr("delta_cad.dimensions.joint.CLEARANCE_MM", 0.0225)
-    loose = structure_table(dimensions(committed().design)).joint_N_mm
+    loose = beam_model(dimensions(committed().design)).joint_N_mm
     result = check_joint(loose)
     assert (result.passed, result.limit) == (False, 500.0)
     assert result.value == loose < 500.0

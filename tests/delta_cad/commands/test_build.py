@@ -22,10 +22,11 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.dfm.check import RULES
 from delta_cad.checks.range.holding import holding_torque, moving_bodies
 from delta_cad.checks.range.ranges import check_ranges
+from delta_cad.checks.registry import CHECKS, CheckedMachine
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.cli import main
-from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, check_limits, check_machine
+from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, check_limits, checked
 from delta_cad.common.beside import BesideError
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
@@ -81,9 +82,9 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
         return canonical((folder / "assembly.step").read_bytes())[1]
 
     def set_up(results: list[CheckResult]) -> None:
-        def checked(*given: Any) -> list[CheckResult]:
-            for meanwhile in given[3:]:
-                meanwhile()
+        def given_results(_: CheckedMachine, *meanwhile: Callable[[], None]) -> list[CheckResult]:
+            for write in meanwhile:
+                write()
             return results
 
         monkeypatch.setattr(
@@ -91,7 +92,7 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
             "make_machine",
             lambda design, _: replace(machine, dimensions=replace(machine.dimensions, design=design)),
         )
-        monkeypatch.setattr(pipeline, "check_machine", checked)
+        monkeypatch.setattr(pipeline, "run_checks", given_results)
         monkeypatch.setattr(pipeline, "write_files", write)
         monkeypatch.setattr(pipeline, "write_whole", lambda *_: Drawn(20))
         monkeypatch.setattr(pipeline, "Beside", Idle)
@@ -227,7 +228,7 @@ def test_an_out_that_cannot_be_written_ends_with_2(
     assert file.read_text() == "no folder"
 
 
-@pytest.mark.parametrize("step", ["make_machine", "check_machine", "write_files", "write_manifest"])
+@pytest.mark.parametrize("step", ["make_machine", "run_checks", "write_files", "write_manifest"])
 def test_a_geometry_error_at_any_step_ends_with_3_and_leaves_the_old_build(
     step: str,
     quick: Quick,
@@ -263,28 +264,10 @@ def test_a_process_beside_that_ends_early_ends_with_3(
     def ended(*_: object) -> None:
         raise BesideError("swept: Killed")
 
-    monkeypatch.setattr(pipeline, "check_machine", ended)
+    monkeypatch.setattr(pipeline, "run_checks", ended)
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3
     assert capsys.readouterr().err == "synthesized.json: swept: Killed\n"
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_progress_tells_every_phase(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
-    def geometry(*given: Any) -> list[CheckResult]:
-        given[3]("clearance")
-        given[-1]()  # what is checked besides
-        return [GOOD]
-
-    monkeypatch.setattr(pipeline, "run_checks", geometry)
-    told: list[str] = []
-    assert pipeline.check(best, told.append).passed
-    assert told[0] == "dimensions"
-    assert told[-4:-2] == ["clearance", "sections"]
-    assert told[-2:] == ["what a shop can make", "loads and stiffness"]
-    for part in machine.assembly.parts:
-        assert f"mesh {part.number}" in told
-    assert sum(phase.startswith("solid ") for phase in told) == len(machine.assembly.parts)
 
 
 def test_bought_parts_whose_data_are_not_all_verified_are_named(
@@ -354,25 +337,19 @@ def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions, machin
     assert mass.inertia.carried_mass == pytest.approx(0.09, abs=0.04)
 
 
-def own_checks(machine: BuiltMachine, design: Design, monkeypatch: pytest.MonkeyPatch) -> dict[str, CheckResult]:
-    """What `check_machine` adds to the geometry's checks."""
-
-    def geometry(*given: Callable[[], None]) -> list[CheckResult]:
-        given[-1]()  # what is checked besides
-        return [GOOD]
-
-    monkeypatch.setattr(pipeline, "run_checks", geometry)
-    results = check_machine(replace(machine, dimensions=replace(machine.dimensions, design=design)))
-    return {result.name: result for result in results}
+def own_checks(machine: BuiltMachine, design: Design) -> dict[str, CheckResult]:
+    """The checks of a machine's dimensions."""
+    m = checked(replace(machine, dimensions=replace(machine.dimensions, design=design)))
+    return {result.name: result for check in CHECKS if check.stage == "design" for result in check.run(m)}
 
 
-def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = own_checks(machine, best, monkeypatch)
+def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design) -> None:
+    found = own_checks(machine, best)
     assert [name for name in found if name.startswith("dfm ")] == [rule.name for rule in RULES]
     names = [name for name in found if not name.startswith(("structure ", "dfm ", "tolerance "))]
     drive = ["drive torque", "drive peak torque", "cable fleet angle", "cable on its groove", "cable bend ratio"]
     made = ["sections carry", "sections no heavier"]
-    assert names == ["lean", *drive, *made]
+    assert names == [*drive, *made]
     assert all(result.passed for result in found.values())
     assert found["drive torque"].value == pytest.approx(0.39168)  # 0.96 x 4.8 x 85 mN m
     assert found["drive peak torque"].value == pytest.approx(3 * 0.39168)
@@ -409,16 +386,14 @@ def test_conditioning_and_effective_mass_are_checked_where_they_are_asked(machin
 
 
 @pytest.mark.slow
-def test_a_drive_that_reaches_the_torque_as_a_peak_only_does_not_hold_it(
-    machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = own_checks(machine, asked(joint_torque_N_m=0.5), monkeypatch)
+def test_a_drive_that_reaches_the_torque_as_a_peak_only_does_not_hold_it(machine: BuiltMachine) -> None:
+    found = own_checks(machine, asked(joint_torque_N_m=0.5))
     assert not found["drive torque"].passed
     assert found["drive peak torque"].passed
-    weak = own_checks(machine, asked(joint_torque_N_m=1.2, peak_torque_N_m=3.0), monkeypatch)
+    weak = own_checks(machine, asked(joint_torque_N_m=1.2, peak_torque_N_m=3.0))
     assert not weak["drive torque"].passed
     assert not weak["drive peak torque"].passed
-    assert "drive peak torque" not in own_checks(machine, asked(peak_torque_N_m=None), monkeypatch)
+    assert "drive peak torque" not in own_checks(machine, asked(peak_torque_N_m=None))
 
 
 def test_the_torque_with_gravity_is_that_of_the_placed_solids(machine: BuiltMachine) -> None:

@@ -16,7 +16,7 @@ from delta_cad.dimensions.capstan import cable_run, collar_mm, collar_off_mm
 from delta_cad.dimensions.layers import KEYS_MM, cut_key_mm, handle_room_mm, motor_screw_mm, set_screws_rad
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.structure.hardware.refusals import refusals
-from delta_cad.structure.holds import tightening_N_m
+from delta_cad.structure.strength import tightening_N_m
 from tests.delta_cad.catalogue.offered import machine
 
 

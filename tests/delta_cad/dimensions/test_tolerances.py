@@ -29,7 +29,7 @@ from delta_cad.dimensions.tolerances import (
     tip_mm,
     working_mm,
 )
-from delta_cad.structure.holds import holds, screw_N
+from delta_cad.structure.strength import allowables, screw_N
 
 
 def test_the_preload_is_that_of_the_worst_stack(best_dimensions: Dimensions) -> None:
@@ -51,7 +51,7 @@ def test_the_preload_is_that_of_the_worst_stack(best_dimensions: Dimensions) -> 
     assert spring.rate_N_mm is not None
     forces = [spring.force_N - spring.rate_N_mm * (h - spring.work_height_mm) for h in heights]
     assert preload_range_N(spring) == pytest.approx((min(forces), max(forces)))
-    assert holds(d).preload_N == pytest.approx(min(forces))
+    assert allowables(d).preload_N == pytest.approx(min(forces))
 
 
 @pytest.mark.parametrize("spring", catalogue.wave_spring.rows.values(), ids=lambda row: row.id)

@@ -14,7 +14,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.solids.primitive import bore_z, box, cylinder
 from delta_cad.solids.upper_arm import make_upper_arm
-from delta_cad.structure.table import ROPE_N_mm2
+from delta_cad.structure.beam_model import ROPE_N_mm2
 from tests.delta_cad.dimensions.edited import edited
 from tests.delta_cad.solids.measured import axis_distance, cylinders, occurrence, one_axis, part, placed
 

@@ -15,9 +15,9 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.structure.beam import Beam
+from delta_cad.structure.beam_model import BeamModel
 from delta_cad.structure.compliance import cable_mm_N
 from delta_cad.structure.modes import Moving
-from delta_cad.structure.table import StructureTable
 
 GROUND = -1
 
@@ -121,7 +121,7 @@ class Built:
         return solver.solve(load)[6 * node : 6 * node + 3]
 
 
-def built(table: StructureTable, p_mm: np.ndarray) -> Built:
+def built(table: BeamModel, p_mm: np.ndarray) -> Built:
     """Makes the frame of a machine with a capstan at one position."""
     frame, g = Frame(), table.geometry
     assert table.shoulder is not None
@@ -176,7 +176,7 @@ def built(table: StructureTable, p_mm: np.ndarray) -> Built:
     return made
 
 
-def first_mode_Hz(made: Built, what: Moving, grip_kg: float, table: StructureTable, p_mm: np.ndarray) -> float:
+def first_mode_Hz(made: Built, what: Moving, grip_kg: float, table: BeamModel, p_mm: np.ndarray) -> float:
     """First natural frequency of the frame with its masses lumped at hub, knob, shafts, elbow and wrist balls."""
     frame = made.frame
     size = 6 * frame.nodes

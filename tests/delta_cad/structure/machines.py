@@ -9,9 +9,9 @@ import numpy as np
 
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.structure.beam_model import BeamModel, beam_model
 from delta_cad.structure.compliance import compliance, softest
 from delta_cad.structure.modes import Moving, MovingBody
-from delta_cad.structure.table import StructureTable, structure_table
 from tests.committed import ROOT
 
 STUDY_JOINT_N_mm = 500.0  # joints as the study took them; in our design a declared figure
@@ -27,8 +27,8 @@ def committed() -> Dimensions:
     return dimensions(design())
 
 
-def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm) -> StructureTable:
-    made = structure_table(committed())
+def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm) -> BeamModel:
+    made = beam_model(committed())
     changed = replace(made, joint_N_mm=joint_N_mm)
     if knob_mm is None:
         return changed
@@ -56,6 +56,6 @@ def what_moves() -> Moving:
     return Moving(platform, arm, (0.00136, 0.00058, 0.00136))
 
 
-def knob_stiffness(machine: StructureTable, p_mm: np.ndarray) -> np.ndarray:
+def knob_stiffness(machine: BeamModel, p_mm: np.ndarray) -> np.ndarray:
     """Least stiffness at the knob over all directions of a force, (...) N/mm; 0 where nothing holds."""
     return softest(compliance(machine, p_mm).at_knob()).stiffness_N_mm

@@ -13,6 +13,7 @@ from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.structure import beam, section
+from delta_cad.structure.beam_model import moduli_N_mm2
 from delta_cad.structure.compliance import (
     ELEMENTS,
     cable_mm_N,
@@ -20,7 +21,6 @@ from delta_cad.structure.compliance import (
     softest,
 )
 from delta_cad.structure.modes import MovingBody, first_mode_Hz, mass_matrix
-from delta_cad.structure.table import moduli_N_mm2
 from delta_cad.structure.unit_loads import bearing_map, shoulder_map, unit_loads
 from tests.delta_cad.structure import frame
 from tests.delta_cad.structure.machines import knob_stiffness, places, table, what_moves

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.structure import holds as allowables
-from delta_cad.structure import section
+from delta_cad.structure import section, strength
 from delta_cad.structure.beam import Beam, BeamSlice, flexibility, flexibility_by_kind, tapered
+from delta_cad.structure.beam_model import beam_model, outline_width_mm
 from delta_cad.structure.bearing import (
     BallBearing,
     approach_mm,
@@ -28,10 +28,9 @@ from delta_cad.structure.bearing import (
     radial_stiffness_N_mm,
     static_equivalent_N,
 )
-from delta_cad.structure.holds import Holds, clamp_N_mm, holds, stack_N_mm, tightening_N_m
-from delta_cad.structure.loads import Borne, Load, borne, loads
+from delta_cad.structure.loads import Load, PartLoads, loads, part_loads
 from delta_cad.structure.modes import Moving, MovingBody
-from delta_cad.structure.table import outline_width_mm, structure_table
+from delta_cad.structure.strength import Allowables, allowables, clamp_N_mm, stack_N_mm, tightening_N_m
 from delta_cad.structure.unit_loads import unit_loads
 from tests.delta_cad.structure.machines import committed, table
 from tests.delta_cad.structure.test_loads import direct
@@ -235,19 +234,19 @@ LIMITS = {
 }
 
 
-def given(chain: int = 1) -> Borne:
+def given(chain: int = 1) -> PartLoads:
     """Loads of one chain; the others bear nothing."""
     place = np.zeros((1, 3))
     place[0, chain] = 1.0
-    return Borne(radial=place[..., None] * RADIAL, **{name: value * place for name, value in BORNE.items()})
+    return PartLoads(radial=place[..., None] * RADIAL, **{name: value * place for name, value in BORNE.items()})
 
 
 @cache
 def found() -> dict[str, Load]:
-    machine = structure_table(committed())
+    machine = beam_model(committed())
     assert machine.cable is not None
     machine = replace(machine, cable=replace(machine.cable, across_rad=ACROSS))
-    limits = replace(holds(committed()), **LIMITS)  # type: ignore[arg-type]
+    limits = replace(allowables(committed()), **LIMITS)  # type: ignore[arg-type]
     return {load.name: load for load in loads(machine, limits, CENTRE, given())}
 
 
@@ -274,8 +273,8 @@ def test_the_preload_left_is_what_the_load_does_not_need() -> None:
 
 def test_a_motors_shaft_that_carries_the_arm_bends_by_tilt_and_load() -> None:
     """32 M / (pi d^3) of 400 N mm and 30 N at 12 mm, a shaft of 8 mm."""
-    machine = replace(structure_table(committed()), cable=None)
-    limits = replace(holds(committed()), bearing=None, stub_mm=8.0, stub_lever_mm=12.0)
+    machine = replace(beam_model(committed()), cable=None)
+    limits = replace(allowables(committed()), bearing=None, stub_mm=8.0, stub_lever_mm=12.0)
     (load,) = [one for one in loads(machine, limits, CENTRE, given()) if one.name == "motor shaft bending"]
     assert load.value == pytest.approx(32.0 * (400.0 + 30.0 * 12.0) / (pi * 8.0**3))
     assert load.chain == 1
@@ -297,7 +296,7 @@ ALLOWED = {
     * sqrt(3.0**2 - 1.25**2)
     / (pi * 2.5**3),  # the pin's, 1.778; the neck's is 32 x 6.8 / (pi 3.4^3)
     "stud_N_mm2": 480.0,
-    "spare_N": 0.1 * 8.38246,
+    "preload_reserve_N": 0.1 * 8.38246,
     "end_N_mm2": 250.0 / 2.0,
     "plastic_N_mm2": 80.0 / 4.0,
     "tilt_N_mm2": 16.3 / 4.0,
@@ -329,16 +328,16 @@ ELSEWHERE = {"bearing", "stub_mm", "forearm", "pinion_N"}  # not a formula, none
 
 
 def test_every_allowable_has_its_number() -> None:
-    assert {field.name for field in fields(Holds)} - ELSEWHERE == ALLOWED.keys()
+    assert {field.name for field in fields(Allowables)} - ELSEWHERE == ALLOWED.keys()
 
 
 @pytest.mark.parametrize("name", ALLOWED)
 def test_an_allowable_by_hand(name: str) -> None:
-    assert getattr(holds(committed()), name) == pytest.approx(ALLOWED[name], rel=1e-9)
+    assert getattr(allowables(committed()), name) == pytest.approx(ALLOWED[name], rel=1e-9)
 
 
 def test_a_direct_drives_own_limits_by_hand() -> None:
-    d, found = direct(), holds(direct())
+    d, found = direct(), allowables(direct())
     assert found.stub_mm == d.motor.shaft_diameter_mm
     assert found.hub_N_mm == pytest.approx(SCREW_M3 * 10.0 / 6.0)  # an even pressure of a rectangle opens at b / 6
     assert found.preload_N == 0.0
@@ -346,7 +345,7 @@ def test_a_direct_drives_own_limits_by_hand() -> None:
     # RE 30's 28 N at 5 mm by the area of a shaft of 6 mm, where a motor's row states none
     unrated = replace(d, motor=replace(d.motor, max_radial_load_N=None, shaft_diameter_mm=3.0))
     span, at = 0.7 * d.motor.length_mm, d.layers.motor_cheek_mm[1]
-    assert holds(unrated).motor_N == pytest.approx(28.0 / 4.0 * (span + 5.0) / (span + at))
+    assert allowables(unrated).motor_N == pytest.approx(28.0 / 4.0 * (span + 5.0) / (span + at))
 
 
 def test_screws_and_clamps_by_hand() -> None:
@@ -356,7 +355,7 @@ def test_screws_and_clamps_by_hand() -> None:
     assert clamp_N_mm("M3", 12.0) == pytest.approx(SCREW_M3 * 2.0)
     assert stack_N_mm("M3", 10.0, 6.0) == pytest.approx(SCREW_M3 * (25.0 + 9.0) / 20.0)
     assert pytest.approx(1584.7, abs=0.1) == SCREW_M3
-    assert allowables.LIFE_HOURS == 10_000.0
+    assert strength.LIFE_HOURS == 10_000.0
 
 
 def test_a_weight_in_the_middle_is_shared_by_six_rods() -> None:
@@ -367,7 +366,7 @@ def test_a_weight_in_the_middle_is_shared_by_six_rods() -> None:
         MovingBody(0.0, np.zeros(3), np.eye(3)),
         (2e-3, 1e-3, 2e-3),
     )
-    given = borne(machine, what, CENTRE, 0.0, np.array([0.0, 0.0, -9.81]))
+    given = part_loads(machine, what, CENTRE, 0.0, np.array([0.0, 0.0, -9.81]))
     slope = unit_loads(machine, CENTRE).along[0, :, 2]
     np.testing.assert_allclose(given.rod[0], 9.81 * (0.060 + 3 * 0.006) / 6.0 / slope, rtol=1e-9)
     # an elbow bears a third of it and the upper halves of two rods; the rods push it outwards or inwards, too

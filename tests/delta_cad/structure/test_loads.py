@@ -14,11 +14,11 @@ from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import elbow_positions, forearm_vectors, inverse_kinematics
 from delta_cad.mechanism.placement import chain_frame
+from delta_cad.structure.beam_model import BeamModel, beam_model
 from delta_cad.structure.compliance import compliance
-from delta_cad.structure.holds import Holds, holds, screw_N, set_screws_N_mm, stack_N_mm, stud_stress_1_mm2
-from delta_cad.structure.loads import borne, largest, loads, sampled_mm
+from delta_cad.structure.loads import largest, loads, part_loads, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz
-from delta_cad.structure.table import StructureTable, structure_table
+from delta_cad.structure.strength import Allowables, allowables, screw_N, set_screws_N_mm, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.unit_loads import at_knob, unit_loads
 from tests.committed import COMMITTED
 from tests.delta_cad.structure.machines import committed, design, knob_stiffness, places, table, what_moves
@@ -81,7 +81,7 @@ def test_the_weights_torque_is_the_slope_of_the_energy() -> None:
             heights += what.rod_kg * (elbows[i][2] + p[2])  # two rods, each half at either end
         return 9.81 * (heights + what.platform.mass_kg * p[2])
 
-    given = borne(machine, what, places(), 0.0, GRAVITY)
+    given = part_loads(machine, what, places(), 0.0, GRAVITY)
     step = 1e-3
     for k, p in enumerate(places()[:4]):
         slope = [(energy(p + d) - energy(p - d)) / (2 * step) for d in step * np.eye(3)]
@@ -90,7 +90,7 @@ def test_the_weights_torque_is_the_slope_of_the_energy() -> None:
 
 
 def test_loads_are_linear_in_the_force() -> None:
-    one, three = (borne(table(), what_moves(), places(), force, 0.0 * GRAVITY) for force in (1.0, 3.0))
+    one, three = (part_loads(table(), what_moves(), places(), force, 0.0 * GRAVITY) for force in (1.0, 3.0))
     for field in fields(one):
         np.testing.assert_allclose(getattr(three, field.name), 3.0 * getattr(one, field.name), rtol=1e-9, atol=1e-12)
 
@@ -115,21 +115,21 @@ def test_two_machines_bear_what_a_study_found(
         shoulder=replace(machine.shoulder, y_mm=(-7.5, 13.5)),
         cable=replace(machine.cable, radius_mm=40.0, y_mm=7.0, direction_rad=np.radians(-125.0)),
     )
-    given = borne(machine, what_moves(), sampled_mm(low_mm, side_mm / 2, STUDY_GRID), 1.0, 0.0 * GRAVITY)
+    given = part_loads(machine, what_moves(), sampled_mm(low_mm, side_mm / 2, STUDY_GRID), 1.0, 0.0 * GRAVITY)
     found = {name: float(getattr(given, name).max()) for name in expected}
     assert found == pytest.approx(expected, rel=0.01)
 
 
-def weakest(limits: Holds, force_N: float = 3.0, machine: StructureTable | None = None) -> dict[str, bool]:
-    made = machine or structure_table(committed())
-    given = borne(made, what_moves(), places(), force_N, GRAVITY)
+def weakest(limits: Allowables, force_N: float = 3.0, machine: BeamModel | None = None) -> dict[str, bool]:
+    made = machine or beam_model(committed())
+    given = part_loads(made, what_moves(), places(), force_N, GRAVITY)
     return {load.name: load.holds for load in loads(made, limits, places(), given)}
 
 
 # part -> the number of what it may bear that is made too small
 WEAK = {
     "rod buckling": {"buckling_N": 3.0},
-    "ball joint preload": {"spare_N": 8.0},
+    "ball joint preload": {"preload_reserve_N": 8.0},
     "cup shell": {"plastic_N_mm2": 3.0},
     "rod end bending": {"end_N_mm2": 20.0},
     "rod bond, tilt": {"tilt_N_mm2": 2.0},
@@ -151,7 +151,7 @@ WEAK = {
 
 
 def test_the_committed_machine_bears_its_force() -> None:
-    found = weakest(holds(committed()))
+    found = weakest(allowables(committed()))
     assert all(found.values())
     beside = {"ball joint", "cable's slack strand", "shoulder bearing", "shoulder bearing life"}
     assert set(WEAK) | beside == set(found)
@@ -159,12 +159,12 @@ def test_the_committed_machine_bears_its_force() -> None:
 
 @pytest.mark.parametrize("part", WEAK)
 def test_a_weak_part_fails_alone(part: str) -> None:
-    found = weakest(replace(holds(committed()), **WEAK[part]))  # type: ignore[arg-type]
+    found = weakest(replace(allowables(committed()), **WEAK[part]))  # type: ignore[arg-type]
     assert [name for name, held in found.items() if not held] == [part]
 
 
 def test_a_small_bearing_and_a_loose_cable_fail() -> None:
-    limits = holds(committed())
+    limits = allowables(committed())
     assert limits.bearing is not None
     small = replace(limits, bearing=replace(limits.bearing, static_N=10.0))
     assert not weakest(small)["shoulder bearing"]
@@ -174,7 +174,7 @@ def test_a_small_bearing_and_a_loose_cable_fail() -> None:
 
 
 def test_nothing_bears_a_thousand_newtons() -> None:
-    assert not any(weakest(holds(committed()), 1000.0).values())
+    assert not any(weakest(allowables(committed()), 1000.0).values())
 
 
 def direct() -> Dimensions:
@@ -188,7 +188,7 @@ def direct() -> Dimensions:
 
 def test_a_direct_drive_hangs_on_its_motors_shaft() -> None:
     d = direct()
-    machine = structure_table(d)
+    machine = beam_model(d)
     found = compliance(machine, places())
     assert "cable" not in found.parts
     assert "bearings" not in found.parts
@@ -196,7 +196,7 @@ def test_a_direct_drive_hangs_on_its_motors_shaft() -> None:
     assert (stiff > 0.0).all()
     thick = replace(machine, stub=replace(machine.stub, factor=1e-9))  # type: ignore[type-var]
     assert (knob_stiffness(thick, places()) > stiff).all()
-    limits = holds(d)
+    limits = allowables(d)
     names = set(weakest(limits, machine=machine))
     assert {"motor shaft", "rod buckling", "stud"} <= names
     assert not {"cable", "shoulder bearing", "sector dowel"} & names
@@ -231,7 +231,7 @@ def test_a_pinions_set_screws_hold_what_their_torque_presses() -> None:
     """By hand, M3 x 0.5 at 0.4 N m: 400 / (0.0795 + 0.14 (0.577 x 2.675 + 1.25)) N each, on a shaft of 5 mm."""
     pressed = 400.0 / (0.0795 + 0.14 * (0.577 * 2.675 + 1.25))
     assert set_screws_N_mm(committed()) == pytest.approx(2 * 0.12 * pressed * 2.5, rel=1e-3)
-    capstan, limits = committed().capstan, holds(committed())
+    capstan, limits = committed().capstan, allowables(committed())
     assert capstan is not None
     assert limits.pinion_N == pytest.approx(set_screws_N_mm(committed()) / (38.7 / 4.8), rel=1e-6)
     stall = committed().motor.peak_torque_N_m * 1e3
@@ -245,7 +245,7 @@ def with_joint(d: Dimensions, **changes: float) -> Dimensions:
 def test_springs_too_weak_let_the_contact_reach_the_lip() -> None:
     """A machine with springs of 4 N loses its preload at 3 N, one with ours at 12 N; both hold at what is asked."""
     names = ("ball joint", "ball joint preload")
-    strong, weak = holds(committed()), holds(with_joint(committed(), preload_N=4.0))
+    strong, weak = allowables(committed()), allowables(with_joint(committed(), preload_N=4.0))
     for force in (3.0, 6.0):
         assert all(weakest(strong, force)[name] for name in names)
     assert not any(weakest(weak, 6.0)[name] for name in names)
@@ -253,12 +253,12 @@ def test_springs_too_weak_let_the_contact_reach_the_lip() -> None:
 
 
 def test_the_preload_left_is_what_springs_may_lose() -> None:
-    made, limits = structure_table(committed()), holds(committed())
-    given = borne(made, what_moves(), places(), 6.0, GRAVITY)
+    made, limits = beam_model(committed()), allowables(committed())
+    given = part_loads(made, what_moves(), places(), 6.0, GRAVITY)
     (left,) = [one for one in loads(made, limits, places(), given) if one.name == "ball joint preload"]
     joint = committed().forearm.joint
     for lost, holding in ((left.value - 1e-3, True), (left.value + 1e-3, False)):
-        less = holds(with_joint(committed(), preload_N=joint.preload_N - lost))
+        less = allowables(with_joint(committed(), preload_N=joint.preload_N - lost))
         assert weakest(less, 6.0)["ball joint"] is holding
 
 
@@ -266,7 +266,7 @@ def test_at_its_peak_the_weakest_springs_let_the_contact_touch_the_lip_but_never
     """What docs/limits.md says of best.json, whose peak takes the most of its joints; for ever nothing touches."""
     best = load_design(COMMITTED)
     made, joint, peak = (
-        structure_table(dimensions(best)),
+        beam_model(dimensions(best)),
         dimensions(best).forearm.joint,
         best.requirements.peak_force_N,
     )
@@ -276,7 +276,7 @@ def test_at_its_peak_the_weakest_springs_let_the_contact_touch_the_lip_but_never
     assert peak is not None
 
     def rod(force_N: float) -> np.ndarray:
-        return borne(made, what_moves(), positions, force_N, GRAVITY).rod
+        return part_loads(made, what_moves(), positions, force_N, GRAVITY).rod
 
     over = np.degrees(joint.edge_rad(rod(peak), lean, weakest_N).max() - joint.wrap_rad)
     assert over == pytest.approx(1.3, abs=0.3)
@@ -286,9 +286,9 @@ def test_at_its_peak_the_weakest_springs_let_the_contact_touch_the_lip_but_never
 
 
 def test_pose_by_pose_is_less_than_both_worsts_together() -> None:
-    made = structure_table(committed())
-    given = borne(made, what_moves(), places(), 6.0, GRAVITY)
-    (edge,) = [one for one in loads(made, holds(committed()), places(), given) if one.name == "ball joint"]
+    made = beam_model(committed())
+    given = part_loads(made, what_moves(), places(), 6.0, GRAVITY)
+    (edge,) = [one for one in loads(made, allowables(committed()), places(), given) if one.name == "ball joint"]
     joint, lean = committed().forearm.joint, np.radians(24.4)
     assert edge.value <= np.degrees(joint.edge_rad(given.rod.max(), lean)) + 1e-9
     assert edge.value >= np.degrees(joint.edge_rad(given.rod.max(), np.array(0.0)))

@@ -15,8 +15,8 @@ from delta_cad.dimensions.forearm import LINER_GLUE_MM
 from delta_cad.dimensions.joint import CUP_MATERIAL, FRICTION, POISSON, sliding_torques_N_mm
 from delta_cad.solids.forearm import make_cup_shell, make_rod_cup
 from delta_cad.solids.primitive import box
+from delta_cad.structure.beam_model import beam_model, moduli_N_mm2
 from delta_cad.structure.rod_end import SLICES, end_mm_N, section
-from delta_cad.structure.table import moduli_N_mm2, structure_table
 from tests.delta_cad.dimensions.edited import edited
 from tests.delta_cad.structure.machines import committed
 from tests.delta_cad.structure.seat_model import Seat, meshed_together
@@ -60,7 +60,7 @@ def test_a_ball_joint_gives_as_its_formula_says(ball_mm: float, tmp_path: Path) 
     for force in (-0.1 * preload, 0.1 * preload):
         moved = seat.resting_mm(np.array([force, preload]), clearance, rest)
         found.append(force / (moved - rest)[0])
-    assert found == pytest.approx([structure_table(d).joint_N_mm] * 2, rel=ASKED)
+    assert found == pytest.approx([beam_model(d).joint_N_mm] * 2, rel=ASKED)
     assert min(found) >= 500.0
     # the contact is a ring about the grease pocket, no wider than the formula has it, and rubs in no longer an arm
     force = seat.forces(rest, clearance)
@@ -91,7 +91,7 @@ def test_an_end_is_as_stiff_as_its_metal_and_less_so_when_it_is_long() -> None:
     longer = replace(f, shoulder_mm=f.shoulder_mm + 4.0)
     stem = 4.0 / (f.tube_outer_mm**2 * young)
     assert end_mm_N(longer, young) > end_mm_N(f, young) + stem
-    assert 1.0 / end_mm_N(f, young) > 5.0 * structure_table(committed()).joint_N_mm
+    assert 1.0 / end_mm_N(f, young) > 5.0 * beam_model(committed()).joint_N_mm
     assert end_mm_N(replace(f, spigot_diameter_mm=2.0), young) == pytest.approx(
         end_mm_N(f, young) + (4.0 / (pi * 2.0) - 4.0 / (pi * f.spigot_diameter_mm)) / young
     )

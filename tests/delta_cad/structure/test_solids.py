@@ -19,7 +19,7 @@ from delta_cad.solids.platform import make_platform, turned_to_chain
 from delta_cad.solids.primitive import ball, bore_y, box, cut, fuse
 from delta_cad.solids.upper_arm import make_upper_arm
 from delta_cad.structure import beam, section
-from delta_cad.structure.table import moduli_N_mm2, structure_table
+from delta_cad.structure.beam_model import beam_model, moduli_N_mm2
 from tests.delta_cad.structure.machines import committed
 from tests.delta_cad.structure.solid_model import flexibility, meshed
 
@@ -68,14 +68,14 @@ def test_an_upper_arm(tmp_path: Path) -> None:
         np.array([a.length_mm, 0.0, 0.0]),
         FORCES_AND_TORQUE,
     )
-    np.testing.assert_allclose(compared(structure_table(d).arm), np.diag(solid), rtol=ASKED)
+    np.testing.assert_allclose(compared(beam_model(d).arm), np.diag(solid), rtol=ASKED)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("make", "k"), [(make_encoder_cheek, 0), (make_motor_cheek, 1)])
 def test_a_cheek_on_its_block(make, k: int, tmp_path: Path) -> None:
     d = committed()
-    shoulder = structure_table(d).shoulder
+    shoulder = beam_model(d).shoulder
     assert shoulder is not None
     y, low = shoulder.y_mm[k], d.bracket.base_top_mm
     both = fuse(_shape(make(d)), _shape(make_foot_block(d)))
@@ -102,7 +102,7 @@ def test_a_cheek_on_its_block(make, k: int, tmp_path: Path) -> None:
 def test_a_stud_on_its_bar_in_the_elbows_boss(tmp_path: Path) -> None:
     """All of aluminium, so that the bonded ball, which is stiffer, has its share in both computations."""
     d = committed()
-    f, table = d.forearm, structure_table(d)
+    f, table = d.forearm, beam_model(d)
     boss = bore_y(2 * d.arm.boss_radius_mm, (0.0, 0.0), d.layers.elbow_boss_mm)
     at = f.width_mm / 2
     joint = ball(f.ball_diameter_mm, (0.0, at, 0.0), (0.0, 1.0, 0.0))
@@ -126,7 +126,7 @@ def test_a_stud_on_its_bar_in_the_elbows_boss(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_platforms_spoke(tmp_path: Path) -> None:
     d = committed()
-    p, table = d.platform, structure_table(d)
+    p, table = d.platform, beam_model(d)
     r, end, wide = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2 + 0.1
 
     def bosses_ends(x: np.ndarray) -> np.ndarray:

@@ -12,8 +12,8 @@ from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.drive import drive_torque
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.compliance import cable_mm_N
-from delta_cad.structure.table import structure_table
 from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import joint_friction, nominal_plant
 from haptics.simulation.hardware import (
@@ -44,7 +44,7 @@ def with_hardware(**hardware: object) -> MachineModel:
 
 def test_the_cable_is_that_of_the_structure(machine: MachineModel) -> None:
     """Beside the structure's own computation over the whole turn: ours is its softest, less what rim and shaft give."""
-    whole = structure_table(dimensions(machine.design)).cable
+    whole = beam_model(dimensions(machine.design)).cable
     assert whole is not None
     cable = replace(whole, sector_mm_N=0.0, motor_mm_N=0.0)
     turned = np.linspace(-1.0, 1.0, 41)

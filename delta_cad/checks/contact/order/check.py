@@ -10,11 +10,11 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly, Insertion, Step, Unit
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.checks.contact.access import SWING_RAD, Scene, key_swing, up_and_down
-from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.contact.access import Scene, key_swing, swing_result, up_and_down
 from delta_cad.checks.contact.order.paths import Leg, Ways
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.dimensions.layers import SWING_RAD
 from delta_cad.solids.part import ToolAccess
 
 FLEXIBLE = (
@@ -63,7 +63,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
     faults = list(_uncovered(assembly, made))
     known = {o.name for o in assembly.occurrences}
     ways = Ways(assembly, meshes)
-    library, swings = FeatureLibrary(), list[tuple[float, str]]()
+    swings = list[tuple[float, str, str]]()
     seen: set[tuple[object, ...]] = set()
     count = 0
     for unit in assembly.order:
@@ -81,8 +81,9 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
                     faults.append((coming[:1], f"{unit.name}, {step.title}: {fault}"))
                 present += coming
             if step.tightened:
-                swings += _swings(step, present, assembly, limits, meshes, library)
-    return [_told_faults(faults, count, assembly), _told_swings(swings)]
+                swings += _swings(step, present, assembly, limits, meshes)
+    detail = f"free swing of a hexagon key in each screw when its step tightens it, least of {len(swings)} screws"
+    return [_told_faults(faults, count, assembly), swing_result("assembly keys", swings, detail)]
 
 
 def _uncovered(assembly: Assembly, made: dict[str, tuple[str, ...]]) -> Iterator[tuple[list[str], str]]:
@@ -154,19 +155,19 @@ def _alike(
 
 
 def _swings(
-    step: Step, present: list[str], assembly: Assembly, limits: CheckLimits, meshes: Meshes, library: FeatureLibrary
-) -> list[tuple[float, str]]:
+    step: Step, present: list[str], assembly: Assembly, limits: CheckLimits, meshes: Meshes
+) -> list[tuple[float, str, str]]:
     """Swings of the keys in the screws of a step, rad, in what is there by then: at home, else where it suits most."""
     there = set(present)
     part = replace(assembly, occurrences=tuple(o for o in assembly.occurrences if o.name in there))
     at_home = Scene(part, meshes, assembly.home_mm[None, :])
-    found = [(key_swing(ToolAccess(name, DRAWN_MM, step.title), at_home, library), name) for name in step.tightened]
-    if all(swing >= SWING_RAD for swing, _ in found):
+    found = [(key_swing(ToolAccess(name, DRAWN_MM, step.title), at_home), name, "") for name in step.tightened]
+    if all(swing >= SWING_RAD for swing, *_ in found):
         return found
     moved = Scene(part, meshes, up_and_down(part.placement, limits))
     return [
-        (swing if swing >= SWING_RAD else key_swing(ToolAccess(name, DRAWN_MM, step.title), moved, library), name)
-        for swing, name in found
+        (swing if swing >= SWING_RAD else key_swing(ToolAccess(name, DRAWN_MM, step.title), moved), name, "")
+        for swing, name, _ in found
     ]
 
 
@@ -180,14 +181,3 @@ def _told_faults(faults: list[tuple[list[str], str]], count: int, assembly: Asse
         detail = f"{len(faults)} faults: {'; '.join(text for _, text in faults[:SHOWN])}; {detail}"
     names = tuple(dict.fromkeys(name for group, _ in faults[:SHOWN] for name in group)) or None
     return CheckResult("assembly order", not faults, len(faults), 0, "", worst_pair=names, detail=detail)
-
-
-def _told_swings(swings: list[tuple[float, str]]) -> CheckResult:
-    limit = float(np.degrees(SWING_RAD))
-    swing, worst = min(swings, default=(2.0 * np.pi, ""))
-    bad = [f"{name} {np.degrees(s):.0f} deg" for s, name in swings if s < SWING_RAD]
-    detail = f"free swing of a hexagon key in each screw when its step tightens it, least of {len(swings)} screws"
-    if bad:
-        detail = f"{len(bad)} fail: {'; '.join(bad[:SHOWN])}; {detail}"
-    pair = (worst,) if worst else None
-    return CheckResult("assembly keys", not bad, np.degrees(swing), limit, "deg", worst_pair=pair, detail=detail)

@@ -11,23 +11,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, Meshes
-from delta_cad.checks.clearance.bodies import tree_of
-from delta_cad.checks.contact.common import common_size, volume
-from delta_cad.checks.contact.features import FeatureLibrary
-from delta_cad.checks.contact.order.swept import PARALLEL, Outline, Span, turned_solid
-from delta_cad.checks.contact.placing import Key, located, relative_key
+from delta_cad.checks.clearance.bodies import DistanceEngine, body
+from delta_cad.checks.contact.features import features
+from delta_cad.checks.contact.order.swept_bodies import PARALLEL, Span, common_with_discs, solid_extents
+from delta_cad.checks.contact.placing import Key, relative_key
+from delta_cad.checks.contact.shared_volume import SLIDING_MM3, runs_into
 from delta_cad.common.vectors import cross, cross_length
 from delta_cad.mechanism.placement import frames
 
 LEAST_MM = 1.0  # of a step beside something that is closer
 SLIDE_MM = 2.0  # of a step in a fit: its parts run into one another over their own lengths, if they do
-SHARED_MM3 = 0.05  # common volume that the kernel may see between faces that slide upon one another
 TOUCH_MM = 1e-6  # distance of meshes that counts as met
 Leg = tuple[np.ndarray, float]
 """Unit vector of a part's motion towards its seat, and how long it goes on so, mm; infinite: from outside."""
@@ -52,19 +50,16 @@ class Ways:
     """The parts of a machine where they sit at home, to be asked what one meets on its way there."""
 
     def __init__(self, assembly: Assembly, meshes: Meshes) -> None:
-        import fcl
-
         self._of = {o.name: o for o in assembly.occurrences}
         self.frames = {name: np.asarray(frame) for name, frame in assembly.poses(assembly.home_mm).items()}
         self._meshes = meshes
         self._pieces = {frozenset((fit.a, fit.b)) for fit in assembly.fits if fit.kind == "piece"}
-        self._shapes: dict[str, tuple[Any, Any]] = {}
-        self._volumes: dict[str, float] = {}
-        self._outlines: dict[str, Outline] = {}
+        self._engine = DistanceEngine()
+        self._bodies = {
+            part.number: body("", part.number, "", meshes[part.number], np.eye(4)) for part in assembly.parts
+        }
         self._extents: dict[tuple[str, bytes], tuple[np.ndarray, np.ndarray]] = {}
-        self._features = FeatureLibrary()
         self._free: dict[Key, float | None] = {}
-        self._fcl = fcl
 
     def met(self, moving: Iterable[str], others: Iterable[str], legs: Sequence[Leg]) -> Met | None:
         """Looks for what parts that move together run into.
@@ -104,18 +99,12 @@ class Ways:
         seen, at = axes @ frame[:3, :3], axes @ frame[:3, 3]
         key = self._of[name].part.number, np.round(seen, 9).tobytes()
         if key not in self._extents:
-            mesh, (low, high) = self._mesh(name), self._outline(name).extents(seen)
+            mesh, (low, high) = self._mesh(name), solid_extents(self._of[name].part.solid).extents(seen)
             heights = mesh.vertices @ seen.T
             lowest, highest = heights.min(axis=0) - mesh.deviation_mm, heights.max(axis=0) + mesh.deviation_mm
             self._extents[key] = np.maximum(low, lowest), np.minimum(high, highest)
         low, high = self._extents[key]
         return at + low, at + high
-
-    def _outline(self, name: str) -> Outline:
-        part = self._of[name].part
-        if part.number not in self._outlines:
-            self._outlines[part.number] = Outline(part.solid)
-        return self._outlines[part.number]
 
     def _mesh(self, name: str) -> Mesh:
         return self._meshes[self._of[name].part.number]
@@ -157,7 +146,7 @@ class Ways:
             if not is_asked and self._slides(a, b, seen, way, (at, end)):
                 return None
             is_asked = True
-            if self._runs_into(a, b, frame):
+            if runs_into(self._of[b].part.solid, self._of[a].part.solid, frame):
                 return at
             at += SLIDE_MM
         return None
@@ -174,48 +163,21 @@ class Ways:
     def _leaves_room(self, a: str, b: str, b_in_a: np.ndarray, way: np.ndarray, between: Span) -> bool:
         """Whether what `a` sweeps along a way in its own frame, as discs about an axis along it, leaves `b` alone."""
         part, other = self._of[a].part, self._of[b].part
-        along = [c for c in self._features[part].cylinders if cross_length(c.direction, way) < PARALLEL]
-        outer = max((c for c in along if not c.is_bore), key=lambda c: c.radius_mm, default=None)
+        along = [c for c in features(part.solid).cylinders if cross_length(c.direction, way) < PARALLEL]
+        outer = max((c for c in along if not c.is_hollow), key=lambda c: c.radius_mm, default=None)
         if outer is None:
             return False
         axis = frames(_axes(way)[1], way, outer.point)
-        holder = turned_solid(self._outline(a).discs(axis, between), axis)
-        if holder is None:
-            return False
-        common = common_size(
-            (holder, located(other.solid, b_in_a)), (volume(holder), self._volume(b)), volume, SHARED_MM3
-        )
-        return common is not None and common <= SHARED_MM3
+        discs = solid_extents(part.solid).discs(axis, between)
+        common = common_with_discs(discs, axis, other.solid, b_in_a, SLIDING_MM3)
+        return common is not None and common <= SLIDING_MM3
 
     def _closest(self, a: str, b: str, a_in_b: np.ndarray) -> tuple[float, np.ndarray]:
         """Distance of two meshes, mm, and the (3,) direction from the first to the second where they are closest."""
-        one, other = self._shape(a)[0], self._shape(b)[1]
-        one.setTransform(self._fcl.Transform(a_in_b[:3, :3], a_in_b[:3, 3]))
-        found = self._fcl.DistanceResult()
-        apart = float(self._fcl.distance(one, other, self._fcl.DistanceRequest(enable_nearest_points=True), found))
-        at_a, at_b = found.nearest_points
-        there = np.asarray(at_b) - np.asarray(at_a)
+        one, other = (self._bodies[self._of[name].part.number] for name in (a, b))
+        apart, at_a, at_b = self._engine.closest_points(one, other, a_in_b, np.eye(4))
+        there = at_b - at_a
         return apart, there / max(float(np.linalg.norm(there)), TOUCH_MM)
-
-    def _shape(self, name: str) -> tuple[Any, Any]:
-        """Two collision objects of a part, so that it can be held against its like."""
-        number = self._of[name].part.number
-        if number not in self._shapes:
-            tree = tree_of(self._meshes[number])
-            self._shapes[number] = self._fcl.CollisionObject(tree), self._fcl.CollisionObject(tree)
-        return self._shapes[number]
-
-    def _runs_into(self, a: str, b: str, a_in_b: np.ndarray) -> bool:
-        """Whether two exact solids share a volume; where the kernel contradicts itself they do."""
-        shapes = located(self._of[a].part.solid, a_in_b), self._of[b].part.solid.wrapped
-        common = common_size(shapes, (self._volume(a), self._volume(b)), volume, SHARED_MM3)
-        return common is None or common > SHARED_MM3
-
-    def _volume(self, name: str) -> float:
-        part = self._of[name].part
-        if part.number not in self._volumes:
-            self._volumes[part.number] = volume(part.solid.wrapped)
-        return self._volumes[part.number]
 
 
 def _axes(out: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.assembly.faces import array_of, solid_face
 from delta_cad.common.vectors import cross_length
 
 SHARES = [k / 8 for k in range(9)]  # of an edge's length at which its points are read
@@ -102,7 +103,7 @@ def _along(edge: Any) -> np.ndarray:
     else:
         length = GCPnts_AbscissaPoint.Length_s(curve)
         at = [GCPnts_AbscissaPoint(curve, length * share, first).Parameter() for share in SHARES]
-    return np.array([_array(curve.Value(u)) for u in at])
+    return np.array([array_of(curve.Value(u)) for u in at])
 
 
 def _box(face: Any) -> np.ndarray:
@@ -116,44 +117,7 @@ def _box(face: Any) -> np.ndarray:
 
 
 def _read(face: Any, corners: np.ndarray) -> Face:
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
-    from OCP.TopAbs import TopAbs_REVERSED
-
-    surface = BRepAdaptor_Surface(face.wrapped)
-    kind, is_reversed = surface.GetType(), face.wrapped.Orientation() == TopAbs_REVERSED
-    turn = float(surface.LastUParameter() - surface.FirstUParameter())
-    box, area, centre = _box(face), float(face.Area()), np.array(face.Center().toTuple())
-
-    def made(name: str, point: Any, axis: Any, radius: float, direct: bool, half_angle: float = 0.0) -> Face:
-        hollow = direct == is_reversed
-        return Face(name, _array(point), _array(axis), radius, hollow, turn, half_angle, area, centre, box, corners)
-
-    if kind == GeomAbs_Plane:
-        shape = surface.Plane()
-        one = made("plane", shape.Location(), shape.Axis().Direction(), 0.0, shape.Position().Direct())
-        one.axis = -one.axis if one.hollow else one.axis
-        return one
-    if kind == GeomAbs_Cylinder:
-        shape = surface.Cylinder()
-        where = shape.Axis().Location(), shape.Axis().Direction()
-        return made("cylinder", *where, float(shape.Radius()), shape.Position().Direct())
-    if kind == GeomAbs_Cone:
-        shape = surface.Cone()
-        where = shape.Axis().Location(), shape.Axis().Direction()
-        angle = float(shape.SemiAngle())
-        return made("cone", *where, float(shape.RefRadius()), shape.Position().Direct(), angle)
-    if kind == GeomAbs_Sphere:
-        shape = surface.Sphere()
-        where = shape.Location(), shape.Position().Direction()
-        return made("sphere", *where, float(shape.Radius()), shape.Position().Direct())
-    if kind == GeomAbs_Torus:
-        shape = surface.Torus()
-        where = shape.Axis().Location(), shape.Axis().Direction()
-        return made("torus", *where, float(shape.MinorRadius()), shape.Position().Direct())
-    middle = box.mean(axis=0)
-    return Face("other", middle, np.array([0.0, 0.0, 1.0]), 0.0, False, turn, 0.0, area, centre, box, corners)
-
-
-def _array(triple: Any) -> np.ndarray:
-    return np.array([triple.X(), triple.Y(), triple.Z()])
+    one, box = solid_face(face), _box(face)
+    point = box.mean(axis=0) if one.kind == "other" else one.point
+    read = one.direction, one.radius_mm, one.is_hollow, one.turn_rad, one.half_angle_rad, one.area_mm2, one.centre
+    return Face(one.kind, point, *read, box, corners)

@@ -8,7 +8,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.contact.features import features
 from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.base_plate import mount_places
@@ -50,22 +50,21 @@ def expected_anchors(d: Dimensions) -> tuple[Anchor, ...]:
 
 def anchor_faults(assembly: Assembly, d: Dimensions) -> list[str]:
     """Names the bores whose farther end is too far off its place, and those that are not there."""
-    library = FeatureLibrary()
     occurrences = {o.name: o for o in assembly.occurrences}
     faults = []
     for anchor in expected_anchors(d):
         o = occurrences.get(anchor.name)
-        off = np.inf if o is None else _off_mm(library, o, anchor)
+        off = np.inf if o is None else _off_mm(o, anchor)
         if off > anchor.off_mm:
             faults.append(f"{anchor.name}: its bore of {anchor.diameter_mm:g} mm is {off:.3f} mm off")
     return faults
 
 
-def _off_mm(library: FeatureLibrary, o: Occurrence, anchor: Anchor) -> float:
+def _off_mm(o: Occurrence, anchor: Anchor) -> float:
     """Distance of the farther end of the nearest bore of an anchor's diameter from its place, mm; inf without one."""
     point, along = np.array(anchor.point_mm), np.array(anchor.along)
     best = np.inf
-    for c in (c.moved(o.placement) for c in library[o.part].cylinders if c.is_bore):
+    for c in (c.moved(o.placement) for c in features(o.part.solid).cylinders if c.is_hollow):
         if abs(2.0 * c.radius_mm - anchor.diameter_mm) <= DIAMETER_MM:
             half, middle = (c.end_mm - c.start_mm) / 2.0, c.point + (c.start_mm + c.end_mm) / 2.0 * c.direction
             sense = 1.0 if c.direction @ along >= 0.0 else -1.0

@@ -9,11 +9,11 @@ from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
 from delta_cad.checks.clearance import configuration_spaces as spaces
 from delta_cad.checks.clearance import pairing
 from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, body
+from delta_cad.checks.clearance.branch_and_bound import BoxBounds, prove
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
-from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
-from delta_cad.checks.clearance.pairing import held_apart, spaces_of
+from delta_cad.checks.clearance.pairing import clearance_pairs, spaces_of
 from delta_cad.checks.clearance.segments import above, cells_of, cut, near, segments_of
 from delta_cad.solids.part import Occurrence
 from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, box, machine, part, rod
@@ -37,7 +37,7 @@ def random_frame(spread: float) -> np.ndarray:
 
 
 def space_named(start: str) -> ConfigurationSpace:
-    pairs = held_apart(MACHINE, LIMITS, MESHES)
+    pairs = clearance_pairs(MACHINE, LIMITS, MESHES)
     (found,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS, 0.0) if s.name.startswith(start)]
     return found
 
@@ -176,7 +176,7 @@ def test_what_lies_inside_a_swept_body_is_not_called_apart() -> None:
         Occurrence("core", part("core", ball(2)), "upper_arm_1", at(0, on_axis, 0)),
     )
     a = Assembly("test", occurrences, (), (), arm, LIMITS.centre_mm)
-    pairs = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5))
+    pairs = clearance_pairs(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5))
     (arms,) = spaces_of(pairs, arm, DOMAINS, LIMITS, 0.0)
     assert (arms.always_apart() < 0.0).all()
 
@@ -298,7 +298,7 @@ def test_a_halved_bound_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> Non
     meshes = MeshLibrary(a.parts, 0.1, 0.5)
 
     def undecided() -> bool:
-        (wrist,) = spaces_of(held_apart(a, LIMITS, meshes), a.placement, DOMAINS, LIMITS, 0.0)
+        (wrist,) = spaces_of(clearance_pairs(a, LIMITS, meshes), a.placement, DOMAINS, LIMITS, 0.0)
         return bool(prove(wrist, DistanceEngine()).undecided)
 
     assert undecided()

@@ -13,16 +13,16 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
+from delta_cad.checks.clearance.branch_and_bound import ClearanceProof, _described, prove
 from delta_cad.checks.clearance.clearance import (
     _proof,
     exact_distance,
     handle_proofs,
     mesh_clearance,
 )
-from delta_cad.checks.clearance.continuum import ClearanceProof, _described, prove
+from delta_cad.checks.clearance.fast_fail import check_moving
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
-from delta_cad.checks.clearance.moving import check_moving
-from delta_cad.checks.clearance.pairing import held_apart, spaces_of
+from delta_cad.checks.clearance.pairing import clearance_pairs, spaces_of
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import free_tilt
@@ -64,7 +64,7 @@ def check(a: Assembly, limits: CheckLimits = LIMITS, **options: int) -> dict[str
 def proven(a: Assembly, clearance_mm: float) -> bool:
     """Whether the proof alone, without the samples, finds the clearance."""
     limits = replace(LIMITS, clearance_min_mm=clearance_mm)
-    pairs = held_apart(a, limits, MeshLibrary(a.parts, 0.02, 0.2))
+    pairs = clearance_pairs(a, limits, MeshLibrary(a.parts, 0.02, 0.2))
     engine = DistanceEngine()
     return not any(
         prove(s, engine, 3000).undecided for s in spaces_of(pairs, a.placement, DOMAINS, limits, free_tilt(a))
@@ -163,7 +163,7 @@ def test_a_proof_takes_as_many_distances_as_large_sectors_need_and_no_more() -> 
     inner, outer = (box((x - r, y - r, z - r), (x + r, y + r, z + r)) for r in (15.0, 20.0))
     pin, cage = part("pin", ball(3)), part("cage", outer.cut(inner))
     two = assembly(("cage", cage, "base", np.eye(4)), ("pin", pin, "platform", np.eye(4)))
-    pairs = held_apart(two, small, MeshLibrary(two.parts, 0.1, 0.5))
+    pairs = clearance_pairs(two, small, MeshLibrary(two.parts, 0.1, 0.5))
     ranges = joint_ranges(GEOMETRY, small.centre_mm, small.half_side_mm)
     (space,) = spaces_of(pairs, two.placement, ranges, small, 0.0)
     engine, taken = Counted(), prove(space, DistanceEngine()).calls
@@ -356,7 +356,7 @@ def test_the_sampler_finds_what_measuring_everything_finds() -> None:
     engine = DistanceEngine()
     sampler = Sampler(MACHINE.placement, poses, engine)
     wanted = ("socket_0_0_wrist", "wrist_bar_0", "arm_0", "sector_1", "bracket_1", "tube_2_0", "platform", "pinion_1")
-    pairs = [p for p in held_apart(MACHINE, LIMITS, MESHES) if p.a.name in wanted and p.b.name in wanted]
+    pairs = [p for p in clearance_pairs(MACHINE, LIMITS, MESHES) if p.a.name in wanted and p.b.name in wanted]
     closest = sampler.closest(pairs)
     calls = engine.calls
     brute = {
@@ -400,7 +400,7 @@ def test_distances_over_rotated_frames_match_the_kernel() -> None:
     rng = np.random.default_rng(5)
     one, other = box((0, 0, 0), (4, 2, 9)), cq.Solid.makeBox(3, 8, 1).cut(cq.Solid.makeBox(1, 3, 1)).Solids()[0]
     a = assembly(("a", part("a", one), "base", np.eye(4)), ("b", part("b", other), "platform", np.eye(4)))
-    pair = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5))[0]
+    pair = clearance_pairs(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5))[0]
     engine = DistanceEngine()
     for _ in range(60):
         q, _r = np.linalg.qr(rng.normal(size=(3, 3)))

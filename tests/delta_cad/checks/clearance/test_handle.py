@@ -8,14 +8,14 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance import continuum
+from delta_cad.checks.clearance import branch_and_bound
 from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine
+from delta_cad.checks.clearance.branch_and_bound import BoxBounds, prove
 from delta_cad.checks.clearance.configuration_spaces import Swing, TwoSwings
-from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
-from delta_cad.checks.clearance.pairing import held_apart, spaces_of
-from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, TurningRodAtJoint
+from delta_cad.checks.clearance.pairing import clearance_pairs, spaces_of
+from delta_cad.checks.clearance.rod_at_joint import RodAtJoint
 from delta_cad.checks.links import free_tilt
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.solids.part import Occurrence
@@ -28,7 +28,7 @@ CUBE = LIMITS.centre_mm[None], np.full((1, 3), LIMITS.half_side_mm)
 
 
 def handle_space(assembly: Assembly) -> Handle:
-    pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
+    pairs = clearance_pairs(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
     (space,) = [s for s in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, 0.0) if isinstance(s, Handle)]
     return space
 
@@ -119,7 +119,7 @@ def test_no_two_points_come_closer_along_a_direction_than_the_bound_says(ratio: 
 
 def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
     assembly = with_fins()
-    pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
+    pairs = clearance_pairs(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
     sharper: dict[str, float] = {}
     for space in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, free_tilt(assembly)):
         bounds, pair = BoxBounds(space), RNG.integers(len(space.pairs.limit), size=40)
@@ -148,10 +148,10 @@ def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
     assert np.median(list(sharper.values())) < 0.95  # in boxes this large what bends a path counts most
 
 
-@pytest.mark.parametrize("kind", [Swing, TwoSwings, RodAtJoint, TurningRodAtJoint, Handle])
+@pytest.mark.parametrize("kind", [Swing, TwoSwings, RodAtJoint, Handle])
 def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as_far(kind: type) -> None:
     assembly = with_fins()
-    pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
+    pairs = clearance_pairs(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
     spaces = spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, free_tilt(assembly))
     for space in (s for s in spaces if type(s) is kind):
         bounds, (middle, half), count = BoxBounds(space), space.root(), 240
@@ -203,19 +203,19 @@ def beside_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
     tube, post = part("tube", rod(2.5, (12, 0, 0), (L_B - 12.0, 0, 0))), part("post", ball(3))
     placed = (Occurrence("tube", tube, "rod_0_1", np.eye(4)), Occurrence("post", post, "base", at(*middle)))
     a = replace(m, occurrences=placed, joints=(), fits=())
-    pairs = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.05, 0.3))
+    pairs = clearance_pairs(a, LIMITS, MeshLibrary(a.parts, 0.05, 0.3))
     pairs = [replace(p, a=straying(p.a, deviation_mm), b=straying(p.b, deviation_mm)) for p in pairs]
     (space,) = spaces_of(pairs, a.placement, DOMAINS, LIMITS, 0.0)
     return not prove(space, DistanceEngine()).undecided
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hope", [continuum.HOPE, 0.0, np.inf])
+@pytest.mark.parametrize("hope", [branch_and_bound.HOPE, 0.0, np.inf])
 def test_what_comes_too_close_in_one_corner_is_refused_and_what_does_not_is_proven(
     monkeypatch: pytest.MonkeyPatch, hope: float
 ) -> None:
     """Whether no distance is put off or each that may be."""
-    monkeypatch.setattr(continuum, "HOPE", hope)
+    monkeypatch.setattr(branch_and_bound, "HOPE", hope)
     assert not beside_a_rod(0.9)
     assert beside_a_rod(1.3)
     assert not beside_a_rod(1.3, deviation_mm=0.2)  # both may stray so far towards each other
@@ -254,7 +254,7 @@ def at_two_wrists(spare_mm: float) -> Handle:
     frames = m.placement(LIMITS.centre_mm)
     apart = float(np.linalg.norm((frames["rod_0_1"] - frames["rod_1_0"]) @ [L_B, 0.0, 0.0, 1.0])) - 12.0
     small = replace(small, clearance_min_mm=apart - spare_mm)
-    pairs = held_apart(replace(m, occurrences=placed, joints=(), fits=()), small, MeshLibrary((end,), 0.02, 0.2))
+    pairs = clearance_pairs(replace(m, occurrences=placed, joints=(), fits=()), small, MeshLibrary((end,), 0.02, 0.2))
     domains = joint_ranges(GEOMETRY, small.centre_mm, small.half_side_mm)
     (space,) = spaces_of(pairs, m.placement, domains, small, 0.0)
     assert isinstance(space, Handle)

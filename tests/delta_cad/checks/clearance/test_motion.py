@@ -12,7 +12,7 @@ from delta_cad.checks.clearance.bodies import DistanceEngine, body, boxes_gap, r
 from delta_cad.checks.clearance.containment import winding_number
 from delta_cad.checks.clearance.joint_ranges import BOXES_MOST, BOXES_PER_EDGE, FoldError, Raster, joint_ranges
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
-from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
+from delta_cad.checks.clearance.pairing import ClearancePair, clearance_pairs, spaces_of
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
 from delta_cad.mechanism import inverse_kinematics, rod_lean
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
@@ -179,7 +179,7 @@ def test_a_cube_of_which_no_fold_can_be_excluded_is_refused(monkeypatch: pytest.
 @pytest.mark.parametrize("ratio", [9.5, 1.0])
 def test_every_space_places_pairs_as_the_placement_does_and_bounds_their_travel(ratio: float) -> None:
     assembly = machine(ratio)
-    pairs = held_apart(assembly, LIMITS, MESHES)
+    pairs = clearance_pairs(assembly, LIMITS, MESHES)
     spaces = spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, 0.0)
     names = [space.name for space in spaces]
     assert len(names) == (9 if ratio > 1.0 else 8)  # a direct drive leaves nothing fixed but the base
@@ -194,7 +194,7 @@ def test_every_space_places_pairs_as_the_placement_does_and_bounds_their_travel(
             (check_round_pair if "round" in space.name else check_pair)(space, k, a, b, pair, assembly)
 
 
-def check_round_pair(space, k, a, b, pair: HeldApart, assembly) -> None:
+def check_round_pair(space, k, a, b, pair: ClearancePair, assembly) -> None:
     """A holder that is round is as far away at the one angle of its space as it is at any."""
     positions = LIMITS.centre_mm + RNG.uniform(-LIMITS.half_side_mm, LIMITS.half_side_mm, (20, 3))
     originals = {pair.a.name: pair.a, pair.b.name: pair.b}
@@ -215,7 +215,7 @@ def check_round_pair(space, k, a, b, pair: HeldApart, assembly) -> None:
     assert (told >= true - strays - 0.003 * a.radius)[near].all()
 
 
-def check_pair(space, k, a, b, pair: HeldApart, assembly) -> None:
+def check_pair(space, k, a, b, pair: ClearancePair, assembly) -> None:
     """Relative pose and travel of one pair in its space, against the placement."""
     centres, halves = random_boxes(4)
     inside = centres + RNG.uniform(-1, 1, (6, 4, 3)) * halves
@@ -345,7 +345,7 @@ def test_box_levers_count_the_deviation() -> None:
 
 
 def test_bounds_for_all_angles_are_below_the_distance_at_any() -> None:
-    pairs = held_apart(MACHINE, LIMITS, MESHES)
+    pairs = clearance_pairs(MACHINE, LIMITS, MESHES)
     (swing,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS, 0.0) if s.name.startswith("an arm")]
     engine = DistanceEngine()
     always = swing.always_apart()

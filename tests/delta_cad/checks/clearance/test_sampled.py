@@ -5,7 +5,7 @@ import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.pairing import by_several_joints, held_apart
+from delta_cad.checks.clearance.pairing import by_several_joints, clearance_pairs
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from tests.delta_cad.checks.machines import LIMITS, machine
 
@@ -15,7 +15,7 @@ def test_what_of_the_platform_is_near_a_ball_keeps_every_distance_below_the_boun
     sampler = Sampler(assembly.placement, LIMITS.clearance_poses_mm()[::40], engine)
     pairs = [
         p
-        for p in held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
+        for p in clearance_pairs(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
         if "platform" in (p.a.link, p.b.link) and any(b.link.startswith("rod") for b in (p.a, p.b))
     ]
     smaller, below = 0, 0
@@ -43,7 +43,7 @@ def test_the_least_at_each_position_is_that_of_measuring_everything() -> None:
     positions = LIMITS.slices_mm(2)[::2].reshape(-1, 3)
     sampler = Sampler(assembly.placement, positions, engine, tilt)
     meshes = MeshLibrary(assembly.parts, 0.2, 0.6)
-    pairs = [p for p in held_apart(assembly, LIMITS, meshes) if by_several_joints(p, assembly.placement)]
+    pairs = [p for p in clearance_pairs(assembly, LIMITS, meshes) if by_several_joints(p, assembly.placement)]
     frames, least = sampler.frames, np.full(len(positions), np.inf)
     for k in range(len(sampler.poses_mm)):
         for p in pairs:
@@ -63,7 +63,7 @@ def test_the_least_at_each_position_is_that_of_measuring_everything() -> None:
 
 def test_the_smallest_of_all_is_found_in_whichever_order_the_pairs_come() -> None:
     assembly, meshes = machine(), MeshLibrary(machine().parts, 0.2, 0.6)
-    pairs = [p for p in held_apart(assembly, LIMITS, meshes) if not p.running_gap]
+    pairs = [p for p in clearance_pairs(assembly, LIMITS, meshes) if not p.running_gap]
     sampler = Sampler(assembly.placement, LIMITS.clearance_poses_mm()[::20], DistanceEngine(), 0.2)
     found = sampler.closest(pairs)
     for order in (pairs, pairs[::-1]):
@@ -74,7 +74,7 @@ def test_the_smallest_of_all_is_found_in_whichever_order_the_pairs_come() -> Non
 
 def test_several_joints_move_what_no_single_one_decides() -> None:
     assembly = machine()
-    pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
+    pairs = clearance_pairs(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
     found: dict[bool, set[frozenset[str]]] = {True: set(), False: set()}
     for p in pairs:
         found[by_several_joints(p, assembly.placement)].add(frozenset((p.a.link, p.b.link)))

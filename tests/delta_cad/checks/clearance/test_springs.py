@@ -10,9 +10,9 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.continuum import prove
+from delta_cad.checks.clearance.branch_and_bound import prove
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
-from delta_cad.checks.clearance.pairing import held_apart, spaces_of
+from delta_cad.checks.clearance.pairing import clearance_pairs, spaces_of
 from delta_cad.checks.links import free_tilt, free_turn, sway_of, turn_about_x
 from delta_cad.checks.outline.envelope import DIRECTIONS, swept_outline
 from delta_cad.mechanism.geometry import TANGENTIAL
@@ -120,7 +120,7 @@ def random_pair(rng: np.random.Generator, one: str, other: str) -> tuple[Assembl
 
 def proven(a: Assembly, clearance_mm: float) -> bool:
     limits = replace(LIMITS, clearance_min_mm=clearance_mm)
-    pairs, engine = held_apart(a, limits, MeshLibrary(a.parts, 0.02, 0.2)), DistanceEngine()
+    pairs, engine = clearance_pairs(a, limits, MeshLibrary(a.parts, 0.02, 0.2)), DistanceEngine()
     return not any(prove(s, engine, CALLS).undecided for s in spaces_of(pairs, a.placement, DOMAINS, limits, TILT))
 
 

@@ -8,8 +8,9 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.contact import common, fits
-from delta_cad.checks.contact.fits import check_fits, common_volume
+from delta_cad.checks.contact import fits, shared_volume
+from delta_cad.checks.contact.fits import check_fits
+from delta_cad.checks.contact.shared_volume import common_volume
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Fit
 from tests.delta_cad.checks.machines import LIMITS, at, ball, box, changed, machine, placement, rod
@@ -102,21 +103,20 @@ def test_common_volumes_in_closed_form() -> None:
 
 def test_volumes_that_a_fixed_rule_gets_wrong_are_taken_again(monkeypatch: pytest.MonkeyPatch) -> None:
     def crude(shape: object) -> float:  # beside a helix it errs by what faces a boolean leaves
-        return (1.0 + 1e-4 * len(cq.Shape.cast(shape).Faces())) * common.fine_volume(shape)
+        return (1.0 + 1e-4 * len(cq.Shape.cast(shape).Faces())) * shared_volume.fine_volume(shape)
 
-    monkeypatch.setattr(common, "volume", crude)
-    monkeypatch.setattr(fits, "volume", crude)
+    monkeypatch.setattr(shared_volume, "volume", crude)
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) == pytest.approx(1.0)
 
 
 @pytest.mark.slow
 def test_a_kernel_that_contradicts_itself_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(common, "_boolean", lambda *_: 1.0)  # common and rest cannot both be 1 mm^3
+    monkeypatch.setattr(shared_volume, "_boolean", lambda *_: 1.0)  # common and rest cannot both be 1 mm^3
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) is None
     result = check(MACHINE)["overlap on one link"]
     assert not result.passed
     assert result.value is None
-    monkeypatch.setattr(common, "_boolean", lambda *_: None)
+    monkeypatch.setattr(shared_volume, "_boolean", lambda *_: None)
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) is None
 
 

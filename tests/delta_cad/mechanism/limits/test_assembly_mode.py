@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.checks import CheckLimits
+from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.commands.cli import main

@@ -14,7 +14,7 @@ import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.pairing import by_several_joints, held_apart
+from delta_cad.checks.clearance.pairing import by_several_joints, clearance_pairs
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.design import Design
 from delta_cad.mechanism import jacobian
@@ -210,7 +210,7 @@ def test_the_neighbours_are_those_of_measuring_everything() -> None:
     assembly, engine = machine(), DistanceEngine()
     meshes = MeshLibrary(assembly.parts, 0.2, 0.6)
     neighbours = Neighbours(assembly, LIMITS, meshes)
-    pairs = [p for p in held_apart(assembly, LIMITS, meshes) if by_several_joints(p, assembly.placement)]
+    pairs = [p for p in clearance_pairs(assembly, LIMITS, meshes) if by_several_joints(p, assembly.placement)]
     for p_mm in LIMITS.corners_mm[::3]:
         frames = Sampler(assembly.placement, p_mm[None, :], engine).frames
         placed = [[frames[b.link][0] @ b.placement for b in (p.a, p.b)] for p in pairs]

@@ -11,7 +11,7 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism import worst_joint_torque
-from delta_cad.structure.hardware.lightest import lightest
+from delta_cad.structure.hardware.mass_lower_bound import mass_lower_bound
 from delta_cad.structure.hardware.refusals import HEAVIER, LEARNT, refusals
 from delta_cad.structure.loads import sampled_mm
 from delta_cad.structure.modes import moving
@@ -22,7 +22,7 @@ TORQUE = "requirements.joint_torque_N_m"
 
 
 def test_solids_weigh_no_less_and_little_more(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
-    least = lightest(best_dimensions)
+    least = mass_lower_bound(best_dimensions)
     whole = moving(mass_report(best_assembly)["bodies"], best_dimensions.design.geometry.forearm_length)
     along = [body.mass_kg * body.centre_mm[0] for body in (least.arm, whole.arm)]
     across = [body.mass_kg * body.centre_mm[2] for body in (least.arm, whole.arm)]

@@ -5,197 +5,35 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from math import radians
-from typing import Any
 
 import numpy as np
 import pytest
 
 from delta_cad.assembly.drive import over_carriage
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement
 from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, carriage_frame
+from delta_cad.interference import rod_vs_drive
+from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm
+from delta_cad.interference.moving_bodies import DistanceField, cup_margin, nearest, sector_clearance
+from delta_cad.interference.reasons import interference_reasons
+from delta_cad.interference.rod_vs_drive import drive_clearances, fold_interference
+from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, union_distance
+from delta_cad.interference.static_obstacles import key_swing_rad, pinion_clearance_mm, slide_in_clearance_mm
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import chain_frame, spring_sway
-from delta_cad.passing import folding
-from delta_cad.passing.folding import beside_own, folded
-from delta_cad.passing.interference_reasons import interference_reasons
-from delta_cad.passing.moving import Apart, beside_sectors, nearest, spare_of_cups
-from delta_cad.passing.shapes import Beam, Block, Prism, Ring, Round, off_all_mm
-from delta_cad.passing.sleeves import sleeves_off_mm
-from delta_cad.passing.standing import key_swing_rad, pinion_off_mm, sliding_off_mm
 from delta_cad.solids.capstan import make_sector
 from delta_cad.solids.platform import make_platform
 from delta_cad.structure.hardware.refusals import refusals
 from delta_cad.structure.loads import sampled_mm
-from tests.committed import ROOT
+from tests.delta_cad.interference.machines import CHANGES, machine, of, synthesized
 from tests.delta_cad.solids.measured import placed
 
-FREE = {"requirements__envelope_width_mm": 900.0, "requirements__envelope_depth_mm": 900.0}
-LOW = FREE | {"requirements__force_N": 1.0, "requirements__joint_torque_N_m": 0.17, "requirements__peak_force_N": None}
-SMALL = LOW | {
-    "requirements__peak_torque_N_m": None,
-    "requirements__stiffness_min_N_mm": None,
-    "hardware__leads": "none",
-}
-
-
-def of(path: str, **values: Any) -> Design:
-    """A machine of the gallery or the examples with some of its numbers changed; None: left out."""
-    data = json.loads((ROOT / path).read_text())
-    for name, value in values.items():
-        section, _, field = name.partition("__")
-        data[section][field] = value
-        if value is None:
-            del data[section][field]
-    return design_from_dict(data)
-
-
-def synthesized(**values: Any) -> Design:
-    return of("examples/synthesized.json", **(SMALL | values))
-
-
 WIDE = {"mechanism__base_radius_mm": 40.0, "mechanism__platform_radius_mm": 33.0}
-MOTORS = synthesized(
-    mechanism__base_radius_mm=50.5,
-    mechanism__platform_radius_mm=43.5,
-    hardware__motor="maxon-re50-370354",
-    hardware__sector_radius_mm=46.5,
-    hardware__capstan_ratio=4.8,
-)
-SECTORS = of("docs/gallery/desk-150.json", hardware__capstan_ratio=12.0, hardware__sector_radius_mm=97.52, **FREE)
-SPRINGS = synthesized(mechanism__base_radius_mm=39.98, hardware__capstan_ratio=11.19, hardware__sector_radius_mm=55.08)
-SLEEVES = synthesized(hardware__capstan_ratio=3.0, hardware__sector_radius_mm=24.55)
-CUPS = of("docs/gallery/direct-83.json", mechanism__platform_radius_mm=17.2, **FREE)
-FOLDED = of("docs/gallery/direct-83.json", cube__bottom_height_mm=73.5, requirements__peak_force_N=None, **FREE)
-FOLDED_ARMS = of(
-    "docs/gallery/direct-83.json",
-    mechanism__base_radius_mm=34.9,
-    mechanism__platform_radius_mm=16.512,
-    mechanism__upper_arm_length_mm=94.242,
-    mechanism__forearm_length_mm=160.412,
-    mechanism__parallelogram_width_mm=33.4,
-    cube__bottom_height_mm=82.2,
-    cube__half_side_mm=48.453,
-    hardware__motor="maxon-ec60flat-625858",
-    requirements__force_N=1.0,
-    requirements__peak_force_N=None,
-    **FREE,
-)
-WRISTS = synthesized(
-    mechanism__base_radius_mm=60.73,
-    mechanism__platform_radius_mm=36.98,
-    mechanism__upper_arm_length_mm=105.324,
-    mechanism__forearm_length_mm=165.736,
-    mechanism__parallelogram_width_mm=62.5,
-    cube__bottom_height_mm=68.0,
-    cube__half_side_mm=49.959,
-    hardware__sector_radius_mm=69.79,
-    hardware__capstan_ratio=8.46,
-    hardware__cable="steel-0.8-7x19",
-    hardware__tube="cfrp-6x4",
-    hardware__ball_diameter_mm=6.0,
-    hardware__platform_thickness_mm=12.0,
-    requirements__joint_torque_N_m=0.3,
-    requirements__clearance_min_mm=2.4,
-)
-LONG_RODS = synthesized(
-    mechanism__base_radius_mm=53.2,
-    mechanism__platform_radius_mm=20.0,
-    mechanism__upper_arm_length_mm=50.0,
-    mechanism__forearm_length_mm=400.0,
-    mechanism__parallelogram_width_mm=38.4,
-    cube__bottom_height_mm=400.0,
-    cube__half_side_mm=15.0,
-)
-FOLDED_SPRINGS = synthesized(
-    mechanism__base_radius_mm=50.638,
-    mechanism__platform_radius_mm=22.2,
-    mechanism__upper_arm_length_mm=67.7,
-    mechanism__forearm_length_mm=125.604,
-    mechanism__parallelogram_width_mm=53.0,
-    cube__bottom_height_mm=64.922,
-    cube__half_side_mm=30.0,
-    hardware__motor="maxon-re50-370354",
-    hardware__cable="steel-0.8-7x19",
-    hardware__sector_radius_mm=37.4,
-    hardware__capstan_ratio=4.16,
-)
-PLATES = synthesized(
-    mechanism__base_radius_mm=42.21,
-    mechanism__platform_radius_mm=25.0,
-    mechanism__upper_arm_length_mm=66.853,
-    mechanism__forearm_length_mm=103.386,
-    mechanism__parallelogram_width_mm=40.0,
-    cube__bottom_height_mm=53.918,
-    cube__half_side_mm=30.037,
-    hardware__tube="cfrp-6x4",
-    hardware__capstan_ratio=5.0,
-    hardware__sector_radius_mm=40.59,
-    hardware__platform_thickness_mm=23.31,
-    requirements__joint_torque_N_m=0.3,
-    requirements__clearance_min_mm=2.4,
-)
-TURNED = synthesized(
-    mechanism__base_radius_mm=67.63,
-    mechanism__platform_radius_mm=33.83,
-    mechanism__upper_arm_length_mm=83.419,
-    mechanism__forearm_length_mm=135.711,
-    mechanism__parallelogram_width_mm=33.4,
-    cube__bottom_height_mm=77.121,
-    cube__half_side_mm=37.485,
-    hardware__motor="faulhaber-3257g024cr",
-    hardware__cable="steel-0.45-7x7",
-    hardware__tube="cfrp-6x4",
-    hardware__arm_thickness_mm=8.0,
-    hardware__ball_diameter_mm=8.0,
-    hardware__capstan_ratio=10.82,
-    hardware__sector_radius_mm=84.9,
-    requirements__joint_torque_N_m=0.325,
-)
-FOLDED_CHEEKS = synthesized(
-    mechanism__base_radius_mm=43.29,
-    mechanism__platform_radius_mm=20.833,
-    mechanism__upper_arm_length_mm=78.993,
-    mechanism__forearm_length_mm=124.302,
-    mechanism__parallelogram_width_mm=46.875,
-    cube__bottom_height_mm=55.877,
-    cube__half_side_mm=37.47,
-    hardware__encoder="as5048a-board",
-    hardware__tube="cfrp-6x4",
-    hardware__capstan_ratio=4.24,
-    hardware__sector_radius_mm=33.5,
-)
-COVERED = synthesized(
-    mechanism__base_radius_mm=60.0,
-    mechanism__platform_radius_mm=53.0,
-    hardware__motor="faulhaber-3257g024cr",
-    hardware__capstan_ratio=10.0,
-    hardware__sector_radius_mm=45.0,
-)
-REFUSED = {
-    "a platform's plate beside cables' ends": (PLATES, {("platform", "beside a sector")}),
-    "ends of rods that lean and turn beside their arm's boss": (TURNED, {("rod_cup", "beside its boss")}),
-    "springs that fold onto their own encoder's cheek": (FOLDED_CHEEKS, {("rod_tube", "beside the drive")}),
-    "springs of long rods below arms that lean inwards": (LONG_RODS, {("rod_spring", "beside a neighbour's")}),
-    "a platform's wrists beside large sectors": (WRISTS, {("platform", "beside a sector")}),
-    "a wide motor's pinion and keys between its neighbours": (
-        MOTORS,
-        {("pinion", "beside a neighbour's cheek"), ("motor", "on its way in"), ("motor_screw", "key")},
-    ),
-    "a motor whose screws its own sector covers": (COVERED, {("motor_screw", "key")}),
-    "large sectors": (SECTORS, {("sector", "beside a neighbour's")}),
-    "a large sector under a neighbour's springs": (SPRINGS, {("sector", "beside a neighbour's springs")}),
-    "sleeves beside the arm of a small sector": (SLEEVES, {("crimp_sleeve", "beside the arm")}),
-    "rods that fold onto their own motor": (FOLDED, {("rod_tube", "beside the drive")}),
-    "rods that fold onto an arm alone, and keep off its motor": (FOLDED_ARMS, {("rod_tube", "beside the drive")}),
-    "springs that fold onto their own sector": (FOLDED_SPRINGS, {("rod_tube", "beside the drive")}),
-    "cups whose rods turn": (CUPS, {("rod_cup", "beside a neighbour's")}),
-}
+REFUSED = {one["why"]: name for name, one in CHANGES.items() if "refused" in one}
 
 
 def spread(d: Dimensions, more_mm: float) -> Dimensions:
@@ -211,14 +49,14 @@ def named(reasons: tuple[Reason, ...] | list[Reason]) -> set[tuple[str, str]]:
 
 @pytest.mark.parametrize("what", REFUSED)
 def test_what_meets_is_refused(what: str) -> None:
-    design, expected = REFUSED[what]
-    assert expected <= named(refusals(design))
+    name = REFUSED[what]
+    assert {tuple(one) for one in CHANGES[name]["refused"]} <= named(refusals(machine(name)))
 
 
 def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
     """Rods as points on the way from elbow to wrist, the motor as a cylinder, its cheek by a pad as thick as it is."""
-    d = dimensions(FOLDED)
-    g, f, cube = FOLDED.geometry, d.forearm, FOLDED.cube
+    d = dimensions(machine("folded"))
+    g, f, cube = machine("folded").geometry, d.forearm, machine("folded").cube
     (inside, face), pad = d.layers.motor_cheek_mm, d.bracket.motor_pad_radius_mm
     solids = (d.motor.diameter_mm / 2, face, face + d.motor.length_mm), (pad, inside, face)
 
@@ -242,23 +80,23 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
     step = np.linspace(-0.25, 0.25, 17) * cube.half_side_mm
     around = start + np.stack(np.meshgrid(step, step, 0.0), axis=-1).reshape(-1, 3)
     found = min(apart(p) for p in around)
-    near = nearest(beside_own(d)[0], cube.bottom_height_mm, cube.half_side_mm, 3)
+    near = nearest(drive_clearances(d)[0], cube.bottom_height_mm, cube.half_side_mm, 3)
     assert near < 2.0
     assert near == pytest.approx(found, abs=0.1)
-    (reason,) = folded(d, 2.1)
+    (reason,) = fold_interference(d, 2.1)
     assert reason.field == "cube.bottom_height_mm"
 
 
 def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """The height at which they are unfolded most is beyond their reach."""
 
-    def within_reach(apart: Apart, bottom_mm: float, half_mm: float, count: int) -> float:
+    def within_reach(apart: DistanceField, bottom_mm: float, half_mm: float, count: int) -> float:
         if bottom_mm > 90.0:
             raise UnreachableError("too high")
         return nearest(apart, bottom_mm, half_mm, count)
 
-    monkeypatch.setattr(folding, "nearest", within_reach)
-    (reason,) = folded(dimensions(FOLDED_SPRINGS), 2.1)
+    monkeypatch.setattr(rod_vs_drive, "nearest", within_reach)
+    (reason,) = fold_interference(dimensions(machine("folded_springs")), 2.1)
     assert reason.key == ("rod_tube", "beside the drive")
 
 
@@ -296,21 +134,21 @@ def test_rods_keep_of_what_they_hang_on_what_is_asked() -> None:
 
 
 def test_sleeves_pass_an_arm_whose_sector_is_larger() -> None:
-    small = dimensions(SLEEVES)
+    small = dimensions(machine("sleeves"))
     large = dimensions(synthesized())
     assert small.capstan is not None
     assert large.capstan is not None
-    assert sleeves_off_mm(small, small.capstan) < -0.5 < sleeves_off_mm(large, large.capstan)
+    assert ferrule_clearance_mm(small, small.capstan) < -0.5 < ferrule_clearance_mm(large, large.capstan)
     thick = replace(small, layers=replace(small.layers, arm_mm=(-3.0, small.capstan.end_y_mm[1] - 8.0)))
-    assert sleeves_off_mm(thick, small.capstan) != sleeves_off_mm(small, small.capstan)
+    assert ferrule_clearance_mm(thick, small.capstan) != ferrule_clearance_mm(small, small.capstan)
 
 
 def test_wrists_come_as_near_to_sectors_as_the_exact_solids_do() -> None:
     """At the four positions of a grid where they are nearest: an edge's points lie 1.5 mm apart."""
-    d = dimensions(WRISTS)
+    d = dimensions(machine("wrists"))
     assert d.capstan is not None
-    positions = sampled_mm(WRISTS.cube.bottom_height_mm, WRISTS.cube.half_side_mm, 5)
-    apart, links = beside_sectors(d, d.capstan, "platform")(positions, False, None), link_placement(d)
+    positions = sampled_mm(machine("wrists").cube.bottom_height_mm, machine("wrists").cube.half_side_mm, 5)
+    apart, links = sector_clearance(d, d.capstan, "platform")(positions, False, None), link_placement(d)
     sector, platform = make_sector(d).solid, make_platform(d).solid
     for k in np.argsort(apart.min(axis=1))[:4]:
         placed_at, i = links(positions[k : k + 1]), int(apart[k].argmin())
@@ -336,7 +174,7 @@ def foot_met(d: Dimensions, along: np.ndarray) -> bool:
 def test_a_sleeve_comes_beside_the_foot_block_that_is_in_its_way() -> None:
     """Where short arms are nearly upright the carriage looks down at the foot."""
     outside = np.array([-1.0, 0.0, 0.0])
-    for design, meets in ((LONG_RODS, True), (synthesized(), False)):
+    for design, meets in ((machine("long_rods"), True), (synthesized(), False)):
         d = dimensions(design)
         assert d.capstan is not None
         along = np.array(over_carriage(d, d.capstan)[0].along)
@@ -347,27 +185,27 @@ def test_a_sleeve_comes_beside_the_foot_block_that_is_in_its_way() -> None:
 
 def test_cups_part_by_what_they_lack() -> None:
     """Wrists that stand apart by so much more than a machine's lacks leave nothing lacking, at any position."""
-    d = dimensions(CUPS)
-    positions = sampled_mm(CUPS.cube.bottom_height_mm, CUPS.cube.half_side_mm, 3)
-    lacking = -spare_of_cups(d, 2.14)(positions, False, None).min()
+    d = dimensions(machine("cups"))
+    positions = sampled_mm(machine("cups").cube.bottom_height_mm, machine("cups").cube.half_side_mm, 3)
+    lacking = -cup_margin(d, 2.14)(positions, False, None).min()
     assert lacking > 0.0
     wider = spread(d, lacking / np.sqrt(3.0))
-    assert spare_of_cups(wider, 2.14)(positions, False, None).min() == pytest.approx(0.0, abs=1e-9)
+    assert cup_margin(wider, 2.14)(positions, False, None).min() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_key_has_room_where_motors_stand_far_apart_and_none_between_them() -> None:
-    d, far = dimensions(MOTORS), spread(dimensions(MOTORS), 30.0)
+    d, far = dimensions(machine("motors")), spread(dimensions(machine("motors")), 30.0)
     assert key_swing_rad(d) < radians(60.0) <= key_swing_rad(far)
     assert d.capstan is not None
     assert far.capstan is not None
-    assert sliding_off_mm(d, d.capstan) < 0.0 < sliding_off_mm(far, far.capstan)
-    assert pinion_off_mm(d, d.capstan) < pinion_off_mm(far, far.capstan)
+    assert slide_in_clearance_mm(d, d.capstan) < 0.0 < slide_in_clearance_mm(far, far.capstan)
+    assert pinion_clearance_mm(d, d.capstan) < pinion_clearance_mm(far, far.capstan)
 
 
 def test_links_are_where_the_assembly_has_them() -> None:
-    d = dimensions(CUPS)
+    d = dimensions(machine("cups"))
     assert link_placement(d).drive_ratio == 1.0
-    assert link_placement(dimensions(SLEEVES)).drive_ratio == 3.0
+    assert link_placement(dimensions(machine("sleeves"))).drive_ratio == 3.0
 
 
 GRID = np.stack(np.meshgrid(*[np.linspace(-14.0, 14.0, 29)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -418,9 +256,9 @@ def test_a_point_is_as_far_off_as_the_nearest_grid_point_inside(name: str) -> No
     shape, inside = SHAPES[name]
     there = GRID[inside(GRID)]
     nearest = np.linalg.norm(HELD[:, None] - there, axis=2).min(axis=1)
-    off = off_all_mm([shape], HELD)
+    off = union_distance([shape], HELD)
     near = off < 20.0
     assert (off <= nearest + 1e-9).all()
     assert (off[near] >= nearest[near] - 0.87).all()
-    assert (off_all_mm([shape], there) <= 1e-9).all()
-    assert (off_all_mm([shape], GRID[~inside(GRID)]) > -0.02).all()
+    assert (union_distance([shape], there) <= 1e-9).all()
+    assert (union_distance([shape], GRID[~inside(GRID)]) > -0.02).all()

@@ -11,26 +11,26 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, larger, smaller
-from delta_cad.mechanism.errors import UnreachableError
-from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
-from delta_cad.passing.moving import (
+from delta_cad.interference.moving_bodies import (
     FAR_MM,
     FEW,
     ROUGH,
-    Apart,
+    DistanceField,
     arm_alone,
     arm_shapes,
     nearest,
     rod_points,
     spring_points,
 )
-from delta_cad.passing.shapes import Shape, off_all_mm
-from delta_cad.passing.standing import board, cheeks, motor
+from delta_cad.interference.shapes import Shape, union_distance
+from delta_cad.interference.static_obstacles import board, cheeks, motor
+from delta_cad.mechanism.errors import UnreachableError
+from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 
 WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
 
 
-def beside_own(d: Dimensions) -> tuple[Apart, Apart]:
+def drive_clearances(d: Dimensions) -> tuple[DistanceField, DistanceField]:
     """Gives how near rods and the springs across them come to their own chain's drive, over positions.
 
     First to what stands, cheeks, motor and the encoder's board; then to the arm with its sector. Each is nearest
@@ -42,7 +42,7 @@ def beside_own(d: Dimensions) -> tuple[Apart, Apart]:
     return _beside(d, [*cheeks(d), motor(d), *board(d)], shoulder), _beside(d, turns, None)
 
 
-def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None) -> Apart:
+def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None) -> DistanceField:
     """How near rods and springs come to shapes of their chain: in the shoulder's frame, or None: in the arm's."""
     moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
     inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
@@ -62,14 +62,14 @@ def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None)
             y, found = seen[..., 1], np.full(at.shape[:2], FAR_MM)
             near = np.maximum(inside - y, y - outside) - beside < FAR_MM
             if near.any():
-                found[near] = np.minimum(off_all_mm(shapes, seen[near]) - beside[near], FAR_MM)
+                found[near] = np.minimum(union_distance(shapes, seen[near]) - beside[near], FAR_MM)
             off.append(found.min(axis=1))
         return np.stack(off, axis=1)
 
     return apart
 
 
-def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
+def fold_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     """Gives the reason why rods that fold onto their own drive are too near.
 
     Args:
@@ -77,7 +77,7 @@ def folded(d: Dimensions, least_mm: float) -> Iterator[Reason]:
         least_mm: Least distance between them.
     """
     cube, long, forearm = d.design.cube, d.arm.length_mm, d.forearm.length_mm
-    drive = beside_own(d)
+    drive = drive_clearances(d)
 
     def lacks(bottom_mm: float) -> float:
         try:

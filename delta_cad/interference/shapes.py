@@ -24,7 +24,7 @@ FAR_MM = 24.0  # more than the largest ball and what is looked at around it: bey
 class Shape(Protocol):
     """What points are held against."""
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """Computes how far points (n, 3) in the shape's frame are off it, (n); not above 0 inside."""
         ...
 
@@ -40,7 +40,7 @@ class Prism:
     y_mm: tuple[float, float]
     bevel_mm: float = 0.0
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         across, y = self.across_mm(points), points[:, 1]
         along = np.maximum(self.y_mm[0] - y, y - self.y_mm[1])
@@ -74,11 +74,11 @@ class Windowed:
     whole: Prism
     window: Prism
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         inside = np.minimum(self.window.across_mm(points), 0.0)
         through = _beside(-inside, points[:, 1], self.whole.y_mm)
-        return np.where(inside < 0.0, through, self.whole.off_mm(points))
+        return np.where(inside < 0.0, through, self.whole.signed_distance(points))
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Beam:
     radii_mm: tuple[float, float]
     y_mm: tuple[float, float]
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         (root, end), long = self.radii_mm, self.length_mm
         lean = (root - end) / long  # sine of the sides' angle to the middle
@@ -108,7 +108,7 @@ class Round:
     y_mm: tuple[float, float]
     at_mm: tuple[float, float] = (0.0, 0.0)
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         apart = np.hypot(points[:, 0] - self.at_mm[0], points[:, 2] - self.at_mm[1])
         return _beside(apart - self.radius_mm, points[:, 1], self.y_mm)
@@ -123,7 +123,7 @@ class Bar:
     from_mm: np.ndarray
     along: np.ndarray
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         out = points - self.from_mm
         along = out @ self.along
@@ -139,7 +139,7 @@ class Ring:
     angles_rad: tuple[float, float]
     y_mm: tuple[float, float]
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         inner, outer = self.radii_mm
         radius = np.hypot(points[:, 0], points[:, 2])
@@ -165,7 +165,7 @@ class Block:
     high_mm: tuple[float, float, float]
     bevel_mm: float = 0.0
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         seen = (points - np.array(self.from_mm)) @ self.axes
         over = seen - np.array(self.high_mm)
@@ -182,18 +182,18 @@ class Placed:
     shape: Shape
     from_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def off_mm(self, points: np.ndarray) -> np.ndarray:
+    def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
-        return self.shape.off_mm((points - np.array(self.from_mm)) @ self.axes)
+        return self.shape.signed_distance((points - np.array(self.from_mm)) @ self.axes)
 
 
-def off_all_mm(shapes: Sequence[Shape], points: np.ndarray) -> np.ndarray:
+def union_distance(shapes: Sequence[Shape], points: np.ndarray) -> np.ndarray:
     """Computes how far points (..., 3) are off the nearest of several shapes, (...)."""
     flat = points.reshape(-1, 3)
-    return np.min([shape.off_mm(flat) for shape in shapes], axis=0).reshape(points.shape[:-1])
+    return np.min([shape.signed_distance(flat) for shape in shapes], axis=0).reshape(points.shape[:-1])
 
 
-def met(shapes: Sequence[Shape], rows: np.ndarray, radius_mm: float) -> np.ndarray:
+def collides(shapes: Sequence[Shape], rows: np.ndarray, radius_mm: float) -> np.ndarray:
     """Whether a ball at any point of rows of points (..., k, 3) meets one of several shapes, (...).
 
     Points that follow one another are looked at one by one only where a ball around `TOGETHER` of them meets it.
@@ -205,9 +205,11 @@ def met(shapes: Sequence[Shape], rows: np.ndarray, radius_mm: float) -> np.ndarr
     found = np.zeros(len(points), dtype=bool)
     for shape in shapes:
         free = np.flatnonzero(~found)
-        row, run = np.nonzero(shape.off_mm(middles[free].reshape(-1, 3)).reshape(-1, len(runs)) <= around[free])
+        row, run = np.nonzero(
+            shape.signed_distance(middles[free].reshape(-1, 3)).reshape(-1, len(runs)) <= around[free]
+        )
         row = free[row]
-        off = shape.off_mm(points[row[:, None], runs[run]].reshape(-1, 3)).reshape(-1, TOGETHER)
+        off = shape.signed_distance(points[row[:, None], runs[run]].reshape(-1, 3)).reshape(-1, TOGETHER)
         found[row[(off <= radius_mm).any(axis=1)]] = True
     return found.reshape(rows.shape[:-2])
 

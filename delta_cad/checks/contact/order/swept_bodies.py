@@ -20,6 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.assembly.faces import array_of
+from delta_cad.checks.contact.placing import located
+from delta_cad.checks.contact.shared_volume import common_size, solid_volume, volume
+from delta_cad.common.once import once
 from delta_cad.common.vectors import cross_length
 
 ARC_RAD = np.radians(15.0)  # of the polygon about an arc: its corners are 0.9 % of the radius too far out
@@ -32,7 +36,7 @@ Disc = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Arc:
+class HoldingArc:
     """A circular edge, or the ring of a round face: (3,) centre and axis, radius, and the polygon (n, 3) about it."""
 
     centre: np.ndarray
@@ -48,7 +52,7 @@ class _Face:
 
     points: list[tuple[float, float, float]] = field(default_factory=list)
     strays: list[float] = field(default_factory=list)
-    arcs: list[Arc] = field(default_factory=list)
+    arcs: list[HoldingArc] = field(default_factory=list)
 
     def add(self, point: Any, stray_mm: float = 0.0) -> None:
         """Adds a point of the kernel."""
@@ -56,7 +60,7 @@ class _Face:
         self.strays.append(stray_mm)
 
 
-class Outline:
+class SolidExtents:
     """The points and arcs that decide how far a solid reaches in any direction.
 
     Args:
@@ -112,7 +116,7 @@ class Outline:
         return _between(*(np.concatenate([x[k] for x in of]) for k in range(3)))
 
 
-def _seen(points: np.ndarray, strays: np.ndarray, arcs: list[Arc], frame: np.ndarray) -> tuple[np.ndarray, ...]:
+def _seen(points: np.ndarray, strays: np.ndarray, arcs: list[HoldingArc], frame: np.ndarray) -> tuple[np.ndarray, ...]:
     """Places along y, radii and angles about it, radii of the balls about the points that hold a face in a frame."""
     at = [points, *(arc.corners for arc in arcs)]
     seen = [(x - frame[:3, 3]) @ frame[:3, :3] for x in at]
@@ -127,7 +131,7 @@ def _seen(points: np.ndarray, strays: np.ndarray, arcs: list[Arc], frame: np.nda
 
 
 def _bounds(
-    points: np.ndarray, strays: np.ndarray, arcs: list[Arc], frame: np.ndarray, within_rad: Span | None
+    points: np.ndarray, strays: np.ndarray, arcs: list[HoldingArc], frame: np.ndarray, within_rad: Span | None
 ) -> tuple[float, float, float] | None:
     """Lowest and highest place of a face along y, and its largest distance from it, mm; None: not at those angles."""
     radius, angle, stray, place = _seen(points, strays, arcs, frame)
@@ -152,11 +156,30 @@ def _between(radius: np.ndarray, angle: np.ndarray, stray: np.ndarray) -> Span |
     return (start, start + width) if width < np.pi else None
 
 
+@once
+def solid_extents(solid: Any) -> SolidExtents:
+    """Extents of a solid, read once."""
+    return SolidExtents(solid)
+
+
+def common_with_discs(
+    discs: list[Disc], frame: np.ndarray, solid: Any, placement: np.ndarray, noise_mm3: float
+) -> float | None:
+    """Volume that a solid, placed by a (4, 4) frame, shares with discs about the y axis of another, mm^3.
+
+    None where the discs are no solid, or the kernel contradicts itself.
+    """
+    if (holder := turned_solid(discs, frame)) is None:
+        return None
+    sizes = volume(holder), solid_volume(solid)
+    return common_size((holder, located(solid, placement)), sizes, volume, noise_mm3)
+
+
 def turned_solid(discs: list[Disc], frame: np.ndarray) -> Any:
     """The kernel's solid of discs about the y axis of a frame; None where there is none, or they do not hang together.
 
     Args:
-        discs: As `Outline.discs` gives them.
+        discs: As `SolidExtents.discs` gives them.
         frame: (4, 4) frame, mm.
     """
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
@@ -193,8 +216,8 @@ def _faces(solid: Any) -> Iterator[_Face]:
         elif kind == GeomAbs_Torus:
             torus = surface.Torus()
             ring = _polygon(torus.Position(), float(torus.MajorRadius()), 0.0, 2.0 * np.pi)
-            axis, radius = _array(torus.Axis().Direction()), float(torus.MajorRadius())
-            face.arcs.append(Arc(_array(torus.Location()), axis, radius, ring, float(torus.MinorRadius())))
+            axis, radius = array_of(torus.Axis().Direction()), float(torus.MajorRadius())
+            face.arcs.append(HoldingArc(array_of(torus.Location()), axis, radius, ring, float(torus.MinorRadius())))
         else:
             _add_box(face, one.wrapped)
         yield face
@@ -225,7 +248,9 @@ def _add_boundary(face: _Face, shape: Any) -> None:
             circle = curve.Circle()
             radius, ends = float(circle.Radius()), (curve.FirstParameter(), curve.LastParameter())
             corners_of = _polygon(circle.Position(), radius, *ends)
-            face.arcs.append(Arc(_array(circle.Location()), _array(circle.Axis().Direction()), radius, corners_of))
+            face.arcs.append(
+                HoldingArc(array_of(circle.Location()), array_of(circle.Axis().Direction()), radius, corners_of)
+            )
         elif kind in (GeomAbs_BSplineCurve, GeomAbs_BezierCurve):
             free = curve.BSpline() if kind == GeomAbs_BSplineCurve else curve.Bezier()
             for k in range(1, free.NbPoles() + 1):
@@ -240,8 +265,8 @@ def _polygon(position: Any, radius_mm: float, first: float, last: float) -> np.n
     step = (last - first) / count
     angles = np.concatenate([[first, last], first + (np.arange(count) + 0.5) * step])
     out = np.concatenate([[radius_mm] * 2, np.full(count, radius_mm / np.cos(step / 2.0))])
-    x, y = _array(position.XDirection()), _array(position.YDirection())
-    return _array(position.Location()) + (out * np.cos(angles))[:, None] * x + (out * np.sin(angles))[:, None] * y
+    x, y = array_of(position.XDirection()), array_of(position.YDirection())
+    return array_of(position.Location()) + (out * np.cos(angles))[:, None] * x + (out * np.sin(angles))[:, None] * y
 
 
 def _add_box(face: _Face, shape: Any) -> None:
@@ -255,8 +280,3 @@ def _add_box(face: _Face, shape: Any) -> None:
     for corner in product(*zip((low.X(), low.Y(), low.Z()), (high.X(), high.Y(), high.Z()), strict=True)):
         face.points.append(corner)
         face.strays.append(0.0)
-
-
-def _array(triple: Any) -> np.ndarray:
-    """(3,) coordinates of a point or a direction of the kernel."""
-    return np.array([triple.X(), triple.Y(), triple.Z()])

@@ -89,7 +89,7 @@ class ShoulderBearings:
 
 
 @dataclass(frozen=True)
-class StructureTable:
+class BeamModel:
     """What bears load, of one design; all chains are alike.
 
     Attributes:
@@ -133,7 +133,7 @@ def moduli_N_mm2(material: str) -> tuple[float, float]:
     return young, young / (2.0 * (1.0 + POISSON))
 
 
-def structure_table(d: Dimensions) -> StructureTable:
+def beam_model(d: Dimensions) -> BeamModel:
     """Makes the table of a design from its dimensions."""
     direct = d.capstan is None
     knob = d.platform.boss_diameter_mm / 2 + d.platform.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2
@@ -143,7 +143,7 @@ def structure_table(d: Dimensions) -> StructureTable:
     rod = BeamSlice(f.tube_length_mm, ring(f.tube_outer_mm, f.tube_bore_mm), *moduli_N_mm2(d.tube.material))
     top = d.platform.boss_diameter_mm / 2
     stem = BeamSlice(knob - top, circle(d.platform.stem_diameter_mm), *moduli_N_mm2("aluminium-6082"))
-    return StructureTable(
+    return BeamModel(
         geometry=d.design.geometry,
         width_mm=f.width_mm,
         knob_mm=knob,

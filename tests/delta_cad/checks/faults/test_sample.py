@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.delta_cad.checks.faults.misses import excuse
+from tests.delta_cad.checks.faults.planting import faults, sound
+from tests.delta_cad.checks.faults.refusing import Refusing, only_of
 from tests.delta_cad.checks.machines import check_clearance
-from tests.delta_cad.faults.misses import excuse
-from tests.delta_cad.faults.planting import faults, sound
-from tests.delta_cad.faults.refusing import Refusing, only_of
 
 
 @pytest.mark.slow

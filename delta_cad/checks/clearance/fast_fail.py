@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes, MeshLibrary
+from delta_cad.checks.clearance.branch_and_bound import ClearanceProof
 from delta_cad.checks.clearance.clearance import MeshClearance, handle_proofs, mesh_clearance, with_exact
-from delta_cad.checks.clearance.continuum import ClearanceProof
 from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope

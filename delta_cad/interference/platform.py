@@ -6,8 +6,8 @@ import numpy as np
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM
+from delta_cad.interference.shapes import Block, Placed, Points, Prism, Round, Shape, Windowed
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.shapes import Block, Placed, Points, Prism, Round, Shape, Windowed
 
 STEP_MM = 3.0  # between points of an axis
 NOSE_POINTS = 24  # around a boss's end

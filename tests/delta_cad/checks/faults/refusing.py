@@ -18,7 +18,6 @@ from unittest.mock import patch
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
-from delta_cad.checks import CheckLimits, CheckResult
 from delta_cad.checks.clearance import clearance
 from delta_cad.checks.contact import fits
 from delta_cad.checks.contact.access import check_access
@@ -28,11 +27,13 @@ from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
+from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline import envelope
 from delta_cad.checks.outline.envelope import check_envelope, swept_outline
 from delta_cad.checks.panel import check_panel
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.joint_axes import check_joint_axes
+from delta_cad.checks.report import CheckResult
 from delta_cad.checks.sections import check_sections
 from delta_cad.checks.solidity import check_solidity
 from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
@@ -67,7 +68,7 @@ def only_of(changed: Collection[str], deciding: Collection[str]) -> Iterator[Non
         changed: Names of the occurrences that a fault changed.
         deciding: Those that decide the sound machine's outline.
     """
-    held, within, across, bodies = clearance.held_apart, fits._within_links, fits._across_links, envelope.bodies_of
+    held, within, across, bodies = clearance.clearance_pairs, fits._within_links, fits._across_links, envelope.bodies_of
 
     def of_changed(find: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
         return lambda *given: [pair for pair in find(*given) if not {pair.a.name, pair.b.name}.isdisjoint(changed)]
@@ -77,7 +78,7 @@ def only_of(changed: Collection[str], deciding: Collection[str]) -> Iterator[Non
 
     with ExitStack() as stack:
         for module, name, fewer in (
-            (clearance, "held_apart", of_changed(held)),
+            (clearance, "clearance_pairs", of_changed(held)),
             (fits, "_within_links", of_changed(within)),
             (fits, "_across_links", of_changed(across)),
             (envelope, "bodies_of", far),

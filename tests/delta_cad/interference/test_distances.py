@@ -17,61 +17,42 @@ from delta_cad.design import Design
 from delta_cad.dimensions import dimensions, link_placement
 from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, sleeve_frames
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
+from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm, second_way_rad
+from delta_cad.interference.moving_bodies import COUNT, arm_shapes, nearest, sector_clearance, sector_points
+from delta_cad.interference.platform import platform_points, platform_shapes
+from delta_cad.interference.rod_vs_boss import boss_clearance_mm
+from delta_cad.interference.rod_vs_drive import drive_clearances
+from delta_cad.interference.shapes import (
+    TOGETHER,
+    Bar,
+    Block,
+    Placed,
+    Prism,
+    Ring,
+    Round,
+    Shape,
+    Windowed,
+    collides,
+    union_distance,
+)
+from delta_cad.interference.static_obstacles import board, cheeks, foot, key_swing_rad, motor
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.folding import beside_own
-from delta_cad.passing.moving import COUNT, arm_shapes, beside_sectors, nearest, sector_points
-from delta_cad.passing.platform import platform_points, platform_shapes
-from delta_cad.passing.rod_vs_boss import off_boss_mm
-from delta_cad.passing.shapes import TOGETHER, Bar, Block, Placed, Prism, Ring, Round, Shape, Windowed, met, off_all_mm
-from delta_cad.passing.sleeves import second_way_rad, sleeves_off_mm
-from delta_cad.passing.standing import board, cheeks, foot, key_swing_rad, motor
 from delta_cad.solids.bought_parts import make_joint_ball
 from delta_cad.solids.capstan import make_cable_end, make_crimp_sleeve
 from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
 from delta_cad.solids.platform import make_handle_stem, make_platform
 from delta_cad.solids.upper_arm import make_upper_arm
-from delta_cad.structure.table import structure_table
+from delta_cad.structure.beam_model import beam_model
+from tests.delta_cad.interference.machines import machine, of, synthesized
 from tests.delta_cad.solids.measured import placed
-from tests.delta_cad.structure.test_passing import COVERED, FOLDED_CHEEKS, PLATES, TURNED, WRISTS, of, synthesized
-
-KEYED = synthesized(  # a key's handle dips into the hole of the base plate
-    mechanism__base_radius_mm=52.9,
-    mechanism__platform_radius_mm=23.81,
-    mechanism__upper_arm_length_mm=63.194,
-    mechanism__forearm_length_mm=398.8,
-    mechanism__parallelogram_width_mm=40.0,
-    cube__bottom_height_mm=396.5,
-    cube__half_side_mm=29.976,
-    hardware__motor="faulhaber-3257g024cr",
-    hardware__capstan_ratio=7.09,
-    hardware__sector_radius_mm=58.03,
-    hardware__tube="cfrp-6x4",
-    hardware__platform_thickness_mm=24.0,
-    hardware__ball_diameter_mm=10.0,
-)
-SPRINGS_BELOW = synthesized(
-    mechanism__base_radius_mm=45.01,
-    mechanism__platform_radius_mm=30.06,
-    mechanism__upper_arm_length_mm=105.324,
-    mechanism__forearm_length_mm=165.736,
-    mechanism__parallelogram_width_mm=62.5,
-    cube__bottom_height_mm=74.502,
-    cube__half_side_mm=49.959,
-    hardware__motor="faulhaber-3257g024cr",
-    hardware__cable="steel-0.54-7x19",
-    hardware__capstan_ratio=8.669,
-    hardware__sector_radius_mm=67.6,
-    hardware__platform_thickness_mm=30.0,
-    hardware__ball_diameter_mm=8.0,
-)
 
 
 def test_a_cables_end_round_its_nose_comes_as_near_to_the_platform_as_the_exact_solids_do() -> None:
     """In that corner of the cube where it is nearest: no other part of the sector is."""
-    d, cube = dimensions(PLATES), PLATES.cube
+    d, cube = dimensions(machine("plates")), machine("plates").cube
     assert d.capstan is not None
     corner = np.array([[-1.0, 1.0, 0.0]]) * cube.half_side_mm + [0.0, 0.0, cube.bottom_height_mm]
-    apart, at = beside_sectors(d, d.capstan, "platform")(corner, False, None), link_placement(d)(corner)
+    apart, at = sector_clearance(d, d.capstan, "platform")(corner, False, None), link_placement(d)(corner)
     cable, platform = make_cable_end(d, 0).solid, make_platform(d).solid
     i = int(apart[0].argmin())
     exact = placed(cable, at[f"upper_arm_{i}"][0]).distance(placed(platform, at["platform"][0]))
@@ -80,7 +61,7 @@ def test_a_cables_end_round_its_nose_comes_as_near_to_the_platform_as_the_exact_
 
 def test_ends_of_rods_come_as_near_to_the_arms_boss_as_the_exact_solids_do() -> None:
     """Leaning as far as they do, and turned as far as their joints let them or not at all."""
-    d, lean = dimensions(TURNED), radians(22.167)
+    d, lean = dimensions(machine("turned")), radians(22.167)
     f, (low, high) = d.forearm, d.layers.elbow_boss_mm
     cup, arm = make_rod_cup(d).solid, make_upper_arm(d).solid
     free = np.arccos(np.cos(f.tilt_limit_rad) / np.cos(lean))
@@ -89,43 +70,43 @@ def test_ends_of_rods_come_as_near_to_the_arms_boss_as_the_exact_solids_do() -> 
         one = cup.rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), float(np.degrees(turn)))
         one = one.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 0, 1), float(-np.degrees(lean)))
         found.append(arm.distance(one.translate(cq.Vector(d.arm.length_mm, f.width_mm / 2, 0.0))))
-    assert off_boss_mm(f, d.arm.boss_radius_mm, high - low, lean) == pytest.approx(min(found), abs=0.05)
+    assert boss_clearance_mm(f, d.arm.boss_radius_mm, high - low, lean) == pytest.approx(min(found), abs=0.05)
 
 
 def test_springs_that_fold_come_near_the_encoders_cheek() -> None:
     """The capstan's own arm alone leaves them more room."""
-    d, cube = dimensions(FOLDED_CHEEKS), FOLDED_CHEEKS.cube
-    cheek, arm = (nearest(one, cube.bottom_height_mm, cube.half_side_mm, 3) for one in beside_own(d))
+    d, cube = dimensions(machine("folded_cheeks")), machine("folded_cheeks").cube
+    cheek, arm = (nearest(one, cube.bottom_height_mm, cube.half_side_mm, 3) for one in drive_clearances(d))
     assert cheek < 1.5 < 2.0 < arm
 
 
 def test_the_nearest_position_is_found_though_it_is_not_of_the_grids_nearest_pair() -> None:
-    d, cube = dimensions(SPRINGS_BELOW), SPRINGS_BELOW.cube
+    d, cube = dimensions(machine("springs_below")), machine("springs_below").cube
     assert d.capstan is not None
-    apart = beside_sectors(d, d.capstan, "spring")
+    apart = sector_clearance(d, d.capstan, "spring")
     there = float(apart(np.array([[-42.58, -41.677, 74.514]]), False, None).min())
     assert nearest(apart, cube.bottom_height_mm, cube.half_side_mm, COUNT) < there + 0.05
 
 
 def test_a_key_swings_over_the_base_plates_hole_and_not_behind_its_own_sector() -> None:
     """Where solids leave it 102 degrees, and none."""
-    assert key_swing_rad(dimensions(KEYED)) > radians(75.0)
-    assert key_swing_rad(dimensions(COVERED)) < radians(60.0)
+    assert key_swing_rad(dimensions(machine("keyed"))) > radians(75.0)
+    assert key_swing_rad(dimensions(machine("covered"))) < radians(60.0)
 
 
 def test_a_window_lets_through_what_is_off_its_edges() -> None:
     whole, window = Prism([(0.0, 0.0, 10.0)], (0.0, 3.0)), Prism([(0.0, 0.0, 6.0)], (0.0, 3.0))
     plate = Windowed(whole, window)
     points = np.array([[0.0, 1.0, 0.0], [4.0, 7.0, 0.0], [8.0, 1.0, 0.0], [0.0, 1.0, 13.0]])
-    assert plate.off_mm(points) == pytest.approx([6.0, np.hypot(2.0, 4.0), -1.0, 3.0], abs=0.02)
+    assert plate.signed_distance(points) == pytest.approx([6.0, np.hypot(2.0, 4.0), -1.0, 3.0], abs=0.02)
 
 
 def test_bars_and_placed_shapes_are_where_they_are_put() -> None:
     bar = Bar(2.0, 10.0, np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0]))
-    assert bar.off_mm(np.array([[6.0, 2.0, 8.0], [1.0, 2.0, 17.0]])) == pytest.approx([3.0, 4.0])
+    assert bar.signed_distance(np.array([[6.0, 2.0, 8.0], [1.0, 2.0, 17.0]])) == pytest.approx([3.0, 4.0])
     upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     disc = Placed(upright, Round(2.0, (0.0, 1.0)), (5.0, 0.0, 0.0))
-    assert disc.off_mm(np.array([[5.0, 6.0, 0.5], [5.0, 0.0, 4.0]])) == pytest.approx([4.0, 3.0])
+    assert disc.signed_distance(np.array([[5.0, 6.0, 0.5], [5.0, 0.0, 4.0]])) == pytest.approx([4.0, 3.0])
 
 
 @pytest.mark.parametrize("half", [0.4, 1.5, 2.6])
@@ -135,7 +116,7 @@ def test_a_rings_segment_is_as_far_off_as_its_nearest_point(half: float) -> None
     radius, angle = np.meshgrid(np.linspace(15.0, 18.0, 61), np.arange(0.7 - half, 0.7 + half, 0.002))
     solid = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=2).reshape(-1, 2)
     flat = np.random.default_rng(5).uniform(-25.0, 25.0, (200, 2))
-    found = ring.off_mm(np.stack([flat[:, 0], np.full(200, 1.5), flat[:, 1]], axis=1))
+    found = ring.signed_distance(np.stack([flat[:, 0], np.full(200, 1.5), flat[:, 1]], axis=1))
     nearest_mm = np.array([np.linalg.norm(solid - one, axis=1).min() for one in flat])
     assert np.maximum(found, 0.0) == pytest.approx(np.where(nearest_mm < 0.06, 0.0, nearest_mm), abs=0.06)
 
@@ -153,22 +134,24 @@ def test_rows_of_balls_meet_what_one_of_their_balls_meets(count: int) -> None:
     start, way = rng.uniform(-25.0, 25.0, (400, 2, 3)), rng.normal(size=(400, 2, 3))
     way *= 60.0 / np.linalg.norm(way, axis=2, keepdims=True)
     rows = start[:, :, None] + np.linspace(0.0, 1.0, count)[:, None] * way[:, :, None]
-    one_by_one = (off_all_mm(shapes, rows) <= 1.7).any(axis=2)
+    one_by_one = (union_distance(shapes, rows) <= 1.7).any(axis=2)
     assert 0.02 < one_by_one.mean() < 0.9
-    assert (met(shapes, rows, 1.7) == one_by_one).all()
+    assert (collides(shapes, rows, 1.7) == one_by_one).all()
 
 
 def test_bevels_take_corners_off() -> None:
     sharp, broken = (Prism([(0.0, 0.0, 10.0)], (0.0, 3.0), bevel) for bevel in (0.0, 0.5))
     points = np.array([[10.0, 3.0, 0.0], [12.0, 1.0, 0.0]])
-    assert broken.off_mm(points) - sharp.off_mm(points) == pytest.approx([0.5 / np.sqrt(2.0), 0.0], abs=0.01)
+    assert broken.signed_distance(points) - sharp.signed_distance(points) == pytest.approx(
+        [0.5 / np.sqrt(2.0), 0.0], abs=0.01
+    )
 
 
 @pytest.mark.parametrize("path", ["examples/synthesized.json", "docs/gallery/desk-150.json"])
 def test_no_slice_of_a_platforms_web_lies_across_its_windows_end(path: str) -> None:
     """A slice that did was counted whole where a wide window took three quarters of it."""
     d = dimensions(of(path))
-    reach, slices = d.platform.window_reach_mm, structure_table(d).spoke.slices
+    reach, slices = d.platform.window_reach_mm, beam_model(d).spoke.slices
     assert reach is not None
     ends = d.platform.radius_mm - np.cumsum([one.length_mm for one in slices][::-1])
     for end in reach[:2]:
@@ -197,10 +180,10 @@ def off_solids(solids: list[cq.Shape], points: np.ndarray) -> np.ndarray:
     return np.array([min(one.distance(cq.Vertex.makeVertex(*spot)) for one in solids) for spot in points])
 
 
-@pytest.mark.parametrize("design", [PLATES, WRISTS, synthesized()], ids=["flanks", "windows", "thin"])
-def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(design: Design) -> None:
+@pytest.mark.parametrize("name", ["plates", "wrists", "synthesized"])
+def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(name: str) -> None:
     """Of plate, windows, hub, bosses and stem, shapes; of bosses, cross-bars and their joints' balls, balls."""
-    d = dimensions(design)
+    d = dimensions(machine(name))
     p, wide = d.platform, d.forearm.width_mm / 2
     wrists = [chain_frame(i) @ at(p.radius_mm) for i in CHAINS]
     bars = [placed(make_cross_bar(d).solid, wrist) for wrist in wrists]
@@ -210,7 +193,7 @@ def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(design: Design)
     points = beside(fixed, 200)
     points = points[np.hypot(points[:, 0], points[:, 1]) > p.stem_diameter_mm / 2]  # in the stem's hole
     exact, hung = off_solids([*fixed, *bars], points), off_solids(bars, points)
-    seen = np.maximum(off_all_mm(platform_shapes(d), points), 0.0)
+    seen = np.maximum(union_distance(platform_shapes(d), points), 0.0)
     assert (seen > exact - 0.05).all()  # as solids are tessellated
     flats = (p.stem_diameter_mm - STEM_FLATS_MM) / 2  # taken all the way round
     cut = np.where(points[:, 2] > p.boss_diameter_mm / 2, max(flats, BOSS_BEVEL_MM), BOSS_BEVEL_MM)
@@ -254,7 +237,7 @@ def test_shapes_of_a_drive_and_its_arm_are_where_its_solids_are() -> None:
         points = beside(solids(*names), 60)
         if names is not drive:  # the elbow is left out
             points = points[points[:, 0] < d.arm.length_mm - d.arm.boss_radius_mm - 5.0]
-        seen, exact = off_all_mm(shapes, points), off_solids(solids(*names), points)
+        seen, exact = union_distance(shapes, points), off_solids(solids(*names), points)
         outside = seen > 0.0
         assert outside.mean() > 0.6
         assert np.quantile((seen - exact)[outside], 0.9) < 0.05
@@ -279,4 +262,6 @@ def test_sleeves_pass_the_arm_as_near_as_their_solids_do(design: Design) -> None
         passed.append(second.copy())
         passed[-1][:3, 3] += far * out
     exact = min(arm.distance(placed(sleeve, frame)) for frame in passed)
-    assert exact - 0.8 < sleeves_off_mm(d, d.capstan) < exact + 0.1  # a sleeve is taken as round and as wide as it is
+    assert (
+        exact - 0.8 < ferrule_clearance_mm(d, d.capstan) < exact + 0.1
+    )  # a sleeve is taken as round and as wide as it is

@@ -8,8 +8,8 @@ import numpy as np
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import CRIMP_MM, SLEEVE_OVER_MM, CapstanDimensions, sleeve_frames
-from delta_cad.passing.shapes import Beam, Round, Shape, off_all_mm
-from delta_cad.passing.standing import foot
+from delta_cad.interference.shapes import Beam, Round, Shape, union_distance
+from delta_cad.interference.static_obstacles import foot
 
 POINTS = 5  # along a sleeve
 WAY_MM = np.arange(0.0, 60.0, 2.0)  # of the second sleeve, from beside its seat outwards
@@ -49,12 +49,12 @@ def second_way_rad(d: Dimensions, c: CapstanDimensions) -> float:
         x, y, z = _second(c, way_rad).T
         cosine, sine = cos(d.home_rad), sin(d.home_rad)
         seen = np.stack([cosine * x - sine * z, y, sine * x + cosine * z], axis=1)
-        return min(float(foot(d).off_mm(seen).min()) - CRIMP_MM[0] / 2, FOOT_OFF_MM)
+        return min(float(foot(d).signed_distance(seen).min()) - CRIMP_MM[0] / 2, FOOT_OFF_MM)
 
     return max(WAYS_RAD, key=off)
 
 
-def sleeves_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
+def ferrule_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a cable's sleeves come to the upper arm, or the first to the sector's hub, mm.
 
     Args:
@@ -67,4 +67,4 @@ def sleeves_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
         Round(d.arm.flange_radius_mm, (low, high)),  # of the hub nothing stands out beside the arm's plate
     ]
     points = np.concatenate([_first(c, (low + high) / 2), _second(c, second_way_rad(d, c))])
-    return float(off_all_mm(arm, points).min()) - CRIMP_MM[0] / 2
+    return float(union_distance(arm, points).min()) - CRIMP_MM[0] / 2

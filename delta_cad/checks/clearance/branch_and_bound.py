@@ -78,14 +78,14 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
         proof.boxes += len(centres)
         allowed = engine.calls + calls_max - proof.calls
         before = engine.calls
-        travel, open_, hopeless, spare = _not_proven(
+        travel, open_, refuted, spare = _not_proven(
             bounds, centres, halves, box, pair, normal, measured, engine, allowed
         )
         for k in np.flatnonzero(np.isfinite(spare)).tolist():
             names = pairs.names[pair[k]]
             proof.closest[names] = min(float(spare[k]), proof.closest.get(names, np.inf))
         proof.calls += engine.calls - before
-        stuck = np.isin(open_, hopeless) | ~(travel[open_] >= SMALLEST_TRAVEL_MM)
+        stuck = np.isin(open_, refuted) | ~(travel[open_] >= SMALLEST_TRAVEL_MM)
         box, pair, normal, measured = box[open_], pair[open_], normal[open_], measured[open_]
         if proof.calls >= calls_max or len(open_) > OPEN_MAX:
             stuck[:] = True
@@ -172,7 +172,7 @@ def _not_proven(
     engine: DistanceEngine,
     calls_allowed: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(k,) travel of each (box, pair), the indices of those not proven, of these the hopeless, and (k,) what is spare.
+    """(k,) travel of each (box, pair), the indices of those not proven, of these the refuted, and (k,) what is spare.
 
     That is the certain distance less the limit at a box's centre, which may occur; infinite where none was measured.
     Hopeless is what no smaller box can mend: at the box's centre, which may occur, the meshes are too close. The
@@ -216,7 +216,7 @@ def _not_proven(
     b_in_a = np.linalg.inv(frames[box[left], link_a[left]]) @ frames[box[left], link_b[left]]
     possible = space.reachable(centres, np.zeros_like(halves))
     open_ = np.ones(len(left), dtype=bool)
-    hopeless: list[int] = []
+    refuted: list[int] = []
     spare_there = np.full(len(pair), np.inf)
     for m in np.argsort(box[left], kind="stable").tolist():
         k = int(left[m])
@@ -232,10 +232,10 @@ def _not_proven(
             normal[k] = frames[box[k], link_a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
             measured[k] = d > 0.0
             if certain < need[k] - travel[k] and possible[box[k]]:
-                hopeless.append(k)
+                refuted.append(k)
     new = np.flatnonzero(measured[left])
     open_[new] = ~(slabs.spare(left[new], normal[left[new]]) >= 0.0)
-    return travel, left[open_], np.array(hopeless, dtype=int), spare_there
+    return travel, left[open_], np.array(refuted, dtype=int), spare_there
 
 
 class _Slabs:

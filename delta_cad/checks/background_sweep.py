@@ -59,7 +59,7 @@ class Sweep:
         else:
             self._here = results((assembly, limits, meshes, self._mapped, self._known), progress)
 
-    def give_up(self) -> None:
+    def cancel(self) -> None:
         """Leaves what was begun: a part is no sound solid, so that nothing is to be had of its mesh."""
         self._progress = None
 

@@ -23,11 +23,11 @@ from delta_cad.dimensions.capstan import (
     rim_end,
 )
 from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
+from delta_cad.interference.platform import platform_points, platform_shapes
+from delta_cad.interference.shapes import Bar, Beam, Block, Placed, Points, Ring, Round, Shape, union_distance
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame, spring_sway
 from delta_cad.mechanism.workspace import Cube, cube_grid
-from delta_cad.passing.platform import platform_points, platform_shapes
-from delta_cad.passing.shapes import Bar, Beam, Block, Placed, Points, Ring, Round, Shape, off_all_mm
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
 FEW = 3  # where corners are what counts, or a bound is looked for
@@ -42,7 +42,7 @@ CABLE_PIECES = 3  # in which either half of a cable on its rim is seen: it climb
 NOSE_POINTS, END_POINTS, GUSSET_POINTS = 24, 5, (3, 2)
 AROUND = np.array([*product((-1.0, 0.0, 1.0), repeat=3)])
 
-Apart = Callable[[np.ndarray, bool, int | None], np.ndarray]
+DistanceField = Callable[[np.ndarray, bool, int | None], np.ndarray]
 """Positions (n, 3) of the handle, mm, whether a rough look is enough, and the number of a pair that alone is looked at
 -> (n, pairs) distances, mm."""
 
@@ -144,7 +144,7 @@ def spring_points(d: Dimensions) -> Points:
     return np.stack([0.0 * y, y, 0.0 * y], axis=1), radius
 
 
-def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
+def sector_clearance(d: Dimensions, c: CapstanDimensions, kind: str) -> DistanceField:
     """Gives how near other chains' "sector", "rod" or "spring", or the "platform", come to an arm with its sector."""
     f, shapes, reach = d.forearm, arm_shapes(d, c), c.keep_out_radius_mm + FAR_MM
     edges, solid = sector_points(d, c), platform_shapes(d)
@@ -176,7 +176,7 @@ def beside_sectors(d: Dimensions, c: CapstanDimensions, kind: str) -> Apart:
             near &= np.abs(at[..., 1]) - ball < d.layers.sector_mm[1] + FAR_MM
             if near.any():
                 off = np.full(near.shape, FAR_MM)
-                off[near] = off_all_mm(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
+                off[near] = union_distance(shapes, at[near]) - np.broadcast_to(ball, near.shape)[near]
                 found[:, k] = off.min(axis=1)
                 if kind == "platform":
                     found[:, k] = np.minimum(found[:, k], _off_platform(d, solid, np.linalg.inv(seen), edges[some]))
@@ -192,11 +192,11 @@ def _off_platform(d: Dimensions, solid: Sequence[Shape], arm: np.ndarray, edges:
     near = (at[..., 2] > down - FAR_MM) & (np.hypot(at[..., 0], at[..., 1]) < out + FAR_MM)
     off = np.full(near.shape, FAR_MM)
     if near.any():
-        off[near] = off_all_mm(solid, at[near])
+        off[near] = union_distance(solid, at[near])
     return off.min(axis=1)
 
 
-def beside_springs(d: Dimensions) -> Apart:
+def spring_clearance(d: Dimensions) -> DistanceField:
     """Gives how near springs of different chains come to one another, over positions, with all that they stray."""
     points, radii = spring_points(d)
     pairs = [(i, (i + 1) % 3, k, m) for i, k, m in product(CHAINS, SIDES, SIDES)]
@@ -217,7 +217,7 @@ def beside_springs(d: Dimensions) -> Apart:
     return apart
 
 
-def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
+def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
     """Gives by how much more than they must the wrists of neighbouring chains stand apart, over positions.
 
     Their cups keep a distance, the rods as they are and turned about themselves as far as they go. Where two points of
@@ -271,7 +271,7 @@ def spare_of_cups(d: Dimensions, needed_mm: float) -> Apart:
     return spare
 
 
-def nearest(apart: Apart, bottom_mm: float, half_mm: float, count: int = COUNT) -> float:
+def nearest(apart: DistanceField, bottom_mm: float, half_mm: float, count: int = COUNT) -> float:
     """Searches a cube for where things come nearest: a grid, then steps that halve around its nearest positions.
 
     From each of these the pair goes on that is nearest there.

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary, tessellate
-from delta_cad.checks.contact import fits
-from delta_cad.checks.contact.common import volume
-from delta_cad.checks.contact.fits import _Overlaps, common_volume
-from delta_cad.checks.contact.order import paths
+from delta_cad.checks.contact import fits, shared_volume
+from delta_cad.checks.contact.fits import _Overlaps
+from delta_cad.checks.contact.order import swept_bodies
 from delta_cad.checks.contact.order.paths import Ways
-from delta_cad.checks.contact.order.swept import Outline, turned_solid
+from delta_cad.checks.contact.order.swept_bodies import SolidExtents, turned_solid
 from delta_cad.checks.contact.poses import Turning
+from delta_cad.checks.contact.shared_volume import common_volume, volume
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.contact.order.blocks import on_base, pin, plate
 from tests.delta_cad.checks.machines import at, ball, box, part, rod
@@ -55,7 +55,7 @@ def test_an_outline_holds_its_solid_in_every_direction(name: str) -> None:
     shape = SHAPES[name]
     directions = np.concatenate([np.eye(3), RNG.normal(size=(60, 3))])
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    low, high = Outline(shape).extents(directions)
+    low, high = SolidExtents(shape).extents(directions)
     heights = tessellate(shape, 0.01, 0.1).vertices @ directions.T
     assert (low <= heights.min(axis=0) + 1e-6).all()
     assert (high >= heights.max(axis=0) - 1e-6).all()
@@ -65,7 +65,7 @@ def test_an_outline_holds_its_solid_in_every_direction(name: str) -> None:
 @pytest.mark.parametrize("slides", [(0.0, 0.0), (-3.0, 8.0)])
 def test_discs_hold_a_solid_at_every_turn_and_slide(name: str, slides: tuple[float, float]) -> None:
     frame = at(0.5, -0.5, 1.0) @ Y_UP
-    discs = Outline(SHAPES[name]).discs(frame, slides)
+    discs = SolidExtents(SHAPES[name]).discs(frame, slides)
     points = (tessellate(SHAPES[name], 0.01, 0.1).vertices - frame[:3, 3]) @ frame[:3, :3]
     for slid in np.linspace(*slides, 7):
         for radius, place in zip(np.hypot(points[:, 0], points[:, 2]), points[:, 1] + slid, strict=True):
@@ -74,7 +74,7 @@ def test_discs_hold_a_solid_at_every_turn_and_slide(name: str, slides: tuple[flo
 
 def test_discs_are_as_wide_as_the_solid_where_it_is_round() -> None:
     stepped = rod(3, (0, 0, 0), (0, 0, 5)).fuse(rod(6, (0, 0, 5), (0, 0, 7)))
-    discs = Outline(stepped).discs(Y_UP)
+    discs = SolidExtents(stepped).discs(Y_UP)
     assert np.array(discs) == pytest.approx(np.array([(0, 5, 3), (5, 7, 6)]), abs=1e-9)
     assert volume(turned_solid(discs, Y_UP)) == pytest.approx(np.pi * (9 * 5 + 36 * 2), rel=1e-9)
     assert turned_solid([(0, 1, 2), (2, 3, 2)], Y_UP) is None  # nothing holds them together
@@ -82,7 +82,7 @@ def test_discs_are_as_wide_as_the_solid_where_it_is_round() -> None:
 
 def test_within_angles_only_what_is_there_counts() -> None:
     """The lug lies along x: from z towards x of the frame, whose y axis is up, at 90 degrees."""
-    outline = Outline(lug())
+    outline = SolidExtents(lug())
     assert max(r for *_, r in outline.discs(Y_UP)) == pytest.approx(np.hypot(14, 2), rel=0.01)
     clear, hit = (outline.discs(Y_UP, within_rad=w) for w in ((-2.0, 0.5), (0.5, 2.0)))
     assert max(r for *_, r in hit) > 14.0
@@ -113,8 +113,9 @@ def _about_y(angle: float) -> np.ndarray:
 def test_a_way_in_a_bore_is_proven_free_at_once(moved: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whichever of the two comes in: 20 mm of a fit would else take ten pairs of solids."""
     asked: list[object] = []
-    common = paths.common_size
-    monkeypatch.setattr(paths, "common_size", lambda *given: asked.append(given) or common(*given))
+    common = shared_volume.common_size
+    for module in (shared_volume, swept_bodies):
+        monkeypatch.setattr(module, "common_size", lambda *given: asked.append(given) or common(*given))
     assert met(moved, pin(20.0)) is None
     assert 1 <= len(asked) <= 2
 

@@ -15,8 +15,8 @@ from delta_cad.design import Design, design_from_dict, load_design
 from delta_cad.dimensions import dimensions
 from delta_cad.solids.part import Occurrence, Part, location_of
 from tests.committed import ROOT, changed
+from tests.delta_cad.checks.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
 from tests.delta_cad.dimensions.paneled import with_panel as with_example
-from tests.delta_cad.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
 
 
 def quarter(k: int) -> np.ndarray:

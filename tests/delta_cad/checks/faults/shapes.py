@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 import cadquery as cq
 import numpy as np
 
-from delta_cad.checks.contact.features import Cylinder, features
+from delta_cad.assembly.faces import SolidFace
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.solidity import solid_faults
 
 AXES = "xyz"
@@ -117,22 +118,22 @@ def _inside(solid: cq.Solid, low: np.ndarray, high: np.ndarray) -> np.ndarray | 
     return best
 
 
-def bores_of(solid: cq.Solid) -> dict[float, list[Cylinder]]:
+def bores_of(solid: cq.Solid) -> dict[float, list[SolidFace]]:
     """Bores of a solid by their diameter, mm, split ones too; fillets and the ends of pockets are none."""
-    axes: dict[tuple[float, ...], list[Cylinder]] = {}
+    axes: dict[tuple[float, ...], list[SolidFace]] = {}
     for c in features(solid).cylinders:
-        if c.is_bore:
+        if c.is_hollow:
             foot = c.point - (c.point @ c.direction) * c.direction
             axis = (*foot.round(3), *np.abs(c.direction).round(3))
             axes.setdefault((round(2.0 * c.radius_mm, 3), *(float(v) + 0.0 for v in axis)), []).append(c)
-    bores: dict[float, list[Cylinder]] = {}
+    bores: dict[float, list[SolidFace]] = {}
     for (diameter, *_), faces in axes.items():
         if sum(c.turn_rad for c in faces) > LEAST_TURN_RAD:
             bores.setdefault(diameter, []).extend(faces)
     return bores
 
 
-def _bar(bore: Cylinder, factor: float) -> cq.Solid:
+def _bar(bore: SolidFace, factor: float) -> cq.Solid:
     """A bar as long as a bore and `factor` times as thick."""
     start = cq.Vector(*(bore.point + bore.start_mm * bore.direction))
     length = bore.end_mm - bore.start_mm

@@ -27,7 +27,7 @@ RING_BORE = 0.2  # mm, that a ring's bore is wider than its tube at most
 PLATE, TURNED = "aluminium-7075", "aluminium-6082"  # of arm, platform, sector; of the stem
 
 
-def lightest(d: Dimensions) -> Moving:
+def mass_lower_bound(d: Dimensions) -> Moving:
     """Gives masses that what moves of a machine has at least, with their centres; inertias are left out.
 
     Args:

@@ -1,6 +1,6 @@
 """What the parts of a design may bear, made from its dimensions; every figure with where it comes from.
 
-A redesigned part changes its lines here, as it does in `table.py`.
+A redesigned part changes its lines here, as it does in `beam_model.py`.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, ForearmDimens
 from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.drive import drive_torque
+from delta_cad.structure.beam_model import moduli_N_mm2
 from delta_cad.structure.bearing import BallBearing, ball_bearing
 from delta_cad.structure.section import ring
-from delta_cad.structure.table import moduli_N_mm2
 
 BUCKLING_FACTOR = 3.0  # Euler's load over what a rod may bear: its joints' play and its own bow take the rest
 RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: a fifth of what it bears on steel
@@ -39,7 +39,7 @@ STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place
 
 
 @dataclass(frozen=True)
-class Holds:
+class Allowables:
     """Levers and limits of what bears load, mm, N, N mm, N/mm^2; None where a direct drive has no such part.
 
     Attributes:
@@ -57,7 +57,7 @@ class Holds:
         stud_1_mm2: Largest bending stress in a stud for 1 N of a rod square to it.
         stud_N_mm2: Proof stress of the stud.
         forearm: The rods, for their ends and ball joints.
-        spare_N: Least preload that must be left when a joint bears its load.
+        preload_reserve_N: Least preload that must be left when a joint bears its load.
         end_N_mm2: Stress that a rod's end may bear for ever.
         plastic_N_mm2: Pressure that the shell of a cup may bear for ever.
         tilt_N_mm2: Stress across the bond of a spigot that it may bear for ever.
@@ -100,7 +100,7 @@ class Holds:
     stud_1_mm2: float
     stud_N_mm2: float
     forearm: ForearmDimensions
-    spare_N: float
+    preload_reserve_N: float
     end_N_mm2: float
     plastic_N_mm2: float
     tilt_N_mm2: float
@@ -194,7 +194,7 @@ def stud_stress_1_mm2(f: ForearmDimensions) -> float:
     return max(32.0 * lever / (pi * diameter**3) for lever, diameter in sections)
 
 
-def holds(d: Dimensions) -> Holds:
+def allowables(d: Dimensions) -> Allowables:
     """Gathers what the parts of a design may bear."""
     f, b, layers = d.forearm, d.bracket, d.layers
     report, capstan = drive_torque(d.design), d.capstan
@@ -215,7 +215,7 @@ def holds(d: Dimensions) -> Holds:
         hub = clamp_N_mm(CLAMP_SCREW, arm)
     else:
         hub = stack_N_mm(d.shaft.end_screw, d.shaft.washer_diameter_mm, d.shaft.diameter_mm)
-    return Holds(
+    return Allowables(
         bearing=None if capstan is None else ball_bearing(d.bearing),
         stroke_rad=max(shoulder, radians(1.0)),
         preload_N=0.0 if d.preload is None else preload_range_N(d.preload)[0],
@@ -230,7 +230,7 @@ def holds(d: Dimensions) -> Holds:
         stud_1_mm2=stud_stress_1_mm2(f),
         stud_N_mm2=stud * 1e-6,
         forearm=f,
-        spare_N=SPRING_SHARE * f.joint.preload_N,
+        preload_reserve_N=SPRING_SHARE * f.joint.preload_N,
         end_N_mm2=END_USE * metal * 1e-6,
         plastic_N_mm2=PLASTIC_USE * plastic * 1e-6,
         tilt_N_mm2=tilt_N_mm2(),

@@ -12,11 +12,18 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import CHEEK_EDGE_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.layers import CORNERS, KEYS_MM, LONG_MM, cut_key_mm, motor_screw_mm
+from delta_cad.dimensions.layers import (
+    CORNERS,
+    KEYS_MM,
+    SWING_RAD,
+    key_legs_mm,
+    longest_run,
+    motor_screw_mm,
+)
+from delta_cad.interference.moving_bodies import arm_shapes, sector_points
+from delta_cad.interference.shapes import Block, Placed, Prism, Round, Shape, collides, union_distance
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.passing.moving import arm_shapes, sector_points
-from delta_cad.passing.shapes import Block, Placed, Prism, Round, Shape, met, off_all_mm
 
 AROUND = 48  # points around a motor and a pinion
 ALONG_MM = 3.0  # between their circles, and between points of a key
@@ -25,12 +32,11 @@ SLIDES = 21
 SWINGS = 31  # angles of an arm between its stops
 TURNS = 72, 360  # directions of a key's handle: every 5 degrees, and every degree where those leave it open
 HEIGHTS = 21  # of the handle on the cube's middle axis
-SWING_RAD = pi / 3  # of a handle, to a hexagon's next corner
 FAR_MM = 1e3
 
-Stands = tuple[Sequence[Shape], int]
+Obstacle = tuple[Sequence[Shape], int]
 """Shapes, and the chain in whose frame they are."""
-Off = tuple[float, Shape, int]
+ObstacleDistance = tuple[float, Shape, int]
 """How far a shape is off a point, the shape, and the chain in whose frame it is."""
 
 
@@ -102,24 +108,24 @@ def shaft_end(c: CapstanDimensions, d: Dimensions) -> Round:
     return Round(d.motor.shaft_diameter_mm / 2, (tip, low), motor(d).at_mm)
 
 
-def pinion_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
+def pinion_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a pinion comes to what stands on another chain."""
     points = np.concatenate([on_round(one) for one in pinion(c, d)])
     stands = [*cheeks(d), motor(d)]
-    return min(float(off_all_mm(stands, seen_from(points, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
+    return min(float(union_distance(stands, seen_from(points, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
 
 
-def sector_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
+def sector_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a sector comes to what stands on another chain, between its arm's stops."""
     low, high = d.stops_rad
     stands: list[Shape] = [*cheeks(d), motor(d), *pinion(c, d)]
     turns, (x, y, z) = np.linspace(low, high, SWINGS)[:, None], sector_points(d, c).T
     cosine, sine = np.cos(turns), np.sin(turns)
     at = np.stack([cosine * x - sine * z, y + 0.0 * turns, sine * x + cosine * z], axis=2)
-    return min(float(off_all_mm(stands, seen_from(at, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
+    return min(float(union_distance(stands, seen_from(at, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
 
 
-def sliding_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
+def slide_in_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a motor or pinion comes to another's motor cheek as either drive slides in along its radius."""
     u, cheek = d.bracket.shoulder_u_mm, cheeks(d)[0]
     points = np.concatenate([on_round(one) for one in (motor(d), *pinion(c, d), shaft_end(c, d))])
@@ -128,11 +134,11 @@ def sliding_off_mm(d: Dimensions, c: CapstanDimensions) -> float:
     for j in CHAINS[1:]:
         there, own = seen_from(points, j, u), chain_frame(j)[:3, 0]
         for out in (own, np.array([-1.0, 0.0, 0.0])):  # the motor's drive comes last, or the cheek's
-            found = min(found, float(off_all_mm([cheek], there + way * out).min()))
+            found = min(found, float(union_distance([cheek], there + way * out).min()))
     return found
 
 
-def _in_the_way(d: Dimensions) -> list[Stands]:
+def _in_the_way(d: Dimensions) -> list[Obstacle]:
     """What stands still around a motor's screws."""
     block = foot(d)
     others: list[Shape] = [*cheeks(d), motor(d), block]
@@ -140,7 +146,7 @@ def _in_the_way(d: Dimensions) -> list[Stands]:
     return [([*cheeks(d)[1:], block, *own], 0), (others, 1), (others, 2)]
 
 
-def _arms(d: Dimensions) -> list[list[Stands]]:
+def _arms(d: Dimensions) -> list[list[Obstacle]]:
     """Arms with sectors where the handle stands on the cube's middle axis, the middle first."""
     if d.capstan is None:
         return [[]]
@@ -171,12 +177,13 @@ def key_swing_rad(d: Dimensions) -> float:
     row = catalogue.screw(d.motor.mount_thread)
     if row.socket_mm not in KEYS_MM:
         return 2.0 * pi
-    long, short = KEYS_MM[row.socket_mm]
-    keys = (short, long), (long, short), cut_key_mm(row.socket_mm), (LONG_MM.get(row.socket_mm, long), short)
+    keys = key_legs_mm(row.socket_mm)
     mouth = d.layers.motor_cheek_mm[0] + motor_screw_mm(d.motor, d.layers)[1] - row.head_height_mm
     radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d)
 
-    def free(at: tuple[float, float], key: tuple[float, float], beside: list[Off], among: np.ndarray) -> np.ndarray:
+    def free(
+        at: tuple[float, float], key: tuple[float, float], beside: list[ObstacleDistance], among: np.ndarray
+    ) -> np.ndarray:
         return _free(d, at, mouth, radius, row.socket_depth_mm, key, beside, among)
 
     def best(at: tuple[float, float]) -> float:
@@ -214,16 +221,16 @@ def _screws(d: Dimensions) -> Iterator[tuple[float, float]]:
         yield x + radius * cos(angle), z + radius * sin(angle)
 
 
-def _off(stands: list[Stands], point: np.ndarray, shoulder_u: float) -> list[Off]:
+def _off(stands: list[Obstacle], point: np.ndarray, shoulder_u: float) -> list[ObstacleDistance]:
     """How far what stands is off a point (1, 3)."""
     found = []
     for shapes, chain in stands:
         there = seen_from(point, -chain % 3, shoulder_u)
-        found += [(float(shape.off_mm(there)[0]), shape, chain) for shape in shapes]
+        found += [(float(shape.signed_distance(there)[0]), shape, chain) for shape in shapes]
     return found
 
 
-def _within(stands: list[Off], reach: float) -> list[Stands]:
+def _within(stands: list[ObstacleDistance], reach: float) -> list[Obstacle]:
     """What of it is nearer than a reach."""
     near = [([shape for off, shape, of in stands if of == chain and off < reach], chain) for chain in CHAINS]
     return [one for one in near if one[0]]
@@ -235,7 +242,7 @@ def _met_by_plate(d: Dimensions, points: np.ndarray, radius: float) -> np.ndarra
     top, (x, y, z) = d.bracket.base_top_mm, np.moveaxis(at, -1, 0)
     bottom = top - d.base.thickness_mm
     rim = d.base.rim_mm or ((0.0, 0.0, d.base.radius_mm),)
-    met = off_all_mm([Prism(rim, (bottom, top))], at[..., [0, 2, 1]]) < radius
+    met = union_distance([Prism(rim, (bottom, top))], at[..., [0, 2, 1]]) < radius
     beyond = np.maximum(np.maximum(bottom - z, z - top), 0.0)
     for across, aside, hole in d.base.holes_mm:
         inside = hole - np.hypot(x - across, y - aside)
@@ -250,7 +257,7 @@ def _free(
     radius: float,
     depth: float,
     key: tuple[float, float],
-    beside: list[Off],
+    beside: list[ObstacleDistance],
     among: np.ndarray,
 ) -> np.ndarray:
     """In which of the directions (n), from the first of a circle on, one key in one screw is free, (n)."""
@@ -260,13 +267,13 @@ def _free(
     flat = np.stack([np.outer(np.cos(turns), out), 0.0 * np.outer(turns, out), np.outer(np.sin(turns), out)], axis=2)
     leg = np.arange(0.0, inside, ALONG_MM)[:, None] * np.array([0.0, -1.0, 0.0]) + np.array([at[0], mouth, at[1]])
     stands = _within(beside, inside + handle)
-    if any((off_all_mm(shapes, seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
+    if any((union_distance(shapes, seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
         return np.zeros_like(free)
     bends = np.array([[[at[0], mouth - inside + deep, at[1]]] for deep in (depth, 0.0)])
     points = flat[:, None] + bends  # (directions, bends, along the handle, 3)
     free &= ~_met_by_plate(d, points, radius).any(axis=(1, 2))
     for shapes, chain in stands:
-        free[free] = ~met(shapes, seen_from(points[free], -chain % 3, u), radius).any(axis=1)
+        free[free] = ~collides(shapes, seen_from(points[free], -chain % 3, u), radius).any(axis=1)
     return free
 
 
@@ -274,8 +281,4 @@ def _swing_rad(free: np.ndarray) -> float:
     """Longest run of directions of a circle (n) that are free, and up to a step at either end, rad."""
     if free.all() or not free.any():
         return 2.0 * pi * free[0]
-    longest = run = 0
-    for one in np.roll(free, -int(free.argmin())):
-        run = run + 1 if one else 0
-        longest = max(longest, run)
-    return (longest + 1) * 2.0 * pi / len(free)
+    return (longest_run(free) + 1) * 2.0 * pi / len(free)

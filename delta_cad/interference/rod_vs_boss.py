@@ -11,7 +11,7 @@ from delta_cad.dimensions import Dimensions, Reason
 from delta_cad.dimensions.forearm import ForearmDimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM
 from delta_cad.dimensions.rules import FOREARM, WIDTH, larger
-from delta_cad.passing.shapes import Bar, Block, Shape, off_all_mm
+from delta_cad.interference.shapes import Bar, Block, Shape, union_distance
 
 RIM_POINTS = 48  # around a boss's end
 LEANS, TURNS = 7, 9  # between none and the largest lean, and from one end of a turn to the other
@@ -32,7 +32,7 @@ def _rims(radius_mm: float, half_mm: float) -> np.ndarray:
     return np.concatenate([np.stack([r * np.cos(turns), 0.0 * turns + y, r * np.sin(turns)], axis=1) for r, y in rims])
 
 
-def off_boss_mm(f: ForearmDimensions, radius_mm: float, length_mm: float, lean_rad: float) -> float:
+def boss_clearance_mm(f: ForearmDimensions, radius_mm: float, length_mm: float, lean_rad: float) -> float:
     """Computes how near a rod's end comes to the end of its cross-bar's boss at leans up to one, mm.
 
     It leans towards the boss and is turned about itself as far as its joints let it.
@@ -52,7 +52,7 @@ def off_boss_mm(f: ForearmDimensions, radius_mm: float, length_mm: float, lean_r
         for turn in np.linspace(-free, free, TURNS):
             y, z = np.cos(turn) * aside + np.sin(turn) * up_, np.cos(turn) * up_ - np.sin(turn) * aside
             seen.append(rims @ np.stack([along, y, z], axis=1))
-    return float(off_all_mm(rod_end(f), np.concatenate(seen)).min())
+    return float(union_distance(rod_end(f), np.concatenate(seen)).min())
 
 
 def rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
@@ -65,7 +65,7 @@ def rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
         least_mm: Least distance between them.
     """
     f, (low, high), lean = d.forearm, d.layers.elbow_boss_mm, d.travel.lean_max.value
-    near = off_boss_mm(f, d.arm.boss_radius_mm, high - low, lean)
+    near = boss_clearance_mm(f, d.arm.boss_radius_mm, high - low, lean)
     if near >= least_mm:
         return
     message = (

@@ -1,4 +1,4 @@
-"""`python -m tests.delta_cad.faults [WORD ...]`: plants each fault, or those with a word in it; says what refuses it.
+"""`python -m tests.delta_cad.checks.faults [WORD ...]`: plants faults, all or those with a word; says what refuses.
 
 What goes missing without a reason is looked at once more with nothing left out. Exit code 1 if a fault is missed that
 `MISSES` does not name, or all are caught that one of its patterns names, or the sound machine is refused.
@@ -10,9 +10,9 @@ import sys
 from itertools import chain
 from time import perf_counter
 
-from tests.delta_cad.faults.misses import MISSES, excuse
-from tests.delta_cad.faults.planting import faults, machines, sound
-from tests.delta_cad.faults.refusing import Refusing
+from tests.delta_cad.checks.faults.misses import MISSES, excuse
+from tests.delta_cad.checks.faults.planting import faults, machines, sound
+from tests.delta_cad.checks.faults.refusing import Refusing
 
 
 def main(words: list[str]) -> int:

@@ -13,9 +13,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from delta_cad.checks.contact.placing import located
+from delta_cad.common.once import once
+
 FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
 AGREEMENT = 1e-6  # of the smaller size
 INTEGRATED = 1e-8  # of a volume, to which adaptive integration goes
+NOISE_MM3 = 1e-3  # common volume that the kernel may see between faces that touch
+SLIDING_MM3 = 0.05  # and between faces that slide upon one another
 
 
 def common_size(
@@ -48,6 +55,33 @@ def common_size(
     if size is not volume:
         return None
     return common_size(shapes, (fine_volume(shapes[0]), fine_volume(shapes[1])), fine_volume, noise)
+
+
+def common_volume(a: Any, b: Any, b_in_a: np.ndarray, noise_mm3: float = NOISE_MM3) -> float | None:
+    """Computes the volume that two solids share.
+
+    Args:
+        a: One `cadquery.Solid`.
+        b: The other.
+        b_in_a: (4, 4) frame of b in the frame of a, mm.
+        noise_mm3: As of `common_size`.
+
+    Returns:
+        Volume, mm^3; None where the kernel contradicts itself, see `common_size`.
+    """
+    return common_size((a.wrapped, located(b, b_in_a)), (solid_volume(a), solid_volume(b)), volume, noise_mm3)
+
+
+def runs_into(a: Any, b: Any, b_in_a: np.ndarray) -> bool:
+    """Decides whether two solids share a volume; where the kernel contradicts itself they do."""
+    common = common_volume(a, b, b_in_a, SLIDING_MM3)
+    return common is None or common > SLIDING_MM3
+
+
+@once
+def solid_volume(solid: Any) -> float:
+    """Volume of a `cadquery.Solid` by the kernel, mm^3."""
+    return volume(solid.wrapped)
 
 
 def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
