@@ -20,8 +20,8 @@ from delta_cad.report.figures import asked, binding, every, feel, headline, leng
 from delta_cad.report.making import cost, tolerances
 from delta_cad.report.outline import outline
 from delta_cad.report.scene import scene
+from delta_cad.report.statements import assumptions, certificate, proof, provenance
 from delta_cad.report.subject import Subject
-from delta_cad.report.words import assumptions, certificate, proof, provenance
 
 FILE_NAME = "report.html"
 SOUGHT = "design.html"  # which `design` writes beside what it found

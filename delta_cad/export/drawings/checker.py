@@ -13,7 +13,10 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import (
+from delta_cad.export.drawings.part.faces import is_along, is_straight
+from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.part.shape import unit
+from delta_cad.export.drawings.sheet_io.sheet import (
     EDGES,
     Area,
     Drawing,
@@ -25,9 +28,6 @@ from delta_cad.export.drawings.paper.sheet import (
     lines_of,
     overlap,
 )
-from delta_cad.export.drawings.part.faces import is_along, is_straight
-from delta_cad.export.drawings.part.record import Features
-from delta_cad.export.drawings.part.shape import unit
 from delta_cad.export.drawings.title import inner
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
 from delta_cad.solids.part import Part

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from delta_cad.export.bom import BomRow
-from delta_cad.export.drawings.paper.lettering import LINE, fitted, missing_note
-from delta_cad.export.drawings.paper.sheet import Box, Item, Stroke, Text
 from delta_cad.export.drawings.part.holes import lettered
+from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, missing_note
+from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Stroke, Text
 from delta_cad.export.drawings.title import grams, inner, title_box
 
 SIZE = "A3"

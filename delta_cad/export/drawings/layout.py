@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Box, Item, Point, Sheet, box_of, moved, overlap
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Sheet, box_of, moved, overlap
 from delta_cad.export.drawings.title import Titles, framed, hole_table, inner, notes_items, title_box
 from delta_cad.export.drawings.views.block import Block, block_of, cuts_in
 from delta_cad.export.drawings.views.choice import View

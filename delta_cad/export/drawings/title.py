@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
-from delta_cad.export.drawings.paper.lettering import LINE, fitted, width_of, wrapped
-from delta_cad.export.drawings.paper.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, width_of, wrapped
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.views.block import Block
 from delta_cad.export.drawings.views.lines import lines_of_group, set_line
 from delta_cad.export.drawings.views.marks import LETTER_MM, number

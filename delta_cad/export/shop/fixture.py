@@ -11,9 +11,9 @@ from delta_cad.common.units import G_PER_KG
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import FITTED_RA_UM
-from delta_cad.export.drawings.drawn import UNDRAWN, Drawn, count_faults, part_drawing, size_of, write_drawing
 from delta_cad.export.drawings.part.controlled import Controlled, Length, Round
 from delta_cad.export.drawings.title import Titles
+from delta_cad.export.drawings.write import UNDRAWN, Drawn, count_faults, part_drawing, size_of, write_drawing
 from delta_cad.export.shop.seats import (
     COLUMN_MM,
     PLATE_MM,

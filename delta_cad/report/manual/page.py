@@ -15,10 +15,10 @@ from delta_cad.common.beside import Beside, BesideError
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
-from delta_cad.export.drawings.paper.lettering import face_rules
+from delta_cad.export.drawings.sheet_io.lettering import face_rules
 from delta_cad.export.views.scene import PictureError
 from delta_cad.report.manual.pictures import SIZE, Colour, Studio
-from delta_cad.report.manual.told import Chapter, chapters, scenes
+from delta_cad.report.manual.steps import Chapter, chapters, scenes
 
 FOLDER, FILE_NAME = "manual", "manual.html"
 ASSETS = Path(__file__).parents[1] / "assets"

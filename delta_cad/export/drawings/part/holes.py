@@ -13,8 +13,8 @@ from math import pi
 import numpy as np
 
 from delta_cad.common.vectors import cross_length
-from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.faces import Face, is_along
+from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.solids.part import Hole, Part
 
 SAME_MM = 1e-3  # of declared and found diameters, and of axes that are one

@@ -14,12 +14,13 @@ from math import hypot
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text, lines_of
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
+from delta_cad.export.drawings.sheet_io.lettering import width_of
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text, lines_of
+from delta_cad.export.drawings.views.leader_targets import FAR_MM, Pointing
 from delta_cad.export.drawings.views.leaders import Leader, in_turn, untangled
 from delta_cad.export.drawings.views.lines import (
     BASE_MM,
@@ -34,7 +35,6 @@ from delta_cad.export.drawings.views.lines import (
     triangle,
 )
 from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, scaled, spread, tied
-from delta_cad.export.drawings.views.pointing import FAR_MM, Pointing
 
 CALLOUT_MM = 62.0  # longest line of a callout
 WIDE_MM = 70.0  # of a view from which on callouts of what lies in its left half stand over it

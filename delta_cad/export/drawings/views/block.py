@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Box, Item, Point, Stroke, Text, box_of
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.lettering import width_of
+from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Stroke, Text, box_of
 from delta_cad.export.drawings.views.annotate import Setting, Tagged
 from delta_cad.export.drawings.views.choice import View
 from delta_cad.export.drawings.views.marks import arrow, free_text, scaled

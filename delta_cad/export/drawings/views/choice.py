@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import Bore, HoleGroup
 from delta_cad.export.drawings.part.places import auxiliary_directions
 from delta_cad.export.drawings.part.record import Features, Place, Size
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.views.projection import Frame, cut_open, projected
 from delta_cad.solids.part import Part
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from delta_cad.export.drawings.paper.lettering import LINE, SURFACE, SURFACE_WIDE, width_of, wrapped
-from delta_cad.export.drawings.paper.sheet import Arc, Area, Item, Leaf, Mark, Point, Stroke, Text
 from delta_cad.export.drawings.part.faces import Face
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import Datum, Features, Zone
+from delta_cad.export.drawings.sheet_io.lettering import LINE, SURFACE, SURFACE_WIDE, width_of, wrapped
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Area, Item, Leaf, Mark, Point, Stroke, Text
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
 
 PITCH_MM = LETTER_MM * LINE

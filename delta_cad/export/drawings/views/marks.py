@@ -7,8 +7,8 @@ from math import cos, hypot, pi, sin
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Area, Item, Point, Stroke, Text, crosses, lines_of, overlap
+from delta_cad.export.drawings.sheet_io.lettering import width_of
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Area, Item, Point, Stroke, Text, crosses, lines_of, overlap
 
 LETTER_MM = 2.5  # ISO 3098
 ARROW_MM = (2.5, 0.8)

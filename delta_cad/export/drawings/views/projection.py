@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Point, Stroke
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 
 SAME_MM = 1e-3  # coordinates that close are one; the kernel's curves of a view are true to 1e-4
 CELL_MM = 0.1  # of the grid in which what is the same is looked for

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from delta_cad.export.drawings.checker import drawing_faults, extent_faults, sheet_faults
-from delta_cad.export.drawings.paper.sheet import Drawing, Item, Leaf, Mark, Sheet, Stroke, Text, leaves
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.sheet import Drawing, Item, Leaf, Mark, Sheet, Stroke, Text, leaves
 from delta_cad.export.drawings.views.marks import arrow
 from tests.delta_cad.export.drawings.sample import drawn, plate, texts
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from delta_cad.export.drawings.paper.lettering import SURFACE, width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Area, Item, Mark, Stroke, Text, box_of
 from delta_cad.export.drawings.part.record import Datum, Zone
+from delta_cad.export.drawings.sheet_io.lettering import SURFACE, width_of
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Area, Item, Mark, Stroke, Text, box_of
 from delta_cad.export.drawings.views.lines import PITCH_MM, Flag, Line, _broken, length_of, set_line
 
 ZONE = Zone("position", 0.05, True, (), ("A", "B"), "zone 1")

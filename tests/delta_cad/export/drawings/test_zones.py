@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from delta_cad.export.drawings.checker import drawing_faults
-from delta_cad.export.drawings.drawn import part_drawing
 from delta_cad.export.drawings.part.controlled import Controlled, Round
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.write import part_drawing
 from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import box, cut

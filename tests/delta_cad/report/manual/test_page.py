@@ -18,7 +18,7 @@ from delta_cad.assembly.order.record import Bring
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.common.beside import BesideError
 from delta_cad.dimensions import Dimensions
-from delta_cad.export.drawings.paper.lettering import _file
+from delta_cad.export.drawings.sheet_io.lettering import _file
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.views.scene import PictureError
 from delta_cad.report.manual.page import page as write_page

@@ -6,8 +6,8 @@ from math import cos, radians, sin
 from xml.sax.saxutils import escape
 
 from delta_cad.common.refusal import printable
-from delta_cad.export.drawings.paper.lettering import FAMILIES, em_mm, face_rules, shown
-from delta_cad.export.drawings.paper.sheet import (
+from delta_cad.export.drawings.sheet_io.lettering import FAMILIES, em_mm, face_rules, shown
+from delta_cad.export.drawings.sheet_io.sheet import (
     LAYERS,
     Arc,
     Area,

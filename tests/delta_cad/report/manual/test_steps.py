@@ -13,7 +13,7 @@ from delta_cad.design import load_design
 from delta_cad.dimensions import dimensions
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.export.bom import BomRow, bill_of_materials
-from delta_cad.report.manual.told import Chapter, chapters, scenes
+from delta_cad.report.manual.steps import Chapter, chapters, scenes
 from delta_cad.structure.holds import screw_N, tightening_N_m
 from tests.committed import ROOT
 

@@ -8,7 +8,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import width_of
+from delta_cad.export.drawings.sheet_io.lettering import width_of
 
 Point = tuple[float, float]
 Box = tuple[float, float, float, float]

@@ -18,24 +18,24 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances.general import NOTES
 from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.export.bom import bill_of_materials
+from delta_cad.export.drawings.assembly_sheet import assembly_drawing, balloon_faults, placed_items
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
 from delta_cad.export.drawings.layout import LayoutError, laid_out
-from delta_cad.export.drawings.paper.dxf import dxf_text
-from delta_cad.export.drawings.paper.lettering import missing, missing_note
-from delta_cad.export.drawings.paper.pdf import pdf_bytes
-from delta_cad.export.drawings.paper.sheet import Drawing
-from delta_cad.export.drawings.paper.svg import svg_text
 from delta_cad.export.drawings.part.controlled import Controlled, controlled
 from delta_cad.export.drawings.part.faces import faces_of, is_along
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, lettered
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.part.shape import is_hull_line, is_slant
+from delta_cad.export.drawings.sheet_io.dxf import dxf_text
+from delta_cad.export.drawings.sheet_io.lettering import missing, missing_note
+from delta_cad.export.drawings.sheet_io.pdf import pdf_bytes
+from delta_cad.export.drawings.sheet_io.sheet import Drawing
+from delta_cad.export.drawings.sheet_io.svg import svg_text
 from delta_cad.export.drawings.title import Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
 from delta_cad.export.drawings.views.projection import Frame
-from delta_cad.export.drawings.whole import assembly_drawing, balloon_faults, placed_items
 from delta_cad.solids.part import Part
 
 REVISION = "A"

@@ -14,8 +14,8 @@ from io import StringIO
 from math import atan2, degrees, hypot
 from typing import Any
 
-from delta_cad.export.drawings.paper.lettering import NARROW, shown
-from delta_cad.export.drawings.paper.sheet import (
+from delta_cad.export.drawings.sheet_io.lettering import NARROW, shown
+from delta_cad.export.drawings.sheet_io.sheet import (
     LAYERS,
     Arc,
     Area,
