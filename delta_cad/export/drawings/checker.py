@@ -24,9 +24,9 @@ from delta_cad.export.drawings.sheet_io.sheet import (
     Stroke,
     Text,
     crosses,
-    leaves,
     lines_of,
     overlap,
+    primitives,
 )
 from delta_cad.export.drawings.title import inner
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
@@ -152,7 +152,7 @@ def sheet_faults(sheet: Sheet) -> list[str]:
     faults += [
         f"{a} and {b} overlap" for a, b in combinations(sorted(frames), 2) if overlap(frames[a], frames[b], -1e-6)
     ]
-    edges = lines_of(item for item in leaves(sheet.items) if not isinstance(item, Text) and item.layer in EDGES)
+    edges = lines_of(item for item in primitives(sheet.items) if not isinstance(item, Text) and item.layer in EDGES)
     faults += [f"{text.text!r} lies over an edge" for text in texts if crosses(text.box, edges)]
     return faults + list(_symbol_faults(sheet, edges)) + list(_leader_faults(sheet, edges))
 
@@ -174,7 +174,7 @@ def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
 
 def _leader_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
     """Finds leaders that cross one another, or whose last line runs along an edge: one cannot tell what they mean."""
-    items = list(leaves(sheet.items))
+    items = list(primitives(sheet.items))
     found = [
         np.array(line.points)
         for line, head in pairwise(items)

@@ -29,7 +29,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Told:
+class StepView:
     """A step as it is told.
 
     Attributes:
@@ -73,7 +73,7 @@ class Chapter:
     kind: str
     title: str
     made: str
-    steps: list[Told] = field(default_factory=list)
+    steps: list[StepView] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Map
             units = Counter(titles[name].kind for bring, _ in scene.coming for name in bring.units)
             heads = {titles[name].kind: titles[name].title for bring, _ in scene.coming for name in bring.units}
             chapter.steps.append(
-                Told(
+                StepView(
                     number=number,
                     title=step.title,
                     words=step.words,

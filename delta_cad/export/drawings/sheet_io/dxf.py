@@ -17,18 +17,18 @@ from typing import Any
 from delta_cad.export.drawings.sheet_io.lettering import NARROW, shown
 from delta_cad.export.drawings.sheet_io.sheet import (
     LAYERS,
+    Annotation,
     Arc,
     Area,
     Drawing,
-    Leaf,
-    Mark,
     Measure,
     Point,
+    Primitive,
     Sheet,
     Stroke,
     Text,
     in_a_row,
-    leaves,
+    primitives,
 )
 
 NOT_ASCII = re.compile(r"[^\x00-\x7f]")
@@ -81,10 +81,10 @@ def dxf_text(drawing: Drawing) -> str:
         _set_up(document, sheet)
         space = document.modelspace()
         for item in sheet.items:
-            if isinstance(item, Mark) and item.measure is not None:
+            if isinstance(item, Annotation) and item.measure is not None:
                 _dimension(document, item, item.measure)
             else:
-                for leaf in leaves((item,)):
+                for leaf in primitives((item,)):
                     _draw(space, _rounded(leaf))
 
     text = r2010_text(draw)
@@ -105,7 +105,7 @@ def _set_up(document: Any, sheet: Sheet) -> None:
     document.header["$EXTMIN"] = (0.0, 0.0, 0.0)
 
 
-def _rounded(item: Leaf) -> Leaf:
+def _rounded(item: Primitive) -> Primitive:
     """The same to a millionth of a millimetre: what lies below depends on how a solid came here."""
     if isinstance(item, Text):
         return replace(item, at=_near(item.at))
@@ -121,7 +121,7 @@ def _near(point: Point) -> Point:
     return round(point[0], DECIMALS) + 0.0, round(point[1], DECIMALS) + 0.0
 
 
-def _dimension(document: Any, mark: Mark, measure: Measure) -> None:
+def _dimension(document: Any, mark: Annotation, measure: Measure) -> None:
     """A DIMENSION with its own block."""
     kind, where = KINDS[measure.kind]
     points = {name: (*_near(point), 0.0) for name, point in zip(where, measure.points, strict=True)}

@@ -118,7 +118,7 @@ class Text:
         return x, y - below, x + self.length, y + self.height
 
 
-Leaf = Stroke | Arc | Area | Text
+Primitive = Stroke | Arc | Area | Text
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class Mark:
+class Annotation:
     """What belongs together: a dimension with its lines, or a symbol, into whose box nothing else may come.
 
     Attributes:
@@ -150,7 +150,7 @@ class Mark:
     """
 
     name: str
-    items: tuple[Leaf, ...]
+    items: tuple[Primitive, ...]
     measure: Measure | None = None
 
     @property
@@ -159,13 +159,13 @@ class Mark:
         return box_of(self.items)
 
 
-Item = Leaf | Mark
+Item = Primitive | Annotation
 
 
-def leaves(items: Iterable[Item]) -> Iterator[Leaf]:
+def primitives(items: Iterable[Item]) -> Iterator[Primitive]:
     """Gives what items are drawn with, marks taken apart."""
     for item in items:
-        if isinstance(item, Mark):
+        if isinstance(item, Annotation):
             yield from item.items
         else:
             yield item
@@ -194,12 +194,12 @@ class Sheet:
     @property
     def texts(self) -> Iterator[Text]:
         """All texts."""
-        return (item for item in leaves(self.items) if isinstance(item, Text))
+        return (item for item in primitives(self.items) if isinstance(item, Text))
 
     @property
-    def symbols(self) -> Iterator[Mark]:
+    def symbols(self) -> Iterator[Annotation]:
         """All symbols."""
-        return (item for item in self.items if isinstance(item, Mark) and item.measure is None)
+        return (item for item in self.items if isinstance(item, Annotation) and item.measure is None)
 
 
 @dataclass(frozen=True)
@@ -213,14 +213,14 @@ class Drawing:
 
 def moved(item: Item, by: Point) -> Item:
     """Gives an item shifted."""
-    if isinstance(item, Mark):
+    if isinstance(item, Annotation):
         points = tuple((x + by[0], y + by[1]) for x, y in item.measure.points) if item.measure else ()
         measure = item.measure and replace(item.measure, points=points)
-        return Mark(item.name, tuple(_leaf_moved(one, by) for one in item.items), measure)
+        return Annotation(item.name, tuple(_leaf_moved(one, by) for one in item.items), measure)
     return _leaf_moved(item, by)
 
 
-def _leaf_moved(item: Leaf, by: Point) -> Leaf:
+def _leaf_moved(item: Primitive, by: Point) -> Primitive:
     def shift(point: Point) -> Point:
         return point[0] + by[0], point[1] + by[1]
 
@@ -249,7 +249,7 @@ def in_a_row(drawing: Drawing) -> Sheet:
 def box_of(items: Iterable[Item]) -> Box:
     """Computes the box around items; of nothing an empty box at the origin."""
     corners: list[Point] = []
-    for item in leaves(items):
+    for item in primitives(items):
         if isinstance(item, Text):
             corners += [(item.box[0], item.box[1]), (item.box[2], item.box[3])]
         else:
@@ -268,7 +268,7 @@ def overlap(a: Box, b: Box, apart: float = 0.0) -> bool:
 def lines_of(items: Iterable[Item]) -> np.ndarray:
     """Gives the lines that items are drawn with, arcs by chords of 3 degrees, as (n, 2, 2) ends; texts have none."""
     found: list[np.ndarray] = []
-    for item in leaves(items):
+    for item in primitives(items):
         if isinstance(item, Text):
             continue
         points = np.array(item.points() if isinstance(item, Arc) else item.points, dtype=float)

@@ -19,8 +19,18 @@ from delta_cad.export.drawings.part.faces import is_across, is_along, is_straigh
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
 from delta_cad.export.drawings.sheet_io.lettering import width_of
-from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text, lines_of
-from delta_cad.export.drawings.views.leader_targets import FAR_MM, Pointing
+from delta_cad.export.drawings.sheet_io.sheet import (
+    Annotation,
+    Arc,
+    Item,
+    Measure,
+    Point,
+    Primitive,
+    Stroke,
+    Text,
+    lines_of,
+)
+from delta_cad.export.drawings.views.leader_targets import FAR_MM, LeaderTargets
 from delta_cad.export.drawings.views.leaders import Leader, in_turn, untangled
 from delta_cad.export.drawings.views.lines import (
     BASE_MM,
@@ -78,17 +88,17 @@ class Callout:
         if self.outward is not None:
             tip = tip[0] + TRIANGLE_MM[1] * self.outward[0], tip[1] + TRIANGLE_MM[1] * self.outward[1]
             return [*texts, Stroke("dimension", (*leader[:-1], tip)), triangle(leader[-1], self.outward)]
-        line: list[Leaf] = [Stroke("dimension", leader), arrow(tip, last)]
+        line: list[Primitive] = [Stroke("dimension", leader), arrow(tip, last)]
         own = [item for item in texts if isinstance(item, Text)]
         measure = self.measure(tip)
         if measure is None or not own:
             return [*texts, *line]
         others = [item for item in texts if not isinstance(item, Text)]
-        return [Mark("dimension", (*own, *line), measure), *others]
+        return [Annotation("dimension", (*own, *line), measure), *others]
 
 
 @dataclass
-class Setting(Pointing):
+class Annotator(LeaderTargets):
     """What the texts of one view are set out with."""
 
     controlled: Controlled
@@ -199,12 +209,12 @@ class Setting(Pointing):
             else:
                 path = [(y, x) for x, y in path]
                 letters = Text((at + LETTER_MM / 2, low), LETTER_MM, text, upright=True, told=told)
-            drawn: list[Leaf] = [Stroke("dimension", tuple(path)), letters]
+            drawn: list[Primitive] = [Stroke("dimension", tuple(path)), letters]
             if abs(value) < SAME_MM:
                 drawn.append(Arc("dimension", path[1], 0.8))
             origin = (path[0][0], zero) if k == 1 else (zero, path[0][1])
             measure = Measure("up" if k else "right", (origin, path[0], path[-1]), abs(value), text)
-            found.append(Mark("dimension", tuple(drawn), measure))
+            found.append(Annotation("dimension", tuple(drawn), measure))
         return found
 
     def _level(self, point: np.ndarray, axis: np.ndarray, want: float) -> bool:

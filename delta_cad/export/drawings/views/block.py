@@ -10,7 +10,7 @@ from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.sheet_io.lettering import width_of
 from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Stroke, Text, box_of
-from delta_cad.export.drawings.views.annotate import Setting, Tagged
+from delta_cad.export.drawings.views.annotate import Annotator, Tagged
 from delta_cad.export.drawings.views.choice import View
 from delta_cad.export.drawings.views.marks import arrow, free_text, scaled
 from delta_cad.export.drawings.views.projection import hatched
@@ -86,7 +86,7 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     block = Block(view, items, drawn)
     if view.slot == "picture":
         return block
-    setting = Setting(view, scale, features, drawn, _with_room(drawn, cuts), controlled)
+    setting = Annotator(view, scale, features, drawn, _with_room(drawn, cuts), controlled)
     block.items += setting.centre_lines()
     tagged = [g for g in view.groups if all(view.end_on(b) for b in g.bores)]
     count = sum(len(g.bores) for g in tagged)

@@ -21,7 +21,7 @@ LONG_SHARE = 0.5  # of the longest line of an edge, from which on others may hav
 
 
 @dataclass
-class Pointing:
+class LeaderTargets:
     """A view in which things are pointed at: `drawn` is the part's box, `room` is where the texts begin."""
 
     view: View

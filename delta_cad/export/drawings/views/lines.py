@@ -12,7 +12,7 @@ from delta_cad.export.drawings.part.faces import Face
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import Datum, Features, Zone
 from delta_cad.export.drawings.sheet_io.lettering import LINE, SURFACE, SURFACE_WIDE, width_of, wrapped
-from delta_cad.export.drawings.sheet_io.sheet import Arc, Area, Item, Leaf, Mark, Point, Stroke, Text
+from delta_cad.export.drawings.sheet_io.sheet import Annotation, Arc, Area, Item, Point, Primitive, Stroke, Text
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
 
 PITCH_MM = LETTER_MM * LINE
@@ -98,7 +98,7 @@ def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
     return [*found, surface(after.strip(), (x, at[1]), LETTER_MM, () if found else tuple(told))]
 
 
-def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> Mark:
+def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> Annotation:
     """Draws the symbol of a surface that is cut, a text under its line.
 
     Args:
@@ -113,7 +113,7 @@ def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> 
     letters = Text((x + SURFACE_WIDE * h, y), h, text, told=told)
     legs = Stroke("dimension", ((x, low), foot, (top, high), (letters.end[0], high)))
     bar = Stroke("dimension", ((x, low), (foot[0] + 0.67 * h / STEEP, low)))
-    return Mark(f"surface {text}", (legs, bar, letters))
+    return Annotation(f"surface {text}", (legs, bar, letters))
 
 
 def _said(zone: Zone) -> tuple[str, ...]:
@@ -124,20 +124,20 @@ def _cell(text: str) -> float:
     return max(PITCH_MM, width_of(text, SMALL_MM) + 2.0)
 
 
-def _frame(zone: Zone, corner: Point) -> Mark:
+def _frame(zone: Zone, corner: Point) -> Annotation:
     """The frame of a tolerance from its lower left corner."""
     (x, y), high = corner, PITCH_MM
-    items: list[Leaf] = [_box(x, y, x + high, y + high), *_characteristic(zone.kind, (x + high / 2, y + high / 2))]
+    items: list[Primitive] = [_box(x, y, x + high, y + high), *_characteristic(zone.kind, (x + high / 2, y + high / 2))]
     x += high
     for n, text in enumerate(_said(zone)):
         wide = _cell(text)
         base = x + (wide - width_of(text, SMALL_MM)) / 2, y + (high - SMALL_MM) / 2
         items += [_box(x, y, x + wide, y + high), Text(base, SMALL_MM, text, told=(zone.key,) if n == 0 else ())]
         x += wide
-    return Mark(" ".join((zone.kind, *_said(zone))), tuple(items))
+    return Annotation(" ".join((zone.kind, *_said(zone))), tuple(items))
 
 
-def _characteristic(kind: str, middle: Point) -> list[Leaf]:
+def _characteristic(kind: str, middle: Point) -> list[Primitive]:
     """The symbol of what a tolerance holds."""
     x, y = middle
 
@@ -152,13 +152,13 @@ def _characteristic(kind: str, middle: Point) -> list[Leaf]:
     return [Arc("dimension", middle, 0.7), Arc("dimension", middle, 1.3)]
 
 
-def _flag(flag: Flag, corner: Point) -> Mark:
+def _flag(flag: Flag, corner: Point) -> Annotation:
     """A datum's letter in its box from the line's lower left corner, tied by its triangle to what it belongs to."""
     x, y = corner
     left = x + BOX_MM[0] if flag.hung else x
     side, letter = BOX_MM[1] - BOX_MM[0], flag.datum.letter
     base = left + (side - width_of(letter, SMALL_MM)) / 2, y + 0.15 + (side - SMALL_MM) / 2
-    items: list[Leaf] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
+    items: list[Primitive] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
     items.append(Text(base, SMALL_MM, letter, told=(flag.datum.key,)))
     if flag.beside is not None:
         foot = x, y + PITCH_MM / 2
@@ -169,7 +169,7 @@ def _flag(flag: Flag, corner: Point) -> Mark:
             triangle(foot, (0.0, -1.0)),
             Stroke("dimension", ((foot[0], foot[1] - TRIANGLE_MM[1]), (foot[0], y + 1.95), (left, y + 1.95))),
         ]
-    return Mark(f"datum {letter}", tuple(items))
+    return Annotation(f"datum {letter}", tuple(items))
 
 
 def triangle(foot: Point, away: Point) -> Area:

@@ -10,7 +10,16 @@ import pytest
 
 from delta_cad.export.drawings.checker import drawing_faults, extent_faults, sheet_faults
 from delta_cad.export.drawings.part.record import Features
-from delta_cad.export.drawings.sheet_io.sheet import Drawing, Item, Leaf, Mark, Sheet, Stroke, Text, leaves
+from delta_cad.export.drawings.sheet_io.sheet import (
+    Annotation,
+    Drawing,
+    Item,
+    Primitive,
+    Sheet,
+    Stroke,
+    Text,
+    primitives,
+)
 from delta_cad.export.drawings.views.marks import arrow
 from tests.delta_cad.export.drawings.sample import drawn, plate, texts
 
@@ -25,7 +34,7 @@ def spoiled(drawing: Drawing, spoil: Callable[[list[Item]], list[Item]]) -> Draw
     return replace(drawing, sheets=(replace(first, items=spoil(list(first.items))), *drawing.sheets[1:]))
 
 
-def _is_told(leaf: Leaf, text: str) -> bool:
+def _is_told(leaf: Primitive, text: str) -> bool:
     return isinstance(leaf, Text) and leaf.text == text and bool(leaf.told)
 
 
@@ -34,9 +43,9 @@ def edited(drawing: Drawing, old: str, new: str | None) -> Drawing:
     assert old in texts(drawing)
 
     def spoil(items: list[Item]) -> list[Item]:
-        k = next(k for k, item in enumerate(items) if any(_is_told(leaf, old) for leaf in leaves([item])))
-        own = [leaf for leaf in leaves([items[k]]) if not _is_told(leaf, old)]
-        (text,) = (leaf for leaf in leaves([items[k]]) if isinstance(leaf, Text) and _is_told(leaf, old))
+        k = next(k for k, item in enumerate(items) if any(_is_told(leaf, old) for leaf in primitives([item])))
+        own = [leaf for leaf in primitives([items[k]]) if not _is_told(leaf, old)]
+        (text,) = (leaf for leaf in primitives([items[k]]) if isinstance(leaf, Text) and _is_told(leaf, old))
         return [*items[:k], *own, *([replace(text, text=new)] if new is not None else []), *items[k + 1 :]]
 
     return spoiled(drawing, spoil)
@@ -117,10 +126,10 @@ def test_frames_that_overlap_are_found() -> None:
     assert sheet_faults(sheet) == ["a and b overlap"]
 
 
-def symbol(x: float, y: float, name: str = "datum A") -> Mark:
+def symbol(x: float, y: float, name: str = "datum A") -> Annotation:
     """A box of 4 mm with a letter in it."""
     box = Stroke("dimension", ((x, y), (x + 4, y), (x + 4, y + 4), (x, y + 4)), closed=True)
-    return Mark(name, (box, Text((x + 1, y + 1), 2.0, "A")))
+    return Annotation(name, (box, Text((x + 1, y + 1), 2.0, "A")))
 
 
 @pytest.mark.parametrize(

@@ -6,15 +6,15 @@ import pytest
 
 from delta_cad.export.drawings.part.record import Datum, Zone
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE, width_of
-from delta_cad.export.drawings.sheet_io.sheet import Arc, Area, Item, Mark, Stroke, Text, box_of
+from delta_cad.export.drawings.sheet_io.sheet import Annotation, Arc, Area, Item, Stroke, Text, box_of
 from delta_cad.export.drawings.views.lines import PITCH_MM, Flag, Line, _broken, length_of, set_line
 
 ZONE = Zone("position", 0.05, True, (), ("A", "B"), "zone 1")
 FLAG = Flag(Datum("C", ()), ZONE)
 
 
-def marks(items: list[Item]) -> list[Mark]:
-    return [item for item in items if isinstance(item, Mark)]
+def marks(items: list[Item]) -> list[Annotation]:
+    return [item for item in items if isinstance(item, Annotation)]
 
 
 def test_a_surface_is_a_symbol_with_its_roughness_under_its_bar() -> None:
