@@ -139,9 +139,9 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{EXPORT}/mass_properties.py", "either rod carries the whole spring", "own.mass_kg / 2.0", "own.mass_kg"),
     ),
     "tests/delta_cad/export/test_mjcf.py": (
-        (f"{EXPORT}/mjcf.py", "a pinion's inertia is taken by the ratio, not its square",
-         "armature += drive.ratio**2 *", "armature += drive.ratio *"),
-        (f"{EXPORT}/mjcf.py", "a quaternion ends with its real part",
+        (f"{EXPORT}/robot.py", "a pinion's inertia is taken by the ratio, not its square",
+         "self.drive.ratio**2 *", "self.drive.ratio *"),
+        (f"{EXPORT}/robot.py", "a quaternion ends with its real part",
          "np.array([w, x, y, z])", "np.array([x, y, z, w])"),
     ),
     "tests/delta_cad/export/shop/test_holes.py": (

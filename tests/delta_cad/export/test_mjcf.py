@@ -21,7 +21,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import joint_friction
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.export.mjcf import twin
+from delta_cad.export.robot import Robot, mjcf
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.placement import LINKS
 from haptics.gravity import gravity_torque
@@ -39,7 +39,7 @@ def masses(best_assembly: Assembly) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def text(best: Design, best_dimensions: Dimensions, best_assembly: Assembly, masses: dict[str, Any]) -> str:
-    return twin(best_assembly, masses, drive_torque(best), best_dimensions.stops_rad, GRAVITY)
+    return mjcf(Robot(best_assembly, masses["bodies"], drive_torque(best), best_dimensions.stops_rad), GRAVITY)
 
 
 @pytest.fixture(scope="module")
@@ -165,10 +165,9 @@ def test_the_engine_converges_to_our_motion_at_first_order(model: Any, best_asse
 
 
 def test_a_direct_drive_has_no_pinion(best: Design, best_assembly: Assembly, masses: dict[str, Any]) -> None:
-    bare = {"bodies": {name: body for name, body in masses["bodies"].items() if "pinion" not in name}}
+    bare = {name: body for name, body in masses["bodies"].items() if "pinion" not in name}
     drive = drive_torque(best)
-    text = twin(best_assembly, bare, drive, (-1.0, 1.0), GRAVITY)
-    light = mujoco.MjModel.from_xml_string(text)
+    light = mujoco.MjModel.from_xml_string(mjcf(Robot(best_assembly, bare, drive, (-1.0, 1.0)), GRAVITY))
     assert light.dof_armature[:1] == pytest.approx(drive.reflected_inertia_kg_m2, rel=1e-12)
 
 
@@ -178,9 +177,8 @@ def test_motors_give_what_the_controller_lets_them_and_joints_rub(
     drive = drive_torque(best)
     assert drive.controlled_torque_N_m < drive.peak_torque_N_m
     coulomb, viscous = joint_friction(best)
-    rubs = mujoco.MjModel.from_xml_string(
-        twin(best_assembly, masses, drive, (-1.0, 1.0), (0.0, 0.0, 0.0), (coulomb, viscous))
-    )
+    robot = Robot(best_assembly, masses["bodies"], drive, (-1.0, 1.0), (coulomb, viscous))
+    rubs = mujoco.MjModel.from_xml_string(mjcf(robot, (0.0, 0.0, 0.0)))
     np.testing.assert_array_equal(rubs.actuator_ctrlrange, [[-0.8, 0.8]] * 3)
     shoulders = [rubs.joint(f"shoulder_{i}").dofadr[0] for i in range(3)]
     np.testing.assert_array_equal(rubs.dof_frictionloss[shoulders], [coulomb] * 3)

@@ -132,7 +132,7 @@ def test_cut_joints_meet_at_every_pose(robot: Robot, tree: ET.Element) -> None:
     link = loops[0].find("link1")
     assert link is not None
     there = wrong["rod_0_0"] @ [*numbers(link.get("xyz")), 1.0]
-    assert np.abs(there - wrong["platform"] @ [*robot.wrist(0, 0), 1.0]).max() > 1e-3
+    assert np.abs(there - wrong["platform"] @ [*robot.wrist("rod_0_0"), 1.0]).max() > 1e-3
 
 
 def inertia_of(element: ET.Element, read: Any) -> np.ndarray:
@@ -207,9 +207,8 @@ def test_the_closed_model_stands_at_home(robot: Robot, model: ET.Element) -> Non
         kinds[kind] = kinds.get(kind, 0) + 1
         parent, child = joint.findtext("parent"), joint.findtext("child")
         if kind == "ball":  # at the rod's end, where the platform's wrist is
-            i, j = (int(v) for v in str(joint.get("name")).split("_")[1:])
             there = frames[str(child)] @ [*numbers(joint.findtext("pose"))[:3], 1.0]
-            np.testing.assert_allclose(there, frames[str(parent)] @ [*robot.wrist(i, j), 1.0], atol=1e-12)
+            np.testing.assert_allclose(there, frames[str(parent)] @ [*robot.wrist(str(child)), 1.0], atol=1e-12)
         if kind == "universal":  # the first axis is the arm's cross-bar, the second square to it
             first = frames[str(child)][:3, :3] @ numbers(joint.findtext("axis/xyz"))
             np.testing.assert_allclose(np.abs(first @ frames[str(parent)][:3, 1]), 1.0, atol=1e-12)
