@@ -22,9 +22,21 @@ from delta_cad.export.bom import BomRow
 from delta_cad.export.drawings.items import item_lists
 from delta_cad.export.drawings.layout import ratio
 from delta_cad.export.drawings.sheet_io.lettering import width_of
-from delta_cad.export.drawings.sheet_io.sheet import Arc, Area, Box, Drawing, Item, Point, Stroke, Text, box_of, moved
+from delta_cad.export.drawings.sheet_io.sheet import (
+    Arc,
+    Area,
+    Box,
+    Drawing,
+    Item,
+    Point,
+    Stroke,
+    Text,
+    box_of,
+    moved,
+    scaled,
+)
 from delta_cad.export.drawings.title import TITLE_MM, Titles, framed, inner
-from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, scaled, spread_within
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, spread_within
 from delta_cad.export.drawings.views.projection import Frame, Seen, seen_of
 from delta_cad.export.views.explode import exploded_chain
 from delta_cad.solids.part import Occurrence, location_of

@@ -28,6 +28,7 @@ from delta_cad.export.drawings.sheet_io.sheet import (
     Stroke,
     Text,
     in_a_row,
+    mapped_primitive,
     primitives,
 )
 
@@ -107,14 +108,11 @@ def _set_up(document: Any, sheet: Sheet) -> None:
 
 def _rounded(item: Primitive) -> Primitive:
     """The same to a millionth of a millimetre: what lies below depends on how a solid came here."""
-    if isinstance(item, Text):
-        return replace(item, at=_near(item.at))
+    item = mapped_primitive(item, _near)
     if isinstance(item, Arc):
-        centre, radius = _near(item.centre), round(item.radius, DECIMALS)
-        return replace(
-            item, centre=centre, radius=radius, start=round(item.start, DECIMALS), end=round(item.end, DECIMALS)
-        )
-    return replace(item, points=tuple(_near(point) for point in item.points))
+        radius, start, end = (round(value, DECIMALS) for value in (item.radius, item.start, item.end))
+        return replace(item, radius=radius, start=start, end=end)
+    return item
 
 
 def _near(point: Point) -> Point:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import cos, radians, sin
 
@@ -211,26 +211,37 @@ class Drawing:
     sheets: tuple[Sheet, ...]
 
 
+def mapped(item: Item, at: Callable[[Point], Point], scale: float = 1.0) -> Item:
+    """Gives an item with its points elsewhere and, where it is scaled, other radii; letters keep their height.
+
+    Args:
+        item: The item.
+        at: Where a point comes.
+        scale: Of radii, and of no more.
+    """
+    if isinstance(item, Annotation):
+        measure = item.measure and replace(item.measure, points=tuple(map(at, item.measure.points)))
+        return Annotation(item.name, tuple(mapped_primitive(one, at, scale) for one in item.items), measure)
+    return mapped_primitive(item, at, scale)
+
+
+def mapped_primitive(item: Primitive, at: Callable[[Point], Point], scale: float = 1.0) -> Primitive:
+    """Gives a primitive elsewhere; as `mapped`."""
+    if isinstance(item, Text):
+        return replace(item, at=at(item.at))
+    if isinstance(item, Arc):
+        return replace(item, centre=at(item.centre), radius=item.radius * scale)
+    return replace(item, points=tuple(map(at, item.points)))
+
+
 def moved(item: Item, by: Point) -> Item:
     """Gives an item shifted."""
-    if isinstance(item, Annotation):
-        points = tuple((x + by[0], y + by[1]) for x, y in item.measure.points) if item.measure else ()
-        measure = item.measure and replace(item.measure, points=points)
-        return Annotation(item.name, tuple(_leaf_moved(one, by) for one in item.items), measure)
-    return _leaf_moved(item, by)
+    return mapped(item, lambda point: (point[0] + by[0], point[1] + by[1]))
 
 
-def _leaf_moved(item: Primitive, by: Point) -> Primitive:
-    def shift(point: Point) -> Point:
-        return point[0] + by[0], point[1] + by[1]
-
-    if isinstance(item, Stroke):
-        return Stroke(item.layer, tuple(map(shift, item.points)), item.closed)
-    if isinstance(item, Arc):
-        return Arc(item.layer, shift(item.centre), item.radius, item.start, item.end)
-    if isinstance(item, Area):
-        return Area(item.layer, tuple(map(shift, item.points)))
-    return Text(shift(item.at), item.height, item.text, item.upright, item.told)
+def scaled(item: Item, scale: float) -> Item:
+    """Gives an item at a scale about the origin."""
+    return mapped(item, lambda point: (point[0] * scale, point[1] * scale), scale)
 
 
 def in_a_row(drawing: Drawing) -> Sheet:

@@ -29,6 +29,7 @@ from delta_cad.export.drawings.sheet_io.sheet import (
     Stroke,
     Text,
     lines_of,
+    scaled,
 )
 from delta_cad.export.drawings.views.leader_targets import FAR_MM, LeaderTargets
 from delta_cad.export.drawings.views.leaders import Leader, in_turn, untangled
@@ -44,7 +45,7 @@ from delta_cad.export.drawings.views.lines import (
     set_line,
     triangle,
 )
-from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, scaled, spread, tied
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, spread, tied
 
 CALLOUT_MM = 62.0  # longest line of a callout
 WIDE_MM = 70.0  # of a view from which on callouts of what lies in its left half stand over it

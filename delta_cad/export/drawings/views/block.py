@@ -9,10 +9,10 @@ from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.sheet_io.lettering import width_of
-from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Stroke, Text, box_of
+from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Stroke, Text, box_of, scaled
 from delta_cad.export.drawings.views.annotate import Annotator, Tagged
 from delta_cad.export.drawings.views.choice import View
-from delta_cad.export.drawings.views.marks import arrow, free_text, scaled
+from delta_cad.export.drawings.views.marks import arrow, free_text
 from delta_cad.export.drawings.views.projection import hatched
 
 TITLE_MM = 3.5
