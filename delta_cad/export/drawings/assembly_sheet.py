@@ -53,6 +53,7 @@ MESHED = 0.2, 0.6  # deviation, mm, and angle, rad, of the meshes whose boxes te
 SMALL = ("capstan_cable", "pinion", "wave_spring", "set_screw", "crimp_sleeve", "tension_", "encoder_magnet", "dowel_")
 """Numbers, by their beginnings, of what an overall view leaves out: within others, or thinner than a pen."""
 ALONE, APART_MM = 6, 8.0  # parts on a sheet where they stand by themselves, and from one to the next
+OBLIQUE = Frame.seen_from(np.array([0.80, -0.55, 0.38]), np.array([0.0, 0.0, 1.0]))
 CHAIN = re.compile(r"[A-Za-z_]+_0(_.*)?")
 
 
@@ -132,26 +133,18 @@ def placed_items(assembly: Assembly, rows: Iterable[BomRow]) -> set[int]:
 
 def _views(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[_Shown]:
     overall = [(o, poses[o.name]) for o in assembly.occurrences if not o.part.number.startswith(SMALL)]
-    oblique = _oblique()
     return [
         _Shown("from the front, handle in its middle position", Frame((1, 0, 0), (0, 0, 1)), overall, overall=True),
         _Shown("from above", Frame((1, 0, 0), (0, 1, 0)), overall, overall=True),
-        _Shown("drive of one chain, each part pulled off along its axis", oblique, _drive(assembly, poses)),
-        _Shown("pair of rods of one chain, pulled off its balls", oblique, _rods(assembly, poses)),
+        _Shown("drive of one chain, each part pulled off along its axis", OBLIQUE, _drive(assembly, poses)),
+        _Shown("pair of rods of one chain, pulled off its balls", OBLIQUE, _rods(assembly, poses)),
     ]
-
-
-def _oblique() -> Frame:
-    eye = np.array([0.80, -0.55, 0.38]) / np.linalg.norm([0.80, -0.55, 0.38])
-    right = np.cross((0.0, 0.0, 1.0), eye)
-    right /= np.linalg.norm(right)
-    return Frame(tuple(right.tolist()), tuple(np.cross(eye, right).tolist()))
 
 
 def _alone(assembly: Assembly, numbers: Iterable[str]) -> _Shown:
     """Parts one over the other: what in a machine is hidden by others from every side that is drawn."""
     parts = {one.part.number: one for one in assembly.occurrences}
-    frame, placed, level = _oblique(), [], 0.0
+    frame, placed, level = OBLIQUE, [], 0.0
     for number_ in numbers:
         box = parts[number_].part.solid.BoundingBox()
         middle, half = np.array(box.center.toTuple()), box.DiagonalLength / 2.0

@@ -19,6 +19,7 @@ from delta_cad.export.drawings.part.shape import unit
 from delta_cad.export.drawings.sheet_io.sheet import (
     EDGES,
     Area,
+    Box,
     Drawing,
     Sheet,
     Stroke,
@@ -140,13 +141,7 @@ def extent_faults(part: Part, features: Features) -> Iterable[str]:
 def sheet_faults(sheet: Sheet) -> list[str]:
     """Finds texts that overlap one another or a frame they do not stand in, lie over an edge, or off the sheet."""
     texts = list(sheet.texts)
-    size = "A4" if sheet.width < 300.0 else "A3"
-    low_x, low_y, high_x, high_y = inner(size)
-    faults = []
-    for text in texts:
-        x0, y0, x1, y1 = text.box
-        if not (low_x <= x0 and x1 <= high_x and low_y <= y0 and y1 <= high_y):
-            faults.append(f"{text.text!r} is outside of the frame")
+    faults = [f"{text.text!r} is outside of the frame" for text in texts if not _is_inside(text.box, sheet)]
     faults += [f"{a.text!r} and {b.text!r} overlap" for a, b in _overlapping(texts)]
     frames = sheet.frames
     faults += [
@@ -157,13 +152,17 @@ def sheet_faults(sheet: Sheet) -> list[str]:
     return faults + list(_symbol_faults(sheet, edges)) + list(_leader_faults(sheet, edges))
 
 
+def _is_inside(box: Box, sheet: Sheet) -> bool:
+    low_x, low_y, high_x, high_y = inner("A4" if sheet.width < 300.0 else "A3")
+    return low_x <= box[0] and box[2] <= high_x and low_y <= box[1] and box[3] <= high_y
+
+
 def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
     """Finds symbols that overlap one another or a text that is not theirs, lie over an edge, or off the sheet."""
     symbols, texts = list(sheet.symbols), list(sheet.texts)
-    low_x, low_y, high_x, high_y = inner("A4" if sheet.width < 300.0 else "A3")
     for k, symbol in enumerate(symbols):
         box, own = symbol.box, {id(item) for item in symbol.items}
-        if not (low_x <= box[0] and box[2] <= high_x and low_y <= box[1] and box[3] <= high_y):
+        if not _is_inside(box, sheet):
             yield f"symbol {symbol.name} is outside of the frame"
         if crosses(box, edges):
             yield f"symbol {symbol.name} lies over an edge"

@@ -58,6 +58,11 @@ class Face:
         values = self.corners @ along
         return float(values.min()), float(values.max())
 
+    def off_axis(self, points: np.ndarray) -> float:
+        """Gives how far the farthest of (n, 3) points is off its axis, mm."""
+        apart = points - self.point
+        return float(np.linalg.norm(apart - np.outer(apart @ self.axis, self.axis), axis=1).max())
+
 
 def is_along(a: np.ndarray, b: np.ndarray) -> bool:
     """Decides whether two unit vectors are parallel, either way."""
@@ -121,38 +126,27 @@ def _read(face: Any, corners: np.ndarray) -> Face:
     from OCP.TopAbs import TopAbs_REVERSED
 
     surface = BRepAdaptor_Surface(face.wrapped)
-    kind, is_reversed = surface.GetType(), face.wrapped.Orientation() == TopAbs_REVERSED
     turn = float(surface.LastUParameter() - surface.FirstUParameter())
     box, area, centre = _box(face), float(face.Area()), np.array(face.Center().toTuple())
-
-    def made(name: str, point: Any, axis: Any, radius: float, direct: bool, half_angle: float = 0.0) -> Face:
-        hollow = direct == is_reversed
-        return Face(name, _array(point), _array(axis), radius, hollow, turn, half_angle, area, centre, box, corners)
-
-    if kind == GeomAbs_Plane:
-        shape = surface.Plane()
-        one = made("plane", shape.Location(), shape.Axis().Direction(), 0.0, shape.Position().Direct())
-        one.axis = -one.axis if one.hollow else one.axis
-        return one
-    if kind == GeomAbs_Cylinder:
-        shape = surface.Cylinder()
-        where = shape.Axis().Location(), shape.Axis().Direction()
-        return made("cylinder", *where, float(shape.Radius()), shape.Position().Direct())
-    if kind == GeomAbs_Cone:
-        shape = surface.Cone()
-        where = shape.Axis().Location(), shape.Axis().Direction()
-        angle = float(shape.SemiAngle())
-        return made("cone", *where, float(shape.RefRadius()), shape.Position().Direct(), angle)
-    if kind == GeomAbs_Sphere:
-        shape = surface.Sphere()
-        where = shape.Location(), shape.Position().Direction()
-        return made("sphere", *where, float(shape.Radius()), shape.Position().Direct())
-    if kind == GeomAbs_Torus:
-        shape = surface.Torus()
-        where = shape.Axis().Location(), shape.Axis().Direction()
-        return made("torus", *where, float(shape.MinorRadius()), shape.Position().Direct())
-    middle = box.mean(axis=0)
-    return Face("other", middle, np.array([0.0, 0.0, 1.0]), 0.0, False, turn, 0.0, area, centre, box, corners)
+    kinds = {  # what the kernel calls it, and its radius
+        GeomAbs_Plane: ("Plane", ""),
+        GeomAbs_Cylinder: ("Cylinder", "Radius"),
+        GeomAbs_Cone: ("Cone", "RefRadius"),
+        GeomAbs_Sphere: ("Sphere", "Radius"),
+        GeomAbs_Torus: ("Torus", "MinorRadius"),
+    }
+    if surface.GetType() not in kinds:
+        return Face("other", box.mean(axis=0), np.eye(3)[2], 0.0, False, turn, 0.0, area, centre, box, corners)
+    name, measure = kinds[surface.GetType()]
+    shape = getattr(surface, name)()
+    place = shape.Position()  # of planes and balls, too, which have no axis of their own
+    point, axis = _array(shape.Location()), _array(place.Direction())
+    hollow = place.Direct() == (face.wrapped.Orientation() == TopAbs_REVERSED)
+    if name == "Plane" and hollow:
+        axis = -axis
+    radius = float(getattr(shape, measure)()) if measure else 0.0
+    half_angle = float(shape.SemiAngle()) if name == "Cone" else 0.0
+    return Face(name.lower(), point, axis, radius, hollow, turn, half_angle, area, centre, box, corners)
 
 
 def _array(triple: Any) -> np.ndarray:

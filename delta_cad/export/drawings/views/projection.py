@@ -43,6 +43,19 @@ class Frame:
         """(3,) towards the viewer."""
         return np.cross(self.right, self.up)
 
+    @classmethod
+    def of(cls, right: np.ndarray, up: np.ndarray) -> Frame:
+        """Gives the view of two unit vectors (3,)."""
+        return cls(*(tuple((vector + 0.0).tolist()) for vector in (right, up)))
+
+    @classmethod
+    def seen_from(cls, eye: np.ndarray, up: np.ndarray) -> Frame:
+        """Gives the view from a direction (3,) in which another points upwards."""
+        eye = eye / np.linalg.norm(eye)
+        right = np.cross(up, eye)
+        right /= np.linalg.norm(right)
+        return cls.of(right, np.cross(eye, right))
+
     def __call__(self, point: Any) -> Point:
         """Gives where a (3,) point is seen, mm."""
         u, v = self.axes @ np.asarray(point, dtype=float)
