@@ -302,7 +302,7 @@ def build(
         mesh_files.written(writer)
         if narrator is not None:
             progress("manual")
-            manual.written(narrator)
+            mesh_files.written(narrator)
         beside(folder.path, outcome)
         if report:
             progress("report.html")

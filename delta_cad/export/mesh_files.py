@@ -63,7 +63,7 @@ def results(order: tuple[Assembly, Meshes, Path, Stage | None, Moves]) -> Iterat
 
 
 def written(writer: Beside) -> None:
-    """Waits for the files of a process that was started from this module and given its order.
+    """Waits for the pictures of another process that was given its order, and all else that it writes.
 
     Raises:
         MeshError: A mesh cannot be written.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import product
 
 import numpy as np
@@ -35,15 +35,8 @@ class Lengths:
     @classmethod
     def of(cls, design: Design) -> Lengths:
         """Gives those of a design."""
-        m, cube = design.mechanism, design.cube
-        return cls(
-            m.base_radius_mm,
-            m.platform_radius_mm,
-            m.upper_arm_length_mm,
-            m.forearm_length_mm,
-            cube.bottom_height_mm,
-            cube.half_side_mm,
-        )
+        stated = {**vars(design.mechanism), **vars(design.cube)}
+        return cls(**{field.name: stated[field.name] for field in fields(cls)})
 
     @property
     def geometry(self) -> DeltaGeometry:

@@ -11,12 +11,10 @@ from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.common.beside import Beside, BesideError
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.sheet_io.lettering import face_rules
-from delta_cad.export.views.scene import PictureError
 from delta_cad.report.manual.pictures import SIZE, Colour, Studio
 from delta_cad.report.manual.steps import Chapter, chapters, scenes
 
@@ -47,19 +45,6 @@ def results(order: Order) -> Iterator[Path]:
         Its file.
     """
     yield write_manual(*order)
-
-
-def written(writer: Beside) -> None:
-    """Waits for the manual of a process that was started from this module and given its order.
-
-    Raises:
-        PictureError: There is no OpenGL, or the other process ended early.
-        OSError: It could not write it.
-    """
-    try:
-        writer.take()
-    except BesideError as error:
-        raise PictureError(str(error)) from error
 
 
 def write_manual(d: Dimensions, assembly: Assembly, meshes: Meshes, masses: Mapping[str, Any], folder: Path) -> Path:
