@@ -25,7 +25,7 @@ from delta_cad.export.drawings.write import write_drawings
 from delta_cad.export.mass_properties import mass_report
 from tests.committed import ROOT, Built
 from tests.delta_cad.export.drawings.reading import dxf_texts, svg_texts
-from tests.delta_cad.export.shop.told import differences, of_step
+from tests.delta_cad.export.shop.test_counts import differences
 
 
 @pytest.fixture(scope="module")
@@ -58,12 +58,6 @@ def test_holes_are_told_as_the_list_of_holes_has_them(built: Built, folder: Path
             thread = re.match(r"M[\d.]+", row["callout"])
             expected[thread[0] if thread else f"Ø{float(row['diameter_mm']):g}"] += 1
         assert {key: counted[key] for key in expected} == dict(expected), number
-
-
-def test_each_part_s_step_file_states_as_many_tolerances_as_its_drawing(built: Built) -> None:
-    assert differences(built.folder) == {}
-    told = sum((of_step(path) for path in (built.folder / "parts").glob("*.step")), Counter())
-    assert min(told[one] for one in ("H7", "h6", "M3", "position", "perpendicularity", "coaxiality", "datum A")) > 0
 
 
 @pytest.mark.parametrize("number", ["base_plate", "motor_cheek", "encoder_cheek"])
