@@ -52,9 +52,6 @@ def canonical(data: bytes) -> tuple[bytes, str]:
     first, each is written after all that it refers to. Sets are put in the order of their new numbers, and occurrences
     are counted from 1.
 
-    Args:
-        data: The file.
-
     Returns:
         data: The file, header as it is, one entity a line.
         fingerprint: 64 hexadecimal digits, those of the file given and of the file written.
@@ -176,12 +173,7 @@ def _entities(data: bytes) -> dict[int, _Entity]:
 
 
 def _hashes(entities: dict[int, _Entity], own: dict[int, bytes] | None = None) -> dict[int, bytes]:
-    """Hash of every entity, after those that it refers to; what is on or above a cycle is refined at the end.
-
-    Args:
-        entities: By number.
-        own: What is known of each beside its text; None for nothing.
-    """
+    """Hash of every entity, after those that it refers to; what is on or above a cycle is refined at the end."""
     users: dict[int, list[int]] = defaultdict(list)
     missing = {number: len(entity.references) for number, entity in entities.items()}
     for number, entity in entities.items():

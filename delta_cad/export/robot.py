@@ -165,7 +165,7 @@ class Robot:
             if one.link == link and one.part.make
         ]
 
-    def remark(self) -> ET.Element:
+    def remark(self) -> Any:
         """A comment of what URDF and SDF have no place for."""
         return ET.Comment(
             f" home: platform at {_text(self.home_mm * M_PER_MM)} m, shoulder angles {_text(self.home_angles)} rad; "

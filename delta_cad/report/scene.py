@@ -14,13 +14,7 @@ DIGITS = 5  # of what is only looked at
 
 
 def mechanism(placement: LinkPlacement, force_N: float, handle: Handle) -> dict[str, Any]:
-    """Gathers what `assets/kinematics.js` takes, as JSON types: all doubles, so that its frames are the placement's.
-
-    Args:
-        placement: Of the links.
-        force_N: The force whose torque is shown.
-        handle: What moves and rubs.
-    """
+    """Gathers what `assets/kinematics.js` takes, as JSON types: all doubles, so that its frames are the placement's."""
     g = placement.geometry
     inertia, friction, rubs = handle.inertia, handle.friction, None
     if friction is not None:

@@ -90,14 +90,7 @@ class _Shown:
 def assembly_drawing(
     assembly: Assembly, rows: Sequence[BomRow], titles: Titles, progress: Callable[[str], None] = lambda _: None
 ) -> Drawing:
-    """Draws the assembly.
-
-    Args:
-        assembly: The machine.
-        rows: Its bill of materials.
-        titles: What the title blocks say.
-        progress: Told which view is being drawn.
-    """
+    """Draws the assembly."""
     poses = assembly.poses(assembly.home_mm)
     views = _views(assembly, poses)
     for view in views:

@@ -43,11 +43,6 @@ NUMBER = re.compile(r"^-?\d+(\.\d+)?")
 def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str]:
     """Lists what is wrong with a part's drawing.
 
-    Args:
-        drawing: Its sheets.
-        part: The part.
-        features: What has to be told of it.
-
     Returns:
         One line a fault, naming sheet or key; none: the drawing is sound.
     """

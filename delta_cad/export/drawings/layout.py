@@ -47,14 +47,7 @@ def laid_out(
     titles: Titles,
     notes: Sequence[tuple[str, str]],
 ) -> list[Sheet]:
-    """Lays a part's drawing out.
-
-    Args:
-        views: Its views, drawn; the first is the main one.
-        features: What has to be told.
-        controlled: What is held closer.
-        titles: What the title block says.
-        notes: Key and text of each note.
+    """Lays a part's drawing out: its views, the main one first, and notes, of each the key that it states and its text.
 
     Returns:
         One sheet, or more where tables and turned views need one of their own.

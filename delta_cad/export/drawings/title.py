@@ -54,14 +54,7 @@ def title_box(size: str) -> Box:
 
 
 def framed(size: str, scale: str, page: str, titles: Titles) -> Sheet:
-    """Makes an empty sheet with frame and title block.
-
-    Args:
-        size: "A4" or "A3".
-        scale: Such as "2:1".
-        page: Such as "1 / 2".
-        titles: What the block says.
-    """
+    """Makes an empty sheet, "A4" or "A3", with frame and title block; scale such as "2:1", page such as "1 / 2"."""
     width, height = SHEETS[size]
     box = inner(size)
     sheet = Sheet(width, height, [_rectangle("frame", box)])

@@ -68,9 +68,6 @@ class Drawn:
 def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iterator[Drawn]:
     """Writes the drawings of a machine's parts into a folder, for `Beside`.
 
-    Args:
-        order: The machine's dimensions, the machine, its mass report, and the folder of the build.
-
     Yields:
         What came of them.
     """
@@ -164,11 +161,6 @@ def _drawn(drawing: Drawing, faults: list[str]) -> Drawn:
 
 def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing, Features]:
     """Draws one part.
-
-    Args:
-        part: The part.
-        held: What of it is held closer than the general tolerance.
-        titles: What its title block says.
 
     Returns:
         The drawing, and what it had to tell.

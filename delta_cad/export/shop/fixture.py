@@ -92,10 +92,6 @@ def _held(part: Part, s: Seats) -> Controlled:
 def write_fixture(d: Dimensions, folder: Path) -> Drawn:
     """Writes a machine's fixture: STEP file and drawing of each part, and `poses.csv` to be filled in.
 
-    Args:
-        d: The machine's dimensions.
-        folder: An existing folder.
-
     Returns:
         What came of the drawings.
 

@@ -73,14 +73,7 @@ def toleranced(part: Part) -> list[Bore]:
 
 
 def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part, held: Controlled) -> None:
-    """Adds dimensions, datums and tolerances of a part to a document, before it is transferred.
-
-    Args:
-        document: Of the part.
-        label: The part's.
-        part: With its solid as it was added.
-        held: What of it is held closer than the general tolerance.
-    """
+    """Adds dimensions, datums and tolerances of a part to a document, before it is transferred."""
     writer = _Writer(document, label)
     for bore in toleranced(part):
         faces = faces_of(part.solid, bore)

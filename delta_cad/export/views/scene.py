@@ -229,11 +229,6 @@ def aim(renderer: Any, target: np.ndarray, towards: np.ndarray, up: np.ndarray, 
 def photograph(window: Any, layers: Sequence[Any], path: Path) -> None:
     """Renders a scene into a PNG file, averaged down to the finished picture.
 
-    Args:
-        window: Off-screen window.
-        layers: Renderers of scene and annotations.
-        path: File to write.
-
     Raises:
         OSError: It cannot be written.
     """

@@ -170,7 +170,7 @@ class Sheet:
         """Draws what was collected; returns the overlay."""
         for shapes in (self._segments, self._arrows):
             if shapes:
-                self.overlay.AddActor(flat_shapes(self.solid(np.array(shapes)), INK))
+                self.overlay.AddActor(flat_shapes(list(self.solid(np.array(shapes))), INK))
         return self.overlay
 
 

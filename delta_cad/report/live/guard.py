@@ -106,12 +106,7 @@ DECODER = msgspec.msgpack.Decoder(Camera | Drag | DragStart | DragEnd | Change)
 
 
 class Refusals:
-    """Counts what is refused, and says so: the first of a kind at once, then a line each `EVERY_S` at most.
-
-    Args:
-        say: Takes a line.
-        now: The clock, s.
-    """
+    """Counts what is refused, and says so: the first of a kind at once, then a line each `EVERY_S`; `now` is in s."""
 
     def __init__(self, say: Callable[[str], object], now: Callable[[], float] = monotonic) -> None:
         self._say, self._now, self._lock = say, now, Lock()
@@ -180,12 +175,7 @@ class Guard:
         self._handle = None
 
     def fault(self, request: Request, clients: int) -> str:
-        """Says why a request is not accepted, without a word of its own; "" where it is.
-
-        Args:
-            request: The request.
-            clients: How many viewers are connected.
-        """
+        """Says why a request is not accepted, without a word of its own; "" where it is."""
         headers = request.headers
         if [host.lower() for host in headers.get_all("Host")] != [self._authority]:
             return "a request to another host than the printed address"
@@ -263,7 +253,8 @@ class Guard:
 
         def guarded(*arguments: Any, process_request: Any, **options: Any) -> Any:
             def answer(connection: ServerConnection, request: Request) -> Response | None:
-                others = sorted(connection.server.connections, key=lambda one: getattr(one, "heard", 0.0))
+                others = [one for one in connection.server.connections if isinstance(one, Guarded)]
+                others.sort(key=lambda one: one.heard)
                 idle = others[:1] if len(others) >= MOST_CLIENTS and monotonic() - others[0].heard > SILENT_S else []
                 if fault := guard.fault(request, len(others) - len(idle)):
                     guard.refusals.add(fault)
@@ -292,12 +283,7 @@ class Guard:
 
 
 def guarded_server(guard: Guard, label: str) -> viser.ViserServer:
-    """Starts a viser server behind a guard; it says nothing, and cannot be asked to share itself by another's server.
-
-    Args:
-        guard: The guard; its port is free.
-        label: Title of the page.
-    """
+    """Starts a viser server behind a guard: it says nothing, and nobody can ask it to be shared by another's server."""
     with redirect_stdout(io.StringIO()), guard.in_front():  # which would print the address in a frame
         server = viser.ViserServer(host=guard.host, port=guard.port, label=label, verbose=False)
     for share in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):

@@ -38,9 +38,6 @@ Order = tuple[Dimensions, Assembly, Meshes, Mapping[str, Any], Path]
 def results(order: Order) -> Iterator[Path]:
     """Writes the manual of a machine, for `Beside`.
 
-    Args:
-        order: As `write_manual` takes them.
-
     Yields:
         Its file.
     """
@@ -48,14 +45,7 @@ def results(order: Order) -> Iterator[Path]:
 
 
 def write_manual(d: Dimensions, assembly: Assembly, meshes: Meshes, masses: Mapping[str, Any], folder: Path) -> Path:
-    """Draws all steps and writes the page.
-
-    Args:
-        d: The machine's dimensions.
-        assembly: The machine, its solids not needed.
-        meshes: Part number -> mesh, mm.
-        masses: Its mass report.
-        folder: The build's folder.
+    """Draws all steps and writes the page below a build's folder; the machine's solids are not needed.
 
     Returns:
         The file.
@@ -92,14 +82,7 @@ def _embedded(path: Path) -> str:
 
 
 def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mapping[str, str]) -> str:
-    """Gives the page's text.
-
-    Args:
-        d: The machine's dimensions.
-        assembly: The machine.
-        told: Its chapters.
-        pictures: Name of a picture -> where it is, as a URL.
-    """
+    """Gives the page's text; `pictures` are URLs by name."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 

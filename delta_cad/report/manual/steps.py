@@ -89,9 +89,6 @@ class Scene:
 def scenes(order: Sequence[Unit]) -> Iterator[tuple[Unit, list[Scene]]]:
     """Goes through the first unit of each kind, step by step.
 
-    Args:
-        order: Of the machine, which its checks hold.
-
     Yields:
         The unit and its steps, each with what is there before it.
     """

@@ -57,12 +57,7 @@ class Size:
 
 @dataclass(frozen=True, eq=False)
 class Datum:
-    """What tolerances count from: a plane, or the axis of what is round.
-
-    Attributes:
-        letter: Its name.
-        faces: Its faces.
-    """
+    """What tolerances count from: a plane, or the axis of what is round."""
 
     letter: str
     faces: tuple[Face, ...]

@@ -51,11 +51,7 @@ FACE_FILE = "DejaVuSans.ttf"
 
 
 def r2010_text(draw: Callable[[Any], None]) -> str:
-    """Gives the text of a DXF R2010 in millimetres, the same each time.
-
-    Args:
-        draw: Fills the document.
-    """
+    """Gives the text of a DXF R2010 in millimetres, the same each time."""
     import ezdxf
     from ezdxf.filemanagement import new
 

@@ -22,15 +22,7 @@ CUT_MM = 6.0  # by which the line of a cut goes beyond the view
 
 @dataclass
 class Block:
-    """A view as it comes on a sheet, around the point (0, 0) of its frame.
-
-    Attributes:
-        view: The view.
-        items: All that is drawn.
-        drawn: Box of the part in it.
-        tables: Rows of tagged holes, with their callouts, in order.
-        frames: Boxes of tags.
-    """
+    """A view as it comes on a sheet, around the point (0, 0) of its frame; `drawn` is the part's box in it."""
 
     view: View
     items: list[Item]
@@ -68,13 +60,6 @@ def cuts_in(view: View, others: Sequence[View]) -> list[Cut]:
 
 def block_of(view: View, scale: float, features: Features, controlled: Controlled, cuts: Sequence[Cut] = ()) -> Block:
     """Sets out a view at a scale.
-
-    Args:
-        view: The view, drawn.
-        scale: Of the sheet to the part.
-        features: What has to be told of the part.
-        controlled: What of it is held closer.
-        cuts: Where others cut it open.
 
     Raises:
         RoomError: A tag has no place.

@@ -76,13 +76,7 @@ def asked_of(faces: Sequence[Face], features: Features) -> list[Line]:
 
 
 def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
-    """Sets a line.
-
-    Args:
-        line: The line.
-        at: Left end of its base line, mm.
-        told: Keys of what a text tells.
-    """
+    """Sets a line, from the left end of its base line, mm; `told` are the keys of what its text states."""
     if isinstance(line, Zone):
         return [_frame(line, (at[0], at[1] - BASE_MM))]
     if isinstance(line, Flag):
@@ -99,14 +93,7 @@ def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
 
 
 def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> Annotation:
-    """Draws the symbol of a surface that is cut, a text under its line.
-
-    Args:
-        text: Such as "Ra 1.6".
-        at: Left end of the base line of both.
-        height: Of the text.
-        told: Keys of what the text tells.
-    """
+    """Draws the symbol of a surface that is cut, a text such as "Ra 1.6" under its line; arguments as of a `Text`."""
     x, y, h = *at, height
     foot, low, high = (x + 0.67 * h / STEEP, y - 0.05 * h), y + 0.62 * h, y + 1.28 * h
     top = foot[0] + 1.33 * h / STEEP

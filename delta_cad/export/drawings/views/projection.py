@@ -78,11 +78,6 @@ class Seen:
 def projected(shapes: Sequence[Any], frame: Frame, hidden: bool = True) -> list[Item]:
     """Projects the kernel's shapes, `TopoDS_Shape`, all edges sharp or outlines.
 
-    Args:
-        shapes: What hides one another.
-        frame: The view.
-        hidden: Whether edges behind something are wanted, too.
-
     Returns:
         Items of the layers "visible" and "hidden", mm.
     """
@@ -253,10 +248,6 @@ def _sampled(curve: Any, straight: bool = False) -> list[np.ndarray]:
 
 def merged(seen: Iterable[Item], behind: Iterable[Item]) -> list[Item]:
     """Joins lines and arcs that lie on one another, and takes from what is behind what is seen.
-
-    Args:
-        seen: Visible lines, arcs, polylines.
-        behind: Hidden ones.
 
     Returns:
         The same, layers "visible" and "hidden".

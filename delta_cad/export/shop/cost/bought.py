@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache
 from math import ceil
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from delta_cad.catalogue import CatalogueRow, Motor
 from delta_cad.common.units import MM_PER_M
@@ -39,12 +40,7 @@ class Price:
     length_mm: float = 0.0
 
     def of_one(self, quantity: int, machines: int) -> float:
-        """Computes what one of a quantity in each machine costs when several machines are made, EUR.
-
-        Args:
-            quantity: In each machine.
-            machines: Made at once.
-        """
+        """Computes what one of a quantity in each machine costs when several machines are made, EUR."""
         share = share_at(machines)
         if self.per == "pack":
             packs = ceil(machines / PACK_MACHINES)
@@ -56,13 +52,7 @@ class Price:
 
 
 def row_price(kind: str, row: CatalogueRow, length_mm: float = 0.0) -> Price:
-    """Gives the price of a row of the catalogue: its own, else that of our list.
-
-    Args:
-        kind: Family.
-        row: The row.
-        length_mm: Of a piece of what is sold by the metre.
-    """
+    """Gives the price of a row of a family, of a piece so long where it is cut to length: its own, else our list's."""
     per = "metre" if kind in ("cable", "tube") else "piece"
     if row.price_EUR is not None:
         return Price(row.price_EUR, per, row.price_source, length_mm)
@@ -113,4 +103,5 @@ class _Listed(NamedTuple):
 @cache
 def _list() -> tuple[_Listed, ...]:
     with FILE.open(encoding="utf-8", newline="") as file:
-        return tuple(_Listed(**row | {"price_EUR": float(row["price_EUR"])}) for row in csv.DictReader(file))
+        rows: Iterable[dict[str, Any]] = csv.DictReader(file)
+        return tuple(_Listed(r["kind"], r["id"], float(r["price_EUR"]), r["per"], r["source"]) for r in rows)

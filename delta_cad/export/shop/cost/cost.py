@@ -77,14 +77,7 @@ class Cost:
 
 
 def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int], rates: Rates | None = None) -> Cost:
-    """Computes what a machine costs.
-
-    Args:
-        d: Its dimensions.
-        assembly: The machine, with its solids.
-        clampings: Of each made part, by its number.
-        rates: The shop; None: the usual.
-    """
+    """Computes what a machine with its solids costs; clampings by part number, the usual rates where none are given."""
     shop, known = rates or Rates(), prices(d)
     quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
     lines = []
