@@ -293,7 +293,7 @@ def balloons(points: Mapping[int, Point], drawn: Box) -> list[Item]:
             text = str(item)
             items += [
                 Arc("dimension", (x, y), BALLOON_MM),
-                Text((x - width_of(text, LETTER_MM) / 2, y - LETTER_MM / 2), LETTER_MM, text, told=(f"item {item}",)),
+                Text((x - width_of(text, LETTER_MM) / 2, y - LETTER_MM / 2), LETTER_MM, text, states=(f"item {item}",)),
                 Stroke("dimension", (edge, point)),
                 _dot(point),
             ]
@@ -307,6 +307,6 @@ def _dot(at: Point) -> Area:
 
 def balloon_faults(drawing: Drawing, items: set[int], rows: Sequence[BomRow]) -> list[str]:
     """Finds items without a balloon, or with more than one, and rows that are not in the list once."""
-    told = [key for sheet in drawing.sheets for text in sheet.texts for key in text.told]
+    told = [key for sheet in drawing.sheets for text in sheet.texts for key in text.states]
     counts = [(f"item {n}", "balloons") for n in sorted(items)] + [(f"row {row.item}", "rows") for row in rows]
     return [f"{key} has {told.count(key)} {what}" for key, what in counts if told.count(key) != 1]

@@ -47,7 +47,7 @@ def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str
         One line a fault, naming sheet or key; none: the drawing is sound.
     """
     faults = [
-        *told_faults(drawing, features),
+        *completeness_faults(drawing, features),
         *hole_faults(drawing, part),
         *value_faults(drawing, features),
         *extent_faults(part, features),
@@ -57,17 +57,17 @@ def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str
     return faults
 
 
-def told_faults(drawing: Drawing, features: Features) -> Iterable[str]:
-    """Finds coordinates, sizes, bores and notes that are told not at all, or more than once."""
+def completeness_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+    """Finds coordinates, sizes, bores and notes that are stated not at all, or more than once."""
     wanted = {place.key for place in features.places} | {size.key for size in features.sizes} | set(features.notes)
     wanted |= {f"bore {g}.{b}" for g, group in enumerate(features.groups) for b in range(len(group.bores))}
     wanted |= {one.key for one in (*features.datums, *features.zones)}
     wanted |= {f"slot {n}" for n in range(len(features.slots))}
-    told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.told)
+    told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.states)
     for key in sorted(wanted):
         if told[key] != 1:
-            yield f"{key} is told {told[key]} times"
-    yield from (f"{key} is told and is nothing of the part" for key in sorted(told.keys() - wanted))
+            yield f"{key} is stated {told[key]} times"
+    yield from (f"{key} is stated and is nothing of the part" for key in sorted(told.keys() - wanted))
 
 
 def hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
@@ -85,7 +85,7 @@ def hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
         same = [h for h in part.holes if not h.is_slot and _named(h.callout, h.diameter_mm) == name]
         count = sum(number for text, number in printed.items() if _begins(text, name))
         if count != sum(h.count for h in same):
-            yield f"holes {name} are told {count} times, {sum(h.count for h in same)} are declared"
+            yield f"holes {name} are stated {count} times, {sum(h.count for h in same)} are declared"
 
 
 def _named(callout: str, diameter: float) -> str:
@@ -109,7 +109,7 @@ def value_faults(drawing: Drawing, features: Features) -> Iterable[str]:
     for sheet in drawing.sheets:
         for text in sheet.texts:
             if number := NUMBER.match(text.text):
-                for key in text.told:
+                for key in text.states:
                     shown.setdefault(key, []).append(abs(float(number[0])))
     for place in features.places:
         off = abs(place.value - float(features.datum @ place.along))

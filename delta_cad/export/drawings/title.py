@@ -142,7 +142,7 @@ def notes_items(notes: Sequence[tuple[str, str]], width: float) -> list[Item]:
             y -= SMALL_MM * LINE
             if k == 0:
                 items.append(Text((0.0, y), SMALL_MM, f"{n}"))
-            items.append(Text((5.0, y), SMALL_MM, line, told=(key,) if k == 0 and key else ()))
+            items.append(Text((5.0, y), SMALL_MM, line, states=(key,) if k == 0 and key else ()))
     return items
 
 
@@ -158,7 +158,7 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
 
     def row(texts: Sequence[tuple[float, str, tuple[str, ...]]]) -> None:
         for x, text, told in texts:
-            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, told=told))
+            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, states=told))
 
     row([(edges[k] + 1.0, name, ()) for k, name in enumerate(("Hole", "X right", "Y up", "Each"))])
     y -= pitch
@@ -169,8 +169,8 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
             for n in range(max(len(said), len(tagged))):
                 if n < len(tagged):
                     one = tagged[n]
-                    row([(edges[0] + 1.0, one.tag, one.told)])
-                    row([(edges[1] + 1.0, number(one.x), one.told_x), (edges[2] + 1.0, number(one.y), one.told_y)])
+                    row([(edges[0] + 1.0, one.tag, one.states)])
+                    row([(edges[1] + 1.0, number(one.x), one.states_x), (edges[2] + 1.0, number(one.y), one.states_y)])
                 if n < len(said):
                     items += set_line(said[n], (edges[3] + 1.0, y - pitch + 1.1))
                 y -= pitch

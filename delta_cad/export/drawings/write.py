@@ -188,7 +188,7 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
         ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
         ("", _finish(part)),
     ]
-    outside = any(size.asked is not None and size.asked.thread for size in features.sizes)
+    outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
     if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
         notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
     if outside:  # no die cuts to a shoulder, on which this part stands

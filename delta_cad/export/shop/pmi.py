@@ -90,9 +90,9 @@ def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part, hel
         return [known[id(face)] for face in faces]
 
     for size in found.sizes:
-        if size.asked is not None:
+        if size.tolerance is not None:
             for faces in size.pieces or [size.faces]:
-                writer.round(size.asked, size.kind, not size.text.split("x ")[-1].startswith("R"), shapes(faces))
+                writer.round(size.tolerance, size.kind, not size.text.split("x ")[-1].startswith("R"), shapes(faces))
     for length in (*held.lengths, *held.depths):
         ends = [shapes(_planes(read, length.axis, at)) for at in (length.start_mm, length.end_mm)]
         if all(ends):

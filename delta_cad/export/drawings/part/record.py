@@ -43,7 +43,7 @@ class Size:
         text: What is told.
         faces: The faces that have it; [0] is shown.
         kind: "round", "ball", "ring" or "flat".
-        asked: What is asked of it; None: no more than of any.
+        tolerance: What is required of it; None: the general tolerance.
         pieces: Its faces, those that meet in one, where the text counts them; else none.
     """
 
@@ -51,7 +51,7 @@ class Size:
     text: str
     faces: list[Face]
     kind: str
-    asked: Round | None = None
+    tolerance: Round | None = None
     pieces: list[list[Face]] = field(default_factory=list)
 
 

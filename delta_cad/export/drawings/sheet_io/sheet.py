@@ -89,14 +89,14 @@ class Text:
         height: Height of its capitals, mm.
         text: What it says.
         upright: Whether it reads upwards, from the right.
-        told: Keys of what it tells: bores, dimensions; see `checker`.
+        states: Keys of what it states: bores, dimensions; see `checker`.
     """
 
     at: Point
     height: float
     text: str
     upright: bool = False
-    told: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
 
     @property
     def length(self) -> float:

@@ -51,7 +51,7 @@ def lines_of_group(group: HoleGroup, features: Features, most_mm: float) -> list
     for diameter, callout in zip(sorted(group.diameters), group.callout, strict=True):
         found += _broken(callout, most_mm)
         walls = [f for bore in group.bores for f in bore.faces if abs(2 * f.radius - diameter) < 0.01]
-        found += asked_of(walls, features)
+        found += tolerances_of(walls, features)
     return found
 
 
@@ -65,7 +65,7 @@ def _broken(callout: str, most_mm: float) -> list[str]:
     return [*lines[:-1], longer] if width_of(longer, LETTER_MM) <= most_mm else [*lines, sign + after]
 
 
-def asked_of(faces: Sequence[Face], features: Features) -> list[Line]:
+def tolerances_of(faces: Sequence[Face], features: Features) -> list[Line]:
     """Gives frames and letters that belong to some faces."""
     known = {id(face) for face in faces}
     frames = [zone for zone in features.zones if id(zone.faces[0]) in known]
@@ -86,8 +86,8 @@ def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
         return [_frame(line.beside, corner), _flag(line, (corner[0] + length_of(line.beside), corner[1]))]
     before, sign, after = line.partition(SURFACE)
     if not sign:
-        return [Text(at, LETTER_MM, line, told=tuple(told))]
-    found: list[Item] = [Text(at, LETTER_MM, before.rstrip(), told=tuple(told))] if before.strip() else []
+        return [Text(at, LETTER_MM, line, states=tuple(told))]
+    found: list[Item] = [Text(at, LETTER_MM, before.rstrip(), states=tuple(told))] if before.strip() else []
     x = at[0] + width_of(before, LETTER_MM)
     return [*found, surface(after.strip(), (x, at[1]), LETTER_MM, () if found else tuple(told))]
 
@@ -97,7 +97,7 @@ def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> 
     x, y, h = *at, height
     foot, low, high = (x + 0.67 * h / STEEP, y - 0.05 * h), y + 0.62 * h, y + 1.28 * h
     top = foot[0] + 1.33 * h / STEEP
-    letters = Text((x + SURFACE_WIDE * h, y), h, text, told=told)
+    letters = Text((x + SURFACE_WIDE * h, y), h, text, states=told)
     legs = Stroke("dimension", ((x, low), foot, (top, high), (letters.end[0], high)))
     bar = Stroke("dimension", ((x, low), (foot[0] + 0.67 * h / STEEP, low)))
     return Annotation(f"surface {text}", (legs, bar, letters))
@@ -119,7 +119,7 @@ def _frame(zone: Zone, corner: Point) -> Annotation:
     for n, text in enumerate(_said(zone)):
         wide = _cell(text)
         base = x + (wide - width_of(text, SMALL_MM)) / 2, y + (high - SMALL_MM) / 2
-        items += [_box(x, y, x + wide, y + high), Text(base, SMALL_MM, text, told=(zone.key,) if n == 0 else ())]
+        items += [_box(x, y, x + wide, y + high), Text(base, SMALL_MM, text, states=(zone.key,) if n == 0 else ())]
         x += wide
     return Annotation(" ".join((zone.kind, *_said(zone))), tuple(items))
 
@@ -146,7 +146,7 @@ def _flag(flag: Flag, corner: Point) -> Annotation:
     side, letter = BOX_MM[1] - BOX_MM[0], flag.datum.letter
     base = left + (side - width_of(letter, SMALL_MM)) / 2, y + 0.15 + (side - SMALL_MM) / 2
     items: list[Primitive] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
-    items.append(Text(base, SMALL_MM, letter, told=(flag.datum.key,)))
+    items.append(Text(base, SMALL_MM, letter, states=(flag.datum.key,)))
     if flag.beside is not None:
         foot = x, y + PITCH_MM / 2
         items += [triangle(foot, (1.0, 0.0)), Stroke("dimension", ((x + TRIANGLE_MM[1], foot[1]), (left, foot[1])))]

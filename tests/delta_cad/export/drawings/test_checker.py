@@ -35,7 +35,7 @@ def spoiled(drawing: Drawing, spoil: Callable[[list[Item]], list[Item]]) -> Draw
 
 
 def _is_told(leaf: Primitive, text: str) -> bool:
-    return isinstance(leaf, Text) and leaf.text == text and bool(leaf.told)
+    return isinstance(leaf, Text) and leaf.text == text and bool(leaf.states)
 
 
 def edited(drawing: Drawing, old: str, new: str | None) -> Drawing:
@@ -60,12 +60,12 @@ def test_a_sound_drawing_has_no_faults(sound: tuple[Drawing, Features]) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("Ø8 H7 through, shaft", None, "holes Ø8 H7 are told 0 times, 1 are declared"),
-        ("2x M4 x 6, drilled 6 deep", "3x M4 x 6, drilled 6 deep", "holes M4 are told 3 times, 2 are declared"),
-        ("2x M4 x 6, drilled 6 deep", "2x M3 x 6", "holes M4 are told 0 times"),
-        ("Ø8 H7 through, shaft", "Ø8 through, shaft", "holes Ø8 H7 are told 0 times"),
-        ("2x Ø5.5 through, screws", None, "holes Ø5.5 are told 0 times, 2 are declared"),
-        ("50", None, "is told 0 times"),
+        ("Ø8 H7 through, shaft", None, "holes Ø8 H7 are stated 0 times, 1 are declared"),
+        ("2x M4 x 6, drilled 6 deep", "3x M4 x 6, drilled 6 deep", "holes M4 are stated 3 times, 2 are declared"),
+        ("2x M4 x 6, drilled 6 deep", "2x M3 x 6", "holes M4 are stated 0 times"),
+        ("Ø8 H7 through, shaft", "Ø8 through, shaft", "holes Ø8 H7 are stated 0 times"),
+        ("2x Ø5.5 through, screws", None, "holes Ø5.5 are stated 0 times, 2 are declared"),
+        ("50", None, "is stated 0 times"),
         ("60", "61", "is printed as [61.0], it is 60.000 mm from the datum"),
         ("10", "10.01", "it is 10.000 mm from the datum"),
     ],
@@ -82,9 +82,9 @@ def test_what_is_told_twice_is_found(sound: tuple[Drawing, Features]) -> None:
     drawing, features = sound
     text = next(t for t in drawing.sheets[0].texts if t.text == "60")
     twice = spoiled(drawing, lambda items: [*items, replace(text, at=(200.0, 100.0))])
-    assert any(fault.endswith("is told 2 times") for fault in drawing_faults(twice, plate(), features))
-    strange = spoiled(drawing, lambda items: [*items, Text((200.0, 100.0), 2.5, "7", told=("plane 99",))])
-    assert "plane 99 is told and is nothing of the part" in drawing_faults(strange, plate(), features)
+    assert any(fault.endswith("is stated 2 times") for fault in drawing_faults(twice, plate(), features))
+    strange = spoiled(drawing, lambda items: [*items, Text((200.0, 100.0), 2.5, "7", states=("plane 99",))])
+    assert "plane 99 is stated and is nothing of the part" in drawing_faults(strange, plate(), features)
 
 
 @pytest.mark.parametrize(

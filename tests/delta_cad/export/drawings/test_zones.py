@@ -103,4 +103,4 @@ def test_each_is_told_once_on_the_drawing_and_the_checker_misses_what_is_not(par
     assert sorted(name for name in symbols if name != "surface") == sorted(kinds)
     for sheet in drawing.sheets:
         sheet.items[:] = [item for item in sheet.items if getattr(item, "name", "") != "datum A"]
-    assert "datum A is told 0 times" in drawing_faults(drawing, part, features)
+    assert "datum A is stated 0 times" in drawing_faults(drawing, part, features)
