@@ -155,8 +155,8 @@ def feel(s: Subject, over: Sequence[Field]) -> list[FeelLine]:
         value, (x, y, z) = field.worst()
         centre = float(field.values(s.limits.centre_mm[None, :])[0])
         pose = (float(x), float(y), float(z))
-        shown = (with_unit(figure, field.unit) for figure in (centre, value))
-        lines.append(FeelLine(field.words, *shown, field.note, pose))
+        middle, worst = (with_unit(figure, field.unit) for figure in (centre, value))
+        lines.append(FeelLine(field.words, middle, worst, field.note, pose))
     drive, required = drive_torque(s.design), s.design.requirements
     force = f"in every direction, everywhere in the cube; from {drive.motor} through {_ratio(drive.ratio)}"
     lines.append(FeelLine("Force, continuous", "", with_unit(required.force_N, "N"), force))

@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 from functools import cache
 from math import ceil
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 from delta_cad.catalogue import CatalogueRow, Motor
 from delta_cad.common.units import MM_PER_M
@@ -103,5 +103,5 @@ class _Listed(NamedTuple):
 @cache
 def _list() -> tuple[_Listed, ...]:
     with FILE.open(encoding="utf-8", newline="") as file:
-        rows: Iterable[dict[str, Any]] = csv.DictReader(file)
+        rows = cast("Iterable[dict[str, Any]]", csv.DictReader(file))
         return tuple(_Listed(r["kind"], r["id"], float(r["price_EUR"]), r["per"], r["source"]) for r in rows)
