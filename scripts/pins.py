@@ -123,7 +123,8 @@ def third_party() -> str:
             "",
             f"- `delta_cad/report/vendor/three.js`: {vendored['package']} {vendored['version']}, "
             f"{vendored['license']}, sha256 `{vendored['sha256']}`",
-            f"- `delta_cad/export/drawings/paper/faces/{face[1]}`: version {face[2]}, Apache-2.0, sha256 `{face[3]}`",
+            f"- `delta_cad/export/drawings/sheet_io/faces/{face[1]}`: version {face[2]}, Apache-2.0, "
+            f"sha256 `{face[3]}`",
             "",
             "| package | version | licence | needed by |",
             "| --- | --- | --- | --- |",

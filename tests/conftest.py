@@ -1,18 +1,18 @@
-"""The machine that the tests know, its dimensions and solids, builds of it and of `best.json`, made once and shared."""
+"""The machine that the tests know, its dimensions, solids and build, and `best.json` weighed, made once and shared."""
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
-from delta_cad.design import Design, load_design
+from delta_cad.design import Design, design_hash, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from tests.committed import BEST, COMMITTED, ROOT, Built, Shared
 from tests.cost.plugin import Costs
@@ -79,22 +79,35 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
 @pytest.fixture(scope="session")
 def built(shared: Shared) -> Built:
     """`python -m delta_cad build` on the machine that the tests know, run once even when several workers want it."""
-    return _built(shared, BEST)
-
-
-@pytest.fixture(scope="session")
-def committed(shared: Shared) -> Built:
-    """The same of `best.json`, data and checks alone; `make slow` has drawings, report and pictures made, too."""
-    return _built(shared, COMMITTED, "--no-drawings", "--no-report")
-
-
-def _built(shared: Shared, design: Path, *options: str) -> Built:
-    name = load_design(design).name
+    name = load_design(BEST).name
     out = shared.folder / f"built-{name}"
 
     def build() -> tuple[int, str, str]:
-        words = ["build", "--design", str(design), "--out", str(out), "--json", *options]
+        words = ["build", "--design", str(BEST), "--out", str(out), "--json"]
         run = subprocess.run([sys.executable, "-m", "delta_cad", *words], capture_output=True, text=True)
         return run.returncode, run.stdout, run.stderr
 
     return Built(*shared.once(f"built-{name}", build), out / name)
+
+
+@pytest.fixture(scope="session")
+def committed(shared: Shared) -> Built:
+    """`best.json` made solid and weighed, its bill, masses and the checks of these: `make slow` builds it whole."""
+    design = load_design(COMMITTED)
+    folder = shared.folder / "weighed" / design.name
+
+    def weigh() -> tuple[int, str, str]:
+        from delta_cad.commands.pipeline import Outcome, check_weighed, cost_of, make_machine
+        from delta_cad.export.bom import bill_of_materials, write_bom
+
+        machine = make_machine(design)
+        cost, masses = cost_of(machine), machine.masses | {"input_sha256": design_hash(design)}
+        outcome = Outcome(design, check_weighed(machine), masses, folder, (), cost.total_EUR())
+        folder.mkdir(parents=True)
+        unit_kg = {number: body["mass_kg"] for number, body in masses["parts"].items()}
+        write_bom(bill_of_materials(machine.assembly, unit_kg, cost), folder)
+        (folder / "mass_properties.json").write_text(json.dumps(masses))
+        (folder / "checks.json").write_text(json.dumps(outcome.record()))
+        return int(not outcome.passed), json.dumps(outcome.record()), ""
+
+    return Built(*shared.once("weighed", weigh), folder)

@@ -12,7 +12,7 @@ from delta_cad.commands.machine import machine_arguments, made
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
-    from delta_cad.export.drawings.drawn import Drawn
+    from delta_cad.export.drawings.write import Drawn
 
 NAME = "drawings"
 TEXT = "dimensioned drawings of manufactured parts and assembly, in OUT/NAME/drawings"
@@ -55,7 +55,7 @@ def _drawn(design: Design, given: argparse.Namespace, progress: Callable[[str], 
     from delta_cad.assembly.assemble import assemble  # loads the CAD kernel
     from delta_cad.common.files import whole_folder
     from delta_cad.dimensions import dimensions
-    from delta_cad.export.drawings.drawn import write_drawings
+    from delta_cad.export.drawings.write import write_drawings
     from delta_cad.export.mass_properties import mass_report
 
     d = dimensions(design)

@@ -52,9 +52,9 @@ from delta_cad.report.subject import Subject
 from delta_cad.structure.report import structure_record, structure_report
 
 if TYPE_CHECKING:
-    from delta_cad.export.drawings.drawn import Drawn
+    from delta_cad.export.drawings.write import Drawn
 
-DRAWINGS = "delta_cad.export.drawings.drawn"  # which loads the CAD kernel
+DRAWINGS = "delta_cad.export.drawings.write"  # which loads the CAD kernel
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # deflection of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
 
@@ -262,7 +262,7 @@ def build(
         mesh_files.written(writer)
         if narrator is not None:
             progress("manual")
-            manual.written(narrator)
+            mesh_files.written(narrator)
         beside(folder.path, outcome)
         if report:
             progress("report.html")
@@ -281,7 +281,7 @@ def build(
 
 def write_whole(machine: BuiltMachine, folder: Path, progress: Progress) -> Drawn:
     """Draws a machine as a whole into the folder of its build; its parts are drawn by another process meanwhile."""
-    from delta_cad.export.drawings.drawn import FOLDER, write_whole_drawing  # loads the CAD kernel
+    from delta_cad.export.drawings.write import FOLDER, write_whole_drawing  # loads the CAD kernel
 
     return write_whole_drawing(machine.dimensions, machine.assembly, machine.masses, folder / FOLDER, progress)
 

@@ -14,6 +14,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.refusal import as_cell
 from delta_cad.common.units import G_PER_KG
 from delta_cad.export.shop.cost.cost import CENTS, Cost, CostLine
+from delta_cad.solids.part import Part, Consumable
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -77,41 +78,29 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float], cos
     rows = []
     for part in sorted((part for part in assembly.parts if part.number in items), key=lambda part: items[part.number]):
         pieces = [part, *(piece for piece in assembly.parts if piece.piece_of == part.number)]
-        mass = sum(unit_mass_kg[piece.number] for piece in pieces)
-        unit, count = round(mass * G_PER_KG, MASS_DECIMALS), quantity[part.number]
-        rows.append(
-            BomRow(
-                item=items[part.number],
-                part_number=part.number,
-                description=part.description,
-                quantity=count,
-                make_or_buy="make" if part.make else "buy",
-                material=part.material.name,
-                unit_mass_g=unit,
-                total_mass_g=round(unit * count, MASS_DECIMALS),
-                standard=part.standard,
-                order_code=part.order_code,
-                source=part.source,
-            )
-        )
+        mass_g = sum(unit_mass_kg[piece.number] for piece in pieces) * G_PER_KG
+        kind = "make" if part.make else "buy"
+        rows.append(_row(items[part.number], part, quantity[part.number], kind, part.material.name, mass_g))
     for item, supply in enumerate(assembly.supplies, start=len(rows) + 1):
-        unit = round(supply.unit_mass_g, MASS_DECIMALS)
-        rows.append(
-            BomRow(
-                item=item,
-                part_number=supply.number,
-                description=supply.description,
-                quantity=supply.quantity,
-                make_or_buy="buy",
-                material=supply.material,
-                unit_mass_g=unit,
-                total_mass_g=round(unit * supply.quantity, MASS_DECIMALS),
-                standard=supply.standard,
-                order_code=supply.order_code,
-                source=supply.source,
-            )
-        )
+        rows.append(_row(item, supply, supply.quantity, "buy", supply.material, supply.unit_mass_g))
     return rows if cost is None else [_priced(row, cost.by_number[row.part_number]) for row in rows]
+
+
+def _row(item: int, one: Part | Consumable, quantity: int, make_or_buy: str, material: str, mass_g: float) -> BomRow:
+    unit = round(mass_g, MASS_DECIMALS)
+    return BomRow(
+        item=item,
+        part_number=one.number,
+        description=one.description,
+        quantity=quantity,
+        make_or_buy=make_or_buy,
+        material=material,
+        unit_mass_g=unit,
+        total_mass_g=round(unit * quantity, MASS_DECIMALS),
+        standard=one.standard,
+        order_code=one.order_code,
+        source=one.source,
+    )
 
 
 def _priced(row: BomRow, line: CostLine) -> BomRow:

@@ -52,9 +52,6 @@ def canonical(data: bytes) -> tuple[bytes, str]:
     first, each is written after all that it refers to. Sets are put in the order of their new numbers, and occurrences
     are counted from 1.
 
-    Args:
-        data: The file.
-
     Returns:
         data: The file, header as it is, one entity a line.
         fingerprint: 64 hexadecimal digits, those of the file given and of the file written.
@@ -62,8 +59,7 @@ def canonical(data: bytes) -> tuple[bytes, str]:
     Raises:
         FingerprintError: No DATA section, or a reference to a missing entity.
     """
-    bodies = _bodies(data)
-    entities = _entities(bodies)
+    entities = _entities(data)
     hashes = _hashes(entities)
     fingerprint = hashlib.sha256(b"".join(sorted(hashes.values()))).hexdigest()
     above: dict[int, list[tuple[int, int]]] = {number: [] for number in entities}
@@ -96,19 +92,12 @@ def canonical(data: bytes) -> tuple[bytes, str]:
                 stack.append((following, iter(parts(following))))
     lines, count = [], 0
     for number in order:
-        text = b"".join(
-            t
-            if t[:1] == b"'"
-            else b"#%d" % order[int(t[1:])]
-            if t[:1] == b"#" and len(t) > 1
-            else BETWEEN_RECORDS.sub(b") ", b"".join(t.split()))
-            for t in TOKEN.findall(bodies[number])
-        )
+        text = entities[number].text(order)
         if entities[number].unordered:
             text = REFERENCES.sub(_ascending, text)
         if text.startswith(COUNTED_TYPE):
             count += 1
-            text = COUNTED_TYPE + b"(" + COUNTER.sub(b"'%d'" % count, text[len(COUNTED_TYPE) + 1 :], count=1)
+            text = _counted(text, b"%d" % count)
         lines.append(b"#%d = %s;\n" % (order[number], text))
     head, _, rest = data.partition(b"DATA;")
     return head + b"DATA;\n" + b"".join(lines) + rest[rest.rindex(b"ENDSEC;") :], fingerprint
@@ -121,28 +110,21 @@ def _ascending(match: re.Match[bytes]) -> bytes:
 
 
 class _Entity:
-    """Text pieces between references, the references, and whether the references form a set."""
+    """An entity's tokens, numbers those of what it refers to, and whether these form a set; blanks count in strings."""
 
-    __slots__ = ("content", "references", "unordered")
+    __slots__ = ("content", "references", "tokens", "unordered")
 
     def __init__(self, body: bytes) -> None:
-        name, _, rest = body.partition(b"(")
-        name = name.strip()
-        if name == COUNTED_TYPE:
-            rest = COUNTER.sub(b"''", rest.strip(), count=1)
-        content: list[bytes] = [name, b"("]
-        references: list[int] = []
-        for token in TOKEN.findall(rest):
-            if token[:1] == b"#" and len(token) > 1:
-                references.append(int(token[1:]))
-                content.append(b"#")
-            elif token[:1] == b"'":
-                content.append(token)
-            else:
-                content.append(b"".join(token.split()))
-        self.content = b"".join(content)
-        self.references = tuple(references)
+        self.tokens = [
+            int(t[1:]) if t[:1] == b"#" and len(t) > 1 else t if t[:1] == b"'" else b"".join(t.split())
+            for t in TOKEN.findall(body)
+        ]
+        self.references = tuple(token for token in self.tokens if isinstance(token, int))
+        name = body.partition(b"(")[0].strip()
         self.unordered = name in SET_TYPES
+        self.content = b"".join(b"#" if isinstance(token, int) else token for token in self.tokens)
+        if name == COUNTED_TYPE:
+            self.content = _counted(self.content, b"")
 
     def digest(self, colours: list[bytes], own: bytes = b"") -> bytes:
         """Hash of the text with the references' colours in their places, and of what else is known of the entity."""
@@ -150,22 +132,22 @@ class _Entity:
             colours = sorted(colours)
         return hashlib.blake2b(self.content + b"\0" + b"".join(colours) + own, digest_size=SIZE).digest()
 
-
-def _entities(bodies: dict[int, bytes]) -> dict[int, _Entity]:
-    """Number -> entity of the DATA section, of the texts by number."""
-    entities = {number: _Entity(body) for number, body in bodies.items()}
-    if not entities:
-        raise FingerprintError("no DATA section with entities: not a STEP file")
-    for number, entity in entities.items():
-        for reference in entity.references:
-            if reference not in entities:
-                raise FingerprintError(f"entity #{number} refers to #{reference}, which the file does not hold")
-    return entities
+    def text(self, order: dict[int, int]) -> bytes:
+        """The entity with what it refers to under other numbers."""
+        return b"".join(
+            b"#%d" % order[t] if isinstance(t, int) else t if t[:1] == b"'" else BETWEEN_RECORDS.sub(b") ", t)
+            for t in self.tokens
+        )
 
 
-def _bodies(data: bytes) -> dict[int, bytes]:
-    """Number -> text of the entities of the DATA section, comments left out."""
-    bodies: dict[int, bytes] = {}
+def _counted(text: bytes, count: bytes) -> bytes:
+    """An occurrence's text with another counter."""
+    return COUNTED_TYPE + b"(" + COUNTER.sub(b"'" + count + b"'", text[len(COUNTED_TYPE) + 1 :], count=1)
+
+
+def _entities(data: bytes) -> dict[int, _Entity]:
+    """Number -> entity of the DATA section, comments left out."""
+    entities: dict[int, _Entity] = {}
     inside = False
     statement: list[bytes] = []
     for word in WORD.findall(data):
@@ -176,21 +158,22 @@ def _bodies(data: bytes) -> dict[int, bytes]:
                 inside = False
             elif inside:
                 number, _, body = text.partition(b"=")
-                bodies[int(number.strip()[1:])] = body.strip()
+                entities[int(number.strip()[1:])] = _Entity(body.strip())
             elif text.startswith(b"DATA"):
                 inside = True
         elif not word.startswith(b"/*"):
             statement.append(word)
-    return bodies
+    if not entities:
+        raise FingerprintError("no DATA section with entities: not a STEP file")
+    for number, entity in entities.items():
+        for reference in entity.references:
+            if reference not in entities:
+                raise FingerprintError(f"entity #{number} refers to #{reference}, which the file does not hold")
+    return entities
 
 
 def _hashes(entities: dict[int, _Entity], own: dict[int, bytes] | None = None) -> dict[int, bytes]:
-    """Hash of every entity, after those that it refers to; what is on or above a cycle is refined at the end.
-
-    Args:
-        entities: By number.
-        own: What is known of each beside its text; None for nothing.
-    """
+    """Hash of every entity, after those that it refers to; what is on or above a cycle is refined at the end."""
     users: dict[int, list[int]] = defaultdict(list)
     missing = {number: len(entity.references) for number, entity in entities.items()}
     for number, entity in entities.items():
@@ -200,8 +183,8 @@ def _hashes(entities: dict[int, _Entity], own: dict[int, bytes] | None = None) -
     ready = [number for number, count in missing.items() if count == 0]
     while ready:
         number = ready.pop()
-        beside = own[number] if own else b""
-        hashes[number] = entities[number].digest([hashes[r] for r in entities[number].references], beside)
+        entity = entities[number]
+        hashes[number] = entity.digest([hashes[r] for r in entity.references], own[number] if own else b"")
         for user in users[number]:
             missing[user] -= 1
             if missing[user] == 0:

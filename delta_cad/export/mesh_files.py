@@ -15,8 +15,7 @@ from delta_cad.common.beside import Beside, BesideError
 from delta_cad.drive import DriveReport
 from delta_cad.export.glb import write_glb
 from delta_cad.export.meshes import write_3mf, write_stl
-from delta_cad.export.mjcf import twin
-from delta_cad.export.robot import Robot, sdf, urdf
+from delta_cad.export.robot import Robot, mjcf, sdf, urdf
 from delta_cad.export.views.scene import PictureError
 from delta_cad.export.views.views import Stage, write_views
 
@@ -34,7 +33,7 @@ LOADS = (
 
 
 Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[float], tuple[float, float]]
-"""Masses, drive, stops, gravity and friction, as `twin` takes them."""
+"""Masses, drive, stops, gravity and friction, as `Robot` and `mjcf` take them."""
 
 
 def results(order: tuple[Assembly, Meshes, Path, Stage | None, Moves]) -> Iterator[list[Path]]:
@@ -56,16 +55,15 @@ def results(order: tuple[Assembly, Meshes, Path, Stage | None, Moves]) -> Iterat
             write_stl(mesh, parts / f"{part.number}.stl", part.number)
             write_3mf(mesh, parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
     write_glb(assembly, meshes, folder / "assembly.glb")
-    (folder / "twin.xml").write_text(twin(assembly, *moves), encoding="utf-8")
-    masses, drive, stops, _, friction = moves
+    masses, drive, stops, gravity, friction = moves
     robot = Robot(assembly, masses["bodies"], drive, stops, friction)
-    (folder / "machine.urdf").write_text(urdf(robot), encoding="utf-8")
-    (folder / "machine.sdf").write_text(sdf(robot), encoding="utf-8")
+    for name, text in (("twin.xml", mjcf(robot, gravity)), ("machine.urdf", urdf(robot)), ("machine.sdf", sdf(robot))):
+        (folder / name).write_text(text, encoding="utf-8")
     yield [] if stage is None else write_views(assembly, meshes, folder / "views", stage)
 
 
 def written(writer: Beside) -> None:
-    """Waits for the files of a process that was started from this module and given its order.
+    """Waits for the pictures of another process that was given its order, and all else that it writes.
 
     Raises:
         MeshError: A mesh cannot be written.

@@ -143,10 +143,6 @@ def fields(s: Subject, handle: Handle) -> list[Field]:
 def maps(s: Subject, over: list[Field]) -> dict[str, Any]:
     """Samples the drawn figures over slices of the cube, as JSON types.
 
-    Args:
-        s: The machine.
-        over: Its figures.
-
     Returns:
         `z_mm` (SLICES,), and `maps`: of each figure its words, `x_mm` (n,), of y the same, and `values`, (SLICES, n
         along y, n along x); of the clearance what is closest, too.

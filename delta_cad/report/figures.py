@@ -16,7 +16,7 @@ from delta_cad.report.subject import Subject
 
 KINDS = {check.name: check.label for check in CHECKS if check.family}
 """First word of a check's name -> what it is about."""
-ASKED = {
+REQUIREMENTS = {
     "reach": "Reach: distance to a stretched or folded arm",
     "envelope width": "Swept outline, width",
     "envelope depth": "Swept outline, depth",
@@ -67,7 +67,7 @@ class Line:
     detail: str = ""
 
 
-def told(value: float | None, unit: str = "", digits: int = FIGURES) -> str:
+def with_unit(value: float | None, unit: str = "", digits: int = FIGURES) -> str:
     """Gives a number with its unit; "" for None."""
     if value is None:
         return ""
@@ -90,19 +90,19 @@ def line(result: CheckResult, words: str = "") -> Line:
     if value is not None and limit is not None:
         sense = "=" if value == limit else "≤" if (value < limit) == result.passed else "≥"
         room = abs(value - limit)
-        share = f" ({told(100.0 * room / abs(limit), '%', 3)})" if limit else ""
-        margin = f"{'+' if result.passed else '−'}{told(room, unit, 3)}{share}" if room else ""
+        share = f" ({with_unit(100.0 * room / abs(limit), '%', 3)})" if limit else ""
+        margin = f"{'+' if result.passed else '−'}{with_unit(room, unit, 3)}{share}" if room else ""
     asked = value is None or limit is not None or not result.passed
     where, pose = " / ".join(result.worst_pair or ()), result.worst_pose_mm
-    limit_told = f"{sense} {told(limit, unit)}" if limit is not None else ""
+    limit_told = f"{sense} {with_unit(limit, unit)}" if limit is not None else ""
     passed = result.passed if asked else None
-    return Line(words or result.name, told(value, unit), limit_told, margin, passed, where, pose, result.detail)
+    return Line(words or result.name, with_unit(value, unit), limit_told, margin, passed, where, pose, result.detail)
 
 
-def asked(results: Sequence[CheckResult]) -> list[Line]:
-    """Lists what is asked of the machine, in the order of `ASKED`; what is not asked is left out."""
+def requirements(results: Sequence[CheckResult]) -> list[Line]:
+    """Lists what is asked of the machine, in the order of `REQUIREMENTS`; what is not asked is left out."""
     found = {result.name: result for result in results}
-    return [line(found[name], words) for name, words in ASKED.items() if name in found]
+    return [line(found[name], words) for name, words in REQUIREMENTS.items() if name in found]
 
 
 def binding(results: Sequence[CheckResult]) -> list[Line]:
@@ -121,8 +121,8 @@ def binding(results: Sequence[CheckResult]) -> list[Line]:
 
 def plain(name: str) -> str:
     """Gives the name of a check in the words of a reader who does not know it."""
-    if name in ASKED:
-        return ASKED[name]
+    if name in REQUIREMENTS:
+        return REQUIREMENTS[name]
     kind, _, of = name.partition(" ")
     return f"{KINDS[kind]}: {of}" if kind in KINDS else f"{name[:1].upper()}{name[1:]}"
 
@@ -156,14 +156,15 @@ def feel(s: Subject, over: Sequence[Field]) -> list[FeelLine]:
         value, (x, y, z) = field.worst()
         centre = float(field.values(s.limits.centre_mm[None, :])[0])
         pose = (float(x), float(y), float(z))
-        lines.append(FeelLine(field.words, told(centre, field.unit), told(value, field.unit), field.note, pose))
+        middle, worst = (with_unit(figure, field.unit) for figure in (centre, value))
+        lines.append(FeelLine(field.words, middle, worst, field.note, pose))
     drive, required = drive_torque(s.design), s.design.requirements
     force = f"in every direction, everywhere in the cube; from {drive.motor} through {_ratio(drive.ratio)}"
-    lines.append(FeelLine("Force, continuous", "", told(required.force_N, "N"), force))
+    lines.append(FeelLine("Force, continuous", "", with_unit(required.force_N, "N"), force))
     if required.peak_force_N is not None:
         note = f"for {drive.peak_time_s:g} s; the structure is held against it"
-        lines.append(FeelLine("Force, peak", "", told(required.peak_force_N, "N"), note))
-    moving = told(G_PER_KG * s.masses["moving_mass_kg"], "g")
+        lines.append(FeelLine("Force, peak", "", with_unit(required.peak_force_N, "N"), note))
+    moving = with_unit(G_PER_KG * s.masses["moving_mass_kg"], "g")
     lines.append(FeelLine("Moving mass", "", moving, "arms, rods, platform and knob, from the solids"))
     return lines
 
@@ -188,10 +189,10 @@ def headline(s: Subject, over: Sequence[Field]) -> list[dict[str, str]]:
         cards.insert(1, _card("Swept outline", f"{width:.1f} × {depth:.1f}", "mm", allowed))
     for field in over:
         if field.name in ("effective_mass", "friction", "stiffness"):
-            worst = told(field.worst()[0], field.unit, 3)
+            worst = with_unit(field.worst()[0], field.unit, 3)
             centre = float(field.values(s.limits.centre_mm[None, :])[0])
             most = "at most, in the centre" if field.name == "friction" else "in the centre"  # ball joints' is bounded
-            cards.append(_card(field.words, told(centre, "", 3), field.unit, f"{most}; {worst} at worst"))
+            cards.append(_card(field.words, with_unit(centre, "", 3), field.unit, f"{most}; {worst} at worst"))
     weight = f"{G_PER_KG * s.masses['moving_mass_kg']:.0f} g of it moves"
     cards.append(_card("Mass", f"{s.masses['total_mass_kg']:.2f}", "kg", weight))
     return cards
@@ -205,11 +206,11 @@ def lengths(s: Subject) -> list[tuple[str, str]]:
     """Lists the lengths of the mechanism and what drives it, as text."""
     m, hardware = s.design.mechanism, s.design.hardware
     rows: list[tuple[str, Any]] = [
-        ("Base radius R", told(m.base_radius_mm, "mm", 6)),
-        ("Platform radius r", told(m.platform_radius_mm, "mm", 6)),
-        ("Upper arm L_A", told(m.upper_arm_length_mm, "mm", 6)),
-        ("Forearm L_B", told(m.forearm_length_mm, "mm", 6)),
-        ("Parallelogram width", told(m.parallelogram_width_mm, "mm", 6)),
+        ("Base radius R", with_unit(m.base_radius_mm, "mm", 6)),
+        ("Platform radius r", with_unit(m.platform_radius_mm, "mm", 6)),
+        ("Upper arm L_A", with_unit(m.upper_arm_length_mm, "mm", 6)),
+        ("Forearm L_B", with_unit(m.forearm_length_mm, "mm", 6)),
+        ("Parallelogram width", with_unit(m.parallelogram_width_mm, "mm", 6)),
         ("Motors", f"3 × {hardware.motor}"),
         ("Drive", _ratio(drive_torque(s.design).ratio)),
     ]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.common.reading import read_json
-from delta_cad.report.figures import told
+from delta_cad.report.figures import with_unit
 
 COST, TOLERANCES = "cost.json", "tolerances.json"
 DECIDES = {"worst": "worst case", "rss": "statistically"}
@@ -55,7 +55,7 @@ def _chain(chain: Mapping[str, Any]) -> dict[str, Any]:
     bounded = low is not None or high is not None
     return {
         "name": chain["name"],
-        "nominal": told(chain["nominal"], unit),
+        "nominal": with_unit(chain["nominal"], unit),
         "worst": _range(chain["worst"], unit),
         "rss": _range(chain["rss"], unit),
         "allowed": _allowed(low, high, unit),
@@ -72,12 +72,12 @@ def _allowed(low: float | None, high: float | None, unit: str) -> str:
     """Bounds as text; "" where there is none."""
     if low is not None and high is not None:
         return _range((low, high), unit)
-    return f"≥ {told(low, unit)}" if low is not None else f"≤ {told(high, unit)}" if high is not None else ""
+    return f"≥ {with_unit(low, unit)}" if low is not None else f"≤ {with_unit(high, unit)}" if high is not None else ""
 
 
 def _range(ends: Any, unit: str) -> str:
     low, high = ends
-    return f"{told(low)} … {told(high, unit)}"
+    return f"{with_unit(low)} … {with_unit(high, unit)}"
 
 
 def _euro(value: float) -> str:

@@ -16,12 +16,12 @@ from typing import Any
 from delta_cad.common.reading import read_json
 from delta_cad.design import design_to_json
 from delta_cad.report.fields import fields, handle_of, maps
-from delta_cad.report.figures import asked, binding, every, feel, headline, lengths
+from delta_cad.report.figures import binding, every, feel, headline, lengths, requirements
 from delta_cad.report.making import cost, tolerances
 from delta_cad.report.outline import outline
 from delta_cad.report.scene import scene
+from delta_cad.report.statements import assumptions, certificate, proof, provenance
 from delta_cad.report.subject import Subject
-from delta_cad.report.words import assumptions, certificate, proof, provenance
 
 FILE_NAME = "report.html"
 SOUGHT = "design.html"  # which `design` writes beside what it found
@@ -75,7 +75,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
         counted=(sum(result.passed for result in s.results), len(s.results)),
         headline=headline(s, over),
         lengths=lengths(s),
-        asked=asked(s.results),
+        asked=requirements(s.results),
         binding=binding(s.results),
         checks=every(s.results),
         feel=feel(s, over),

@@ -6,7 +6,6 @@ from typing import Any
 
 from delta_cad.common.units import G_PER_KG, MM_PER_M
 from delta_cad.export.views.explode import exploded
-from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.report.fields import Handle
 from delta_cad.report.subject import Subject, plain
@@ -14,24 +13,10 @@ from delta_cad.report.subject import Subject, plain
 DIGITS = 5  # of what is only looked at
 
 
-def mechanism(
-    placement: LinkPlacement,
-    force_N: float,
-    inertia: HandleInertia,
-    friction: HandleFriction | None,
-    encoder_count_rad: float | None,
-) -> dict[str, Any]:
-    """Gathers what `assets/kinematics.js` takes, as JSON types: all doubles, so that its frames are the placement's.
-
-    Args:
-        placement: Of the links.
-        force_N: The force of which the torque is told.
-        inertia: What moves.
-        friction: What rubs; None where it is not known.
-        encoder_count_rad: Turn of a joint for one count of its encoder; None where it is not known.
-    """
+def mechanism(placement: LinkPlacement, force_N: float, handle: Handle) -> dict[str, Any]:
+    """Gathers what `assets/kinematics.js` takes, as JSON types: all doubles, so that its frames are the placement's."""
     g = placement.geometry
-    rubs = None
+    inertia, friction, rubs = handle.inertia, handle.friction, None
     if friction is not None:
         rubs = {"drive_N_m": friction.drive, "upright_N": friction.upright, "level_N": friction.level}
     return plain(
@@ -53,7 +38,7 @@ def mechanism(
                 "joint_kg_m2": inertia.joint_inertia,
             },
             "friction": rubs,
-            "encoder_count_rad": encoder_count_rad,
+            "encoder_count_rad": handle.encoder_count_rad,
         }
     )
 
@@ -66,9 +51,8 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
         of each; `home_mm`, `cube`, `outline`.
     """
     moves, numbers = exploded(s.assembly, s.meshes), {part.number: k for k, part in enumerate(s.assembly.parts)}
-    force_N, count = s.design.requirements.force_N, handle.encoder_count_rad
     return {
-        "mechanism": mechanism(s.assembly.placement, force_N, handle.inertia, handle.friction, count),
+        "mechanism": mechanism(s.assembly.placement, s.design.requirements.force_N, handle),
         "parts": [
             {
                 "number": part.piece_of or part.number,
@@ -84,8 +68,5 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
         },
         "home_mm": plain(s.assembly.home_mm),
         "cube": {"bottom_mm": s.limits.bottom_height_mm, "half_mm": s.limits.half_side_mm},
-        "outline": {
-            "centre_mm": plain(s.stage.envelope_centre_mm),
-            "size_mm": plain(s.stage.envelope_mm),
-        },
+        "outline": {"centre_mm": plain(s.stage.envelope_centre_mm), "size_mm": plain(s.stage.envelope_mm)},
     }

@@ -1,7 +1,4 @@
-"""The gallery's page is what its figures say, and these are of the designs that are committed.
-
-40 s of processor: `best.json` is built and checked, without drawings and report; other files read what is written.
-"""
+"""The gallery's page is what its figures say, and these are of the designs that are committed."""
 
 from __future__ import annotations
 
@@ -34,7 +31,9 @@ def test_figures_and_picture_are_of_the_design_that_stands_there(design: Path) -
 
 
 def test_the_committed_machine_has_the_figures_of_its_build(committed: Built) -> None:
-    assert_same(gallery.figures(ROOT / "best.json", committed.folder), MACHINES[0])
+    """But for its clearance, which takes a whole build: `make slow` has that of all five."""
+    told = {key: value for key, value in MACHINES[0].items() if key != "clearance_mm"}
+    assert_same(gallery.figures(ROOT / "best.json", committed.folder), told)
 
 
 @pytest.mark.slow

@@ -53,21 +53,15 @@ def test_blocks_are_of_a_language_that_is_tested(page: Path) -> None:
     assert page.read_text(encoding="utf-8").count("```") % 2 == 0
 
 
-def test_what_a_page_shows_and_no_command_prints_is_found(folder: Path) -> None:
-    page = ROOT / "docs" / "tutorial.md"
-    text = page.read_text(encoding="utf-8")
-    broken = folder / "docs" / "broken.md"
-    assert "1 of 11 limits FAIL" in text
-    begin = text.index("<!-- exit 1 -->")
-    broken.write_text(text[begin : text.index("## Prove it")].replace("1 of 11", "3 of 11"), encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tests.docs.pages.ROOT", folder)
-        found = run(broken, folder, slow=False)
-        broken.write_text(broken.read_text(encoding="utf-8").replace("exit 1", "exit 0"), encoding="utf-8")
-        more = run(broken, folder, slow=False)
-    assert len(found) == 1
-    assert "3 of 11" in found[0]
-    assert any("exit code 1, not 0" in one for one in more)
+def test_what_a_page_shows_and_no_command_prints_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.docs.pages.ROOT", tmp_path)
+    page = tmp_path / "page.md"
+    command = """python -c "print('1 of 11 limits FAIL'); raise SystemExit(1)\""""
+    for shown, code, wrong in (("1 of 11", 1, ""), ("3 of 11", 1, "3 of 11"), ("1 of 11", 0, "exit code 1, not 0")):
+        page.write_text(f"<!-- exit {code} -->\n```sh\n{command}\n```\n\n```text\n{shown} limits FAIL\n```\n")
+        found = run(page, tmp_path, slow=False)
+        assert len(found) == bool(wrong)
+        assert wrong in "".join(found)
 
 
 @pytest.mark.parametrize(("line", "code"), [("make build  # once", 0), ("make docs", 0), ("make tea", 1)])

@@ -26,7 +26,7 @@ from delta_cad.commands import cli as delta_cad_cli
 from delta_cad.common.ours import RECORD, require_ours
 from delta_cad.design import Design, DesignError, design_hash, design_to_dict, load_design
 from delta_cad.drive.masses import MassError, load_masses
-from delta_cad.report.words import certificate as told
+from delta_cad.report.statements import certificate as told
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import fit
 from haptics.calibration.poses import PosesError, load_poses, poses_text

@@ -139,10 +139,10 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
          "rotation @ self.inertia_kg_m2 @ rotation.T", "rotation.T @ self.inertia_kg_m2 @ rotation"),
         (f"{EXPORT}/mass_properties.py", "either rod carries the whole spring", "own.mass_kg / 2.0", "own.mass_kg"),
     ),
-    "tests/delta_cad/export/test_mjcf.py": (
-        (f"{EXPORT}/mjcf.py", "a pinion's inertia is taken by the ratio, not its square",
-         "armature += drive.ratio**2 *", "armature += drive.ratio *"),
-        (f"{EXPORT}/mjcf.py", "a quaternion ends with its real part",
+    "tests/delta_cad/export/test_robot.py": (
+        (f"{EXPORT}/robot.py", "a pinion's inertia is taken by the ratio, not its square",
+         "self.drive.ratio**2 *", "self.drive.ratio *"),
+        (f"{EXPORT}/robot.py", "a quaternion ends with its real part",
          "np.array([w, x, y, z])", "np.array([x, y, z, w])"),
     ),
     "tests/delta_cad/export/shop/test_holes.py": (

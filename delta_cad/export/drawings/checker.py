@@ -13,21 +13,22 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import (
+from delta_cad.export.drawings.part.faces import is_along, is_straight
+from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.part.shape import unit
+from delta_cad.export.drawings.sheet_io.sheet import (
     EDGES,
     Area,
+    Box,
     Drawing,
     Sheet,
     Stroke,
     Text,
     crosses,
-    leaves,
     lines_of,
     overlap,
+    primitives,
 )
-from delta_cad.export.drawings.part.faces import is_along, is_straight
-from delta_cad.export.drawings.part.record import Features
-from delta_cad.export.drawings.part.shape import unit
 from delta_cad.export.drawings.title import inner
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
 from delta_cad.solids.part import Part
@@ -42,16 +43,11 @@ NUMBER = re.compile(r"^-?\d+(\.\d+)?")
 def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str]:
     """Lists what is wrong with a part's drawing.
 
-    Args:
-        drawing: Its sheets.
-        part: The part.
-        features: What has to be told of it.
-
     Returns:
         One line a fault, naming sheet or key; none: the drawing is sound.
     """
     faults = [
-        *told_faults(drawing, features),
+        *completeness_faults(drawing, features),
         *hole_faults(drawing, part),
         *value_faults(drawing, features),
         *extent_faults(part, features),
@@ -61,17 +57,17 @@ def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str
     return faults
 
 
-def told_faults(drawing: Drawing, features: Features) -> Iterable[str]:
-    """Finds coordinates, sizes, bores and notes that are told not at all, or more than once."""
+def completeness_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+    """Finds coordinates, sizes, bores and notes that are stated not at all, or more than once."""
     wanted = {place.key for place in features.places} | {size.key for size in features.sizes} | set(features.notes)
     wanted |= {f"bore {g}.{b}" for g, group in enumerate(features.groups) for b in range(len(group.bores))}
     wanted |= {one.key for one in (*features.datums, *features.zones)}
     wanted |= {f"slot {n}" for n in range(len(features.slots))}
-    told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.told)
+    told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.states)
     for key in sorted(wanted):
         if told[key] != 1:
-            yield f"{key} is told {told[key]} times"
-    yield from (f"{key} is told and is nothing of the part" for key in sorted(told.keys() - wanted))
+            yield f"{key} is stated {told[key]} times"
+    yield from (f"{key} is stated and is nothing of the part" for key in sorted(told.keys() - wanted))
 
 
 def hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
@@ -89,7 +85,7 @@ def hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
         same = [h for h in part.holes if not h.is_slot and _named(h.callout, h.diameter_mm) == name]
         count = sum(number for text, number in printed.items() if _begins(text, name))
         if count != sum(h.count for h in same):
-            yield f"holes {name} are told {count} times, {sum(h.count for h in same)} are declared"
+            yield f"holes {name} are stated {count} times, {sum(h.count for h in same)} are declared"
 
 
 def _named(callout: str, diameter: float) -> str:
@@ -113,7 +109,7 @@ def value_faults(drawing: Drawing, features: Features) -> Iterable[str]:
     for sheet in drawing.sheets:
         for text in sheet.texts:
             if number := NUMBER.match(text.text):
-                for key in text.told:
+                for key in text.states:
                     shown.setdefault(key, []).append(abs(float(number[0])))
     for place in features.places:
         off = abs(place.value - float(features.datum @ place.along))
@@ -140,30 +136,28 @@ def extent_faults(part: Part, features: Features) -> Iterable[str]:
 def sheet_faults(sheet: Sheet) -> list[str]:
     """Finds texts that overlap one another or a frame they do not stand in, lie over an edge, or off the sheet."""
     texts = list(sheet.texts)
-    size = "A4" if sheet.width < 300.0 else "A3"
-    low_x, low_y, high_x, high_y = inner(size)
-    faults = []
-    for text in texts:
-        x0, y0, x1, y1 = text.box
-        if not (low_x <= x0 and x1 <= high_x and low_y <= y0 and y1 <= high_y):
-            faults.append(f"{text.text!r} is outside of the frame")
+    faults = [f"{text.text!r} is outside of the frame" for text in texts if not _is_inside(text.box, sheet)]
     faults += [f"{a.text!r} and {b.text!r} overlap" for a, b in _overlapping(texts)]
     frames = sheet.frames
     faults += [
         f"{a} and {b} overlap" for a, b in combinations(sorted(frames), 2) if overlap(frames[a], frames[b], -1e-6)
     ]
-    edges = lines_of(item for item in leaves(sheet.items) if not isinstance(item, Text) and item.layer in EDGES)
+    edges = lines_of(item for item in primitives(sheet.items) if not isinstance(item, Text) and item.layer in EDGES)
     faults += [f"{text.text!r} lies over an edge" for text in texts if crosses(text.box, edges)]
     return faults + list(_symbol_faults(sheet, edges)) + list(_leader_faults(sheet, edges))
+
+
+def _is_inside(box: Box, sheet: Sheet) -> bool:
+    low_x, low_y, high_x, high_y = inner("A4" if sheet.width < 300.0 else "A3")
+    return low_x <= box[0] and box[2] <= high_x and low_y <= box[1] and box[3] <= high_y
 
 
 def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
     """Finds symbols that overlap one another or a text that is not theirs, lie over an edge, or off the sheet."""
     symbols, texts = list(sheet.symbols), list(sheet.texts)
-    low_x, low_y, high_x, high_y = inner("A4" if sheet.width < 300.0 else "A3")
     for k, symbol in enumerate(symbols):
         box, own = symbol.box, {id(item) for item in symbol.items}
-        if not (low_x <= box[0] and box[2] <= high_x and low_y <= box[1] and box[3] <= high_y):
+        if not _is_inside(box, sheet):
             yield f"symbol {symbol.name} is outside of the frame"
         if crosses(box, edges):
             yield f"symbol {symbol.name} lies over an edge"
@@ -174,7 +168,7 @@ def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
 
 def _leader_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
     """Finds leaders that cross one another, or whose last line runs along an edge: one cannot tell what they mean."""
-    items = list(leaves(sheet.items))
+    items = list(primitives(sheet.items))
     found = [
         np.array(line.points)
         for line, head in pairwise(items)

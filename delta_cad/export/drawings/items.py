@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from delta_cad.export.bom import BomRow
-from delta_cad.export.drawings.paper.lettering import LINE, fitted, missing_note
-from delta_cad.export.drawings.paper.sheet import Box, Item, Stroke, Text
 from delta_cad.export.drawings.part.holes import lettered
+from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, missing_note
+from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Stroke, Text
 from delta_cad.export.drawings.title import grams, inner, title_box
 
 SIZE = "A3"
@@ -54,7 +54,7 @@ def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, 
             told = (f"row {row.item}",) if row is not None and k == 0 else ()
             for n, line in enumerate(cell):
                 at = edges[k] + 1.0, y - PADDING_MM / 2.0 - n * ROW_MM - 2.0 * 1.2
-                items.append(Text(at, 2.0, line, told=told))
+                items.append(Text(at, 2.0, line, states=told))
         y -= lines * ROW_MM + PADDING_MM
         items.append(Stroke("table", ((left, y), (edges[-1], y))))
     if note := missing_note(line for row in rows for cell in _cells(row) for line in cell):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Box, Item, Point, Sheet, box_of, moved, overlap
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Sheet, box_of, moved, overlap
 from delta_cad.export.drawings.title import Titles, framed, hole_table, inner, notes_items, title_box
 from delta_cad.export.drawings.views.block import Block, block_of, cuts_in
 from delta_cad.export.drawings.views.choice import View
@@ -47,14 +47,7 @@ def laid_out(
     titles: Titles,
     notes: Sequence[tuple[str, str]],
 ) -> list[Sheet]:
-    """Lays a part's drawing out.
-
-    Args:
-        views: Its views, drawn; the first is the main one.
-        features: What has to be told.
-        controlled: What is held closer.
-        titles: What the title block says.
-        notes: Key and text of each note.
+    """Lays a part's drawing out: its views, the main one first, and notes, of each the key that it states and its text.
 
     Returns:
         One sheet, or more where tables and turned views need one of their own.

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
-from delta_cad.export.drawings.paper.lettering import LINE, fitted, width_of, wrapped
-from delta_cad.export.drawings.paper.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, width_of, wrapped
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.views.block import Block
 from delta_cad.export.drawings.views.lines import lines_of_group, set_line
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
@@ -54,14 +54,7 @@ def title_box(size: str) -> Box:
 
 
 def framed(size: str, scale: str, page: str, titles: Titles) -> Sheet:
-    """Makes an empty sheet with frame and title block.
-
-    Args:
-        size: "A4" or "A3".
-        scale: Such as "2:1".
-        page: Such as "1 / 2".
-        titles: What the block says.
-    """
+    """Makes an empty sheet, "A4" or "A3", with frame and title block; scale such as "2:1", page such as "1 / 2"."""
     width, height = SHEETS[size]
     box = inner(size)
     sheet = Sheet(width, height, [_rectangle("frame", box)])
@@ -149,7 +142,7 @@ def notes_items(notes: Sequence[tuple[str, str]], width: float) -> list[Item]:
             y -= SMALL_MM * LINE
             if k == 0:
                 items.append(Text((0.0, y), SMALL_MM, f"{n}"))
-            items.append(Text((5.0, y), SMALL_MM, line, told=(key,) if k == 0 and key else ()))
+            items.append(Text((5.0, y), SMALL_MM, line, states=(key,) if k == 0 and key else ()))
     return items
 
 
@@ -165,7 +158,7 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
 
     def row(texts: Sequence[tuple[float, str, tuple[str, ...]]]) -> None:
         for x, text, told in texts:
-            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, told=told))
+            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, states=told))
 
     row([(edges[k] + 1.0, name, ()) for k, name in enumerate(("Hole", "X right", "Y up", "Each"))])
     y -= pitch
@@ -176,8 +169,8 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
             for n in range(max(len(said), len(tagged))):
                 if n < len(tagged):
                     one = tagged[n]
-                    row([(edges[0] + 1.0, one.tag, one.told)])
-                    row([(edges[1] + 1.0, number(one.x), one.told_x), (edges[2] + 1.0, number(one.y), one.told_y)])
+                    row([(edges[0] + 1.0, one.tag, one.states)])
+                    row([(edges[1] + 1.0, number(one.x), one.states_x), (edges[2] + 1.0, number(one.y), one.states_y)])
                 if n < len(said):
                     items += set_line(said[n], (edges[3] + 1.0, y - pitch + 1.1))
                 y -= pitch

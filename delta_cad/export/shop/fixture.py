@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from delta_cad.common.units import G_PER_KG
-from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import FITTED_RA_UM
-from delta_cad.export.drawings.drawn import UNDRAWN, Drawn, count_faults, part_drawing, size_of, write_drawing
 from delta_cad.export.drawings.part.controlled import Controlled, Length, Round
-from delta_cad.export.drawings.title import Titles
+from delta_cad.export.drawings.write import Drawn, titles_of, write_part_drawing
 from delta_cad.export.shop.seats import (
     COLUMN_MM,
     PLATE_MM,
@@ -93,10 +91,6 @@ def _held(part: Part, s: Seats) -> Controlled:
 def write_fixture(d: Dimensions, folder: Path) -> Drawn:
     """Writes a machine's fixture: STEP file and drawing of each part, and `poses.csv` to be filled in.
 
-    Args:
-        d: The machine's dimensions.
-        folder: An existing folder.
-
     Returns:
         What came of the drawings.
 
@@ -105,22 +99,11 @@ def write_fixture(d: Dimensions, folder: Path) -> Drawn:
         OSError: It cannot be written.
     """
     seats, drawn = seats_of(d), Drawn()
-    machine = f"{d.design.name}, design {design_hash(d.design)[:12]}"
     for part in fixture_parts(seats):
         held = _held(part, seats)
         write_part_step(part, folder / f"{part.number}.step", held=held)
-        box = part.solid.BoundingBox(1e-4)
         grams = part.solid.Volume() * 1e-9 * part.material.density_kg_m3 * G_PER_KG
-        size, count = size_of((box.xlen, box.ylen, box.zlen)), str(COUNTS[part.number])
-        text = part.description
-        titles = Titles(part.number, text, part.material.name, count, f"{grams:.0f} g", size, machine, "A")
-        try:
-            drawing, features = part_drawing(part, held, titles)
-        except UNDRAWN as error:
-            drawn.faults[part.number] = [str(error)]
-            continue
-        write_drawing(drawing, folder)
-        count_faults(drawn, drawing, part, features)
+        drawn += write_part_drawing(part, held, titles_of(d, part, COUNTS[part.number], f"{grams:.0f}"), folder)
     (folder / "poses.csv").write_text(poses_text(d, seats), encoding="utf-8")
     return drawn
 

@@ -73,14 +73,7 @@ def toleranced(part: Part) -> list[Bore]:
 
 
 def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part, held: Controlled) -> None:
-    """Adds dimensions, datums and tolerances of a part to a document, before it is transferred.
-
-    Args:
-        document: Of the part.
-        label: The part's.
-        part: With its solid as it was added.
-        held: What of it is held closer than the general tolerance.
-    """
+    """Adds dimensions, datums and tolerances of a part to a document, before it is transferred."""
     writer = _Writer(document, label)
     for bore in toleranced(part):
         faces = faces_of(part.solid, bore)
@@ -97,9 +90,9 @@ def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part, hel
         return [known[id(face)] for face in faces]
 
     for size in found.sizes:
-        if size.asked is not None:
+        if size.tolerance is not None:
             for faces in size.pieces or [size.faces]:
-                writer.round(size.asked, size.kind, not size.text.split("x ")[-1].startswith("R"), shapes(faces))
+                writer.round(size.tolerance, size.kind, not size.text.split("x ")[-1].startswith("R"), shapes(faces))
     for length in (*held.lengths, *held.depths):
         ends = [shapes(_planes(read, length.axis, at)) for at in (length.start_mm, length.end_mm)]
         if all(ends):

@@ -59,9 +59,6 @@ class Seats:
 def seats_of(d: Dimensions) -> Seats:
     """Computes the seats for a machine.
 
-    Args:
-        d: Its dimensions.
-
     Returns:
         The seats.
 

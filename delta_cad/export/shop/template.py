@@ -8,7 +8,7 @@ from typing import Any
 
 from delta_cad import catalogue
 from delta_cad.dimensions.panel import SCREW, TEMPLATE, PanelDimensions
-from delta_cad.export.drawings.paper.dxf import r2010_text
+from delta_cad.export.drawings.sheet_io.dxf import r2010_text
 
 BULGE = tan(pi / 8.0)  # of a quarter of a circle: the tangent of a fourth of its angle
 MARGIN_MM = 10.0

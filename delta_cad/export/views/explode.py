@@ -299,9 +299,6 @@ def _step(unit: _Unit, standing: np.ndarray) -> float:
 def revolution_axis(mesh: Mesh) -> np.ndarray | None:
     """Finds the axis of a body whose principal moments are those of a body of revolution.
 
-    Args:
-        mesh: A closed mesh.
-
     Returns:
         (3,) unit vector, towards its heavier end; None where two moments are not alike, or all three are.
     """

@@ -32,10 +32,10 @@ class PictureError(RuntimeError):
 
 
 def render_window(size: tuple[int, int]) -> Any:
-    """Opens an off-screen window.
+    """Opens an off-screen window of two layers, scene and annotations.
 
     Args:
-        size: Width and height, pixels, as rendered.
+        size: Width and height of the finished picture, pixels.
 
     Raises:
         PictureError: The machine offers no OpenGL, neither from a display nor in software.
@@ -48,8 +48,9 @@ def render_window(size: tuple[int, int]) -> Any:
         for make in _window_makers():
             window = make()
             window.SetOffScreenRendering(1)
-            window.SetSize(*size)
+            window.SetSize(*(SUPERSAMPLING * side for side in size))
             window.SetMultiSamples(0)
+            window.SetNumberOfLayers(2)
             if window.SupportsOpenGL():
                 return window
     finally:
@@ -91,6 +92,13 @@ def placed(mesh: Mesh, frame: np.ndarray, colour: Colour) -> Placed:
     return Placed(mesh.vertices @ frame[:3, :3].T + frame[:3, 3], mesh.faces, colour)
 
 
+def joined(parts: Sequence[Placed]) -> Any:
+    """Makes one mesh of parts, VTK's record of it."""
+    starts = np.cumsum([0] + [len(part.points) for part in parts])
+    triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+    return poly_data(np.concatenate([part.points for part in parts]), np.concatenate(triangles))
+
+
 class PartScene:
     """Placed parts as one actor a colour: few actors draw three times as fast as one a part."""
 
@@ -109,12 +117,7 @@ class PartScene:
         self.bounds_mm = np.array([self.points_mm.min(axis=0), self.points_mm.max(axis=0)])
         """(2, 3) lowest and highest coordinates of all parts, mm."""
         for colour in dict.fromkeys(part.colour for part in parts):
-            alike = [part for part in parts if part.colour == colour]
-            starts = np.cumsum([0] + [len(part.points) for part in alike])
-            mesh = poly_data(
-                np.concatenate([part.points for part in alike]),
-                np.concatenate([part.triangles + start for part, start in zip(alike, starts, strict=False)]),
-            )
+            mesh = joined([part for part in parts if part.colour == colour])
             self.renderer.AddActor(_surface(mesh, colour))
             self.renderer.AddActor(_edges(mesh, self.renderer.GetActiveCamera()))
 
@@ -155,14 +158,17 @@ def flat_actor(source: Any, colour: Colour, width: float = 1.0) -> Any:
     """Makes lines or faces of one colour that no light changes, hidden by what is before them.
 
     Args:
-        source: VTK's filter that gives them.
+        source: VTK's filter that gives them, or its record of them.
         colour: sRGB.
         width: Line width, pixels of the finished picture.
     """
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
     mapper = vtkPolyDataMapper()
-    mapper.SetInputConnection(source.GetOutputPort())
+    if source.IsA("vtkPolyData"):
+        mapper.SetInputData(source)
+    else:
+        mapper.SetInputConnection(source.GetOutputPort())
     mapper.SetResolveCoincidentTopologyToPolygonOffset()
     mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
     actor = vtkActor()
@@ -187,12 +193,41 @@ def _lights(renderer: Any) -> None:
         renderer.AddLight(light)
 
 
-def photograph(window: Any, path: Path) -> None:
-    """Renders a window into a PNG file, averaged down to the finished picture.
+def flat_shapes(shapes: Sequence[np.ndarray], colour: Colour, width: float = 1.0) -> Any:
+    """Makes an actor of lines (2, 3) or triangles (3, 3), mm, as `flat_actor` does."""
+    corners = np.array(shapes)
+    cells = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
+    return flat_actor(poly_data(corners.reshape(-1, 3), cells), colour, width)
+
+
+def aim(renderer: Any, target: np.ndarray, towards: np.ndarray, up: np.ndarray, height_mm: float) -> Any:
+    """Sets a parallel camera, and makes the layer over it for annotations.
 
     Args:
-        window: Off-screen window with its renderers.
-        path: File to write.
+        renderer: The scene.
+        target: (3,) middle of the picture, mm.
+        towards: (3,) unit vector to the viewer.
+        up: (3,) unit vector upwards in the picture.
+        height_mm: Of the picture.
+    """
+    from vtkmodules.vtkRenderingCore import vtkRenderer
+
+    camera = renderer.GetActiveCamera()
+    camera.ParallelProjectionOn()
+    camera.SetFocalPoint(*target)
+    camera.SetPosition(*(target + 1000.0 * towards))
+    camera.SetViewUp(*up)
+    camera.SetParallelScale(height_mm / 2.0)
+    renderer.ResetCameraClippingRange()
+    overlay = vtkRenderer()
+    overlay.SetLayer(1)
+    overlay.SetViewport(renderer.GetViewport())
+    overlay.SetActiveCamera(camera)
+    return overlay
+
+
+def photograph(window: Any, layers: Sequence[Any], path: Path) -> None:
+    """Renders a scene into a PNG file, averaged down to the finished picture.
 
     Raises:
         OSError: It cannot be written.
@@ -202,6 +237,8 @@ def photograph(window: Any, path: Path) -> None:
     from vtkmodules.vtkIOImage import vtkPNGWriter
     from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
+    for layer in layers:
+        window.AddRenderer(layer)
     picture = vtkWindowToImageFilter()
     picture.SetInput(window)
     picture.ReadFrontBufferOff()
@@ -213,4 +250,6 @@ def photograph(window: Any, path: Path) -> None:
     writer.SetInputConnection(smooth.GetOutputPort())
     writer.WriteToMemoryOn()  # a full disk is told by Python, not by VTK
     writer.Write()
+    for layer in layers:
+        window.RemoveRenderer(layer)
     path.write_bytes(vtk_to_numpy(writer.GetResult()).tobytes())

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.export.views.polydata import poly_data
-from delta_cad.export.views.scene import SUPERSAMPLING, Colour, flat_actor
+from delta_cad.export.views.scene import SUPERSAMPLING, Colour, aim, flat_actor, flat_shapes
 
 INK: Colour = (0.16, 0.19, 0.24)
 TITLE_PIXELS, TEXT_PIXELS = 26, 18
@@ -28,6 +27,7 @@ class Sheet:
     """A view of a renderer along one direction, with an overlay for dimensions and captions.
 
     Attributes:
+        scene: The renderer.
         towards: (3,) unit vector from the machine to the viewer.
         right: (3,) unit vector to the right on the sheet.
         up: (3,) unit vector upwards on the sheet.
@@ -47,8 +47,6 @@ class Sheet:
             box: (n, 3) points that must be visible, mm.
             room: Pixels to keep free around them for dimension lines.
         """
-        from vtkmodules.vtkRenderingCore import vtkRenderer
-
         self.towards = np.asarray(towards, dtype=float) / np.linalg.norm(towards)
         pole = np.array([0.0, 0.0, 1.0]) if abs(self.towards[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
         self.right = np.cross(pole, self.towards)
@@ -57,27 +55,12 @@ class Sheet:
         flat = self.flat(box)
         low, high = flat.min(axis=0), flat.max(axis=0)
         free = np.array([size[0] - 2 * room, size[1] - 2 * room - BAND_PIXELS])
-        self._ends = low, high
+        self._ends, self.scene = (low, high), renderer
         self.mm_per_pixel = float((MARGIN * (high - low) / free).max())
         centre = (low + high) / 2 - [0.0, BAND_PIXELS / 2 * self.mm_per_pixel]
-        self._aim(renderer, centre, size[1])
-        self.overlay = vtkRenderer()
-        self.overlay.SetLayer(1)
-        self.overlay.SetViewport(renderer.GetViewport())
-        self.overlay.SetActiveCamera(renderer.GetActiveCamera())
+        self.overlay = aim(renderer, self.solid(centre), self.towards, self.up, size[1] * self.mm_per_pixel)
         self._segments: list[np.ndarray] = []
         self._arrows: list[np.ndarray] = []
-
-    def _aim(self, renderer: Any, centre: np.ndarray, height: int) -> None:
-        """Parallel camera on a sheet point."""
-        camera = renderer.GetActiveCamera()
-        target = centre[0] * self.right + centre[1] * self.up
-        camera.ParallelProjectionOn()
-        camera.SetFocalPoint(*target)
-        camera.SetPosition(*(target + 1000.0 * self.towards))
-        camera.SetViewUp(*self.up)
-        camera.SetParallelScale(height / 2 * self.mm_per_pixel)
-        renderer.ResetCameraClippingRange()
 
     def flat(self, points: np.ndarray) -> np.ndarray:
         """(..., 3) points in mm to (..., 2) on the sheet, mm."""
@@ -185,15 +168,9 @@ class Sheet:
 
     def finish(self) -> Any:
         """Draws what was collected; returns the overlay."""
-        from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
-
         for shapes in (self._segments, self._arrows):
             if shapes:
-                corners = self.solid(np.array(shapes))
-                cells = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
-                lines = vtkTrivialProducer()
-                lines.SetOutput(poly_data(corners.reshape(-1, 3), cells))
-                self.overlay.AddActor(flat_actor(lines, INK))
+                self.overlay.AddActor(flat_shapes(list(self.solid(np.array(shapes))), INK))
         return self.overlay
 
 

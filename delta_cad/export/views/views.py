@@ -14,8 +14,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.export.bom import items_of
 from delta_cad.export.views.explode import chain_of, exploded_chain
-from delta_cad.export.views.polydata import poly_data
-from delta_cad.export.views.scene import SUPERSAMPLING, Colour, PartScene, Placed, photograph, placed, render_window
+from delta_cad.export.views.scene import Colour, PartScene, Placed, joined, photograph, placed, render_window
 from delta_cad.export.views.sheet import BALLOON_ROOM, DIMENSION_PIXELS, Sheet, box_actor
 from delta_cad.solids.part import Occurrence
 
@@ -93,8 +92,7 @@ class _Studio:
 
     def __init__(self, assembly: Assembly, meshes: Meshes, stage: Stage) -> None:
         self.assembly, self.meshes, self.stage, self.at = assembly, meshes, stage, np.array(assembly.home_mm)
-        self.window = render_window((SIZE[0] * SUPERSAMPLING, SIZE[1] * SUPERSAMPLING))
-        self.window.SetNumberOfLayers(2)
+        self.window = render_window(SIZE)
         self.scene = PartScene(self._placed(self.at, assembly.occurrences))
         self.bounds = self.scene.bounds_mm
         self.cube = box_actor(*stage.cube(), CUBE_COLOUR)
@@ -107,16 +105,11 @@ class _Studio:
 
     def draw(self, view: str, path: Path) -> None:
         """Draws one picture into its file."""
-        layers: list[tuple[Any, Any]] = getattr(self, f"_{view}")()
-        for renderer, overlay in layers:
-            self.window.AddRenderer(renderer)
-            self.window.AddRenderer(overlay)
-        photograph(self.window, path)
-        for renderer, overlay in layers:
-            renderer.RemoveActor(self.cube)
-            renderer.RemoveActor(self.envelope)
-            self.window.RemoveRenderer(renderer)
-            self.window.RemoveRenderer(overlay)
+        sheets: list[Sheet] = getattr(self, f"_{view}")()
+        photograph(self.window, [layer for sheet in sheets for layer in (sheet.scene, sheet.finish())], path)
+        for sheet in sheets:
+            sheet.scene.RemoveActor(self.cube)
+            sheet.scene.RemoveActor(self.envelope)
 
     def _sheet(self, towards: np.ndarray, points: np.ndarray, room: float, frames: list[Any]) -> Sheet:
         for frame in frames:
@@ -131,7 +124,7 @@ class _Studio:
         """Points that every overall view must show."""
         return np.concatenate([_box(*self.bounds), _box(*self.stage.cube())])
 
-    def _iso(self) -> list[tuple[Any, Any]]:
+    def _iso(self) -> list[Sheet]:
         points = np.concatenate(
             [self.scene.points_mm, _box(*self.stage.cube()), _box(*self.stage.envelope(self.bounds[0, 2]))]
         )
@@ -142,15 +135,15 @@ class _Studio:
             self.assembly.name,
             f"{self._where()}; blue: cube workspace {side:g} mm; red: outline {width:g} x {depth:g} mm",
         )
-        return [(self.scene.renderer, sheet.finish())]
+        return [sheet]
 
-    def _front(self) -> list[tuple[Any, Any]]:
+    def _front(self) -> list[Sheet]:
         return self._elevation(FRONT, "front view", 0)
 
-    def _side(self) -> list[tuple[Any, Any]]:
+    def _side(self) -> list[Sheet]:
         return self._elevation(SIDE, "side view", 1)
 
-    def _elevation(self, towards: np.ndarray, title: str, axis: int) -> list[tuple[Any, Any]]:
+    def _elevation(self, towards: np.ndarray, title: str, axis: int) -> list[Sheet]:
         """A view along the ground: overall width and height, the cube's side and height."""
         sheet = self._sheet(towards, self._corners(), 95.0, [self.cube])
         (left, bottom), (right, top) = sheet.flat(self.bounds[0]), sheet.flat(self.bounds[1])
@@ -169,9 +162,9 @@ class _Studio:
             f"{self.assembly.name}, {title}",
             f"{self._where()}; {letter} to the right, z up; chain line: plane of the shoulder axes",
         )
-        return [(self.scene.renderer, sheet.finish())]
+        return [sheet]
 
-    def _top(self) -> list[tuple[Any, Any]]:
+    def _top(self) -> list[Sheet]:
         low, high = self.stage.envelope(self.bounds[0, 2])
         points = np.concatenate([_box(*self.bounds), _box(low, high)])
         sheet = self._sheet(TOP, points, 80.0, [self.envelope])
@@ -186,9 +179,9 @@ class _Studio:
             (east, south), (east, north), f"{north - south:.1f}", rows=1 + _rows(sheet, right - east), upright=True
         )
         sheet.caption(f"{self.assembly.name}, top view", f"{self._where()}; x to the right, y up; red: outline allowed")
-        return [(self.scene.renderer, sheet.finish())]
+        return [sheet]
 
-    def _drive(self) -> list[tuple[Any, Any]]:
+    def _drive(self) -> list[Sheet]:
         parts = [
             replace(part, colour=CABLE_COLOUR) if o.part.number.startswith("capstan_cable") else part
             for o, part in self._chain()
@@ -199,7 +192,7 @@ class _Studio:
         )
         return self._alone(DRIVE, parts, "drive of chain 0", f"{self._where()}; {words}")
 
-    def _exploded(self) -> list[tuple[Any, Any]]:
+    def _exploded(self) -> list[Sheet]:
         """The drive taken apart, with the item of each part."""
         chain = self._chain()
         moves = exploded_chain(self.assembly, self.meshes, [o for o, _ in chain], 0)
@@ -213,14 +206,14 @@ class _Studio:
         sheet.balloons({item: shown.point_of(parts) for item, parts in of_item.items()})
         words = "each part along its own axis; numbers: items of bom.csv"
         sheet.caption(f"{self.assembly.name}, drive of chain 0, exploded", words)
-        return [(scene.renderer, sheet.finish())]
+        return [sheet]
 
-    def _alone(self, towards: np.ndarray, parts: list[Placed], title: str, subtitle: str) -> list[tuple[Any, Any]]:
+    def _alone(self, towards: np.ndarray, parts: list[Placed], title: str, subtitle: str) -> list[Sheet]:
         """Some of the parts, filling the sheet."""
         scene = PartScene(parts)
         sheet = Sheet(scene.renderer, towards, SIZE, scene.points_mm, room=10.0)
         sheet.caption(f"{self.assembly.name}, {title}", subtitle)
-        return [(scene.renderer, sheet.finish())]
+        return [sheet]
 
     def _chain(self) -> list[tuple[Occurrence, Placed]]:
         """Chain 0 without its rods, and of the base only what hangs together with it."""
@@ -235,21 +228,21 @@ class _Studio:
             joined = joined | (touching & joined).any(axis=1)
         return [(o, part) for o, part, keep in zip(chain, parts, joined, strict=True) if keep]
 
-    def _poses(self) -> list[tuple[Any, Any]]:
+    def _poses(self) -> list[Sheet]:
         low, high = self.stage.cube()
         half = (SIZE[0] // 2, SIZE[1])
         heights = {"lowest": float(low[2]), "highest": float(high[2])}
         everything = self.assembly.occurrences
         scenes = {word: PartScene(self._placed(np.array([0.0, 0.0, z]), everything)) for word, z in heights.items()}
         points = np.concatenate([_box(*scene.bounds_mm) for scene in scenes.values()] + [_box(low, high)])
-        layers = []
+        sheets = []
         for column, (word, scene) in enumerate(scenes.items()):
             scene.renderer.SetViewport((0.5 * column, 0.0, 0.5 * column + 0.5, 1.0))
             scene.renderer.AddActor(self.cube)
             sheet = Sheet(scene.renderer, FRONT, half, points, room=10.0)
             sheet.caption(f"{word} position", f"platform centre at (0, 0, {heights[word]:.1f}) mm, same scale")
-            layers.append((scene.renderer, sheet.finish()))
-        return layers
+            sheets.append(sheet)
+        return sheets
 
 
 class _Sight:
@@ -263,9 +256,7 @@ class _Sight:
     def __init__(self, parts: Sequence[Placed], towards: np.ndarray) -> None:
         from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
-        starts = np.cumsum([0] + [len(part.points) for part in parts])
-        triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
-        self._mesh = poly_data(np.concatenate([part.points for part in parts]), np.concatenate(triangles))
+        self._mesh = joined(parts)
         self._locator, self._towards = vtkStaticCellLocator(), towards
         self._locator.SetDataSet(self._mesh)
         self._locator.BuildLocator()

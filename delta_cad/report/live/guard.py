@@ -31,6 +31,8 @@ from websockets.http11 import Request, Response
 TOKEN_BYTES = 16
 MOST_BYTES = 4096  # of a message; a camera, the longest one that the page sends, has a tenth of it
 MOST_CLIENTS = 40
+SILENT_S = 60.0  # after which a viewer that sent nothing gives way to another, where there are so many
+LONGEST_PATH = 255  # letters behind the token: no file has a longer name, and none of the page's a longer path
 MOST_REFUSED = 100  # messages of one connection, after which it is cut
 MOST_m = 100.0  # of a camera's position; machines have tenths of a metre
 MOST_px = 32768  # of a screen
@@ -104,12 +106,7 @@ DECODER = msgspec.msgpack.Decoder(Camera | Drag | DragStart | DragEnd | Change)
 
 
 class Refusals:
-    """Counts what is refused, and says so: the first of a kind at once, then a line each `EVERY_S` at most.
-
-    Args:
-        say: Takes a line.
-        now: The clock, s.
-    """
+    """Counts what is refused, and says so: the first of a kind at once, then a line each `EVERY_S`; `now` is in s."""
 
     def __init__(self, say: Callable[[str], object], now: Callable[[], float] = monotonic) -> None:
         self._say, self._now, self._lock = say, now, Lock()
@@ -178,12 +175,7 @@ class Guard:
         self._handle = None
 
     def fault(self, request: Request, clients: int) -> str:
-        """Says why a request is not accepted, without a word of its own; "" where it is.
-
-        Args:
-            request: The request.
-            clients: How many viewers are connected.
-        """
+        """Says why a request is not accepted, without a word of its own; "" where it is."""
         headers = request.headers
         if [host.lower() for host in headers.get_all("Host")] != [self._authority]:
             return "a request to another host than the printed address"
@@ -237,7 +229,11 @@ class Guard:
         class Guarded(ServerConnection):
             """A connection of which only what passes is received."""
 
-            refused = 0
+            refused, heard = 0, 0.0
+
+            def connection_made(self, transport: Any) -> None:
+                self.heard = monotonic()
+                super().connection_made(transport)
 
             async def recv(self, decode: bool | None = None) -> Any:
                 while True:
@@ -248,6 +244,7 @@ class Guard:
                             guard.refusals.add(f"a message of more than {MOST_BYTES} bytes")
                         raise
                     if message is not None:
+                        self.heard = monotonic()
                         return message
                     self.refused += 1
                     if self.refused >= MOST_REFUSED:
@@ -256,10 +253,17 @@ class Guard:
 
         def guarded(*arguments: Any, process_request: Any, **options: Any) -> Any:
             def answer(connection: ServerConnection, request: Request) -> Response | None:
-                if fault := guard.fault(request, len(connection.server.connections)):
+                others = [one for one in connection.server.connections if isinstance(one, Guarded)]
+                others.sort(key=lambda one: one.heard)
+                idle = others[:1] if len(others) >= MOST_CLIENTS and monotonic() - others[0].heard > SILENT_S else []
+                if fault := guard.fault(request, len(others) - len(idle)):
                     guard.refusals.add(fault)
                     return connection.respond(http.HTTPStatus.FORBIDDEN, "refused\n")
                 request.path = "/" + request.path.removeprefix("/").partition("/")[2]
+                if len(request.path.partition("?")[0]) > LONGEST_PATH:
+                    return connection.respond(http.HTTPStatus.NOT_FOUND, "not found\n")
+                for one in idle if "Upgrade" in request.headers else ():
+                    one.transport.abort()
                 response: Response | None = process_request(connection, request)
                 if response is not None:
                     response.headers.update(HEADERS)
@@ -279,12 +283,7 @@ class Guard:
 
 
 def guarded_server(guard: Guard, label: str) -> viser.ViserServer:
-    """Starts a viser server behind a guard; it says nothing, and cannot be asked to share itself by another's server.
-
-    Args:
-        guard: The guard; its port is free.
-        label: Title of the page.
-    """
+    """Starts a viser server behind a guard: it says nothing, and nobody can ask it to be shared by another's server."""
     with redirect_stdout(io.StringIO()), guard.in_front():  # which would print the address in a frame
         server = viser.ViserServer(host=guard.host, port=guard.port, label=label, verbose=False)
     for share in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import product
 
 import numpy as np
@@ -15,7 +15,7 @@ from delta_cad.mechanism.inverse import elbow_positions, joint_angles, rod_lean,
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
-from delta_cad.report.figures import told
+from delta_cad.report.figures import with_unit
 
 GRID = 9  # positions along an edge of the cube
 ROUNDED = 4  # significant digits of a figure
@@ -35,15 +35,8 @@ class Lengths:
     @classmethod
     def of(cls, design: Design) -> Lengths:
         """Gives those of a design."""
-        m, cube = design.mechanism, design.cube
-        return cls(
-            m.base_radius_mm,
-            m.platform_radius_mm,
-            m.upper_arm_length_mm,
-            m.forearm_length_mm,
-            cube.bottom_height_mm,
-            cube.half_side_mm,
-        )
+        stated = {**vars(design.mechanism), **vars(design.cube)}
+        return cls(**{field.name: stated[field.name] for field in fields(cls)})
 
     @property
     def geometry(self) -> DeltaGeometry:
@@ -128,7 +121,7 @@ def readings(lengths: Lengths, force_N: float, inertia: HandleInertia | None, p_
 
     def reading(words: str, unit: str, values: np.ndarray, all_: np.ndarray) -> Reading:
         here = ", ".join(f"{value:.{ROUNDED}g}" for value in np.atleast_1d(values))
-        worst = told(float(all_.max()), unit, ROUNDED) if whole else "out of reach"
+        worst = with_unit(float(all_.max()), unit, ROUNDED) if whole else "out of reach"
         return Reading(words, f"{here} {unit}".strip(), worst)
 
     angles, leans = np.degrees(joint_angles(g, over)), np.degrees(np.abs(rod_lean(g, over)))

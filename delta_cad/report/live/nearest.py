@@ -24,13 +24,7 @@ class Nearest:
 
 
 class Neighbours:
-    """The bodies of a machine that more than one joint moves against each other.
-
-    Args:
-        assembly: The machine.
-        limits: The clearance asked.
-        meshes: Part number -> mesh, mm.
-    """
+    """The bodies of a machine that more than one joint moves against each other."""
 
     def __init__(self, assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> None:
         self._placement, self._engine, self.limit_mm = assembly.placement, DistanceEngine(), limits.clearance_min_mm

@@ -55,12 +55,7 @@ LEVEL = 1e-6  # length of what of the vertical a camera sees that looks along it
 
 
 class LivePage:
-    """What all viewers of one server see; the last one who moves something is right.
-
-    Args:
-        server: A viser server; see `guard.guarded_server`.
-        design: The design.
-    """
+    """What all viewers of one server see; the last one who moves something is right."""
 
     def __init__(self, server: ViserServer, design: Design) -> None:
         self._server, self._design, self._lock = server, design, RLock()

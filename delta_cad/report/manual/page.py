@@ -11,14 +11,12 @@ from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.common.beside import Beside, BesideError
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
-from delta_cad.export.drawings.paper.lettering import face_rules
-from delta_cad.export.views.scene import PictureError
+from delta_cad.export.drawings.sheet_io.lettering import face_rules
 from delta_cad.report.manual.pictures import SIZE, Colour, Studio
-from delta_cad.report.manual.told import Chapter, chapters, scenes
+from delta_cad.report.manual.steps import Chapter, chapters, scenes
 
 FOLDER, FILE_NAME = "manual", "manual.html"
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -40,37 +38,14 @@ Order = tuple[Dimensions, Assembly, Meshes, Mapping[str, Any], Path]
 def results(order: Order) -> Iterator[Path]:
     """Writes the manual of a machine, for `Beside`.
 
-    Args:
-        order: As `write_manual` takes them.
-
     Yields:
         Its file.
     """
     yield write_manual(*order)
 
 
-def written(writer: Beside) -> None:
-    """Waits for the manual of a process that was started from this module and given its order.
-
-    Raises:
-        PictureError: There is no OpenGL, or the other process ended early.
-        OSError: It could not write it.
-    """
-    try:
-        writer.take()
-    except BesideError as error:
-        raise PictureError(str(error)) from error
-
-
 def write_manual(d: Dimensions, assembly: Assembly, meshes: Meshes, masses: Mapping[str, Any], folder: Path) -> Path:
-    """Draws all steps and writes the page.
-
-    Args:
-        d: The machine's dimensions.
-        assembly: The machine, its solids not needed.
-        meshes: Part number -> mesh, mm.
-        masses: Its mass report.
-        folder: The build's folder.
+    """Draws all steps and writes the page below a build's folder; the machine's solids are not needed.
 
     Returns:
         The file.
@@ -107,14 +82,7 @@ def _embedded(path: Path) -> str:
 
 
 def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mapping[str, str]) -> str:
-    """Gives the page's text.
-
-    Args:
-        d: The machine's dimensions.
-        assembly: The machine.
-        told: Its chapters.
-        pictures: Name of a picture -> where it is, as a URL.
-    """
+    """Gives the page's text; `pictures` are URLs by name."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 

@@ -12,13 +12,14 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly, Insertion, Step
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.export.views.polydata import poly_data
 from delta_cad.export.views.scene import (
-    SUPERSAMPLING,
     Colour,
     PartScene,
     Placed,
+    aim,
     flat_actor,
+    flat_shapes,
+    joined,
     photograph,
     placed,
     render_window,
@@ -78,8 +79,7 @@ class Studio:
     """A window, and the machine's parts where they sit at home."""
 
     def __init__(self, assembly: Assembly, meshes: Meshes) -> None:
-        self.window = render_window((SIZE[0] * SUPERSAMPLING, SIZE[1] * SUPERSAMPLING))
-        self.window.SetNumberOfLayers(2)
+        self.window = render_window(SIZE)
         self._frames = assembly.poses(assembly.home_mm)
         self._meshes = meshes
         self._number = {o.name: o.part.number for o in assembly.occurrences}
@@ -119,15 +119,12 @@ class Studio:
         scene = PartScene(parts)
         shown = [self._points(one.names) + away for one in drawn for away in (one.away, np.zeros(3))]
         shown += [self._points(step.shown)] if step.shown else []
-        pixel = _aim(scene.renderer, towards, scene.points_mm, np.concatenate(shown) if shown else scene.points_mm)
-        overlay = self._arrows(drawn, scene.renderer, towards, pixel)
+        matter = np.concatenate(shown) if shown else scene.points_mm
+        overlay, pixel = _aimed(scene.renderer, towards, scene.points_mm, matter)
+        self._add_arrows(drawn, overlay, towards, pixel)
         for part in through:
-            overlay.AddActor(_flat(poly_data(part.points, part.triangles), part.colour))
-        for renderer in (scene.renderer, overlay):
-            self.window.AddRenderer(renderer)
-        photograph(self.window, path)
-        for renderer in (scene.renderer, overlay):
-            self.window.RemoveRenderer(renderer)
+            overlay.AddActor(flat_actor(joined([part]), part.colour))
+        photograph(self.window, (scene.renderer, overlay), path)
         return colours
 
     def _placed(self, name: str, colour: Colour, away: np.ndarray | None = None) -> Placed:
@@ -175,13 +172,8 @@ class Studio:
             found.append(Drawn(names, away if bend is None else away + bend, bend, unit))
         return found
 
-    def _arrows(self, drawn: Sequence[Drawn], renderer: Any, towards: np.ndarray, pixel: float) -> Any:
-        """A layer over the picture with an arrow for each way, from what is drawn out to its seat."""
-        from vtkmodules.vtkRenderingCore import vtkRenderer
-
-        overlay = vtkRenderer()
-        overlay.SetLayer(1)
-        overlay.SetActiveCamera(renderer.GetActiveCamera())
+    def _add_arrows(self, drawn: Sequence[Drawn], overlay: Any, towards: np.ndarray, pixel: float) -> None:
+        """Adds to the layer over the picture an arrow for each way, from what is drawn out to its seat."""
         lines, heads = [], []
         for one in drawn:
             if not one.away.any():
@@ -197,19 +189,7 @@ class Studio:
             heads.append(_head(ends[-2], ends[-1], towards, pixel))
         for shapes, width in ((lines, ARROW_WIDTH), (heads, 1.0)):
             if shapes:
-                corners = np.array(shapes)
-                cells = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
-                overlay.AddActor(_flat(poly_data(corners.reshape(-1, 3), cells), ARROW, width))
-        return overlay
-
-
-def _flat(data: Any, colour: Colour, width: float = 1.0) -> Any:
-    """One colour for lines or faces, which no light changes."""
-    from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
-
-    source = vtkTrivialProducer()
-    source.SetOutput(data)
-    return flat_actor(source, colour, width)
+                overlay.AddActor(flat_shapes(shapes, ARROW, width))
 
 
 def _beside(box: np.ndarray, other: np.ndarray, out: np.ndarray) -> bool:
@@ -242,7 +222,7 @@ def _towards(drawn: Sequence[Drawn]) -> np.ndarray:
     return VIEWS[max(range(len(VIEWS)), key=lambda k: worth(VIEWS[k], k))]
 
 
-def _aim(renderer: Any, towards: np.ndarray, points: np.ndarray, matter: np.ndarray) -> float:
+def _aimed(renderer: Any, towards: np.ndarray, points: np.ndarray, matter: np.ndarray) -> tuple[Any, float]:
     """Sets a parallel camera on what matters, with enough around it to see where that is.
 
     Args:
@@ -252,7 +232,7 @@ def _aim(renderer: Any, towards: np.ndarray, points: np.ndarray, matter: np.ndar
         matter: (m, 3) what has to be seen, mm.
 
     Returns:
-        Size of a pixel of the finished picture, mm.
+        The layer over the picture, and the size of a pixel of the finished picture, mm.
     """
     right = np.cross([0.0, 0.0, 1.0], towards)
     right /= np.linalg.norm(right)
@@ -265,11 +245,4 @@ def _aim(renderer: Any, towards: np.ndarray, points: np.ndarray, matter: np.ndar
     low, high = np.maximum(middle - half, low), np.minimum(middle + half, high)
     pixel = float((MARGIN * (high - low) / np.array(SIZE)).max())
     target = ((low + high) / 2.0) @ np.stack([right, up])
-    camera = renderer.GetActiveCamera()
-    camera.ParallelProjectionOn()
-    camera.SetFocalPoint(*target)
-    camera.SetPosition(*(target + 1000.0 * towards))
-    camera.SetViewUp(*up)
-    camera.SetParallelScale(SIZE[1] / 2.0 * pixel)
-    renderer.ResetCameraClippingRange()
-    return pixel
+    return aim(renderer, target, towards, up, SIZE[1] * pixel), pixel

@@ -239,14 +239,14 @@ def twin() -> None:
     from delta_cad.dimensions import dimensions
     from delta_cad.drive import drive_torque
     from delta_cad.export.mass_properties import mass_report
-    from delta_cad.export.mjcf import twin as text_of
+    from delta_cad.export.robot import Robot, mjcf
 
     folder, design = Path(sys.argv[1]), load_design(BEST)
     sizes = dimensions(design)
     assembly = assemble(sizes)
     masses = mass_report(assembly)
-    text = text_of(assembly, masses, drive_torque(design), sizes.stops_rad, design.requirements.gravity_m_s2)
-    (folder / "twin.xml").write_text(text)
+    robot = Robot(assembly, masses["bodies"], drive_torque(design), sizes.stops_rad)
+    (folder / "twin.xml").write_text(mjcf(robot, design.requirements.gravity_m_s2))
     (folder / "mass_properties.json").write_text(json.dumps(masses))
 
 

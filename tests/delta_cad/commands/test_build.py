@@ -32,7 +32,7 @@ from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
-from delta_cad.export.drawings.drawn import Drawn
+from delta_cad.export.drawings.write import Drawn
 from delta_cad.export.fingerprint import canonical
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step

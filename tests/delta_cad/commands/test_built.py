@@ -23,6 +23,14 @@ def test_the_committed_design_builds_and_all_its_checks_hold(built: Built) -> No
     assert built.record["folder"] == str(built.folder)
 
 
+def test_its_figures_stay_where_they_are(built: Built) -> None:
+    """Of a sweep and of a shop, which the figures of the gallery's `best.json` leave out in the quick tests."""
+    values = {check["name"]: check["value"] for check in built.record["checks"]}
+    # polished: another processor has other last digits
+    assert values["clearance"] == pytest.approx(2.373485502217071, rel=1e-6)
+    assert built.record["cost_EUR"] == 3584.92
+
+
 def test_the_build_holds_every_promised_file_and_its_hash(built: Built, best_assembly: Any) -> None:
     names = {str(p.relative_to(built.folder)) for p in built.folder.rglob("*") if p.is_file()}
     promised = {

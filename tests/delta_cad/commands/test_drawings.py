@@ -13,8 +13,8 @@ from delta_cad.commands.cli import main
 from delta_cad.commands.pipeline import check_drawings
 from delta_cad.common.files import whole_folder
 from delta_cad.design import Design
-from delta_cad.export.drawings import drawn
-from delta_cad.export.drawings.drawn import Drawn
+from delta_cad.export.drawings import write
+from delta_cad.export.drawings.write import Drawn
 from tests.committed import BEST
 
 
@@ -29,7 +29,7 @@ def quick(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> list[Draw
 
     monkeypatch.setattr("delta_cad.assembly.assemble.assemble", lambda *_: best_assembly)
     monkeypatch.setattr("delta_cad.export.mass_properties.mass_report", lambda _: {})
-    monkeypatch.setattr(drawn, "write_drawings", written)
+    monkeypatch.setattr(write, "write_drawings", written)
     return found
 
 
@@ -64,7 +64,7 @@ def test_what_cannot_be_written_leaves_the_old_drawings(
     def full(*_: Any) -> Drawn:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(drawn, "write_drawings", full)
+    monkeypatch.setattr(write, "write_drawings", full)
     assert main(["drawings", "--design", str(BEST), "--out", str(tmp_path)]) == 2
     told = capsys.readouterr().err
     assert told.count("\n") == 1

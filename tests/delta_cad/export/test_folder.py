@@ -69,43 +69,35 @@ def entries(out: Path) -> list[str]:
     return sorted(path.name for path in out.iterdir())
 
 
-def test_a_build_appears_under_its_name(tmp_path: Path) -> None:
+def test_a_build_appears_whole_under_its_name_and_replaces_the_old_one(tmp_path: Path) -> None:
     out = tmp_path / "deep" / "out"
     with output_folder(out, "joy") as build:
         (build.path / "a").write_text("1")
         assert not (out / "joy").exists()
         assert build.path.parent == out
-    assert content(out) == {"1"}
+    with output_folder(out, "joy") as build:
+        (build.path / "c").write_text("new")
+        assert content(out) == {"1"}
+    assert entries(out / "joy") == [RECORD, "c"]
     assert entries(out) == ["joy"]
 
 
-def test_a_new_build_replaces_the_old_one_whole(tmp_path: Path) -> None:
-    make(tmp_path, "old")
-    with output_folder(tmp_path, "joy") as build:
-        (build.path / "c").write_text("new")
-        assert content(tmp_path) == {"old"}
-    assert entries(tmp_path / "joy") == [RECORD, "c"]
-    assert entries(tmp_path) == ["joy"]
-
-
-def test_a_failing_writer_leaves_the_old_build_and_nothing_else(tmp_path: Path) -> None:
-    make(tmp_path, "old")
-
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+@pytest.mark.parametrize("before", [[], ["joy"]])
+def test_a_failing_writer_leaves_the_old_build_and_nothing_else(
+    tmp_path: Path, error: type[BaseException], before: list[str]
+) -> None:
     def write_half() -> None:
         with output_folder(tmp_path, "joy") as build:
             (build.path / "a").write_text("half")
-            raise RuntimeError("disk")
+            raise error
 
-    with pytest.raises(RuntimeError, match="disk"):
+    for name in before:
+        make(tmp_path, "old", name)
+    with pytest.raises(error):
         write_half()
-    assert content(tmp_path) == {"old"}
-    assert entries(tmp_path) == ["joy"]
-
-
-def test_a_failing_first_build_leaves_nothing(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path, "joy"):
-        raise KeyboardInterrupt
-    assert entries(tmp_path) == []
+    assert entries(tmp_path) == before
+    assert not before or content(tmp_path) == {"old"}
 
 
 def test_a_rejected_build_never_touches_a_good_one(tmp_path: Path) -> None:

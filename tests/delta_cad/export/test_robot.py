@@ -1,4 +1,7 @@
-"""URDF and SDF read by readers of the test's own, and by MuJoCo: every link where the machine has it, with its mass."""
+"""MJCF in MuJoCo, URDF and SDF read by readers of the test's own: every link where the machine has it, with its mass.
+
+The twin closes, weighs and resists as the solids do, and moves as our equations state.
+"""
 
 # pyright: reportAttributeAccessIssue=false
 # The engine's binding declares its functions at run time.
@@ -6,12 +9,14 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
 from delta_cad.assembly.machine import Assembly
@@ -19,9 +24,16 @@ from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import joint_friction
+from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.export.robot import DUST_KG, Robot, sdf, urdf
-from delta_cad.mechanism import inverse_kinematics
+from delta_cad.export.robot import DUST_KG, Robot, mjcf, sdf, urdf
+from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
+from haptics.gravity import gravity_torque
+from haptics.model.plant import FREE, STATES, Plant, advance, motion, plant
+
+GRAVITY = (1.0, -2.0, -9.0)  # tilted, so that no symmetry hides an error
+ZERO = np.zeros(3)
+DOF = 3 + 6 * 2 + 3  # shoulders, rods that swing and lean, slides
 
 LINKS = {
     "base",
@@ -32,9 +44,14 @@ LINKS = {
 
 
 @pytest.fixture(scope="module")
-def robot(best: Design, best_dimensions: Dimensions, best_assembly: Assembly) -> Robot:
-    bodies = mass_report(best_assembly)["bodies"]
-    return Robot(best_assembly, bodies, drive_torque(best), best_dimensions.stops_rad, joint_friction(best))
+def masses(best_assembly: Assembly) -> dict[str, Any]:
+    return mass_report(best_assembly)
+
+
+@pytest.fixture(scope="module")
+def robot(best: Design, best_dimensions: Dimensions, best_assembly: Assembly, masses: dict[str, Any]) -> Robot:
+    stops, bodies = best_dimensions.stops_rad, masses["bodies"]
+    return Robot(best_assembly, bodies, drive_torque(best), stops, joint_friction(best))
 
 
 @pytest.fixture(scope="module")
@@ -104,8 +121,8 @@ def joints_at(robot: Robot, p_mm: np.ndarray) -> dict[str, float]:
     return found
 
 
-def poses(robot: Robot) -> list[np.ndarray]:
-    steps = np.random.default_rng(3).uniform(-30.0, 30.0, (4, 3))
+def poses(robot: Robot, count: int = 5) -> list[np.ndarray]:
+    steps = np.random.default_rng(3).uniform(-30.0, 30.0, (count - 1, 3))
     return [np.asarray(robot.assembly.home_mm, dtype=float) + step for step in (np.zeros(3), *steps)]
 
 
@@ -132,7 +149,7 @@ def test_cut_joints_meet_at_every_pose(robot: Robot, tree: ET.Element) -> None:
     link = loops[0].find("link1")
     assert link is not None
     there = wrong["rod_0_0"] @ [*numbers(link.get("xyz")), 1.0]
-    assert np.abs(there - wrong["platform"] @ [*robot.wrist(0, 0), 1.0]).max() > 1e-3
+    assert np.abs(there - wrong["platform"] @ [*robot.wrist("rod_0_0"), 1.0]).max() > 1e-3
 
 
 def inertia_of(element: ET.Element, read: Any) -> np.ndarray:
@@ -207,9 +224,8 @@ def test_the_closed_model_stands_at_home(robot: Robot, model: ET.Element) -> Non
         kinds[kind] = kinds.get(kind, 0) + 1
         parent, child = joint.findtext("parent"), joint.findtext("child")
         if kind == "ball":  # at the rod's end, where the platform's wrist is
-            i, j = (int(v) for v in str(joint.get("name")).split("_")[1:])
             there = frames[str(child)] @ [*numbers(joint.findtext("pose"))[:3], 1.0]
-            np.testing.assert_allclose(there, frames[str(parent)] @ [*robot.wrist(i, j), 1.0], atol=1e-12)
+            np.testing.assert_allclose(there, frames[str(parent)] @ [*robot.wrist(str(child)), 1.0], atol=1e-12)
         if kind == "universal":  # the first axis is the arm's cross-bar, the second square to it
             first = frames[str(child)][:3, :3] @ numbers(joint.findtext("axis/xyz"))
             np.testing.assert_allclose(np.abs(first @ frames[str(parent)][:3, 1]), 1.0, atol=1e-12)
@@ -245,9 +261,145 @@ def test_meshes_are_those_of_the_made_parts(robot: Robot, tree: ET.Element, mode
     np.testing.assert_allclose(origin(visual)[:3, 3], stem.placement[:3, 3] / 1e3, atol=1e-15)
 
 
-def test_the_build_writes_both(built: Any) -> None:
+def test_the_build_writes_all_three(built: Any) -> None:
+    read = mujoco.MjModel.from_xml_path(str(built.folder / "twin.xml"))
+    assert read.nu == 3
+    assert read.dof_frictionloss.max() > 0.0
     for name in ("machine.urdf", "machine.sdf"):
         root = ET.parse(built.folder / name).getroot()
         files = [mesh.get("filename") or mesh.findtext("uri") or "" for mesh in root.iter("mesh")]
         assert files
         assert all((built.folder / file).is_file() for file in files)
+
+
+@pytest.fixture(scope="module")
+def twin(robot: Robot) -> Any:
+    return mujoco.MjModel.from_xml_string(mjcf(replace(robot, friction=(0.0, 0.0)), GRAVITY))
+
+
+@pytest.fixture(scope="module")
+def ours(best: Design, masses: dict[str, Any]) -> tuple[DeltaGeometry, Any, Plant]:
+    known = masses_from_dict(masses, best.geometry.forearm_length, drive_torque(best))
+    return best.geometry, known, plant(best.geometry, known, GRAVITY)
+
+
+def posed(twin: Any, robot: Robot, p: np.ndarray) -> Any:
+    """The engine's data with every body where our closed form has it; its shoulders count from home."""
+    data = mujoco.MjData(twin)
+    for name, value in joints_at(robot, p).items():
+        home = robot.home_angles[int(name[-1])] if name.startswith("shoulder") else 0.0
+        data.joint(name).qpos = value - home
+    mujoco.mj_forward(twin, data)
+    return data
+
+
+def closures(twin: Any, data: Any) -> np.ndarray:
+    """(18, DOF) Jacobian of the closures as the engine has it."""
+    jacobian = np.zeros((data.nefc, twin.nv))
+    jacobian[:] = data.efc_J.reshape(data.nefc, twin.nv)
+    return jacobian[np.asarray(data.efc_type) == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+
+
+def test_every_link_is_there_with_its_mass(twin: Any, masses: dict[str, Any]) -> None:
+    names = [twin.body(k).name for k in range(1, twin.nbody)]
+    assert set(names) == LINKS
+    assert (twin.nv, twin.nu, twin.neq) == (DOF, 3, 6)
+    for name in names:
+        body, known = twin.body(name), masses["bodies"][name]
+        assert body.mass[0] == pytest.approx(known["mass_kg"], rel=1e-12)
+        rotated = Rotation.from_quat(np.roll(body.iquat, -1)).as_matrix()
+        inertia = rotated @ np.diag(body.inertia) @ rotated.T
+        assert inertia == pytest.approx(np.array(known["inertia_kg_m2"]), abs=1e-9 * np.abs(inertia).max())
+
+
+def test_every_pose_is_closed(twin: Any, robot: Robot) -> None:
+    data = mujoco.MjData(twin)
+    mujoco.mj_forward(twin, data)
+    assert np.abs(data.efc_pos).max() < 1e-12
+    for p in poses(robot):
+        data = posed(twin, robot, p)
+        assert np.abs(np.asarray(data.efc_pos)[: 6 * 3]).max() < 1e-12
+        frames = robot.assembly.placement(p)
+        for name in ("upper_arm_1", "rod_2_0", "platform"):
+            assert data.body(name).xpos == pytest.approx(frames[name][:3, 3] / 1000.0, abs=1e-12)
+
+
+def test_the_engine_holds_the_same_against_gravity(twin: Any, robot: Robot, ours: Any) -> None:
+    geometry, masses, _ = ours
+    shoulders = [twin.joint(f"shoulder_{i}").dofadr[0] for i in range(3)]
+    for p in poses(robot, 10):
+        data = posed(twin, robot, p)
+        admissible = null_space(closures(twin, data), rcond=1e-9)
+        assert admissible.shape[1] == 3  # ways to move
+        torque = np.linalg.solve(admissible[shoulders].T, admissible.T @ data.qfrc_bias)
+        held = gravity_torque(geometry, masses, p / 1000.0, GRAVITY)
+        assert torque == pytest.approx(held, rel=1e-9)  # centres beside the axes cancel in a pair
+
+
+def test_the_engine_resists_the_same(twin: Any, robot: Robot, ours: Any) -> None:
+    *_, par = ours
+    slides = [twin.joint(f"platform_{axis}").dofadr[0] for axis in "xyz"]
+    for p in poses(robot):
+        data = posed(twin, robot, p)
+        full = np.zeros((twin.nv, twin.nv))
+        mujoco.mj_fullM(twin, data, full)
+        admissible = null_space(closures(twin, data), rcond=1e-9)
+        reduced = admissible.T @ full @ admissible
+        compliance = admissible[slides] @ np.linalg.solve(reduced, admissible[slides].T)
+        state = np.zeros(STATES)
+        state[:3] = p / 1000.0
+        m11, m22, m33, m12, m13, m23 = motion(par, 0.0, state, np.empty((6, 3)))
+        expected = np.array([[m11, m12, m13], [m12, m22, m23], [m13, m23, m33]])
+        # left out in ours: 0.01 % of difference between a rod's two transverse inertias and its turn with the pair's
+        # plane, 2e-8 kg m^2 over L_B^2 for each, 1e-6 kg of 0.2 kg
+        assert np.linalg.inv(compliance) == pytest.approx(expected, rel=0.0, abs=2e-6)
+
+
+def test_the_engine_converges_to_our_motion_at_first_order(twin: Any, robot: Robot, ours: Any) -> None:
+    *_, par = ours
+    torque, seconds, home = np.array([0.02, -0.05, 0.06]), 0.06, np.asarray(robot.assembly.home_mm) / 1000.0
+    exact = np.zeros(STATES)
+    exact[:3] = home
+    advance(par, FREE, ZERO, ZERO, torque, seconds, 2000, exact, np.zeros((13, STATES)))
+    assert np.linalg.norm(exact[:3] - home) > 5e-3
+    errors = []
+    for step in (2e-4, 1e-4, 5e-5):
+        twin.opt.timestep = step
+        twin.eq_solref[:] = [2.0 * step, 1.0]  # the stiffest that the engine takes at this step
+        data = mujoco.MjData(twin)
+        data.ctrl[:] = torque
+        for _ in range(round(seconds / step)):
+            mujoco.mj_step(twin, data)
+        errors.append(np.linalg.norm(data.qpos[-3:] + home - exact[:3]))
+    assert np.diff(np.log2(errors)) == pytest.approx([-1.0, -1.0], abs=0.1)
+    assert errors[-1] < 1e-3 * np.linalg.norm(exact[:3] - home)
+
+
+def test_a_direct_drive_has_no_pinion(best: Design, robot: Robot, masses: dict[str, Any]) -> None:
+    bare = {name: body for name, body in masses["bodies"].items() if "pinion" not in name}
+    drive = drive_torque(best)
+    light = mujoco.MjModel.from_xml_string(mjcf(Robot(robot.assembly, bare, drive, (-1.0, 1.0)), GRAVITY))
+    assert light.dof_armature[:1] == pytest.approx(drive.reflected_inertia_kg_m2, rel=1e-12)
+
+
+def test_motors_give_what_the_controller_lets_them_and_joints_rub(best: Design, robot: Robot, twin: Any) -> None:
+    drive = drive_torque(best)
+    assert drive.controlled_torque_N_m < drive.peak_torque_N_m
+    coulomb, viscous = joint_friction(best)
+    wide = replace(robot, stops_rad=(-1.0, 1.0))
+    rubs = mujoco.MjModel.from_xml_string(mjcf(wide, (0.0, 0.0, 0.0)))
+    np.testing.assert_array_equal(rubs.actuator_ctrlrange, [[-0.8, 0.8]] * 3)
+    shoulders = [rubs.joint(f"shoulder_{i}").dofadr[0] for i in range(3)]
+    np.testing.assert_array_equal(rubs.dof_frictionloss[shoulders], [coulomb] * 3)
+    np.testing.assert_array_equal(rubs.dof_damping[shoulders], [viscous] * 3)
+    assert not twin.dof_frictionloss.any()
+    # without gravity a torque below the friction holds the arms where they are, one above turns them; the engine's
+    # friction creeps, for it is as soft as a closure
+    moved = []
+    for torque in (0.5 * coulomb, 2.0 * coulomb):
+        data = mujoco.MjData(rubs)
+        data.ctrl[:] = torque
+        for _ in range(500):
+            mujoco.mj_step(rubs, data)
+        moved.append(float(np.abs(data.qpos[shoulders]).max()))
+    assert moved[0] < 0.05 * moved[1]

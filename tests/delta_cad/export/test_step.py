@@ -14,6 +14,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.step import StepError, write_assembly_step, write_part_step
 from delta_cad.mechanism.placement import LINKS
+from delta_cad.solids.part import Part
 from tests.delta_cad.export.machine import VOLUMES_MM3, make_assembly, make_parts, translation
 
 VOLUME_RELATIVE = 1e-6
@@ -53,30 +54,17 @@ def gmsh_solids(step_file: Path) -> list[dict[str, Any]]:
         gmsh.finalize()
 
 
-def test_gmsh_finds_every_solid_under_its_part_number(machine: Assembly, gmsh_solids: list[dict[str, Any]]) -> None:
-    expected = Counter(o.part.number for o in machine.occurrences)
-    found = Counter(solid["name"].split("/")[-1] for solid in gmsh_solids)
-    assert found == expected
-
-
-def test_gmsh_measures_the_closed_form_volumes(gmsh_solids: list[dict[str, Any]]) -> None:
-    for solid in gmsh_solids:
-        assert solid["volume"] == pytest.approx(VOLUMES_MM3[solid["name"].split("/")[-1]], rel=VOLUME_RELATIVE)
-
-
-def test_gmsh_sees_the_colours(machine: Assembly, gmsh_solids: list[dict[str, Any]]) -> None:
-    colours = {part.number: part.material.colour for part in machine.parts}
-    for solid in gmsh_solids:
-        np.testing.assert_allclose(
-            np.array(solid["colour"]) / 255, colours[solid["name"].split("/")[-1]], atol=COLOUR_STEP
-        )
-
-
-def test_gmsh_finds_every_solid_where_the_closed_form_puts_it(
+def test_gmsh_finds_every_solid_with_its_number_colour_volume_and_place(
     machine: Assembly, gmsh_solids: list[dict[str, Any]]
 ) -> None:
-    centres = {part.number: np.array(part.solid.Center().toTuple()) for part in machine.parts}
-    poses = machine.poses(machine.home_mm)
+    numbers = [solid["name"].split("/")[-1] for solid in gmsh_solids]
+    assert Counter(numbers) == Counter(o.part.number for o in machine.occurrences)
+    parts, poses = {part.number: part for part in machine.parts}, machine.poses(machine.home_mm)
+    for number, solid in zip(numbers, gmsh_solids, strict=True):
+        assert solid["volume"] == pytest.approx(VOLUMES_MM3[number], rel=VOLUME_RELATIVE)
+        colour = np.array(solid["colour"]) / 255
+        np.testing.assert_allclose(colour, parts[number].material.colour, atol=COLOUR_STEP)
+    centres = {number: np.array(part.solid.Center().toTuple()) for number, part in parts.items()}
     expected = [poses[o.name][:3, :3] @ centres[o.part.number] + poses[o.name][:3, 3] for o in machine.occurrences]
     found = np.array([solid["centre"] for solid in gmsh_solids])
     distances = np.linalg.norm(found[:, None] - np.array(expected)[None], axis=-1)
@@ -152,33 +140,36 @@ def read_document(path: Path) -> dict[str, Any]:
     return {"root": name(root), "tree": tree, "parts": parts, "materials": stuff}
 
 
-def test_the_tree_is_product_links_occurrences(machine: Assembly, step_file: Path) -> None:
-    document = read_document(step_file)
+@pytest.fixture(scope="module")
+def document(step_file: Path) -> dict[str, Any]:
+    return read_document(step_file)
+
+
+def test_the_tree_is_product_links_occurrences_of_single_solids(
+    machine: Assembly, step_file: Path, document: dict[str, Any]
+) -> None:
     assert document["root"] == machine.name
-    expected = {
-        link: [(o.name, o.part.number) for o in machine.occurrences if o.link == link]
-        for link in LINKS
-        if any(o.link == link for o in machine.occurrences)
+    expected = {link: sorted((o.name, o.part.number) for o in machine.occurrences if o.link == link) for link in LINKS}
+    found = {link: sorted(found) for link, found in document["tree"].items()}
+    assert found == {link: there for link, there in expected.items() if there}
+    assert {number: part["kind"] for number, part in document["parts"].items()} == {
+        part.number: "TopAbs_SOLID" for part in machine.parts
     }
-    assert {link: sorted(found) for link, found in document["tree"].items()} == {
-        link: sorted(found) for link, found in expected.items()
-    }
-
-
-def test_parts_are_instanced_single_solids(machine: Assembly, step_file: Path) -> None:
-    document = read_document(step_file)
-    kinds = {number: found["kind"] for number, found in document["parts"].items()}
-    assert kinds == {part.number: "TopAbs_SOLID" for part in machine.parts}
+    for part in machine.parts:
+        np.testing.assert_allclose(document["parts"][part.number]["colour"], part.material.colour, atol=COLOUR_STEP)
     text = data_lines(step_file)
     assert len(re.findall(r"= MANIFOLD_SOLID_BREP\(", text)) == len(machine.parts)
     products = re.findall(r"= PRODUCT\('([^']*)'", text)
     links = {f"link_{o.link}" for o in machine.occurrences}
     assert sorted(products) == sorted({machine.name, *links, *(part.number for part in machine.parts)})
+    assert "LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.)" in text
 
 
-def test_materials_carry_density_in_grams_per_cubic_centimetre(machine: Assembly, step_file: Path) -> None:
+def test_materials_carry_density_in_grams_per_cubic_centimetre(
+    machine: Assembly, step_file: Path, document: dict[str, Any]
+) -> None:
     expected = {(part.material.name, part.material.density_kg_m3 / 1000) for part in machine.parts}
-    assert set(read_document(step_file)["materials"]) == expected
+    assert set(document["materials"]) == expected
     text = data_lines(step_file)
     assert text.count("= PROPERTY_DEFINITION('material property','density'") == len(machine.parts)
     units = {}
@@ -187,12 +178,6 @@ def test_materials_carry_density_in_grams_per_cubic_centimetre(machine: Assembly
         assert kind
         units[number] = (kind[1], kind[2], float(exponent))
     assert set(units.values()) == {("MASS", "$,.GRAM.", 1.0), ("LENGTH", ".CENTI.,.METRE.", -3.0)}
-
-
-def test_colours_survive_the_second_reader(machine: Assembly, step_file: Path) -> None:
-    parts = read_document(step_file)["parts"]
-    for part in machine.parts:
-        np.testing.assert_allclose(parts[part.number]["colour"], part.material.colour, atol=COLOUR_STEP)
 
 
 @pytest.mark.parametrize(("schema", "words"), [("AP242", "AP242_MANAGED_MODEL_BASED"), ("AP214", "AUTOMOTIVE_DESIGN")])
@@ -205,21 +190,15 @@ def test_schema_and_header(machine: Assembly, tmp_path: Path, schema: str, words
         assert f"'{word}'" in header
 
 
-def test_the_schema_of_one_file_does_not_leak_into_the_next(machine: Assembly, tmp_path: Path) -> None:
+def test_the_schema_of_one_file_does_not_leak_into_the_next_and_nothing_is_printed(
+    machine: Assembly, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     from OCP.Interface import Interface_Static
 
     write_assembly_step(machine, tmp_path / "a.step", "AP214")
     before = Interface_Static.CVal_s("write.step.schema")
     write_assembly_step(machine, tmp_path / "b.step", "AP242")
     assert Interface_Static.CVal_s("write.step.schema") == before
-
-
-def test_units_are_millimetres(step_file: Path) -> None:
-    assert "LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.)" in data_lines(step_file)
-
-
-def test_nothing_is_printed(machine: Assembly, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    write_assembly_step(machine, tmp_path / "a.step")
     assert capfd.readouterr() == ("", "")
 
 
@@ -237,21 +216,36 @@ def test_a_part_file_stands_at_the_parts_origin(tmp_path: Path) -> None:
     assert "NEXT_ASSEMBLY_USAGE_OCCURRENCE" not in text
 
 
-def test_a_compound_is_refused(tmp_path: Path) -> None:
+def refused() -> dict[str, Part | Assembly]:
+    """What is said of it -> what cannot be written."""
     import cadquery as cq
 
-    part = make_parts()["platform"]
-    compound = cq.Compound.makeCompound([part.solid])
-    with pytest.raises(StepError, match="platform"):
-        write_part_step(replace(part, solid=compound), tmp_path / "a.step")  # type: ignore[arg-type]
+    parts, machine = make_parts(), make_assembly()
+    compound, first = cq.Compound.makeCompound([parts["platform"].solid]), machine.occurrences[0]
+    other = replace(make_parts(arm_hole_mm=5.0)["upper_arm"], number="base_plate")
+
+    def also(**changed: Any) -> Assembly:
+        return replace(machine, occurrences=(*machine.occurrences, replace(first, **changed)))
+
+    def alone(frame: np.ndarray) -> Assembly:
+        return replace(machine, occurrences=(replace(first, placement=frame),))
+
+    return {
+        "platform is not one solid": replace(parts["platform"], solid=compound),  # type: ignore[arg-type]
+        "base_plate is not a rotation.*by 0$": alone(np.diag([1.0, 1.0, -1.0, 1.0])),
+        "base_plate is not a rotation.*by 2e-06": alone(np.diag([1.0, 1.0, 1.0 + 1e-6, 1.0])),
+        "number base_plate": also(name="second", part=other),
+        "name base_plate": also(placement=translation(1.0, 0.0, 0.0)),
+    }
 
 
-def test_an_unknown_schema_is_refused(tmp_path: Path) -> None:
+def test_what_would_be_no_true_file_is_refused(tmp_path: Path) -> None:
+    for said, what in refused().items():
+        write: Any = write_part_step if isinstance(what, Part) else write_assembly_step
+        with pytest.raises(StepError, match=said):
+            write(what, tmp_path / "a.step")
     with pytest.raises(StepError, match=r"AP203.*AP242, AP214"):
         write_part_step(make_parts()["platform"], tmp_path / "a.step", "AP203")
-
-
-def test_a_file_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(StepError, match=r"a.step"):
         write_part_step(make_parts()["platform"], tmp_path / "missing" / "a.step")
 
@@ -268,25 +262,3 @@ def test_a_setting_that_the_kernel_does_not_know_is_an_error(tmp_path: Path, mon
     monkeypatch.setattr("delta_cad.export.step.SCHEMAS", {"AP242": "AP999"})
     with pytest.raises(StepError, match="AP999"):
         write_part_step(make_parts()["platform"], tmp_path / "a.step")
-
-
-@pytest.mark.parametrize("frame", [np.diag([1.0, 1.0, -1.0, 1.0]), np.diag([1.0, 1.0, 1.0 + 1e-6, 1.0])])
-def test_a_placement_that_is_not_a_rotation_is_refused(tmp_path: Path, frame: np.ndarray) -> None:
-    machine = make_assembly()
-    bad = replace(machine.occurrences[0], placement=frame)
-    with pytest.raises(StepError, match="base_plate"):
-        write_assembly_step(replace(machine, occurrences=(bad,)), tmp_path / "a.step")
-
-
-def test_two_parts_with_one_number_are_refused(tmp_path: Path) -> None:
-    machine, others = make_assembly(), make_parts(arm_hole_mm=5.0)
-    twin = replace(machine.occurrences[0], name="second", part=replace(others["upper_arm"], number="base_plate"))
-    with pytest.raises(StepError, match="number base_plate"):
-        write_assembly_step(replace(machine, occurrences=(*machine.occurrences, twin)), tmp_path / "a.step")
-
-
-def test_two_occurrences_with_one_name_are_refused(tmp_path: Path) -> None:
-    machine = make_assembly()
-    twin = replace(machine.occurrences[0], placement=translation(1.0, 0.0, 0.0))
-    with pytest.raises(StepError, match="name base_plate"):
-        write_assembly_step(replace(machine, occurrences=(*machine.occurrences, twin)), tmp_path / "a.step")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from delta_cad.checks.report import CheckResult
-from delta_cad.report.figures import asked, binding, every, line, plain, told
+from delta_cad.report.figures import binding, every, line, plain, requirements, with_unit
 
 
 @pytest.mark.parametrize(
@@ -35,13 +35,13 @@ def test_a_check_without_figures_has_its_verdict() -> None:
 
 
 def test_numbers_are_told_with_their_units() -> None:
-    assert told(0.38921, "N m") == "0.3892 N m"
-    assert told(4.376522e-05) == "0.00004377"
-    assert told(-0.0000048, "N m", 3) == "-0.0000048 N m"
-    assert told(1234567.0, "N/mm") == "1235000 N/mm"
-    assert told(4.4e-12) == "4.4e-12"
-    assert told(125.0, "N/mm^2") == "125 N/mm²"
-    assert told(None, "mm") == ""
+    assert with_unit(0.38921, "N m") == "0.3892 N m"
+    assert with_unit(4.376522e-05) == "0.00004377"
+    assert with_unit(-0.0000048, "N m", 3) == "-0.0000048 N m"
+    assert with_unit(1234567.0, "N/mm") == "1235000 N/mm"
+    assert with_unit(4.4e-12) == "4.4e-12"
+    assert with_unit(125.0, "N/mm^2") == "125 N/mm²"
+    assert with_unit(None, "mm") == ""
 
 
 def test_what_binds_is_closest_as_a_share_of_its_limit() -> None:
@@ -61,7 +61,7 @@ def test_what_binds_is_closest_as_a_share_of_its_limit() -> None:
 
 def test_what_is_asked_comes_in_its_order() -> None:
     results = [CheckResult(name, True, 1.0, 2.0, "") for name in ("kappa", "odd", "envelope width", "reach")]
-    assert [one.words.split(",")[0].split(":")[0] for one in asked(results)] == [
+    assert [one.words.split(",")[0].split(":")[0] for one in requirements(results)] == [
         "Reach",
         "Swept outline",
         "Conditioning",

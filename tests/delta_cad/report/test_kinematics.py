@@ -17,6 +17,7 @@ from delta_cad.mechanism.limits.friction import friction
 from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.placement import LINKS, LinkPlacement
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
+from delta_cad.report.fields import Handle
 from delta_cad.report.page import ASSETS
 from delta_cad.report.scene import mechanism
 
@@ -54,7 +55,8 @@ def script(chromium: Any) -> Any:
 
 def told(placement: LinkPlacement, d: Dimensions) -> str:
     known = known_joints(d.design)
-    return json.dumps(mechanism(placement, d.design.requirements.force_N, INERTIA, *known.values()))
+    handle = Handle(INERTIA, known["friction"], known["encoder_count"])
+    return json.dumps(mechanism(placement, d.design.requirements.force_N, handle))
 
 
 def test_every_link_is_where_the_assembly_has_it(
@@ -98,7 +100,7 @@ def test_out_of_reach_there_is_nothing(script: Any, placement: LinkPlacement, be
 
 
 def test_what_is_not_known_is_none(script: Any, placement: LinkPlacement) -> None:
-    m = json.dumps(mechanism(placement, 3.0, INERTIA, None, None))
+    m = json.dumps(mechanism(placement, 3.0, Handle(INERTIA, None, None)))
     found = script.evaluate("(m) => Delta.figures(JSON.parse(m), [0, 0, 100])", m)
     assert found["friction"] is None
     assert found["position_step"] is None

@@ -59,6 +59,11 @@ class Face:
         values = self.corners @ along
         return float(values.min()), float(values.max())
 
+    def off_axis(self, points: np.ndarray) -> float:
+        """Gives how far the farthest of (n, 3) points is off its axis, mm."""
+        apart = points - self.point
+        return float(np.linalg.norm(apart - np.outer(apart @ self.axis, self.axis), axis=1).max())
+
 
 def is_along(a: np.ndarray, b: np.ndarray) -> bool:
     """Decides whether two unit vectors are parallel, either way."""

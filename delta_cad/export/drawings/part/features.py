@@ -13,7 +13,6 @@ from math import degrees
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.controlled import Controlled, Round
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along
 from delta_cad.export.drawings.part.holes import hole_groups, signed, slots
@@ -34,6 +33,7 @@ from delta_cad.export.drawings.part.shape import (
     unit,
 )
 from delta_cad.export.drawings.part.zones import add_zones
+from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.solids.part import Part
 
 

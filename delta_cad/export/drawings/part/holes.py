@@ -13,8 +13,8 @@ from math import pi
 import numpy as np
 
 from delta_cad.common.vectors import cross_length
-from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.faces import Face, is_along
+from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.solids.part import Hole, Part
 
 SAME_MM = 1e-3  # of declared and found diameters, and of axes that are one
@@ -172,9 +172,9 @@ def _stacks(walls: list[Face]) -> list[list[Face]]:
 
 
 def _turned_enough(walls: list[Face]) -> list[Face]:
-    by_radius = {round(face.radius, 3): [] for face in walls}
+    by_radius: dict[float, list[Face]] = {}
     for face in walls:
-        by_radius[round(face.radius, 3)].append(face)
+        by_radius.setdefault(round(face.radius, 3), []).append(face)
     return [f for same in by_radius.values() if sum(g.turn for g in same) >= HALF_TURN for f in same]
 
 
@@ -206,19 +206,12 @@ def _closed(walls: list[Face], axis: np.ndarray, end: float) -> bool:
         other.kind in ("plane", "cone")
         and is_along(other.axis, axis)
         and max(abs(value - end) for value in points @ axis) < SAME_MM
-        and _inside(other, wall)
+        and wall.off_axis(other.corners) < wall.radius + SAME_MM
         and float((other.middle - wall.middle) @ axis) * (end - float(wall.middle @ axis)) > 0.0
         and (other.kind == "cone" or float(other.axis @ axis) * (end - float(wall.middle @ axis)) < 0.0)
         for wall in walls
         for other, points in wall.borders
     )
-
-
-def _inside(face: Face, wall: Face) -> bool:
-    """Whether a face reaches no further from a wall's axis than the wall."""
-    apart = face.corners - wall.point
-    across = apart - np.outer(apart @ wall.axis, wall.axis)
-    return float(np.linalg.norm(across, axis=1).max()) < wall.radius + SAME_MM
 
 
 def _joined(pieces: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -277,8 +270,3 @@ def _named(callout: str, diameter: float) -> str:
 
 def _prefixed(count: int, text: str) -> str:
     return f"{count}x {text}" if count > 1 else text
-
-
-def _key(axis: np.ndarray) -> tuple[float, ...]:
-    first = next(float(c) for c in axis if abs(c) > 1e-6)
-    return tuple(round(float(c), 4) + 0.0 for c in (axis if first > 0.0 else -axis))

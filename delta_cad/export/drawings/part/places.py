@@ -125,7 +125,7 @@ def place_faces(found: Features, own: Sequence[Face]) -> None:
     """Coordinates of planes, arcs and balls of a part that is not turned."""
     main = found.main
     slanted = [f for f in own if f.kind == "plane" and is_across(f.axis, main) and not is_straight(f.axis)]
-    pairs = _pairs(slanted, main, found)
+    pairs = _pairs(slanted, main)
     for n, face in enumerate(own):
         if face.kind == "plane":
             at = face.middle + _onto(face)
@@ -151,9 +151,8 @@ def place_faces(found: Features, own: Sequence[Face]) -> None:
                 _place(found, f"ball {n} {'xyz'[k]}", unit(k), face.point)
 
 
-def _pairs(slanted: Sequence[Face], main: np.ndarray, found: Features) -> list[np.ndarray]:
+def _pairs(slanted: Sequence[Face], main: np.ndarray) -> list[np.ndarray]:
     """Directions of slanted planes that are enough, with those across them, for a view of their own."""
-    del found
     pairs: list[tuple[np.ndarray, int]] = []
     for face in slanted:
         if both_tangent(face, main):

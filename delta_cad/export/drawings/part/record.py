@@ -43,7 +43,7 @@ class Size:
         text: What is told.
         faces: The faces that have it; [0] is shown.
         kind: "round", "ball", "ring" or "flat".
-        asked: What is asked of it; None: no more than of any.
+        tolerance: What is required of it; None: the general tolerance.
         pieces: Its faces, those that meet in one, where the text counts them; else none.
     """
 
@@ -51,18 +51,13 @@ class Size:
     text: str
     faces: list[Face]
     kind: str
-    asked: Round | None = None
+    tolerance: Round | None = None
     pieces: list[list[Face]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False)
 class Datum:
-    """What tolerances count from: a plane, or the axis of what is round.
-
-    Attributes:
-        letter: Its name.
-        faces: Its faces.
-    """
+    """What tolerances count from: a plane, or the axis of what is round."""
 
     letter: str
     faces: tuple[Face, ...]

@@ -74,12 +74,9 @@ def is_floor(face: Face, walls: set[int]) -> bool:
         return False
     inner = [other for other, _ in face.borders if id(other) in walls]
     widest = max((other.radius for other in inner), default=0.0)
-    around = inner[0] if inner else None
-    if around is None:
+    if not inner:
         return False
-    apart = face.corners - around.point
-    across = apart - np.outer(apart @ around.axis, around.axis)
-    return float(np.linalg.norm(across, axis=1).max()) < widest + SAME_MM and not _opens(face, around)
+    return inner[0].off_axis(face.corners) < widest + SAME_MM and not _opens(face, inner[0])
 
 
 def _opens(face: Face, wall: Face) -> bool:
@@ -108,8 +105,7 @@ def is_slot_side(face: Face, walls: set[int]) -> bool:
         if face.kind == "plane" and is_tangent(face, other):
             return True
         if face.kind == "cylinder" and is_along(face.axis, other.axis):
-            apart = other.point - face.point
-            away = float(np.linalg.norm(apart - (apart @ face.axis) * face.axis))
+            away = face.off_axis(other.point[None])
             if min(abs(away + other.radius - face.radius), abs(away - other.radius - face.radius)) < SAME_MM:
                 return True
     return False
@@ -179,11 +175,8 @@ def goes_round(same: Sequence[Face]) -> bool:
 
 def is_coaxial(a: Face, b: Face) -> bool:
     """Decides whether two faces are of one kind, on one axis and of one radius."""
-    if a.kind != b.kind:
-        return False
-    apart = a.point - b.point
-    across = np.linalg.norm(apart - (apart @ b.axis) * b.axis)
-    return is_along(a.axis, b.axis) and bool(across < SAME_MM) and abs(a.radius - b.radius) < SAME_MM
+    alike = a.kind == b.kind and is_along(a.axis, b.axis) and abs(a.radius - b.radius) < SAME_MM
+    return alike and b.off_axis(a.point[None]) < SAME_MM
 
 
 def tangent_axes(face: Face, found: Features) -> set[tuple[float, ...]]:

@@ -70,7 +70,8 @@ def _plate(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None
 def _turned(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None:
     faces = next((one.faces for one in fitted if one.record.fit), ())
     if not faces:
-        faces = next((tuple(size.faces) for size in found.sizes if size.asked is not None and size.asked.fit), ())
+        own = (size for size in found.sizes if size.tolerance is not None and size.tolerance.fit)
+        faces = next((tuple(size.faces) for size in own), ())
     if not faces or not (held.coaxial or held.shoulder_mm is not None):
         return
     found.datums.append(Datum("A", faces))

@@ -14,12 +14,24 @@ from math import hypot
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text, lines_of
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
+from delta_cad.export.drawings.sheet_io.lettering import width_of
+from delta_cad.export.drawings.sheet_io.sheet import (
+    Annotation,
+    Arc,
+    Item,
+    Measure,
+    Point,
+    Primitive,
+    Stroke,
+    Text,
+    lines_of,
+    scaled,
+)
+from delta_cad.export.drawings.views.leader_targets import FAR_MM, LeaderTargets
 from delta_cad.export.drawings.views.leaders import Leader, in_turn, untangled
 from delta_cad.export.drawings.views.lines import (
     BASE_MM,
@@ -27,14 +39,13 @@ from delta_cad.export.drawings.views.lines import (
     TRIANGLE_MM,
     Flag,
     Line,
-    asked_of,
     length_of,
     lines_of_group,
     set_line,
+    tolerances_of,
     triangle,
 )
-from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, scaled, spread, tied
-from delta_cad.export.drawings.views.pointing import FAR_MM, Pointing
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, spread, tied
 
 CALLOUT_MM = 62.0  # longest line of a callout
 WIDE_MM = 70.0  # of a view from which on callouts of what lies in its left half stand over it
@@ -50,9 +61,9 @@ class Tagged:
     tag: str
     x: float
     y: float
-    told: tuple[str, ...]
-    told_x: tuple[str, ...]
-    told_y: tuple[str, ...]
+    states: tuple[str, ...]
+    states_x: tuple[str, ...]
+    states_y: tuple[str, ...]
 
 
 @dataclass
@@ -66,7 +77,7 @@ class Callout:
     anchor: Point
     tip: Callable[[Point], Point]
     lines: list[Line]
-    told: tuple[str, ...]
+    states: tuple[str, ...]
     short: bool = False
     at_end: bool = False
     measure: Callable[[Point], Measure | None] = lambda _: None
@@ -78,17 +89,17 @@ class Callout:
         if self.outward is not None:
             tip = tip[0] + TRIANGLE_MM[1] * self.outward[0], tip[1] + TRIANGLE_MM[1] * self.outward[1]
             return [*texts, Stroke("dimension", (*leader[:-1], tip)), triangle(leader[-1], self.outward)]
-        line: list[Leaf] = [Stroke("dimension", leader), arrow(tip, last)]
+        line: list[Primitive] = [Stroke("dimension", leader), arrow(tip, last)]
         own = [item for item in texts if isinstance(item, Text)]
         measure = self.measure(tip)
         if measure is None or not own:
             return [*texts, *line]
         others = [item for item in texts if not isinstance(item, Text)]
-        return [Mark("dimension", (*own, *line), measure), *others]
+        return [Annotation("dimension", (*own, *line), measure), *others]
 
 
 @dataclass
-class Setting(Pointing):
+class Annotator(LeaderTargets):
     """What the texts of one view are set out with."""
 
     controlled: Controlled
@@ -195,16 +206,16 @@ class Setting(Pointing):
             told = tuple(place.key for place in places)
             low = rest - 1.0 - width_of(text, LETTER_MM)
             if k == 1:  # upwards: texts on the left, read from below
-                letters = Text((low, at - LETTER_MM / 2), LETTER_MM, text, told=told)
+                letters = Text((low, at - LETTER_MM / 2), LETTER_MM, text, states=told)
             else:
                 path = [(y, x) for x, y in path]
-                letters = Text((at + LETTER_MM / 2, low), LETTER_MM, text, upright=True, told=told)
-            drawn: list[Leaf] = [Stroke("dimension", tuple(path)), letters]
+                letters = Text((at + LETTER_MM / 2, low), LETTER_MM, text, upright=True, states=told)
+            drawn: list[Primitive] = [Stroke("dimension", tuple(path)), letters]
             if abs(value) < SAME_MM:
                 drawn.append(Arc("dimension", path[1], 0.8))
             origin = (path[0][0], zero) if k == 1 else (zero, path[0][1])
             measure = Measure("up" if k else "right", (origin, path[0], path[-1]), abs(value), text)
-            found.append(Mark("dimension", tuple(drawn), measure))
+            found.append(Annotation("dimension", tuple(drawn), measure))
         return found
 
     def _level(self, point: np.ndarray, axis: np.ndarray, want: float) -> bool:
@@ -223,7 +234,7 @@ class Setting(Pointing):
         beside: dict[bool, list[Callout]] = {False: [], True: []}
         over: list[Callout] = []
         centre, wide = (self.drawn[0] + self.drawn[2]) / 2, self.drawn[2] - self.drawn[0]
-        told = self._told(groups)
+        told = self._callouts(groups)
         if self.features.turned:
             for one in told:
                 (over if one.short else beside[one.anchor[0] < centre - 1.0 and one.at_end]).append(one)
@@ -239,7 +250,7 @@ class Setting(Pointing):
         ]
         return [item for items in in_turn(bands, ((2, 0, 1), (0, 1, 2))) for item in items]
 
-    def _told(self, groups: Sequence[HoleGroup]) -> list[Callout]:
+    def _callouts(self, groups: Sequence[HoleGroup]) -> list[Callout]:
         """All callouts of the view."""
         found = []
         most = CALLOUT_MM if self.features.turned or self.drawn[2] - self.drawn[0] < WIDE_MM else 45.0
@@ -253,7 +264,7 @@ class Setting(Pointing):
             face = max(size.faces, key=lambda f: self.at(f.centre)[0])
             from_side = size.kind == "flat" or (size.kind != "ball" and is_across(face.axis, self.view.towards))
             short = from_side or not self.features.turned
-            lines = [size.text, *asked_of(size.faces, self.features)]
+            lines = [size.text, *tolerances_of(size.faces, self.features)]
             measure = self.across_face(face, size.text, size.kind)
             found.append(Callout(*self.to_face(face, size.kind), lines, (size.key,), short, measure=measure))
         return [*found, *self._planes()]
@@ -266,7 +277,7 @@ class Setting(Pointing):
             places = self.edge(face)
             lines: list[Line] = [
                 Flag(line.datum, line.beside, hung=line.beside is not None) if isinstance(line, Flag) else line
-                for line in asked_of([face], self.features)
+                for line in tolerances_of([face], self.features)
             ]
             outward = (float(u), float(v)) if any(isinstance(line, Flag) for line in lines) else None
 
@@ -303,7 +314,7 @@ class Setting(Pointing):
             texts: list[Item] = []
             for n, line in enumerate(one.lines):
                 left = edge if side > 0.0 else edge - length_of(line)
-                texts += set_line(line, (left, top - PITCH_MM * (n + 1) + BASE_MM), one.told if n == 0 else ())
+                texts += set_line(line, (left, top - PITCH_MM * (n + 1) + BASE_MM), one.states if n == 0 else ())
             found += one.drawn(leader, texts)
         return found
 
@@ -326,7 +337,7 @@ class Setting(Pointing):
             one, texts = told[k], list[Item]()
             for n, line in enumerate(one.lines):
                 at = centre - widths[k] / 2 + 2.0, base + (len(one.lines) - 1 - n) * PITCH_MM
-                texts += set_line(line, at, one.told if n == 0 else ())
+                texts += set_line(line, at, one.states if n == 0 else ())
             found += one.drawn(leader, texts)
         return found
 

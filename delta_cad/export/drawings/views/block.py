@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Box, Item, Point, Stroke, Text, box_of
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import Features
-from delta_cad.export.drawings.views.annotate import Setting, Tagged
+from delta_cad.export.drawings.sheet_io.lettering import width_of
+from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Stroke, Text, box_of, scaled
+from delta_cad.export.drawings.views.annotate import Annotator, Tagged
 from delta_cad.export.drawings.views.choice import View
-from delta_cad.export.drawings.views.marks import arrow, free_text, scaled
+from delta_cad.export.drawings.views.marks import arrow, free_text
 from delta_cad.export.drawings.views.projection import hatched
 
 TITLE_MM = 3.5
@@ -22,15 +22,7 @@ CUT_MM = 6.0  # by which the line of a cut goes beyond the view
 
 @dataclass
 class Block:
-    """A view as it comes on a sheet, around the point (0, 0) of its frame.
-
-    Attributes:
-        view: The view.
-        items: All that is drawn.
-        drawn: Box of the part in it.
-        tables: Rows of tagged holes, with their callouts, in order.
-        frames: Boxes of tags.
-    """
+    """A view as it comes on a sheet, around the point (0, 0) of its frame; `drawn` is the part's box in it."""
 
     view: View
     items: list[Item]
@@ -69,13 +61,6 @@ def cuts_in(view: View, others: Sequence[View]) -> list[Cut]:
 def block_of(view: View, scale: float, features: Features, controlled: Controlled, cuts: Sequence[Cut] = ()) -> Block:
     """Sets out a view at a scale.
 
-    Args:
-        view: The view, drawn.
-        scale: Of the sheet to the part.
-        features: What has to be told of the part.
-        controlled: What of it is held closer.
-        cuts: Where others cut it open.
-
     Raises:
         RoomError: A tag has no place.
     """
@@ -86,7 +71,7 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     block = Block(view, items, drawn)
     if view.slot == "picture":
         return block
-    setting = Setting(view, scale, features, drawn, _with_room(drawn, cuts), controlled)
+    setting = Annotator(view, scale, features, drawn, _with_room(drawn, cuts), controlled)
     block.items += setting.centre_lines()
     tagged = [g for g in view.groups if all(view.end_on(b) for b in g.bores)]
     count = sum(len(g.bores) for g in tagged)

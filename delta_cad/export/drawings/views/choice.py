@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import Bore, HoleGroup
 from delta_cad.export.drawings.part.places import auxiliary_directions
 from delta_cad.export.drawings.part.record import Features, Place, Size
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.views.projection import Frame, cut_open, projected
 from delta_cad.solids.part import Part
 
@@ -94,11 +94,6 @@ def views_of(part: Part, features: Features) -> list[View]:
     return views
 
 
-def _tuple(vector: np.ndarray) -> tuple[float, float, float]:
-    x, y, z = (float(v) + 0.0 for v in vector)
-    return x, y, z
-
-
 def _front(features: Features) -> Frame:
     main = features.main
     if features.turned:
@@ -106,7 +101,7 @@ def _front(features: Features) -> Frame:
         aside = [bore.axis for g in features.groups for bore in g.bores if not is_along(bore.axis, main)]
         others = [axis for axis in np.eye(3) if not is_along(axis, main)]
         up = np.abs([*flats, *aside, others[-1]][0])
-        return Frame(_tuple(main), _tuple(up))
+        return Frame.of(main, up)
     opens = 0.0
     for group in features.groups:
         for bore in group.bores:
@@ -114,14 +109,14 @@ def _front(features: Features) -> Frame:
                 opens += float(bore.axis @ main)
     towards = -main if opens < 0.0 or (opens == 0.0 and main[1] > 0.5) else main
     up = np.array([0.0, 0.0, 1.0]) if abs(main[2]) < 0.5 else np.array([0.0, 1.0, 0.0])
-    return Frame(_tuple(np.cross(up, towards)), _tuple(up))
+    return Frame.of(np.cross(up, towards), up)
 
 
 def beside(front: Frame, slot: str) -> Frame:
     """Gives the view that stands in a slot beside a main view, in first angle."""
     right, up, towards = np.array(front.right), np.array(front.up), front.towards
     axes = {"below": (right, -towards), "above": (right, towards), "right": (towards, up), "left": (-towards, up)}
-    return Frame(_tuple(axes[slot][0]), _tuple(axes[slot][1]))
+    return Frame.of(axes[slot][0], axes[slot][1])
 
 
 def _add_sides(views: list[View], features: Features) -> None:
@@ -165,7 +160,7 @@ def _add_turned(views: list[View], features: Features) -> None:
         right = np.cos(np.radians(angle)) * np.array(front.right) + np.sin(np.radians(angle)) * np.array(front.up)
         sense = "clockwise" if angle > 0.0 else "anticlockwise"
         title = f"View {'BCDE'[n % 4]}, turned {abs(angle):.2f}° {sense}"
-        views.append(View("turned", Frame(_tuple(right), _tuple(np.cross(front.towards, right))), title))
+        views.append(View("turned", Frame.of(right, np.cross(front.towards, right)), title))
 
 
 def _cut(views: list[View], features: Features) -> None:
@@ -287,8 +282,5 @@ def _is_level(item: Item, k: int, level: float) -> bool:
 def _picture(part: Part, front: View) -> View:
     """The part seen from a corner, to tell its shape at a glance."""
     right, up, towards = np.array(front.frame.right), np.array(front.frame.up), front.towards
-    eye = (towards + 0.6 * right + 0.6 * up) / np.linalg.norm(towards + 0.6 * right + 0.6 * up)
-    across = np.cross(up, eye)
-    across /= np.linalg.norm(across)
-    frame = Frame(_tuple(across), _tuple(np.cross(eye, across)))
+    frame = Frame.seen_from(towards + 0.6 * right + 0.6 * up, up)
     return View("picture", frame, items=projected([part.solid.wrapped], frame, hidden=False))

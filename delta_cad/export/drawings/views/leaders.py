@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Point
+from delta_cad.export.drawings.sheet_io.sheet import Point
 from delta_cad.export.drawings.views.marks import ARROW_MM
 
 ALONG_MM = 0.3  # from an edge, about half a wide line, nearer than which a leader cannot be told from it

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from delta_cad.export.drawings.paper.lettering import LINE, SURFACE, SURFACE_WIDE, width_of, wrapped
-from delta_cad.export.drawings.paper.sheet import Arc, Area, Item, Leaf, Mark, Point, Stroke, Text
 from delta_cad.export.drawings.part.faces import Face
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import Datum, Features, Zone
+from delta_cad.export.drawings.sheet_io.lettering import LINE, SURFACE, SURFACE_WIDE, width_of, wrapped
+from delta_cad.export.drawings.sheet_io.sheet import Annotation, Arc, Area, Item, Point, Primitive, Stroke, Text
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
 
 PITCH_MM = LETTER_MM * LINE
@@ -51,7 +51,7 @@ def lines_of_group(group: HoleGroup, features: Features, most_mm: float) -> list
     for diameter, callout in zip(sorted(group.diameters), group.callout, strict=True):
         found += _broken(callout, most_mm)
         walls = [f for bore in group.bores for f in bore.faces if abs(2 * f.radius - diameter) < 0.01]
-        found += asked_of(walls, features)
+        found += tolerances_of(walls, features)
     return found
 
 
@@ -65,7 +65,7 @@ def _broken(callout: str, most_mm: float) -> list[str]:
     return [*lines[:-1], longer] if width_of(longer, LETTER_MM) <= most_mm else [*lines, sign + after]
 
 
-def asked_of(faces: Sequence[Face], features: Features) -> list[Line]:
+def tolerances_of(faces: Sequence[Face], features: Features) -> list[Line]:
     """Gives frames and letters that belong to some faces."""
     known = {id(face) for face in faces}
     frames = [zone for zone in features.zones if id(zone.faces[0]) in known]
@@ -76,13 +76,7 @@ def asked_of(faces: Sequence[Face], features: Features) -> list[Line]:
 
 
 def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
-    """Sets a line.
-
-    Args:
-        line: The line.
-        at: Left end of its base line, mm.
-        told: Keys of what a text tells.
-    """
+    """Sets a line, from the left end of its base line, mm; `told` are the keys of what its text states."""
     if isinstance(line, Zone):
         return [_frame(line, (at[0], at[1] - BASE_MM))]
     if isinstance(line, Flag):
@@ -92,28 +86,21 @@ def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
         return [_frame(line.beside, corner), _flag(line, (corner[0] + length_of(line.beside), corner[1]))]
     before, sign, after = line.partition(SURFACE)
     if not sign:
-        return [Text(at, LETTER_MM, line, told=tuple(told))]
-    found: list[Item] = [Text(at, LETTER_MM, before.rstrip(), told=tuple(told))] if before.strip() else []
+        return [Text(at, LETTER_MM, line, states=tuple(told))]
+    found: list[Item] = [Text(at, LETTER_MM, before.rstrip(), states=tuple(told))] if before.strip() else []
     x = at[0] + width_of(before, LETTER_MM)
     return [*found, surface(after.strip(), (x, at[1]), LETTER_MM, () if found else tuple(told))]
 
 
-def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> Mark:
-    """Draws the symbol of a surface that is cut, a text under its line.
-
-    Args:
-        text: Such as "Ra 1.6".
-        at: Left end of the base line of both.
-        height: Of the text.
-        told: Keys of what the text tells.
-    """
+def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> Annotation:
+    """Draws the symbol of a surface that is cut, a text such as "Ra 1.6" under its line; arguments as of a `Text`."""
     x, y, h = *at, height
     foot, low, high = (x + 0.67 * h / STEEP, y - 0.05 * h), y + 0.62 * h, y + 1.28 * h
     top = foot[0] + 1.33 * h / STEEP
-    letters = Text((x + SURFACE_WIDE * h, y), h, text, told=told)
+    letters = Text((x + SURFACE_WIDE * h, y), h, text, states=told)
     legs = Stroke("dimension", ((x, low), foot, (top, high), (letters.end[0], high)))
     bar = Stroke("dimension", ((x, low), (foot[0] + 0.67 * h / STEEP, low)))
-    return Mark(f"surface {text}", (legs, bar, letters))
+    return Annotation(f"surface {text}", (legs, bar, letters))
 
 
 def _said(zone: Zone) -> tuple[str, ...]:
@@ -124,20 +111,20 @@ def _cell(text: str) -> float:
     return max(PITCH_MM, width_of(text, SMALL_MM) + 2.0)
 
 
-def _frame(zone: Zone, corner: Point) -> Mark:
+def _frame(zone: Zone, corner: Point) -> Annotation:
     """The frame of a tolerance from its lower left corner."""
     (x, y), high = corner, PITCH_MM
-    items: list[Leaf] = [_box(x, y, x + high, y + high), *_characteristic(zone.kind, (x + high / 2, y + high / 2))]
+    items: list[Primitive] = [_box(x, y, x + high, y + high), *_characteristic(zone.kind, (x + high / 2, y + high / 2))]
     x += high
     for n, text in enumerate(_said(zone)):
         wide = _cell(text)
         base = x + (wide - width_of(text, SMALL_MM)) / 2, y + (high - SMALL_MM) / 2
-        items += [_box(x, y, x + wide, y + high), Text(base, SMALL_MM, text, told=(zone.key,) if n == 0 else ())]
+        items += [_box(x, y, x + wide, y + high), Text(base, SMALL_MM, text, states=(zone.key,) if n == 0 else ())]
         x += wide
-    return Mark(" ".join((zone.kind, *_said(zone))), tuple(items))
+    return Annotation(" ".join((zone.kind, *_said(zone))), tuple(items))
 
 
-def _characteristic(kind: str, middle: Point) -> list[Leaf]:
+def _characteristic(kind: str, middle: Point) -> list[Primitive]:
     """The symbol of what a tolerance holds."""
     x, y = middle
 
@@ -152,14 +139,14 @@ def _characteristic(kind: str, middle: Point) -> list[Leaf]:
     return [Arc("dimension", middle, 0.7), Arc("dimension", middle, 1.3)]
 
 
-def _flag(flag: Flag, corner: Point) -> Mark:
+def _flag(flag: Flag, corner: Point) -> Annotation:
     """A datum's letter in its box from the line's lower left corner, tied by its triangle to what it belongs to."""
     x, y = corner
     left = x + BOX_MM[0] if flag.hung else x
     side, letter = BOX_MM[1] - BOX_MM[0], flag.datum.letter
     base = left + (side - width_of(letter, SMALL_MM)) / 2, y + 0.15 + (side - SMALL_MM) / 2
-    items: list[Leaf] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
-    items.append(Text(base, SMALL_MM, letter, told=(flag.datum.key,)))
+    items: list[Primitive] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
+    items.append(Text(base, SMALL_MM, letter, states=(flag.datum.key,)))
     if flag.beside is not None:
         foot = x, y + PITCH_MM / 2
         items += [triangle(foot, (1.0, 0.0)), Stroke("dimension", ((x + TRIANGLE_MM[1], foot[1]), (left, foot[1])))]
@@ -169,7 +156,7 @@ def _flag(flag: Flag, corner: Point) -> Mark:
             triangle(foot, (0.0, -1.0)),
             Stroke("dimension", ((foot[0], foot[1] - TRIANGLE_MM[1]), (foot[0], y + 1.95), (left, y + 1.95))),
         ]
-    return Mark(f"datum {letter}", tuple(items))
+    return Annotation(f"datum {letter}", tuple(items))
 
 
 def triangle(foot: Point, away: Point) -> Area:

@@ -7,8 +7,8 @@ from math import cos, hypot, pi, sin
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Area, Item, Point, Stroke, Text, crosses, lines_of, overlap
+from delta_cad.export.drawings.sheet_io.lettering import width_of
+from delta_cad.export.drawings.sheet_io.sheet import Area, Item, Point, Stroke, Text, crosses, lines_of, overlap
 
 LETTER_MM = 2.5  # ISO 3098
 ARROW_MM = (2.5, 0.8)
@@ -71,16 +71,6 @@ def spread_within(wanted: Sequence[float], pitch: float, low: float, high: float
         return places
     raised = [max(at, low + pitch * k) for k, at in enumerate(places)]
     return [min(at, high - pitch * k) for k, at in enumerate(reversed(raised))][::-1]
-
-
-def scaled(item: Item, scale: float) -> Item:
-    """Gives an item at a scale about the origin."""
-    if isinstance(item, Arc):
-        centre = item.centre[0] * scale, item.centre[1] * scale
-        return Arc(item.layer, centre, item.radius * scale, item.start, item.end)
-    if isinstance(item, Stroke):
-        return Stroke(item.layer, tuple((x * scale, y * scale) for x, y in item.points), item.closed)
-    raise TypeError(f"{type(item).__name__} has no scale")
 
 
 def arrow(tip: Point, towards: Point) -> Area:

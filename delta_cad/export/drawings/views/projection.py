@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Point, Stroke
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 
 SAME_MM = 1e-3  # coordinates that close are one; the kernel's curves of a view are true to 1e-4
 CELL_MM = 0.1  # of the grid in which what is the same is looked for
@@ -43,6 +43,19 @@ class Frame:
         """(3,) towards the viewer."""
         return np.cross(self.right, self.up)
 
+    @classmethod
+    def of(cls, right: np.ndarray, up: np.ndarray) -> Frame:
+        """Gives the view of two unit vectors (3,)."""
+        return cls(*(tuple((vector + 0.0).tolist()) for vector in (right, up)))
+
+    @classmethod
+    def seen_from(cls, eye: np.ndarray, up: np.ndarray) -> Frame:
+        """Gives the view from a direction (3,) in which another points upwards."""
+        eye = eye / np.linalg.norm(eye)
+        right = np.cross(up, eye)
+        right /= np.linalg.norm(right)
+        return cls.of(right, np.cross(eye, right))
+
     def __call__(self, point: Any) -> Point:
         """Gives where a (3,) point is seen, mm."""
         u, v = self.axes @ np.asarray(point, dtype=float)
@@ -64,11 +77,6 @@ class Seen:
 
 def projected(shapes: Sequence[Any], frame: Frame, hidden: bool = True) -> list[Item]:
     """Projects the kernel's shapes, `TopoDS_Shape`, all edges sharp or outlines.
-
-    Args:
-        shapes: What hides one another.
-        frame: The view.
-        hidden: Whether edges behind something are wanted, too.
 
     Returns:
         Items of the layers "visible" and "hidden", mm.
@@ -240,10 +248,6 @@ def _sampled(curve: Any, straight: bool = False) -> list[np.ndarray]:
 
 def merged(seen: Iterable[Item], behind: Iterable[Item]) -> list[Item]:
     """Joins lines and arcs that lie on one another, and takes from what is behind what is seen.
-
-    Args:
-        seen: Visible lines, arcs, polylines.
-        behind: Hidden ones.
 
     Returns:
         The same, layers "visible" and "hidden".

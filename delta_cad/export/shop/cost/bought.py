@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache
 from math import ceil
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, NamedTuple, cast
 
 from delta_cad.catalogue import CatalogueRow, Motor
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.shop.cost.rates import ESTIMATE, share_at
 
+Per = Literal["piece", "metre", "pack"]
 FILE = Path(__file__).parent / "data" / "prices.csv"
 PACK_MACHINES = 10  # that a pack of adhesive or grease is enough for
 MOTOR_EUR, MOTOR_EUR_N_m = 100.0, 1800.0  # of a motor whose price is nowhere: that, and so much per N m for ever
@@ -34,17 +35,12 @@ class Price:
     """
 
     one_EUR: float
-    per: Literal["piece", "metre", "pack"]
+    per: Per
     source: str
     length_mm: float = 0.0
 
     def of_one(self, quantity: int, machines: int) -> float:
-        """Computes what one of a quantity in each machine costs when several machines are made, EUR.
-
-        Args:
-            quantity: In each machine.
-            machines: Made at once.
-        """
+        """Computes what one of a quantity in each machine costs when several machines are made, EUR."""
         share = share_at(machines)
         if self.per == "pack":
             packs = ceil(machines / PACK_MACHINES)
@@ -56,19 +52,13 @@ class Price:
 
 
 def row_price(kind: str, row: CatalogueRow, length_mm: float = 0.0) -> Price:
-    """Gives the price of a row of the catalogue: its own, else that of our list.
-
-    Args:
-        kind: Family.
-        row: The row.
-        length_mm: Of a piece of what is sold by the metre.
-    """
+    """Gives the price of a row of a family, of a piece so long where it is cut to length: its own, else our list's."""
     per = "metre" if kind in ("cable", "tube") else "piece"
     if row.price_EUR is not None:
         return Price(row.price_EUR, per, row.price_source, length_mm)
-    own = [one for one in _list() if one[0] == kind and one[1] in (row.id, "")]
+    own = [one for one in _list() if one.kind == kind and one.id in (row.id, "")]
     if own:
-        return Price(own[0][2], per, own[0][4], length_mm)
+        return Price(own[0].price_EUR, per, own[0].source, length_mm)
     assert isinstance(row, Motor)
     by_torque = MOTOR_EUR + MOTOR_EUR_N_m * row.nominal_torque_N_m
     return Price(by_torque, "piece", f"{ESTIMATE} by its torque: {MOTOR_EUR:g} EUR and {MOTOR_EUR_N_m:g} EUR per N m")
@@ -76,8 +66,8 @@ def row_price(kind: str, row: CatalogueRow, length_mm: float = 0.0) -> Price:
 
 def part_price(number: str) -> Price:
     """Gives the estimate of our list for a bought part by its number."""
-    _, _, price, per, source = next(one for one in _list() if one[0] == "part" and fnmatchcase(number, one[1]))
-    return Price(price, per, source)
+    found = next(one for one in _list() if one.kind == "part" and fnmatchcase(number, one.id))
+    return Price(found.price_EUR, found.per, found.source)
 
 
 def prices(d: Dimensions) -> dict[str, Price]:
@@ -100,17 +90,18 @@ def prices(d: Dimensions) -> dict[str, Price]:
     return found
 
 
+class _Listed(NamedTuple):
+    """A row of our list: family and id of a row of the catalogue, or "part" and the pattern of a part's number."""
+
+    kind: str
+    id: str
+    price_EUR: float
+    per: Per
+    source: str
+
+
 @cache
-def _list() -> tuple[tuple[str, str, float, Literal["piece", "metre", "pack"], str], ...]:
-    return tuple(_rows())
-
-
-def _rows() -> Iterator[tuple[str, str, float, Literal["piece", "metre", "pack"], str]]:
+def _list() -> tuple[_Listed, ...]:
     with FILE.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            per: Literal["piece", "metre", "pack"] = "piece"
-            if row["per"] == "metre":
-                per = "metre"
-            elif row["per"] == "pack":
-                per = "pack"
-            yield row["kind"], row["id"], float(row["price_EUR"]), per, row["source"]
+        rows = cast("Iterable[dict[str, Any]]", csv.DictReader(file))
+        return tuple(_Listed(r["kind"], r["id"], float(r["price_EUR"]), r["per"], r["source"]) for r in rows)

@@ -77,14 +77,7 @@ class Cost:
 
 
 def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int], rates: Rates | None = None) -> Cost:
-    """Computes what a machine costs.
-
-    Args:
-        d: Its dimensions.
-        assembly: The machine, with its solids.
-        clampings: Of each made part, by its number.
-        rates: The shop; None: the usual.
-    """
+    """Computes what a machine with its solids costs; clampings by part number, the usual rates where none are given."""
     shop, known = rates or Rates(), prices(d)
     quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
     lines = []
@@ -114,12 +107,12 @@ def _bought(number: str, quantity: int, price: Price) -> CostLine:
 
 
 def cost_record(cost: Cost) -> dict[str, Any]:
-    """Tells a cost with all that it rests on as JSON types: `cost.json`."""
+    """Gives a cost with all that it rests on as JSON types: `cost.json`."""
     return {
         "schema": SCHEMA,
         "currency": CURRENCY,
         "assumed": {
-            "shop": cost.rates.told(),
+            "shop": cost.rates.record(),
             "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {OTHER_STOCK: asdict(OTHER)},
             "stock_source": f"{ESTIMATE} for cut lengths and a small mill; volume of the part with its allowance",
             "bought_share_by_machines": {str(count): share for count, share in BREAKS.items()},
@@ -131,11 +124,11 @@ def cost_record(cost: Cost) -> dict[str, Any]:
         "total_EUR": [cost.total_EUR(k) for k in range(len(BATCHES))],
         "made_EUR": [cost.total_EUR(k, True) for k in range(len(BATCHES))],
         "bought_EUR": [cost.total_EUR(k, False) for k in range(len(BATCHES))],
-        "lines": [_told(line) for line in cost.lines],
+        "lines": [_line_record(line) for line in cost.lines],
     }
 
 
-def _told(line: CostLine) -> dict[str, Any]:
+def _line_record(line: CostLine) -> dict[str, Any]:
     found: dict[str, Any] = {
         "part_number": line.number,
         "quantity": line.quantity,

@@ -56,7 +56,7 @@ class Rates:
     anodise_EUR: float = 0.5
     allowance_mm: float = 1.5
 
-    def told(self) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Gives all rates as JSON types, with where they come from."""
         return {**asdict(self), "source": f"{ESTIMATE}, within {SHOP}"}
 

@@ -80,13 +80,7 @@ class Making:
 
 
 def work_of(part: Part, clampings: int, rates: Rates) -> Work:
-    """Reads what there is to do off a part.
-
-    Args:
-        part: One that is made, with its solid.
-        clampings: From which its bores and inner corners are made.
-        rates: The shop, which says how much larger the stock is.
-    """
+    """Reads what there is to do off a made part, whose bores and inner corners take so many clampings."""
     solid = part.solid
     box = solid.BoundingBox(1e-4)
     edges = np.array([box.xlen, box.ylen, box.zlen])
@@ -122,12 +116,7 @@ def work_of(part: Part, clampings: int, rates: Rates) -> Work:
 
 
 def making(work: Work, material: str, rates: Rates) -> Making:
-    """Computes what a piece costs.
-
-    Args:
-        work: What there is to do.
-        material: Id of the material in the catalogue.
-        rates: The shop.
+    """Computes what a piece of a material of the catalogue, by its id, costs.
 
     Returns:
         The cost, without the price of stock that is bought by the piece or metre.

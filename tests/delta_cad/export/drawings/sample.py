@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import cadquery as cq
 
-from delta_cad.export.drawings.drawn import part_drawing
-from delta_cad.export.drawings.paper.sheet import Drawing
 from delta_cad.export.drawings.part.controlled import Controlled, Length
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.sheet import Drawing
 from delta_cad.export.drawings.title import Titles
+from delta_cad.export.drawings.write import part_drawing
 from delta_cad.solids.part import Hole, Material, Part
 
 METAL = Material("Aluminium EN AW-6082 T6", 2700.0, (0.7, 0.7, 0.7))

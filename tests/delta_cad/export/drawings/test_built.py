@@ -17,15 +17,15 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.commands.cli import main
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
-from delta_cad.export.drawings import whole
-from delta_cad.export.drawings.drawn import write_drawings
-from delta_cad.export.drawings.paper.sheet import Stroke
+from delta_cad.export.drawings import assembly_sheet
+from delta_cad.export.drawings.sheet_io.sheet import Stroke
 from delta_cad.export.drawings.title import Titles
 from delta_cad.export.drawings.views.leaders import lines_cross
+from delta_cad.export.drawings.write import write_drawings
 from delta_cad.export.mass_properties import mass_report
 from tests.committed import ROOT, Built
 from tests.delta_cad.export.drawings.reading import dxf_texts, svg_texts
-from tests.delta_cad.export.shop.told import differences, of_step
+from tests.delta_cad.export.shop.test_counts import differences
 
 
 @pytest.fixture(scope="module")
@@ -58,12 +58,6 @@ def test_holes_are_told_as_the_list_of_holes_has_them(built: Built, folder: Path
             thread = re.match(r"M[\d.]+", row["callout"])
             expected[thread[0] if thread else f"Ø{float(row['diameter_mm']):g}"] += 1
         assert {key: counted[key] for key in expected} == dict(expected), number
-
-
-def test_each_part_s_step_file_states_as_many_tolerances_as_its_drawing(built: Built) -> None:
-    assert differences(built.folder) == {}
-    told = sum((of_step(path) for path in (built.folder / "parts").glob("*.step")), Counter())
-    assert min(told[one] for one in ("H7", "h6", "M3", "position", "perpendicularity", "coaxiality", "datum A")) > 0
 
 
 @pytest.mark.parametrize("number", ["base_plate", "motor_cheek", "encoder_cheek"])
@@ -163,7 +157,7 @@ def test_leaders_of_balloons_cross_none() -> None:
     spots = np.random.default_rng(7).uniform((0.0, 0.0), (200.0, 120.0), (40, 2))
     for count in (7, 24, 40):
         points = {k + 1: (float(x), float(y)) for k, (x, y) in enumerate(spots[:count])}
-        items = whole.balloons(points, (0.0, 0.0, 200.0, 120.0))
+        items = assembly_sheet.balloons(points, (0.0, 0.0, 200.0, 120.0))
         lines = [np.array(item.points) for item in items if isinstance(item, Stroke)]
         assert sorted(map(tuple, (line[1] for line in lines))) == sorted(points.values())
         assert not any(lines_cross(a, b) for a, b in combinations(lines, 2)), count
@@ -196,12 +190,12 @@ def test_drawings_are_the_same_bytes_each_time(
 def test_what_no_view_shows_is_drawn_by_itself(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
     """A larger machine hides parts that this one shows: each has its one balloon all the same."""
     hidden = {"sector", "pinion", "encoder_board", "set_screw_M3x4", "upper_arm", "motor", "wave_spring", "motor_cheek"}
-    drive = whole._views(best_assembly, best_assembly.poses(best_assembly.home_mm))[2]
+    drive = assembly_sheet._views(best_assembly, best_assembly.poses(best_assembly.home_mm))[2]
     drive.placed = [one for one in drive.placed if one[0].part.number not in hidden]
-    monkeypatch.setattr(whole, "_views", lambda *_: [drive])
+    monkeypatch.setattr(assembly_sheet, "_views", lambda *_: [drive])
     there = hidden | {one.part.number for one, _ in drive.placed}
     rows = [row for row in bill_of_materials(best_assembly, defaultdict(float)) if row.part_number in there]
-    drawing = whole.assembly_drawing(best_assembly, rows, Titles(*["-"] * 8))
-    items = whole.placed_items(best_assembly, rows)
-    assert len(items) > len(hidden) > whole.ALONE
-    assert whole.balloon_faults(drawing, items, rows) == []
+    drawing = assembly_sheet.assembly_drawing(best_assembly, rows, Titles(*["-"] * 8))
+    items = assembly_sheet.placed_items(best_assembly, rows)
+    assert len(items) > len(hidden) > assembly_sheet.ALONE
+    assert assembly_sheet.balloon_faults(drawing, items, rows) == []

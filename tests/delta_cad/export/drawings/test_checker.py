@@ -9,8 +9,17 @@ import numpy as np
 import pytest
 
 from delta_cad.export.drawings.checker import drawing_faults, extent_faults, sheet_faults
-from delta_cad.export.drawings.paper.sheet import Drawing, Item, Leaf, Mark, Sheet, Stroke, Text, leaves
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.sheet import (
+    Annotation,
+    Drawing,
+    Item,
+    Primitive,
+    Sheet,
+    Stroke,
+    Text,
+    primitives,
+)
 from delta_cad.export.drawings.views.marks import arrow
 from tests.delta_cad.export.drawings.sample import drawn, plate, texts
 
@@ -25,8 +34,8 @@ def spoiled(drawing: Drawing, spoil: Callable[[list[Item]], list[Item]]) -> Draw
     return replace(drawing, sheets=(replace(first, items=spoil(list(first.items))), *drawing.sheets[1:]))
 
 
-def _is_told(leaf: Leaf, text: str) -> bool:
-    return isinstance(leaf, Text) and leaf.text == text and bool(leaf.told)
+def _is_told(leaf: Primitive, text: str) -> bool:
+    return isinstance(leaf, Text) and leaf.text == text and bool(leaf.states)
 
 
 def edited(drawing: Drawing, old: str, new: str | None) -> Drawing:
@@ -34,9 +43,9 @@ def edited(drawing: Drawing, old: str, new: str | None) -> Drawing:
     assert old in texts(drawing)
 
     def spoil(items: list[Item]) -> list[Item]:
-        k = next(k for k, item in enumerate(items) if any(_is_told(leaf, old) for leaf in leaves([item])))
-        own = [leaf for leaf in leaves([items[k]]) if not _is_told(leaf, old)]
-        (text,) = (leaf for leaf in leaves([items[k]]) if isinstance(leaf, Text) and _is_told(leaf, old))
+        k = next(k for k, item in enumerate(items) if any(_is_told(leaf, old) for leaf in primitives([item])))
+        own = [leaf for leaf in primitives([items[k]]) if not _is_told(leaf, old)]
+        (text,) = (leaf for leaf in primitives([items[k]]) if isinstance(leaf, Text) and _is_told(leaf, old))
         return [*items[:k], *own, *([replace(text, text=new)] if new is not None else []), *items[k + 1 :]]
 
     return spoiled(drawing, spoil)
@@ -51,12 +60,12 @@ def test_a_sound_drawing_has_no_faults(sound: tuple[Drawing, Features]) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("Ø8 H7 through, shaft", None, "holes Ø8 H7 are told 0 times, 1 are declared"),
-        ("2x M4 x 6, drilled 6 deep", "3x M4 x 6, drilled 6 deep", "holes M4 are told 3 times, 2 are declared"),
-        ("2x M4 x 6, drilled 6 deep", "2x M3 x 6", "holes M4 are told 0 times"),
-        ("Ø8 H7 through, shaft", "Ø8 through, shaft", "holes Ø8 H7 are told 0 times"),
-        ("2x Ø5.5 through, screws", None, "holes Ø5.5 are told 0 times, 2 are declared"),
-        ("50", None, "is told 0 times"),
+        ("Ø8 H7 through, shaft", None, "holes Ø8 H7 are stated 0 times, 1 are declared"),
+        ("2x M4 x 6, drilled 6 deep", "3x M4 x 6, drilled 6 deep", "holes M4 are stated 3 times, 2 are declared"),
+        ("2x M4 x 6, drilled 6 deep", "2x M3 x 6", "holes M4 are stated 0 times"),
+        ("Ø8 H7 through, shaft", "Ø8 through, shaft", "holes Ø8 H7 are stated 0 times"),
+        ("2x Ø5.5 through, screws", None, "holes Ø5.5 are stated 0 times, 2 are declared"),
+        ("50", None, "is stated 0 times"),
         ("60", "61", "is printed as [61.0], it is 60.000 mm from the datum"),
         ("10", "10.01", "it is 10.000 mm from the datum"),
     ],
@@ -73,9 +82,9 @@ def test_what_is_told_twice_is_found(sound: tuple[Drawing, Features]) -> None:
     drawing, features = sound
     text = next(t for t in drawing.sheets[0].texts if t.text == "60")
     twice = spoiled(drawing, lambda items: [*items, replace(text, at=(200.0, 100.0))])
-    assert any(fault.endswith("is told 2 times") for fault in drawing_faults(twice, plate(), features))
-    strange = spoiled(drawing, lambda items: [*items, Text((200.0, 100.0), 2.5, "7", told=("plane 99",))])
-    assert "plane 99 is told and is nothing of the part" in drawing_faults(strange, plate(), features)
+    assert any(fault.endswith("is stated 2 times") for fault in drawing_faults(twice, plate(), features))
+    strange = spoiled(drawing, lambda items: [*items, Text((200.0, 100.0), 2.5, "7", states=("plane 99",))])
+    assert "plane 99 is stated and is nothing of the part" in drawing_faults(strange, plate(), features)
 
 
 @pytest.mark.parametrize(
@@ -117,10 +126,10 @@ def test_frames_that_overlap_are_found() -> None:
     assert sheet_faults(sheet) == ["a and b overlap"]
 
 
-def symbol(x: float, y: float, name: str = "datum A") -> Mark:
+def symbol(x: float, y: float, name: str = "datum A") -> Annotation:
     """A box of 4 mm with a letter in it."""
     box = Stroke("dimension", ((x, y), (x + 4, y), (x + 4, y + 4), (x, y + 4)), closed=True)
-    return Mark(name, (box, Text((x + 1, y + 1), 2.0, "A")))
+    return Annotation(name, (box, Text((x + 1, y + 1), 2.0, "A")))
 
 
 @pytest.mark.parametrize(

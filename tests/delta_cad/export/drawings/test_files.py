@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 import pypdfium2
 import pytest
 
-from delta_cad.export.drawings.paper.dxf import dxf_text
-from delta_cad.export.drawings.paper.pdf import pdf_bytes
-from delta_cad.export.drawings.paper.sheet import Drawing, Text
-from delta_cad.export.drawings.paper.svg import svg_text
+from delta_cad.export.drawings.sheet_io.dxf import dxf_text
+from delta_cad.export.drawings.sheet_io.pdf import pdf_bytes
+from delta_cad.export.drawings.sheet_io.sheet import Drawing, Text
+from delta_cad.export.drawings.sheet_io.svg import svg_text
 from tests.delta_cad.export.drawings.reading import SVG, dxf_texts, entities, styles
 from tests.delta_cad.export.drawings.sample import drawn, texts
 

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from delta_cad.export.drawings.checker import drawing_faults
-from delta_cad.export.drawings.drawn import part_drawing
 from delta_cad.export.drawings.layout import ratio
-from delta_cad.export.drawings.paper.sheet import Stroke
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
+from delta_cad.export.drawings.sheet_io.sheet import Stroke
 from delta_cad.export.drawings.title import Titles
 from delta_cad.export.drawings.views.choice import View, ViewError, beside, views_of
 from delta_cad.export.drawings.views.marks import LETTER_MM
 from delta_cad.export.drawings.views.projection import Frame
+from delta_cad.export.drawings.write import part_drawing
 from delta_cad.solids.part import Hole, Part
 from tests.delta_cad.export.drawings.sample import HELD, METAL, TITLES, drawn, plate, texts
 

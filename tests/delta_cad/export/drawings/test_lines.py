@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import pytest
 
-from delta_cad.export.drawings.paper.lettering import SURFACE, width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Area, Item, Mark, Stroke, Text, box_of
 from delta_cad.export.drawings.part.record import Datum, Zone
+from delta_cad.export.drawings.sheet_io.lettering import SURFACE, width_of
+from delta_cad.export.drawings.sheet_io.sheet import Annotation, Arc, Area, Item, Stroke, Text, box_of
 from delta_cad.export.drawings.views.lines import PITCH_MM, Flag, Line, _broken, length_of, set_line
 
 ZONE = Zone("position", 0.05, True, (), ("A", "B"), "zone 1")
 FLAG = Flag(Datum("C", ()), ZONE)
 
 
-def marks(items: list[Item]) -> list[Mark]:
-    return [item for item in items if isinstance(item, Mark)]
+def marks(items: list[Item]) -> list[Annotation]:
+    return [item for item in items if isinstance(item, Annotation)]
 
 
 def test_a_surface_is_a_symbol_with_its_roughness_under_its_bar() -> None:
     items = set_line(f"Ø8 H7 {SURFACE}Ra 1.6", (10.0, 20.0), ("bore 0.0",))
     (text,) = (item for item in items if isinstance(item, Text))
     (mark,) = marks(items)
-    assert (text.text, text.told) == ("Ø8 H7", ("bore 0.0",))
+    assert (text.text, text.states) == ("Ø8 H7", ("bore 0.0",))
     legs, bar, letters = mark.items
     assert isinstance(legs, Stroke)
     assert isinstance(bar, Stroke)
@@ -35,7 +35,7 @@ def test_a_surface_is_a_symbol_with_its_roughness_under_its_bar() -> None:
     assert bar.points[1] == pytest.approx((2 * foot[0] - start[0], start[1]))  # shut to a triangle: it is cut
     assert mark.box[0] >= text.box[2]
     (alone,) = marks(set_line(f"{SURFACE}Ra 1.6", (10.0, 20.0), ("x",)))  # its text tells then
-    assert [item.told for item in alone.items if isinstance(item, Text)] == [("x",)]
+    assert [item.states for item in alone.items if isinstance(item, Text)] == [("x",)]
 
 
 @pytest.mark.parametrize("kind", ["position", "perpendicularity", "coaxiality"])
@@ -44,7 +44,7 @@ def test_a_frame_says_characteristic_zone_and_datums_in_their_order(kind: str) -
     (mark,) = marks(set_line(zone, (0.0, 0.0)))
     value = "0.02" if kind == "perpendicularity" else "Ø0.02"
     texts = [item for item in mark.items if isinstance(item, Text)]
-    assert [(text.text, text.told) for text in texts] == [(value, ("zone 3",)), ("A", ()), ("B", ())]
+    assert [(text.text, text.states) for text in texts] == [(value, ("zone 3",)), ("A", ()), ("B", ())]
     assert mark.name == f"{kind} {value} A B"
     symbol, *cells = [box_of([item]) for item in mark.items if isinstance(item, Stroke) and item.closed]
     for (x0, y0, x1, y1), text in zip(cells, texts, strict=True):  # each text in its cell

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from delta_cad.export.drawings.paper.lettering import width_of, wrapped
-from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
+from delta_cad.export.drawings.sheet_io.lettering import width_of, wrapped
+from delta_cad.export.drawings.sheet_io.sheet import Item, Point, Stroke, crosses, overlap
 from delta_cad.export.drawings.views.leaders import Leader, crossings, in_turn, lines_cross, runs_along, untangled
 from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread, spread_within
 from tests.designs import UNTIMED
@@ -53,7 +53,7 @@ def test_spread_keeps_order_and_room_and_moves_least(wishes: list[tuple[float, f
 def test_widths_are_the_face_s_own() -> None:
     from PIL import ImageFont
 
-    from delta_cad.export.drawings.paper.lettering import NARROW, _file, em_mm
+    from delta_cad.export.drawings.sheet_io.lettering import NARROW, _file, em_mm
 
     text = "Ø8 H7 ±0.02 × 45° through"
     face = ImageFont.truetype(str(_file()), 1000)

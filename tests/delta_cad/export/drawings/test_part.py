@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.export.drawings.drawn import notes_of
-from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.controlled import Controlled, Round, controlled
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, hole_groups, lettered
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.export.drawings.title import grams
 from delta_cad.export.drawings.views.projection import Frame
+from delta_cad.export.drawings.write import notes_of
 from delta_cad.solids.part import Hole, Part
 from tests.delta_cad.export.drawings.sample import HELD, METAL, plate
 

@@ -8,7 +8,7 @@ from math import hypot, pi
 import cadquery as cq
 import pytest
 
-from delta_cad.export.drawings.paper.sheet import Arc, Item, Stroke, box_of
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Stroke, box_of
 from delta_cad.export.drawings.views.projection import (
     HATCH_MM,
     Frame,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.holes import hole_groups, recorded
+from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.solids.boring import along_z, blind, fitted, group, tapped, within
 from delta_cad.solids.part import Bore
 

@@ -24,12 +24,12 @@ from delta_cad.common.refusal import FORMULAS, LONGEST, visible
 from delta_cad.export.bom import BomRow, write_bom
 from delta_cad.export.drawings.checker import sheet_faults
 from delta_cad.export.drawings.items import item_lists
-from delta_cad.export.drawings.paper import lettering
-from delta_cad.export.drawings.paper.dxf import dxf_text
-from delta_cad.export.drawings.paper.lettering import SUBSTITUTE, fitted, missing, shown, width_of
-from delta_cad.export.drawings.paper.pdf import pdf_bytes
-from delta_cad.export.drawings.paper.sheet import Drawing, Sheet, Text
-from delta_cad.export.drawings.paper.svg import svg_text
+from delta_cad.export.drawings.sheet_io import lettering
+from delta_cad.export.drawings.sheet_io.dxf import dxf_text
+from delta_cad.export.drawings.sheet_io.lettering import SUBSTITUTE, fitted, missing, shown, width_of
+from delta_cad.export.drawings.sheet_io.pdf import pdf_bytes
+from delta_cad.export.drawings.sheet_io.sheet import Drawing, Sheet, Text
+from delta_cad.export.drawings.sheet_io.svg import svg_text
 from delta_cad.export.drawings.title import Titles, framed, title_box
 from tests.delta_cad.export.drawings.reading import SVG
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from delta_cad.export.drawings.checker import drawing_faults
-from delta_cad.export.drawings.drawn import part_drawing
 from delta_cad.export.drawings.part.controlled import Controlled, Round
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.write import part_drawing
 from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import box, cut
@@ -103,4 +103,4 @@ def test_each_is_told_once_on_the_drawing_and_the_checker_misses_what_is_not(par
     assert sorted(name for name in symbols if name != "surface") == sorted(kinds)
     for sheet in drawing.sheets:
         sheet.items[:] = [item for item in sheet.items if getattr(item, "name", "") != "datum A"]
-    assert "datum A is told 0 times" in drawing_faults(drawing, part, features)
+    assert "datum A is stated 0 times" in drawing_faults(drawing, part, features)

@@ -13,29 +13,13 @@ from delta_cad.dimensions.panel import PanelDimensions
 from delta_cad.export.shop.template import template_dxf, template_svg
 from delta_cad.mechanism.placement import chain_frame
 from tests.delta_cad.dimensions.paneled import of_panel
-
-Entity = list[tuple[int, str]]
+from tests.delta_cad.export.drawings.reading import Entity, entities
 
 
 def panel() -> PanelDimensions:
     p = of_panel().panel
     assert p is not None
     return p
-
-
-def entities(text: str) -> list[Entity]:
-    """Entities of a DXF's model, each with its groups of code and value, which stand on two lines each."""
-    lines = text.splitlines()
-    groups = [(int(code), value) for code, value in zip(lines[::2], lines[1::2], strict=True)]
-    start = groups.index((2, "ENTITIES"))
-    found: list[Entity] = []
-    for group in groups[start + 1 :]:
-        if group == (0, "ENDSEC"):
-            return found
-        if group[0] == 0:
-            found.append([])
-        found[-1].append(group)
-    raise AssertionError("no end of the section")
 
 
 def values(entity: Entity, code: int) -> list[float]:

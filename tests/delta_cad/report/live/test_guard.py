@@ -22,6 +22,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
 from delta_cad.design import Design
+from delta_cad.report.live import guard as guard_module
 from delta_cad.report.live.force import SCENES
 from delta_cad.report.live.guard import (
     EVERY_S,
@@ -151,6 +152,9 @@ def test_the_printed_address_gets_the_page_and_a_socket(served: Served) -> None:
     assert upgraded.startswith(b"HTTP/1.1 101")
     reloaded = head_of(served, False, path=f"{served.path}?websocket=ws://127.0.0.1:{served.port}{served.path}")
     assert answered(served.port, reloaded).startswith(b"HTTP/1.1 200")
+    for length in (255, 256, 5000):  # no file has such a name
+        missing = answered(served.port, head_of(served, False, path=f"{served.path}{'a' * length}"))
+        assert missing.startswith(b"HTTP/1.1 404")
     assert served.lines == []
 
 
@@ -364,12 +368,16 @@ def test_twenty_five_viewers_see_one_machine_within_its_ranges(served: Served) -
     assert served.lines == []
 
 
-def test_so_many_viewers_and_no_more(served: Served) -> None:
+def test_so_many_viewers_and_no_more_but_for_one_that_is_idle(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     with ExitStack() as open_:
         for _ in range(MOST_CLIENTS):
             open_.enter_context(served.viewer())
         with pytest.raises(InvalidStatus):
             served.viewer()
+        assert len(served.lines) == 1
+        monkeypatch.setattr(guard_module, "SILENT_S", 0.0)
+        open_.enter_context(served.viewer())  # in place of the one that has been silent for longest
+        wait_until(lambda: len(served.server.get_clients()) == MOST_CLIENTS)
         assert len(served.lines) == 1
 
 

@@ -15,13 +15,11 @@ from matplotlib import image
 
 from delta_cad.assembly.machine import Assembly, Insertion
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.common.beside import BesideError
 from delta_cad.dimensions import Dimensions
-from delta_cad.export.drawings.paper.lettering import _file
+from delta_cad.export.drawings.sheet_io.lettering import _file
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.export.views.scene import PictureError
 from delta_cad.report.manual.page import page as write_page
-from delta_cad.report.manual.page import write_manual, written
+from delta_cad.report.manual.page import write_manual
 from delta_cad.report.manual.pictures import ACCENTS, ARROW, SIZE
 from tests.committed import Built
 from tests.delta_cad.checks.contact.order.blocks import DOWN, on_base, pin, plate, step, whole
@@ -118,18 +116,6 @@ def test_the_page_carries_the_letters_that_not_every_browser_has(
     own = Image.new("L", (400, 200))
     ImageDraw.Draw(own).text((20, 20), "球形", 255, ImageFont.truetype(str(_file(1)), 60))
     assert sum(seen.histogram()[128:]) == pytest.approx(sum(own.histogram()[128:]), rel=0.1)
-
-
-class Ended:
-    """A process that is gone."""
-
-    def take(self) -> None:
-        raise BesideError("page: ended by signal 9")
-
-
-def test_a_process_that_ended_early_is_told_as_what_it_drew() -> None:
-    with pytest.raises(PictureError, match="ended by signal 9"):
-        written(Ended())  # type: ignore[arg-type]
 
 
 def test_the_build_has_its_manual_with_a_picture_a_step(built: Built, best_assembly: Assembly) -> None:

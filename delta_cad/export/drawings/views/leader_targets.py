@@ -8,10 +8,10 @@ from math import cos, hypot, radians, sin
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.sheet import Arc, Box, Measure, Point, Stroke
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along
 from delta_cad.export.drawings.part.holes import Bore
 from delta_cad.export.drawings.part.record import SAME_MM, Features
+from delta_cad.export.drawings.sheet_io.sheet import Arc, Box, Measure, Point, Stroke
 from delta_cad.export.drawings.views.choice import View
 from delta_cad.export.drawings.views.marks import higher, towards
 
@@ -21,7 +21,7 @@ LONG_SHARE = 0.5  # of the longest line of an edge, from which on others may hav
 
 
 @dataclass
-class Pointing:
+class LeaderTargets:
     """A view in which things are pointed at: `drawn` is the part's box, `room` is where the texts begin."""
 
     view: View

@@ -14,21 +14,22 @@ from io import StringIO
 from math import atan2, degrees, hypot
 from typing import Any
 
-from delta_cad.export.drawings.paper.lettering import NARROW, shown
-from delta_cad.export.drawings.paper.sheet import (
+from delta_cad.export.drawings.sheet_io.lettering import NARROW, shown
+from delta_cad.export.drawings.sheet_io.sheet import (
     LAYERS,
+    Annotation,
     Arc,
     Area,
     Drawing,
-    Leaf,
-    Mark,
     Measure,
     Point,
+    Primitive,
     Sheet,
     Stroke,
     Text,
     in_a_row,
-    leaves,
+    mapped_primitive,
+    primitives,
 )
 
 NOT_ASCII = re.compile(r"[^\x00-\x7f]")
@@ -50,11 +51,7 @@ FACE_FILE = "DejaVuSans.ttf"
 
 
 def r2010_text(draw: Callable[[Any], None]) -> str:
-    """Gives the text of a DXF R2010 in millimetres, the same each time.
-
-    Args:
-        draw: Fills the document.
-    """
+    """Gives the text of a DXF R2010 in millimetres, the same each time."""
     import ezdxf
     from ezdxf.filemanagement import new
 
@@ -81,10 +78,10 @@ def dxf_text(drawing: Drawing) -> str:
         _set_up(document, sheet)
         space = document.modelspace()
         for item in sheet.items:
-            if isinstance(item, Mark) and item.measure is not None:
+            if isinstance(item, Annotation) and item.measure is not None:
                 _dimension(document, item, item.measure)
             else:
-                for leaf in leaves((item,)):
+                for leaf in primitives((item,)):
                     _draw(space, _rounded(leaf))
 
     text = r2010_text(draw)
@@ -105,23 +102,20 @@ def _set_up(document: Any, sheet: Sheet) -> None:
     document.header["$EXTMIN"] = (0.0, 0.0, 0.0)
 
 
-def _rounded(item: Leaf) -> Leaf:
+def _rounded(item: Primitive) -> Primitive:
     """The same to a millionth of a millimetre: what lies below depends on how a solid came here."""
-    if isinstance(item, Text):
-        return replace(item, at=_near(item.at))
+    item = mapped_primitive(item, _near)
     if isinstance(item, Arc):
-        centre, radius = _near(item.centre), round(item.radius, DECIMALS)
-        return replace(
-            item, centre=centre, radius=radius, start=round(item.start, DECIMALS), end=round(item.end, DECIMALS)
-        )
-    return replace(item, points=tuple(_near(point) for point in item.points))
+        radius, start, end = (round(value, DECIMALS) for value in (item.radius, item.start, item.end))
+        return replace(item, radius=radius, start=start, end=end)
+    return item
 
 
 def _near(point: Point) -> Point:
     return round(point[0], DECIMALS) + 0.0, round(point[1], DECIMALS) + 0.0
 
 
-def _dimension(document: Any, mark: Mark, measure: Measure) -> None:
+def _dimension(document: Any, mark: Annotation, measure: Measure) -> None:
     """A DIMENSION with its own block."""
     kind, where = KINDS[measure.kind]
     points = {name: (*_near(point), 0.0) for name, point in zip(where, measure.points, strict=True)}

@@ -28,7 +28,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Told:
+class StepView:
     """A step as it is told.
 
     Attributes:
@@ -72,7 +72,7 @@ class Chapter:
     kind: str
     title: str
     made: str
-    steps: list[Told] = field(default_factory=list)
+    steps: list[StepView] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -87,9 +87,6 @@ class Scene:
 
 def scenes(order: Sequence[Unit]) -> Iterator[tuple[Unit, list[Scene]]]:
     """Goes through the first unit of each kind, step by step.
-
-    Args:
-        order: Of the machine, which its checks hold.
 
     Yields:
         The unit and its steps, each with what is there before it.
@@ -140,7 +137,7 @@ def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Map
             units = Counter(titles[name].kind for insertion, _ in scene.coming for name in insertion.units)
             heads = {titles[name].kind: titles[name].title for insertion, _ in scene.coming for name in insertion.units}
             chapter.steps.append(
-                Told(
+                StepView(
                     number=number,
                     title=step.title,
                     words=step.words,

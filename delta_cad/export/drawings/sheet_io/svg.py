@@ -6,18 +6,18 @@ from math import cos, radians, sin
 from xml.sax.saxutils import escape
 
 from delta_cad.common.refusal import printable
-from delta_cad.export.drawings.paper.lettering import FAMILIES, em_mm, face_rules, shown
-from delta_cad.export.drawings.paper.sheet import (
+from delta_cad.export.drawings.sheet_io.lettering import FAMILIES, em_mm, face_rules, shown
+from delta_cad.export.drawings.sheet_io.sheet import (
     LAYERS,
+    Annotation,
     Arc,
     Area,
     Drawing,
-    Leaf,
-    Mark,
+    Primitive,
     Stroke,
     Text,
     in_a_row,
-    leaves,
+    primitives,
 )
 
 
@@ -32,9 +32,9 @@ def svg_text(drawing: Drawing) -> str:
         *([f"<style>{rules}</style>"] if (rules := face_rules(text.text for text in sheet.texts)) else ()),
         '<rect width="100%" height="100%" fill="white"/>',
     ]
-    plain = [item for item in sheet.items if not isinstance(item, Mark) or item.measure]
+    plain = [item for item in sheet.items if not isinstance(item, Annotation) or item.measure]
     for layer in LAYERS:
-        out += _layer(layer, list(leaves(plain)), sheet.height, f'id="{layer}"')
+        out += _layer(layer, list(primitives(plain)), sheet.height, f'id="{layer}"')
     for symbol in sheet.symbols:  # each a group of its own, with what it says
         out.append(f'<g class="symbol"><desc>{escape(symbol.name)}</desc>')
         for layer in LAYERS:
@@ -52,7 +52,7 @@ def svg_text(drawing: Drawing) -> str:
     return "\n".join([*out, "</g>", "</svg>"]) + "\n"
 
 
-def _layer(layer: str, items: list[Leaf], height: float, name: str = "") -> list[str]:
+def _layer(layer: str, items: list[Primitive], height: float, name: str = "") -> list[str]:
     """What lies on a layer, in a group with its pen."""
     pen = LAYERS[layer]
     dashes = f' stroke-dasharray="{" ".join(f"{dash:g}" for dash in pen.dashes)}"' if pen.dashes else ""

@@ -12,9 +12,9 @@ import pytest
 
 from delta_cad.design import design_hash
 from delta_cad.mechanism.limits import Kappa, Lean, Limits
+from delta_cad.report.statements import assumptions, certificate, provenance
+from delta_cad.report.statements import proof as proved
 from delta_cad.report.subject import Subject
-from delta_cad.report.words import assumptions, certificate, provenance
-from delta_cad.report.words import proof as proved
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -88,10 +89,17 @@ def proof(s: Subject) -> dict[str, Any]:
     except GeometryError as error:
         return {"words": f"Nothing is proved of this cube: {error}.", "proved": [], "open": []}
     words = {limit.name: limit.words(_strictly) for limit in s.limits.pose}
-    listed = [(_plainly(one.condition, words[one.condition]), one.verdict) for one in found.findings]
     return {
         "words": f"This build proved by interval arithmetic over {found.boxes} boxes, which fill the cube of "
         f"{2.0 * cube.half_side_mm:.2f} mm, that at every point of it, not only at those sampled:",
+        **_sorted((_plainly(one.condition, words[one.condition]), one.verdict) for one in found.findings),
+    }
+
+
+def _sorted(findings: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Findings, a sentence and a verdict each, by whether they are proved."""
+    listed = list(findings)
+    return {
         "proved": [text for text, verdict in listed if verdict == "proved"],
         "open": [f"{text}: {verdict}" for text, verdict in listed if verdict != "proved"],
     }
@@ -100,24 +108,20 @@ def proof(s: Subject) -> dict[str, Any]:
 def _proved(data: Any, side_mm: float) -> dict[str, Any]:
     """What the data of a certificate prove; raises one error or another where they are none."""
     words = {limit.name: limit.words(_strictly) for limit in Limits.from_record(data["limits"])}
-    listed = [
-        (
-            _plainly(one["condition"], words.get(str(one["condition"]), str(one["condition"]).replace("_", " "))),
-            str(one["verdict"]),
-        )
-        for one in data["findings"]
-    ]
-    tolerance = data.get("tolerance_m")
+    tolerance, names = data.get("tolerance_m"), [str(one["condition"]) for one in data["findings"]]
+    verdicts = [str(one["verdict"]) for one in data["findings"]]
     machines = "" if tolerance is None else f", for every machine within {MM_PER_M * tolerance:.3g} mm of the drawn one"
     return {
         "words": f"Proved at every point of the cube of {side_mm:.2f} mm, not only at those sampled, by "
         f"{int(data['boxes'])} boxes that fill it{machines}:",
-        "proved": [text for text, verdict in listed if verdict == "proved"],
-        "open": [f"{text}: {verdict}" for text, verdict in listed if verdict != "proved"],
+        **_sorted(
+            (_plainly(name, words.get(name, name.replace("_", " "))), verdict)
+            for name, verdict in zip(names, verdicts, strict=True)
+        ),
     }
 
 
-def _plainly(name: Any, words: str) -> str:
+def _plainly(name: str, words: str) -> str:
     """A limit in the words of a customer before those of its mathematics."""
     return f"{PLAINLY[name]}: {words}" if name in PLAINLY else words
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from math import cos, radians, sin, tan
 
 from delta_cad.common.refusal import printable
-from delta_cad.export.drawings.paper.lettering import (
+from delta_cad.export.drawings.sheet_io.lettering import (
     ENCODING,
     FACES,
     NARROW,
@@ -20,7 +20,7 @@ from delta_cad.export.drawings.paper.lettering import (
     metrics,
     runs,
 )
-from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Sheet, Stroke, Text, leaves
+from delta_cad.export.drawings.sheet_io.sheet import LAYERS, Arc, Area, Drawing, Sheet, Stroke, Text, primitives
 
 POINTS = 72.0 / 25.4  # in a millimetre
 FIRST, LAST = 32, 255
@@ -160,7 +160,7 @@ def _content(sheet: Sheet, extra: Mapping[int, str]) -> bytes:
     for layer, pen in LAYERS.items():
         dashes = " ".join(f"{dash:g}" for dash in pen.dashes)
         out.append(f"{pen.width_mm:g} w [{dashes}] 0 d".encode())
-        for item in leaves(sheet.items):
+        for item in primitives(sheet.items):
             if isinstance(item, Text):
                 continue
             if item.layer == layer:

@@ -21,10 +21,22 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.export.bom import BomRow
 from delta_cad.export.drawings.items import item_lists
 from delta_cad.export.drawings.layout import ratio
-from delta_cad.export.drawings.paper.lettering import width_of
-from delta_cad.export.drawings.paper.sheet import Arc, Area, Box, Drawing, Item, Point, Stroke, Text, box_of, moved
+from delta_cad.export.drawings.sheet_io.lettering import width_of
+from delta_cad.export.drawings.sheet_io.sheet import (
+    Arc,
+    Area,
+    Box,
+    Drawing,
+    Item,
+    Point,
+    Stroke,
+    Text,
+    box_of,
+    moved,
+    scaled,
+)
 from delta_cad.export.drawings.title import TITLE_MM, Titles, framed, inner
-from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, scaled, spread_within
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, spread_within
 from delta_cad.export.drawings.views.projection import Frame, Seen, seen_of
 from delta_cad.export.views.explode import exploded_chain
 from delta_cad.solids.part import Occurrence, location_of
@@ -41,6 +53,7 @@ MESHED = 0.2, 0.6  # deviation, mm, and angle, rad, of the meshes whose boxes te
 SMALL = ("capstan_cable", "pinion", "wave_spring", "set_screw", "crimp_sleeve", "tension_", "encoder_magnet", "dowel_")
 """Numbers, by their beginnings, of what an overall view leaves out: within others, or thinner than a pen."""
 ALONE, APART_MM = 6, 8.0  # parts on a sheet where they stand by themselves, and from one to the next
+OBLIQUE = Frame.seen_from(np.array([0.80, -0.55, 0.38]), np.array([0.0, 0.0, 1.0]))
 CHAIN = re.compile(r"[A-Za-z_]+_0(_.*)?")
 
 
@@ -77,14 +90,7 @@ class _Shown:
 def assembly_drawing(
     assembly: Assembly, rows: Sequence[BomRow], titles: Titles, progress: Callable[[str], None] = lambda _: None
 ) -> Drawing:
-    """Draws the assembly.
-
-    Args:
-        assembly: The machine.
-        rows: Its bill of materials.
-        titles: What the title blocks say.
-        progress: Told which view is being drawn.
-    """
+    """Draws the assembly."""
     poses = assembly.poses(assembly.home_mm)
     views = _views(assembly, poses)
     for view in views:
@@ -120,26 +126,18 @@ def placed_items(assembly: Assembly, rows: Iterable[BomRow]) -> set[int]:
 
 def _views(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[_Shown]:
     overall = [(o, poses[o.name]) for o in assembly.occurrences if not o.part.number.startswith(SMALL)]
-    oblique = _oblique()
     return [
         _Shown("from the front, handle in its middle position", Frame((1, 0, 0), (0, 0, 1)), overall, overall=True),
         _Shown("from above", Frame((1, 0, 0), (0, 1, 0)), overall, overall=True),
-        _Shown("drive of one chain, each part pulled off along its axis", oblique, _drive(assembly, poses)),
-        _Shown("pair of rods of one chain, pulled off its balls", oblique, _rods(assembly, poses)),
+        _Shown("drive of one chain, each part pulled off along its axis", OBLIQUE, _drive(assembly, poses)),
+        _Shown("pair of rods of one chain, pulled off its balls", OBLIQUE, _rods(assembly, poses)),
     ]
-
-
-def _oblique() -> Frame:
-    eye = np.array([0.80, -0.55, 0.38]) / np.linalg.norm([0.80, -0.55, 0.38])
-    right = np.cross((0.0, 0.0, 1.0), eye)
-    right /= np.linalg.norm(right)
-    return Frame(tuple(right.tolist()), tuple(np.cross(eye, right).tolist()))
 
 
 def _alone(assembly: Assembly, numbers: Iterable[str]) -> _Shown:
     """Parts one over the other: what in a machine is hidden by others from every side that is drawn."""
     parts = {one.part.number: one for one in assembly.occurrences}
-    frame, placed, level = _oblique(), [], 0.0
+    frame, placed, level = OBLIQUE, [], 0.0
     for number_ in numbers:
         box = parts[number_].part.solid.BoundingBox()
         middle, half = np.array(box.center.toTuple()), box.DiagonalLength / 2.0
@@ -295,7 +293,7 @@ def balloons(points: Mapping[int, Point], drawn: Box) -> list[Item]:
             text = str(item)
             items += [
                 Arc("dimension", (x, y), BALLOON_MM),
-                Text((x - width_of(text, LETTER_MM) / 2, y - LETTER_MM / 2), LETTER_MM, text, told=(f"item {item}",)),
+                Text((x - width_of(text, LETTER_MM) / 2, y - LETTER_MM / 2), LETTER_MM, text, states=(f"item {item}",)),
                 Stroke("dimension", (edge, point)),
                 _dot(point),
             ]
@@ -309,6 +307,6 @@ def _dot(at: Point) -> Area:
 
 def balloon_faults(drawing: Drawing, items: set[int], rows: Sequence[BomRow]) -> list[str]:
     """Finds items without a balloon, or with more than one, and rows that are not in the list once."""
-    told = [key for sheet in drawing.sheets for text in sheet.texts for key in text.told]
+    told = [key for sheet in drawing.sheets for text in sheet.texts for key in text.states]
     counts = [(f"item {n}", "balloons") for n in sorted(items)] + [(f"row {row.item}", "rows") for row in rows]
     return [f"{key} has {told.count(key)} {what}" for key, what in counts if told.count(key) != 1]

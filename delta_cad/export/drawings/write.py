@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,28 +15,28 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import G_PER_KG
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.tolerances.general import NOTES
+from delta_cad.dimensions.tolerances.general import ASKED, NOTES
 from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.export.bom import bill_of_materials
+from delta_cad.export.drawings.assembly_sheet import assembly_drawing, balloon_faults, placed_items
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
 from delta_cad.export.drawings.layout import LayoutError, laid_out
-from delta_cad.export.drawings.paper.dxf import dxf_text
-from delta_cad.export.drawings.paper.lettering import missing, missing_note
-from delta_cad.export.drawings.paper.pdf import pdf_bytes
-from delta_cad.export.drawings.paper.sheet import Drawing
-from delta_cad.export.drawings.paper.svg import svg_text
 from delta_cad.export.drawings.part.controlled import Controlled, controlled
 from delta_cad.export.drawings.part.faces import faces_of, is_along
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, lettered
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.part.shape import is_hull_line, is_slant
+from delta_cad.export.drawings.sheet_io.dxf import dxf_text
+from delta_cad.export.drawings.sheet_io.lettering import missing, missing_note
+from delta_cad.export.drawings.sheet_io.pdf import pdf_bytes
+from delta_cad.export.drawings.sheet_io.sheet import Drawing
+from delta_cad.export.drawings.sheet_io.svg import svg_text
 from delta_cad.export.drawings.title import Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
 from delta_cad.export.drawings.views.projection import Frame
-from delta_cad.export.drawings.whole import assembly_drawing, balloon_faults, placed_items
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Part, location_of
 
 REVISION = "A"
 FOLDER = "drawings"
@@ -68,14 +68,11 @@ class Drawn:
 def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iterator[Drawn]:
     """Writes the drawings of a machine's parts into a folder, for `Beside`.
 
-    Args:
-        order: The machine's dimensions, the machine, its mass report, and the folder of the build.
-
     Yields:
         What came of them.
     """
     d, assembly, masses, folder = order
-    yield write_part_drawings(d, assembly, masses, folder / FOLDER)
+    yield write_part_drawings(d, assembly, masses, folder / FOLDER, lambda _: None)
 
 
 def write_drawings(
@@ -92,7 +89,7 @@ def write_drawings(
         assembly: The machine.
         masses: Its mass report.
         folder: Where to, made if it is not there.
-        progress: Told what is being drawn.
+        progress: Takes the name of what is being drawn.
 
     Returns:
         What came of them; a part that cannot be drawn has no files and a fault that says why.
@@ -100,51 +97,50 @@ def write_drawings(
     Raises:
         OSError: They cannot be written.
     """
-    parts = write_part_drawings(d, assembly, masses, folder, progress)
-    return parts + write_whole_drawing(d, assembly, masses, folder, progress)
+    order = d, assembly, masses, folder, progress
+    return write_part_drawings(*order) + write_whole_drawing(*order)
 
 
 def write_part_drawings(
-    d: Dimensions,
-    assembly: Assembly,
-    masses: Mapping[str, Any],
-    folder: Path,
-    progress: Callable[[str], None] = lambda _: None,
+    d: Dimensions, assembly: Assembly, masses: Mapping[str, Any], folder: Path, progress: Callable[[str], None]
 ) -> Drawn:
     """Draws every made part; arguments and result as of `write_drawings`."""
     assembly = _handed_over(assembly)
     folder.mkdir(exist_ok=True)
-    held, unit = controlled(d), _masses(masses)
-    titles, drawn = titles_of(d, assembly, unit), Drawn()
+    held, unit, drawn = controlled(d), _masses(masses), Drawn()
+    count, general = Counter(one.part.number for one in assembly.occurrences), NOTES[general_class(d)]
     for part in assembly.parts:
         if part.make:
             progress(f"drawing {part.number}")
-            try:
-                drawing, features = part_drawing(part, held.get(part.number, Controlled()), titles[part.number])
-            except UNDRAWN as error:
-                drawn.faults[part.number] = [str(error)]
-                continue
-            write_drawing(drawing, folder)
-            count_faults(drawn, drawing, part, features)
+            mass = grams(unit[part.number] * G_PER_KG)
+            titles = titles_of(d, part, count[part.number], mass, general)
+            drawn += write_part_drawing(part, held.get(part.number, Controlled()), titles, folder)
     return drawn
 
 
 def write_whole_drawing(
-    d: Dimensions,
-    assembly: Assembly,
-    masses: Mapping[str, Any],
-    folder: Path,
-    progress: Callable[[str], None] = lambda _: None,
+    d: Dimensions, assembly: Assembly, masses: Mapping[str, Any], folder: Path, progress: Callable[[str], None]
 ) -> Drawn:
     """Draws the assembly; arguments and result as of `write_drawings`."""
-    assembly, drawn = _handed_over(assembly), Drawn()
+    assembly = _handed_over(assembly)
     folder.mkdir(exist_ok=True)
     rows = bill_of_materials(assembly, _masses(masses))
     whole = assembly_drawing(assembly, rows, _whole_titles(d, assembly, masses), progress)
     (folder / f"{whole.name}.pdf").write_bytes(pdf_bytes(whole))
     faults = balloon_faults(whole, placed_items(assembly, rows), rows)
-    _count(drawn, whole, faults + [fault for sheet in whole.sheets for fault in sheet_faults(sheet)])
-    return drawn
+    return _drawn(whole, faults + [fault for sheet in whole.sheets for fault in sheet_faults(sheet)])
+
+
+def write_part_drawing(part: Part, held: Controlled, titles: Titles, folder: Path) -> Drawn:
+    """Draws one part and writes its three files into a folder; what cannot be drawn is a fault that says why."""
+    try:
+        drawing, features = part_drawing(part, held, titles)
+    except UNDRAWN as error:
+        return Drawn(faults={part.number: [str(error)]})
+    (folder / f"{drawing.name}.pdf").write_bytes(pdf_bytes(drawing))
+    (folder / f"{drawing.name}.svg").write_text(svg_text(drawing), encoding="utf-8")
+    (folder / f"{drawing.name}.dxf").write_text(dxf_text(drawing), encoding="utf-8", newline="\n")
+    return _drawn(drawing, drawing_faults(drawing, part, features))
 
 
 def _handed_over(assembly: Assembly) -> Assembly:
@@ -158,32 +154,13 @@ def _masses(masses: Mapping[str, Any]) -> dict[str, float]:
     return {number: body["mass_kg"] for number, body in masses["parts"].items()}
 
 
-def _count(drawn: Drawn, drawing: Drawing, faults: list[str]) -> None:
-    drawn.count += 1
-    drawn.missing |= set(missing(text.text for sheet in drawing.sheets for text in sheet.texts))
-    if faults:
-        drawn.faults[drawing.name] = faults
-
-
-def count_faults(drawn: Drawn, drawing: Drawing, part: Part, features: Features) -> None:
-    """Counts a part's drawing, with what is wrong with it."""
-    _count(drawn, drawing, drawing_faults(drawing, part, features))
-
-
-def write_drawing(drawing: Drawing, folder: Path) -> None:
-    """Writes a part's drawing in its three formats into a folder."""
-    (folder / f"{drawing.name}.pdf").write_bytes(pdf_bytes(drawing))
-    (folder / f"{drawing.name}.svg").write_text(svg_text(drawing), encoding="utf-8")
-    (folder / f"{drawing.name}.dxf").write_text(dxf_text(drawing), encoding="utf-8", newline="\n")
+def _drawn(drawing: Drawing, faults: list[str]) -> Drawn:
+    lacking = missing(text.text for sheet in drawing.sheets for text in sheet.texts)
+    return Drawn(1, {drawing.name: faults} if faults else {}, set(lacking))
 
 
 def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing, Features]:
     """Draws one part.
-
-    Args:
-        part: The part.
-        held: What of it is held closer than the general tolerance.
-        titles: What its title block says.
 
     Returns:
         The drawing, and what it had to tell.
@@ -211,7 +188,7 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
         ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
         ("", _finish(part)),
     ]
-    outside = any(size.asked is not None and size.asked.thread for size in features.sizes)
+    outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
     if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
         notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
     if outside:  # no die cuts to a shoulder, on which this part stands
@@ -253,57 +230,40 @@ def _finish(part: Part) -> str:
     return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
 
 
-def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) -> dict[str, Titles]:
-    """Gives the title block of every made part by its number.
-
-    Args:
-        d: The machine's dimensions.
-        assembly: The machine.
-        masses: Mass of one of each part by its number, kg.
-    """
-    count = Counter(occurrence.part.number for occurrence in assembly.occurrences)
-    general, found = NOTES[general_class(d)], {}
-    for part in assembly.parts:
-        if part.make:
-            box = part.solid.BoundingBox(1e-4)
-            found[part.number] = Titles(
-                number=part.number,
-                description=lettered(part.description),
-                material=part.material.name,
-                quantity=str(count[part.number]),
-                mass=f"{grams(masses[part.number] * G_PER_KG)} g",
-                size=size_of((box.xlen, box.ylen, box.zlen)),
-                machine=_machine(d, assembly),
-                revision=REVISION,
-                tolerance=general,
-            )
-    return found
+def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[ASKED]) -> Titles:
+    """Gives the title block of a made part: how many a machine has, what one weighs, the general tolerances."""
+    box = part.solid.BoundingBox(1e-4)
+    return Titles(
+        number=part.number,
+        description=lettered(part.description),
+        material=part.material.name,
+        quantity=str(quantity),
+        mass=f"{mass_g} g",
+        size=_size((box.xlen, box.ylen, box.zlen)),
+        machine=_machine(d),
+        revision=REVISION,
+        tolerance=tolerance,
+    )
 
 
 def _whole_titles(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) -> Titles:
+    import cadquery as cq
+
     poses = assembly.poses(assembly.home_mm)
     corners = []
     for one in assembly.occurrences:
-        box = one.part.solid.moved(_location(poses[one.name])).BoundingBox(1e-3)
+        box = one.part.solid.moved(cq.Location(location_of(poses[one.name]))).BoundingBox(1e-3)
         corners += [(box.xmin, box.ymin, box.zmin), (box.xmax, box.ymax, box.zmax)]
     size = np.ptp(np.array(corners), axis=0)
     mass = f"{masses['total_mass_kg']:.3g} kg"
     text = f"Assembly of {assembly.name}, handle in its middle position"
-    return Titles("assembly", text, "see the item list", "1", mass, size_of(size), _machine(d, assembly), REVISION)
+    return Titles("assembly", text, "see the item list", "1", mass, _size(size), _machine(d), REVISION)
 
 
-def _location(frame: np.ndarray) -> Any:
-    import cadquery as cq
-
-    from delta_cad.solids.part import location_of
-
-    return cq.Location(location_of(frame))
-
-
-def size_of(lengths: Any) -> str:
-    """Gives three lengths, mm, as a title block has them."""
+def _size(lengths: Iterable[float]) -> str:
+    """Three lengths, mm, as a title block has them."""
     return " x ".join(f"{round(float(length), 2):g}" for length in lengths) + " mm"
 
 
-def _machine(d: Dimensions, assembly: Assembly) -> str:
-    return f"{assembly.name}, design {design_hash(d.design)[:12]}"
+def _machine(d: Dimensions) -> str:
+    return f"{d.design.name}, design {design_hash(d.design)[:12]}"

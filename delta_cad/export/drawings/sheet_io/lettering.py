@@ -206,12 +206,7 @@ class Carried(NamedTuple):
 
 @lru_cache(maxsize=64)
 def carried(face: int, letters: str) -> Carried:
-    """Gives what a file carries of a face for letters that the encoding lacks, the same bytes each time.
-
-    Args:
-        face: Number of the face.
-        letters: The letters, each once.
-    """
+    """Gives what a file carries of a face for letters that the encoding lacks, the same bytes each time."""
     program, read = _subset(face, letters)
     known, lengths, scale = read.getBestCmap(), read["hmtx"].metrics, 1000.0 / read["head"].unitsPerEm
     names = [known[ord(letter)] for letter in letters]

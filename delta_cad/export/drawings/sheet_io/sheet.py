@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import cos, radians, sin
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import width_of
+from delta_cad.export.drawings.sheet_io.lettering import width_of
 
 Point = tuple[float, float]
 Box = tuple[float, float, float, float]
@@ -89,14 +89,14 @@ class Text:
         height: Height of its capitals, mm.
         text: What it says.
         upright: Whether it reads upwards, from the right.
-        told: Keys of what it tells: bores, dimensions; see `checker`.
+        states: Keys of what it states: bores, dimensions; see `checker`.
     """
 
     at: Point
     height: float
     text: str
     upright: bool = False
-    told: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
 
     @property
     def length(self) -> float:
@@ -118,7 +118,7 @@ class Text:
         return x, y - below, x + self.length, y + self.height
 
 
-Leaf = Stroke | Arc | Area | Text
+Primitive = Stroke | Arc | Area | Text
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class Mark:
+class Annotation:
     """What belongs together: a dimension with its lines, or a symbol, into whose box nothing else may come.
 
     Attributes:
@@ -150,7 +150,7 @@ class Mark:
     """
 
     name: str
-    items: tuple[Leaf, ...]
+    items: tuple[Primitive, ...]
     measure: Measure | None = None
 
     @property
@@ -159,13 +159,13 @@ class Mark:
         return box_of(self.items)
 
 
-Item = Leaf | Mark
+Item = Primitive | Annotation
 
 
-def leaves(items: Iterable[Item]) -> Iterator[Leaf]:
+def primitives(items: Iterable[Item]) -> Iterator[Primitive]:
     """Gives what items are drawn with, marks taken apart."""
     for item in items:
-        if isinstance(item, Mark):
+        if isinstance(item, Annotation):
             yield from item.items
         else:
             yield item
@@ -194,12 +194,12 @@ class Sheet:
     @property
     def texts(self) -> Iterator[Text]:
         """All texts."""
-        return (item for item in leaves(self.items) if isinstance(item, Text))
+        return (item for item in primitives(self.items) if isinstance(item, Text))
 
     @property
-    def symbols(self) -> Iterator[Mark]:
+    def symbols(self) -> Iterator[Annotation]:
         """All symbols."""
-        return (item for item in self.items if isinstance(item, Mark) and item.measure is None)
+        return (item for item in self.items if isinstance(item, Annotation) and item.measure is None)
 
 
 @dataclass(frozen=True)
@@ -211,26 +211,37 @@ class Drawing:
     sheets: tuple[Sheet, ...]
 
 
+def mapped(item: Item, at: Callable[[Point], Point], scale: float = 1.0) -> Item:
+    """Gives an item with its points elsewhere and, where it is scaled, other radii; letters keep their height.
+
+    Args:
+        item: The item.
+        at: Where a point comes.
+        scale: Of radii, and of no more.
+    """
+    if isinstance(item, Annotation):
+        measure = item.measure and replace(item.measure, points=tuple(map(at, item.measure.points)))
+        return Annotation(item.name, tuple(mapped_primitive(one, at, scale) for one in item.items), measure)
+    return mapped_primitive(item, at, scale)
+
+
+def mapped_primitive(item: Primitive, at: Callable[[Point], Point], scale: float = 1.0) -> Primitive:
+    """Gives a primitive elsewhere; as `mapped`."""
+    if isinstance(item, Text):
+        return replace(item, at=at(item.at))
+    if isinstance(item, Arc):
+        return replace(item, centre=at(item.centre), radius=item.radius * scale)
+    return replace(item, points=tuple(map(at, item.points)))
+
+
 def moved(item: Item, by: Point) -> Item:
     """Gives an item shifted."""
-    if isinstance(item, Mark):
-        points = tuple((x + by[0], y + by[1]) for x, y in item.measure.points) if item.measure else ()
-        measure = item.measure and replace(item.measure, points=points)
-        return Mark(item.name, tuple(_leaf_moved(one, by) for one in item.items), measure)
-    return _leaf_moved(item, by)
+    return mapped(item, lambda point: (point[0] + by[0], point[1] + by[1]))
 
 
-def _leaf_moved(item: Leaf, by: Point) -> Leaf:
-    def shift(point: Point) -> Point:
-        return point[0] + by[0], point[1] + by[1]
-
-    if isinstance(item, Stroke):
-        return Stroke(item.layer, tuple(map(shift, item.points)), item.closed)
-    if isinstance(item, Arc):
-        return Arc(item.layer, shift(item.centre), item.radius, item.start, item.end)
-    if isinstance(item, Area):
-        return Area(item.layer, tuple(map(shift, item.points)))
-    return Text(shift(item.at), item.height, item.text, item.upright, item.told)
+def scaled(item: Item, scale: float) -> Item:
+    """Gives an item at a scale about the origin."""
+    return mapped(item, lambda point: (point[0] * scale, point[1] * scale), scale)
 
 
 def in_a_row(drawing: Drawing) -> Sheet:
@@ -249,7 +260,7 @@ def in_a_row(drawing: Drawing) -> Sheet:
 def box_of(items: Iterable[Item]) -> Box:
     """Computes the box around items; of nothing an empty box at the origin."""
     corners: list[Point] = []
-    for item in leaves(items):
+    for item in primitives(items):
         if isinstance(item, Text):
             corners += [(item.box[0], item.box[1]), (item.box[2], item.box[3])]
         else:
@@ -268,7 +279,7 @@ def overlap(a: Box, b: Box, apart: float = 0.0) -> bool:
 def lines_of(items: Iterable[Item]) -> np.ndarray:
     """Gives the lines that items are drawn with, arcs by chords of 3 degrees, as (n, 2, 2) ends; texts have none."""
     found: list[np.ndarray] = []
-    for item in leaves(items):
+    for item in primitives(items):
         if isinstance(item, Text):
             continue
         points = np.array(item.points() if isinstance(item, Arc) else item.points, dtype=float)

@@ -10,7 +10,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.export.bom import BomRow, bill_of_materials
-from delta_cad.report.manual.told import Chapter, chapters, scenes
+from delta_cad.report.manual.steps import Chapter, chapters, scenes
 from delta_cad.structure.strength import screw_N, tightening_N_m
 
 
