@@ -76,11 +76,9 @@ class DesignError(RefusedError):
     """A design that is refused.
 
     Attributes:
-        more: Further reasons, each a line as the first one, where several were found at once.
         design: The design, where each field is within its bounds and only together they cannot be; else None.
     """
 
-    more: tuple[str, ...] = ()
     design: Design | None = None
 
 

@@ -54,8 +54,9 @@ def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.parametrize("port", ["0", "65536", "-4"])
 def test_a_port_that_is_none_is_refused(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["view", "--design", str(BEST), "--port", port]) == 2
-    assert capsys.readouterr().err == f"--port {port}: must be from 1 to 65535\n"
+    with pytest.raises(SystemExit, match="2"):
+        main(["view", "--design", str(BEST), f"--port={port}"])
+    assert f"argument --port: {port}: must be a whole number 1 to 65535" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

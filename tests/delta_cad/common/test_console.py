@@ -209,7 +209,7 @@ def test_a_second_request_interrupts_at_once(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_ctrl_c_while_the_commands_load_is_one_line(number: str, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(f"import os, signal\nos.kill(os.getpid(), signal.{number})\n")
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.command_line import run_program\n"
     run = subprocess.run([sys.executable, "-c", f"{code}run_program('slow')"], capture_output=True, text=True)
     assert (run.returncode, run.stderr) == (console.INTERRUPTED, "interrupted; nothing was written\n")
 
@@ -220,7 +220,7 @@ def test_an_interrupted_process_waits_for_nobody(tmp_path: Path) -> None:
         "from threading import Event, Thread\nfrom delta_cad.common.console import Interrupt\n"
         "def main():\n    Thread(target=Event().wait).start()\n    with Interrupt():\n        Event().wait()\n"
     )
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.command_line import run_program\n"
     ended = interrupted([sys.executable, "-c", f"{code}run_program('busy')"], 0.0)
     assert (ended.code, ended.said) == (console.INTERRUPTED, "interrupted; nothing was written\n")
 
@@ -232,7 +232,9 @@ def test_what_ctrl_c_ends_well_keeps_its_code(tmp_path: Path) -> None:
         "def main():\n    try:\n        with Interrupt():\n            exec('import os; os.kill(os.getpid(), 2)')\n"
         "    except KeyboardInterrupt:\n        print('ended')\n        return 0\n"
     )
-    (tmp_path / "program.py").write_text("from delta_cad.common.console import run_program\nrun_program('served')\n")
+    (tmp_path / "program.py").write_text(
+        "from delta_cad.common.command_line import run_program\nrun_program('served')\n"
+    )
     room = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
     run = subprocess.run([sys.executable, "-m", "program"], env=room, capture_output=True, text=True)
     assert (run.returncode, run.stdout, run.stderr) == (0, "ended\n", "")

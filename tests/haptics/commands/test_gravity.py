@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.common.console import with_negatives
+from delta_cad.common.command_line import with_negatives
 from delta_cad.design import Design, load_design
 from delta_cad.drive.masses import MassError, load_masses
 from haptics.commands.cli import main
