@@ -14,8 +14,8 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
+from tests.benchmarks.processor_cost import Costs
 from tests.committed import BEST, COMMITTED, Built, Shared
-from tests.cost.plugin import Costs
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)

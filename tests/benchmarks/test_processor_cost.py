@@ -8,11 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.benchmarks.processor_cost import DEAR_S, SHOWN, stated_s, table
 from tests.committed import ROOT
-from tests.cost.plugin import DEAR_S, SHOWN, stated_s, table
 
 BURN = "import time; end = time.process_time() + 0.5\nwhile time.process_time() < end: pass"
-CONFTEST = "from tests.cost.plugin import Costs\ndef pytest_configure(config): config.pluginmanager.register(Costs())\n"
+CONFTEST = "from tests.benchmarks.processor_cost import Costs\n"
+CONFTEST += "def pytest_configure(config): config.pluginmanager.register(Costs())\n"
 
 
 def test_a_docstring_says_what_its_file_costs() -> None:
