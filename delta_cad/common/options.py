@@ -84,8 +84,8 @@ def number(low: float, high: float = math.inf, unit: str = "", *, words: tuple[s
         unit: Of the number, for its errors.
         words: Words that may stand in its place, which are read as they are.
     """
-    least = "> 0" if low == POSITIVE else f">= {low:g}"
-    bounds = least if high == math.inf else f"{low:g} to {high:g}"
+    bounds = "> 0" if low == POSITIVE else f">= {low:g}"
+    bounds += "" if high == math.inf else f" and <= {high:g}"
 
     def read(text: str) -> float | str:
         if text in words:
@@ -107,7 +107,7 @@ def whole(low: int, high: int | None = None) -> Callable[[str], int]:
             raise ValueError
         return value
 
-    return reader(f"a whole number >= {low}" if high is None else f"a whole number {low} to {high}", read)
+    return reader(f"a whole number >= {low}" + ("" if high is None else f" and <= {high}"), read)
 
 
 def settle_design(command: argparse.ArgumentParser, given: argparse.Namespace) -> None:

@@ -41,21 +41,18 @@ def test_workers_hand_their_costs_over_and_the_dear_files_begin(tmp_path: Path) 
     (tmp_path / "test_b.py").write_text(f'"""B.\n\n30 s of processor: a child.\n"""\n{child}')
     (tmp_path / "test_c.py").write_text(f'"""C.\n\n60 s of processor: nothing.\n"""\n{BURN}\ndef test_c(): pass\n')
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
-    words = [
-        "-m",
-        "pytest",
-        "-v",
-        "-p",
-        "xdist",
-        "-n",
-        "1",
-        "--dist",
-        "loadfile",
-        "--no-loadscope-reorder",
+    words = ["-m", "pytest", "-v", "-p", "xdist", "-n", "1", "--dist", "loadfile", "--no-loadscope-reorder"]
+    words += ["-p", "no:cacheprovider", "-m", "not slow"]
+    command = [
+        sys.executable,
+        *words,
         "-p",
         "no:cacheprovider",
+        "-m",
+        "not slow",
+        f"--rootdir={tmp_path}",
+        str(tmp_path),
     ]
-    command = [sys.executable, *words, "-m", "not slow", f"--rootdir={tmp_path}", str(tmp_path)]
     run = subprocess.run(
         command, cwd=ROOT, env=os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}, capture_output=True, text=True
     )

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, fields
 from pathlib import Path
 
 import pytest
 
 from delta_cad import catalogue
 from delta_cad.catalogue import FAMILIES, CatalogueError, CatalogueRow, Magnet, MaterialData, Motor, Screw
+from delta_cad.catalogue.reader import read_family
 
 ROOT = Path(catalogue.__file__).parent / "data"
 MOTORS = [catalogue.motor(key) for key in catalogue.family("motor")]
@@ -406,3 +407,34 @@ def test_adhesives_are_weaker_than_what_they_join() -> None:
         if a.shear_strength_MPa is not None:
             assert 10.0 < a.shear_strength_MPa < 40.0
     assert kinds == {"retaining", "structural"}
+
+
+def test_a_copy_of_a_file_is_read_and_an_id_given_twice_is_refused(tmp_path: Path) -> None:
+    text = (ROOT / "magnets.csv").read_text(encoding="utf-8")
+    path = tmp_path / "magnets.csv"
+    path.write_text(text, encoding="utf-8")
+    assert read_family(path, Magnet) == catalogue.family("magnet")
+    path.write_text(text + text.splitlines()[1] + "\n", encoding="utf-8")
+    with pytest.raises(CatalogueError, match=r"magnets.csv line \d+: id = 'ndfeb-6x2.5-diametric': must be unique"):
+        read_family(path, Magnet)
+
+
+def test_a_file_with_other_columns_or_cells_is_refused(tmp_path: Path) -> None:
+    header = ",".join(field.name for field in fields(Magnet))
+    path = tmp_path / "magnets.csv"
+    for text, words in (
+        ("id,mass\n", r"mass_g.*\['mass'\]"),
+        ("", "mass_g"),
+        (header + ",id\n", "magnets.csv: "),
+        (header + "\na,b\n", "line 2: .*12"),
+        (header + "\n" + ",".join("x" * 13) + "\n", "line 2: .*12"),
+        (header + '\n"a"b\n', "magnets.csv: "),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(CatalogueError, match=words):
+            read_family(path, Magnet)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(CatalogueError, match=r"^magnets\.csv: "):
+        read_family(path, Magnet)
+    with pytest.raises(CatalogueError, match=r"^none\.csv: "):
+        read_family(tmp_path / "none.csv", Magnet)

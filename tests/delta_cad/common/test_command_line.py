@@ -142,7 +142,7 @@ def test_an_option_of_other_commands_is_told_as_such(capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(
     ("read", "good", "bad", "allowed"),
     [
-        (number(0.01, 60.0, "s"), ["0.01", "6e1"], ["0.009", "61", "nan", "a"], "a number 0.01 to 60 s"),
+        (number(0.01, 60.0, "s"), ["0.01", "6e1"], ["0.009", "61", "nan", "a"], "a number >= 0.01 and <= 60 s"),
         (
             number(POSITIVE, unit="mm", words=("max",)),
             ["1e-9", "max"],
@@ -151,7 +151,7 @@ def test_an_option_of_other_commands_is_told_as_such(capsys: pytest.CaptureFixtu
         ),
         (number(0.0), ["0"], ["-1"], "a number >= 0"),
         (whole(1), ["1", "99"], ["0", "1.5"], "a whole number >= 1"),
-        (whole(0, 65535), ["65535"], ["65536", "-1"], "a whole number 0 to 65535"),
+        (whole(0, 65535), ["65535"], ["65536", "-1"], "a whole number >= 0 and <= 65535"),
     ],
 )
 def test_a_value_out_of_its_bounds_is_refused_with_them(

@@ -299,24 +299,3 @@ def test_ctrl_c_before_any_host(
     monkeypatch.setattr("haptics.devices.server.serve", interrupted)
     assert call("--design", BEST, "--mass-properties", masses) == 130
     assert capsys.readouterr().err == "interrupted; 0 sessions, 0 commands served; dropped: nothing\n"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--port", "70000"], "--port: 70000"),
-        (["--idle", "0"], "--idle: 0"),
-        (["--idle", "nan"], "--idle: nan"),
-        (["--host", "192.0.2.1"], "--host 192.0.2.1 --port 0: 192.0.2.1 is not a loopback address"),
-        (["--host", "here"], "'here' is not a numeric address"),
-        (["--design", "gone.json"], "gone.json"),
-        (["--mass-properties", "gone.json"], "gone.json: "),
-    ],
-)
-def test_wrong_arguments_are_refused_in_one_line(
-    arguments: list[str], says: str, masses: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert call("--design", BEST, "--mass-properties", masses, *arguments) == 2
-    told = capsys.readouterr().err
-    assert says in told
-    assert told.count("\n") == 1
