@@ -13,7 +13,7 @@ from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, Near, m
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import Beside
 
 LOADS = ("fcl", "scipy.spatial")
 Order = tuple[Assembly, CheckLimits, Meshes, bool, MeshClearance | None]

@@ -195,7 +195,7 @@ def suggest(given: argparse.Namespace, design: Design) -> dict[str, Any] | None:
 
 def geometry_errors() -> tuple[type[Exception], ...]:
     """Gives the errors of geometry that cannot be made; loads the CAD kernel."""
-    from delta_cad.common.beside import BesideError
+    from delta_cad.common.worker_process import BesideError
     from delta_cad.dimensions import DimensionError
     from delta_cad.export.mass_properties import MassPropertiesError
     from delta_cad.export.meshes import MeshError

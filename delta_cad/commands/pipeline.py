@@ -31,7 +31,7 @@ from delta_cad.checks.range.tolerances import check_tolerances
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.sections import check_sections
 from delta_cad.checks.structure import check_structure
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import Beside
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import limit_values

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from delta_cad.common.ours import remove, require_ours, write_record
+from delta_cad.common.output_ownership import remove, require_ours, write_record
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
 NO_PLAIN_FILE = "is no plain file"

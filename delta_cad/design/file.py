@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 from delta_cad import catalogue
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, bounds_of, meant, not_finite, short, unknown_key
+from delta_cad.design.cross_field_rules import impossible_sums
 from delta_cad.design.record import (
     FOLDER_LONGEST,
     HARDWARE_FAMILIES,
@@ -30,7 +31,6 @@ from delta_cad.design.record import (
     Mechanism,
     Panel,
 )
-from delta_cad.design.sums import impossible_sums
 from delta_cad.design.task import GRAVITY_MAX
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more

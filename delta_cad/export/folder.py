@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from delta_cad.common.files import recover, whole_folder
-from delta_cad.common.ours import require_ours
+from delta_cad.common.output_ownership import require_ours
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 REJECTED_SUFFIX = ".rejected"

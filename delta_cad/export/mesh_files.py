@@ -11,7 +11,7 @@ from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.common.beside import Beside, BesideError
+from delta_cad.common.worker_process import Beside, BesideError
 from delta_cad.drive import DriveReport
 from delta_cad.export.glb import write_glb
 from delta_cad.export.meshes import write_3mf, write_stl

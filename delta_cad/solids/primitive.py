@@ -16,7 +16,7 @@ from typing import cast
 import cadquery as cq
 import numpy as np
 
-from delta_cad.common.once import once
+from delta_cad.common.memoize import once
 from delta_cad.common.vectors import cross
 from delta_cad.dimensions.rules import CORNERS_MM
 

@@ -100,7 +100,7 @@ def _clock() -> Callable[[], float]:
 
 def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -> int:
     """Searches, builds and prints the verdict with what shows it; returns the exit code."""
-    from delta_cad.common.beside import Beside
+    from delta_cad.common.worker_process import Beside
     from delta_cad.mechanism.proof import beforehand
     from optimizer.codesign.tried import Tried, Verdict
     from optimizer.search.clock import OutOfTimeError

@@ -14,7 +14,7 @@ from typing import Any, get_args
 from delta_cad import catalogue
 from delta_cad.common.refusal import short, unknown_key
 from delta_cad.design import DesignError, Hardware, hardware_from_dict
-from delta_cad.design.sums import impossible_pinion
+from delta_cad.design.cross_field_rules import impossible_pinion
 from optimizer.problem.validation import RequirementsError
 
 DRIVES: tuple[str, ...] = get_args(Hardware.model_fields["drive"].annotation)

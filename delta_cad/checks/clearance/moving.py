@@ -13,7 +13,7 @@ from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult, all_passed
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import Beside
 
 LOADS = ("fcl", "scipy.spatial")
 CALLS_FEW = 60_000  # distance calls of a space: machines of 130 mm that pass take up to 43 000, a dashboard's 6 000

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from delta_cad.common.once import once
+from delta_cad.common.memoize import once
 from delta_cad.solids.part import Part
 
 if TYPE_CHECKING:

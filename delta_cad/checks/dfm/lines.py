@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.once import once
+from delta_cad.common.memoize import once
 
 GRID = 5  # points along either parameter of a face, those outside it left out
 FAR_MM = 1e3  # beyond every part

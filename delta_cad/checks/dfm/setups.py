@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from delta_cad.checks.dfm.bores import Finding, round_bores
-from delta_cad.common.once import once
+from delta_cad.common.memoize import once
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import corner_ways
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.common.beside import Beside, BesideError
+from delta_cad.common.worker_process import Beside, BesideError
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials

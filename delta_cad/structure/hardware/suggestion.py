@@ -8,7 +8,7 @@ from heapq import heappop, heappush
 from math import ceil, floor, log, log10
 
 from delta_cad.design import Design
-from delta_cad.design.sums import impossible_sums
+from delta_cad.design.cross_field_rules import impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.joint import limit_values
 from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller

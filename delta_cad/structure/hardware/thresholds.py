@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 from delta_cad import catalogue
 from delta_cad.design import Design, design_to_dict
+from delta_cad.design.cross_field_rules import impossible_sums
 from delta_cad.design.record import HARDWARE_FAMILIES
-from delta_cad.design.sums import impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import Way
 from delta_cad.mechanism import MechanismError

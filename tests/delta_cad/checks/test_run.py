@@ -11,7 +11,7 @@ import pytest
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckResult, Sweep, all_passed, run_checks, swept
 from delta_cad.checks.clearance.clearance import PROVING, MeshClearance
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import Beside
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
 from tests.delta_cad.mechanism.asked import limits as asked

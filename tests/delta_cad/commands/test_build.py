@@ -26,7 +26,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.cli import main
 from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, check_limits, check_machine
-from delta_cad.common.beside import BesideError
+from delta_cad.common.worker_process import BesideError
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque

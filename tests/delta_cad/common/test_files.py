@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from delta_cad.common.files import FileInUseError, Lines, require_room, whole_folder, write_all, write_whole
-from delta_cad.common.ours import RECORD
+from delta_cad.common.output_ownership import RECORD
 
 
 def held(folder: Path) -> list[str]:

@@ -14,7 +14,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.common.beside import Beside, BesideError
+from delta_cad.common.worker_process import Beside, BesideError
 from delta_cad.export import mesh_files
 from delta_cad.export.views import scene as scene_module
 from delta_cad.export.views import views as views_module

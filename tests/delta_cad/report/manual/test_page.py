@@ -16,7 +16,7 @@ from matplotlib import image
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.record import Bring
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.common.beside import BesideError
+from delta_cad.common.worker_process import BesideError
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.drawings.paper.lettering import _file
 from delta_cad.export.mass_properties import mass_report

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.beside import BEHIND, Beside, BesideError
+from delta_cad.common.worker_process import BEHIND, Beside, BesideError
 
 LOADS = ("json.tool",)
 

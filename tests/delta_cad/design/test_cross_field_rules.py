@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from delta_cad.design import DesignError, design_from_dict
-from delta_cad.design.sums import impossible_sums
+from delta_cad.design.cross_field_rules import impossible_sums
 from delta_cad.mechanism import DeltaGeometry, UnreachableError, closure_margin, inverse_kinematics
 from tests.designs import UNTIMED, changed, minimal
 

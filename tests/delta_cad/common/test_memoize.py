@@ -2,7 +2,7 @@
 
 import gc
 
-from delta_cad.common.once import once
+from delta_cad.common.memoize import once
 
 
 class Thing:
