@@ -16,7 +16,7 @@ from delta_cad.common.console import (
     DONE,
     NOT_BUILT,
     NOT_MET,
-    Line,
+    ProgressLine,
     print_result,
     refuse,
     refuse_all,
@@ -82,7 +82,7 @@ def made(
         return refuse_folder(given.out, error)
     if absent := [name for name in BUILT_WITH if find_spec(name) is None]:
         return refuse(not_installed(absent[0], "cad"), NOT_BUILT)
-    with Line() as line:
+    with ProgressLine() as line:
         line.show("loading the CAD kernel")
         try:
             outcome = work(design, given, line.show)
@@ -195,7 +195,7 @@ def suggest(given: argparse.Namespace, design: Design) -> dict[str, Any] | None:
 
 def geometry_errors() -> tuple[type[Exception], ...]:
     """Gives the errors of geometry that cannot be made; loads the CAD kernel."""
-    from delta_cad.common.worker_process import BesideError
+    from delta_cad.common.worker_process import WorkerProcessError
     from delta_cad.dimensions import DimensionError
     from delta_cad.export.mass_properties import MassPropertiesError
     from delta_cad.export.meshes import MeshError
@@ -203,4 +203,4 @@ def geometry_errors() -> tuple[type[Exception], ...]:
     from delta_cad.export.views.scene import PictureError
     from delta_cad.solids.primitive import BuildError
 
-    return (BesideError, DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)
+    return (WorkerProcessError, DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)

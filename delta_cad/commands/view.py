@@ -11,7 +11,7 @@ from ipaddress import ip_address
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_BUILT, Interrupt, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_BUILT, Interrupt, ProgressLine, refuse
 from delta_cad.common.options import CATALOGUE, DESIGN, MOST_PORT, Option, whole
 from delta_cad.common.refusal import not_installed
 
@@ -114,7 +114,7 @@ def _serve(server: ViserServer, guard: Guard, design: Design, given: argparse.Na
 def _solids(page: LivePage, design: Design) -> None:
     """Makes the solids and gives them to the page."""
     # stdout: a kernel whose loading Ctrl-C interrupts says there that a library were missing
-    with Line() as line, redirect_stdout(io.StringIO()):
+    with ProgressLine() as line, redirect_stdout(io.StringIO()):
         line.show("loading the CAD kernel")
         import numpy as np
 

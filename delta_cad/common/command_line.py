@@ -20,7 +20,7 @@ from delta_cad.common.console import (
     DONE,
     INTERRUPTED,
     Interrupt,
-    Line,
+    ProgressLine,
     StandardOutput,
     open_streams,
     os_error_text,
@@ -98,7 +98,7 @@ class Program:
                     if note := difference():
                         print(note, file=sys.stderr)
                     getattr(given, "settle", lambda _: None)(given)
-                    with Interrupt(), Line(until_heard=True) as line:
+                    with Interrupt(), ProgressLine(until_heard=True) as line:
                         line.show("loading")
                         return given.run(given)
                 finally:

@@ -73,7 +73,7 @@ class StandardOutput:
 
     def write(self, text: str) -> int:
         """Writes text, or drops it."""
-        Line.give_way()
+        ProgressLine.give_way()
         try:
             self._stream.write(text)
         except UnicodeEncodeError as error:
@@ -106,7 +106,7 @@ def _to_nowhere(stream: TextIO) -> None:
 
 def refuse(message: str, code: int) -> int:
     """Tells what is wrong in one printable line on stderr, if that can be written, and returns the exit code."""
-    Line.give_way()
+    ProgressLine.give_way()
     try:
         print(printable(message), file=sys.stderr, flush=True)
     except OSError:
@@ -135,10 +135,10 @@ def refuse_folder(out: Path, error: OSError) -> int:
         out: As it was typed.
         error: What the system, or `common.ours`, says of it or of a place below it.
     """
-    from delta_cad.common.output_ownership import NotOursError
+    from delta_cad.common.output_ownership import ForeignFilesError
 
     at = "" if error.filename in (None, str(out)) else f"{error.filename}: "
-    more = "" if isinstance(error, NotOursError) else "; must be a folder that can be written"
+    more = "" if isinstance(error, ForeignFilesError) else "; must be a folder that can be written"
     return refuse(f"--out {out}: {at}{error.strerror or error}{more}", BAD_INPUT)
 
 
@@ -209,7 +209,7 @@ def _interrupt(_number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-class Line:
+class ProgressLine:
     """What a long step is doing, on stderr: one line that lives on a terminal that can, elsewhere a line each `TELL_S`.
 
     The first comes there after `FIRST_S`. Each starts with the seconds since the work began, and is told by a thread of
@@ -219,7 +219,7 @@ class Line:
         until_heard: It only bridges the time until something else is said, by another line or as the command's answer.
     """
 
-    _now: ClassVar[Line | None] = None
+    _now: ClassVar[ProgressLine | None] = None
 
     def __init__(self, until_heard: bool = False) -> None:
         self._until_heard, self._told = until_heard, False
@@ -228,15 +228,15 @@ class Line:
         self._done, self._lock = threading.Event(), threading.Lock()
         self._clock = threading.Thread(target=self._tick, daemon=True)
 
-    def __enter__(self) -> Line:
-        Line.give_way()
-        Line._now = self
+    def __enter__(self) -> ProgressLine:
+        ProgressLine.give_way()
+        ProgressLine._now = self
         self._clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if Line._now is self:
-            Line._now = None
+        if ProgressLine._now is self:
+            ProgressLine._now = None
         if not self._done.is_set():
             self._done.set()
             self._clock.join()
@@ -245,7 +245,7 @@ class Line:
     @staticmethod
     def give_way() -> None:
         """Lets something else be said: a line that bridges ends, one that lives leaves its place on the screen."""
-        if (line := Line._now) is None:
+        if (line := ProgressLine._now) is None:
             return
         if line._until_heard:
             line.__exit__()

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ValidationError
 from delta_cad import catalogue
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, bounds_of, meant, not_finite, short, unknown_key
-from delta_cad.design.cross_field_rules import impossible_sums
+from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.design.record import (
     FOLDER_LONGEST,
     HARDWARE_FAMILIES,
@@ -156,7 +156,7 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None, ki
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
     _check_catalogue(design.hardware, file)
     _check_drive(design.hardware, file)
-    if faults := impossible_sums(design, kinematics):
+    if faults := contradictions(design, kinematics):
         first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
         first.more, first.design = tuple(map(str, more)), design
         raise first

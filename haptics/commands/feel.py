@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.options import JSON, OUT_FOLDER
 from haptics.commands.device import DEVICE_OPTIONS, LOOP_OPTIONS
 
@@ -32,7 +32,7 @@ def run(given: argparse.Namespace) -> int:
     place = given.out / f"{machine.design.name}-feel"
     require_room(place, folder=True)
     try:
-        with Line() as line:
+        with ProgressLine() as line:
             sheet = feel(machine, lambda m: loop_sheet(m, loop, line.show), line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
             from haptics.feel.loop_pictures import impedance, z_width

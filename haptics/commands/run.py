@@ -8,7 +8,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, print_result, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, print_result, refuse
 from delta_cad.common.options import CALIBRATION, JSON, MOST_PORT, Option, number, whole
 from haptics.commands.device import DEVICE_OPTIONS
 
@@ -123,7 +123,7 @@ def _driven(machine: MachineModel, device: Device, given: argparse.Namespace) ->
     host = Host(controller, laws_of(machine, given.scene, loop))
     host.enable()
     recorder, lost, stopped = (Forgetful if given.record is None else Recorder)(), "", False
-    with Line() as line:
+    with ProgressLine() as line:
         watch = _Watch(machine, host, device, given, line)
         try:
             host.drive(device, ticks=None, until=watch, recorder=recorder)
@@ -184,7 +184,7 @@ class _Watch:
     """Looks at each tick: the line, the simulated person, the clock, the end."""
 
     def __init__(
-        self, machine: MachineModel, host: Host, device: Device, given: argparse.Namespace, line: Line
+        self, machine: MachineModel, host: Host, device: Device, given: argparse.Namespace, line: ProgressLine
     ) -> None:
         from haptics.model.hands import HANDS
 

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, print_result, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, print_result, refuse
 from delta_cad.common.options import JSON, OUT_FOLDER, SEED, Option, number
 from haptics.commands.device import DEVICE_OPTIONS, LOOP_OPTIONS, loop_given
 
@@ -71,7 +71,7 @@ def run(given: argparse.Namespace) -> int:
     loop = _loop(machine, given)
     folder = given.out / f"{machine.design.name}-{given.scene}"
     require_room(folder, folder=True)
-    with Line() as line:
+    with ProgressLine() as line:
         line.show(f"{given.scene}: simulating")
         scene = _scene(machine, given, loop)
         if given.differs:
@@ -114,7 +114,7 @@ def _scene(machine: MachineModel, given: argparse.Namespace, loop: LoopChoice) -
     return wall(machine, hand=given.hand or "medium", delay=delay, seed=given.seed, loop=other)
 
 
-def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, line: Line) -> Scene:
+def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, line: ProgressLine) -> Scene:
     """The scene with other assumptions' cases among its facts and in its discussion."""
     from dataclasses import asdict, replace
 

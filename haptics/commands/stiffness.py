@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.options import JSON, OUT_FOLDER, Option, number
 from haptics.commands.device import DEVICE_OPTIONS, LOOP_OPTIONS
 
@@ -53,7 +53,7 @@ def run(given: argparse.Namespace) -> int:
     place = given.out / f"{name}-stiffness.json"
     require_room(place)
     try:
-        with Line() as line:
+        with ProgressLine() as line:
             four = []
             for loop in (chosen, other_drives(chosen)):
                 line.show(f"walls of the {loop.name} loop")

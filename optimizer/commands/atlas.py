@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, refuse, refuse_all
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, ProgressLine, Request, refuse, refuse_all
 from delta_cad.common.options import JSON, OUT_FOLDER, Option, whole
 from delta_cad.common.refusal import not_installed
 
@@ -66,7 +66,7 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
     todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
     try:
-        with Request() as stop, Line() as line:
+        with Request() as stop, ProgressLine() as line:
             if todo:
                 line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
                 workers = min(given.workers or workers_here(), len(todo))

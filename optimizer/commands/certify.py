@@ -10,7 +10,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.files import require_room
 from delta_cad.common.options import (
     CATALOGUE,
@@ -239,7 +239,7 @@ def _certify(
 
     geometry, cube, provable = design.geometry, design.workspace, _provable(given.design.name, design, inertia)
     limits = limits_of(provable, share, inertia)
-    with Line() as line:
+    with ProgressLine() as line:
         progress = _Clock(line, given.proof_minutes)
         line.show("searching the cube")
         try:
@@ -351,7 +351,7 @@ def _within(
 class _Clock:
     """Tells of the proofs of a command, and ends them when their time is over."""
 
-    def __init__(self, line: Line, minutes: float) -> None:
+    def __init__(self, line: ProgressLine, minutes: float) -> None:
         self._line, self._deadline = line, monotonic() + 60.0 * minutes
         self.over = False
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from delta_cad.common.console import (
     BAD_INPUT,
     CUT_SHORT,
-    Line,
+    ProgressLine,
     refuse,
     refuse_all,
     refuse_folder,
@@ -100,7 +100,7 @@ def _clock() -> Callable[[], float]:
 
 def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -> int:
     """Searches, builds and prints the verdict with what shows it; returns the exit code."""
-    from delta_cad.common.worker_process import Beside
+    from delta_cad.common.worker_process import WorkerProcess
     from delta_cad.mechanism.proof import beforehand
     from optimizer.codesign.tried import Tried, Verdict
     from optimizer.search.clock import OutOfTimeError
@@ -110,11 +110,11 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     ends: Verdict | None = None
     end: End = "done"
     eased, near = list[str](), dict[str, Any]()
-    with Line() as line:
+    with ProgressLine() as line:
         line.show("loading the CAD kernel")
         try:
-            with Beside(beforehand.__name__, behind=True) as compiling:
-                compiling.give(None)
+            with WorkerProcess(beforehand.__name__, low_priority=True) as compiling:
+                compiling.send(None)
                 from optimizer.codesign.builder import Builder, Run, nearest_machine
 
                 command = f"python -m optimizer design {given.requirements.name} --seed {given.seed}"

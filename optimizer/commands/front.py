@@ -14,7 +14,7 @@ from delta_cad.common.console import (
     DONE,
     INTERRUPTED,
     NOT_MET,
-    Line,
+    ProgressLine,
     Request,
     refuse,
     refuse_all,
@@ -126,7 +126,7 @@ def run(given: argparse.Namespace) -> int:
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
     try:
-        with Request() as stop, Line() as line:
+        with Request() as stop, ProgressLine() as line:
             return _Run(task, design, given, folder, store, stop, line).run()
     except FrontError as error:
         store.remove()
@@ -151,7 +151,7 @@ class _Run:
         folder: Path,
         store: Any,
         stop: Callable[[], bool],
-        line: Line,
+        line: ProgressLine,
     ) -> None:
         self.task, self.design, self.given, self.folder = task, design, given, folder
         self.store, self.stop, self.line = store, stop, line

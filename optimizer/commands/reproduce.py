@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.options import JSON, OUT_FOLDER, SEED, Option, proof_minutes, reader, whole
 
 NAME = "reproduce"
@@ -49,7 +49,7 @@ def run(given: argparse.Namespace) -> int:
     for place in places:
         require_room(place)
     generations = GENERATIONS if given.generations is None else given.generations
-    with Line() as line:
+    with ProgressLine() as line:
         line.show("loading the solvers; they are compiled once on a machine, in some 20 s")
         made = Reproduction(
             given.seed, given.population, generations, seconds=60.0 * given.proof_minutes, report=line.show

@@ -16,7 +16,7 @@ from delta_cad.common.console import (
     DONE,
     INTERRUPTED,
     NOT_MET,
-    Line,
+    ProgressLine,
     Request,
     refuse,
     refuse_all,
@@ -151,7 +151,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, fil
     effort = Effort(given.gap, boxes, 60.0 * given.proof_minutes)
     try:
         with Request() as stop:
-            with Line() as line:
+            with ProgressLine() as line:
                 results = Run(
                     task,
                     given.method,

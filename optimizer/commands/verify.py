@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.options import CATALOGUE, DESIGN, JSON, MASS_PROPERTIES, POSITIVE, Option, number
 from delta_cad.common.units import MM_PER_M
 
@@ -81,7 +81,7 @@ def run(given: argparse.Namespace) -> int:
             _same_masses(certificate, design, given.mass_properties)
         if design is not None and given.gravity_torque is not None:
             _enough_reserve(certificate, design, given.gravity_torque)
-        with Line() as line:
+        with ProgressLine() as line:
             replay = verify(
                 certificate,
                 design,

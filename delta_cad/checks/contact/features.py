@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from delta_cad.common.memoize import once
+from delta_cad.common.memoize import memoize
 from delta_cad.solids.part import Part
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class FeatureLibrary:
         return self._known[id(part)][1]
 
 
-@once
+@memoize
 def features(solid: cq.Shape) -> Features:
     """Reads the faces of a part by their kinds."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from delta_cad.checks.dfm.bores import Finding, round_bores
-from delta_cad.common.memoize import once
+from delta_cad.common.memoize import memoize
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import corner_ways
 
@@ -21,7 +21,7 @@ def setups(part: Part) -> Iterator[Finding]:
     yield Finding(part.number, float(count), MOST, f"{part.number}: {count}, {told}")
 
 
-@once
+@memoize
 def _fewest(part: Part) -> tuple[int, str]:
     """How many clampings a part takes at least, and from where.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.common.worker_process import Beside, BesideError
+from delta_cad.common.worker_process import WorkerProcess, WorkerProcessError
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.bom import bill_of_materials
@@ -38,7 +38,7 @@ Order = tuple[Dimensions, Assembly, Meshes, Mapping[str, Any], Path]
 
 
 def results(order: Order) -> Iterator[Path]:
-    """Writes the manual of a machine, for `Beside`.
+    """Writes the manual of a machine, for `WorkerProcess`.
 
     Args:
         order: As `write_manual` takes them.
@@ -49,7 +49,7 @@ def results(order: Order) -> Iterator[Path]:
     yield write_manual(*order)
 
 
-def written(writer: Beside) -> None:
+def written(writer: WorkerProcess) -> None:
     """Waits for the manual of a process that was started from this module and given its order.
 
     Raises:
@@ -57,8 +57,8 @@ def written(writer: Beside) -> None:
         OSError: It could not write it.
     """
     try:
-        writer.take()
-    except BesideError as error:
+        writer.receive()
+    except WorkerProcessError as error:
         raise PictureError(str(error)) from error
 
 

@@ -11,7 +11,7 @@ import pytest
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckResult, Sweep, all_passed, run_checks, swept
 from delta_cad.checks.clearance.clearance import PROVING, MeshClearance
-from delta_cad.common.worker_process import Beside
+from delta_cad.common.worker_process import WorkerProcess
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
 from tests.delta_cad.mechanism.asked import limits as asked
@@ -47,7 +47,7 @@ def test_all_checks_of_a_good_machine_pass_and_report() -> None:
 def test_another_process_sweeps_to_the_same_results() -> None:
     meshes, told = MeshLibrary(MACHINE.parts, 0.3, 0.8), list[str]()
     here = Sweep()
-    with Beside(swept.__name__) as beside:
+    with WorkerProcess(swept.__name__) as beside:
         there = Sweep(beside)
         for sweep in (here, there):
             assert sweep.reach_mm is None

@@ -99,10 +99,10 @@ def test_names_that_are_no_text_are_printed_escaped_and_a_full_stderr_changes_no
 ENDS = """
 import os, sys, types
 from delta_cad.common.command_line import Program
-from delta_cad.common.console import Line, refuse
+from delta_cad.common.console import ProgressLine, refuse
 
 def run(given):
-    with Line() as line, open(sys.argv[0], "w") as file:
+    with ProgressLine() as line, open(sys.argv[0], "w") as file:
         line.show("a step")
         os.write(1, b"of a library")
         os.write(2, b"of a library")

@@ -196,7 +196,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
 
     command = ["synthesize", JOYSTICK, "--seed", "1", "--json", *SMALL, "--out", out]
     with monkeypatch.context() as patch:
-        patch.setattr(console.Line, "show", show)
+        patch.setattr(console.ProgressLine, "show", show)
         patch.setattr(console, "GRACE_S", 60.0)  # the run is to end by itself
         assert call(*command) == console.INTERRUPTED
     text, err = capsys.readouterr()

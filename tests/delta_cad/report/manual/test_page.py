@@ -16,7 +16,7 @@ from matplotlib import image
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.order.record import Bring
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.common.worker_process import BesideError
+from delta_cad.common.worker_process import WorkerProcessError
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.drawings.paper.lettering import _file
 from delta_cad.export.mass_properties import mass_report
@@ -124,8 +124,8 @@ def test_the_page_carries_the_letters_that_not_every_browser_has(
 class Ended:
     """A process that is gone."""
 
-    def take(self) -> None:
-        raise BesideError("page: ended by signal 9")
+    def receive(self) -> None:
+        raise WorkerProcessError("page: ended by signal 9")
 
 
 def test_a_process_that_ended_early_is_told_as_what_it_drew() -> None:
