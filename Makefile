@@ -14,7 +14,7 @@ PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-l
 # Some of the slow tests run searches of ten minutes and more.
 PATIENT := -o faulthandler_timeout=5400
 
-# Installing, linters and tests each say what they took; the tests, by tests/cost, also which files are the dearest.
+# Installing, linters and tests each say what they took; the tests, by tests/benchmarks/processor_cost.py, also which files are the dearest.
 TIMED := $(BASE_PYTHON) scripts/timed.py
 
 # What the linters say while the tests run beside them.

@@ -2,7 +2,7 @@
 
 from typing import NoReturn
 
-from delta_cad.common.console import run_program
+from delta_cad.common.command_line import run_program
 
 
 def main() -> NoReturn:

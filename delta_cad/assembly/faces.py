@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from delta_cad.common.once import once
-
 if TYPE_CHECKING:
     import cadquery as cq
 
@@ -69,7 +67,7 @@ class SolidFace:
         return replace(self, point=turn @ self.point + shift, direction=turn @ self.direction, first=turn @ self.first)
 
 
-@once
+@memoize
 def solid_faces(solid: cq.Shape) -> tuple[SolidFace, ...]:
     """Reads all faces of a solid."""
     return tuple(map(solid_face, solid.Faces()))

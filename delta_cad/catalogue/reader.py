@@ -4,32 +4,32 @@ from __future__ import annotations
 
 import csv
 import io
-import math
-import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, fields
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Generic, Protocol, TypeVar, cast, get_args, get_type_hints
+from typing import Any, Generic, Protocol, TypeVar, cast, get_args
 
-from delta_cad.catalogue.row import CatalogueRow
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from delta_cad.catalogue.row import MOST_LETTERS, CatalogueRow
 from delta_cad.common.reading import ReadError, read_bounded, text_of
-from delta_cad.common.refusal import printable, visible
+from delta_cad.common.refusal import bounds_of, printable
 
 DATA = Path(__file__).parent / "data"
 MOST_BYTES = 4_000_000  # of a family; ours have a thousandth of it
 R = TypeVar("R", bound=CatalogueRow)
-MOST_DIGITS = 15  # of a whole number: each is a double, too
-# Of a number that is not 0: no figure of a part is near either, and powers and quotients of such stay within doubles.
-SIZES = 1e-12, 1e12
-ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
-VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
-MOST_LETTERS = 4000  # of a text; the longest of ours has a half
-MAY_BE_ZERO = frozenset(
-    {"red", "green", "blue", "cogging_torque_N_m", "torque_ripple", "pilot_diameter_mm", "pilot_height_mm"}
-)
-MAY_BE_EMPTY = frozenset({"standard", "price_source", "clearance"})
+NAMED_BY_ID = ("order_code", "description")  # where a user's own row leaves them out
+NAMED_RULES = {  # by the column, or by the kind of what is wrong
+    "too_short": "must not be empty",
+    "too_long": f"must have at most {MOST_LETTERS} characters",
+    "value_error": "must ascend",
+    "id": "must be of letters, digits, . and -",
+    "verified": "must start with 'yes: ', 'partly: ' or 'no, '",
+}
 
 
 class CatalogueError(Exception):
@@ -37,42 +37,6 @@ class CatalogueError(Exception):
 
     def __init__(self, text: str) -> None:
         super().__init__(printable(text))
-
-
-def _number(text: str, zero: bool) -> float:
-    try:
-        value = float(text)
-    except ValueError:  # its message would hold all of the text
-        raise ValueError("must be a number") from None
-    if not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero):
-        raise ValueError("must be a finite number " + (">= 0" if zero else "> 0"))
-    low, high = SIZES
-    if value != 0.0 and not low <= value <= high:
-        raise ValueError(f"must be {low:g} to {high:g}")
-    return value
-
-
-def _value(text: str, kind: Any, name: str) -> Any:
-    """One cell as the type of its field; ValueError says what is wrong."""
-    if kind is str:
-        if not text and name not in MAY_BE_EMPTY:
-            raise ValueError("must not be empty")
-        if len(shown := visible(text)) > MOST_LETTERS:
-            raise ValueError(f"must have at most {MOST_LETTERS} characters")
-        return shown
-    if kind is int:
-        if not text.isdecimal() or len(text) > MOST_DIGITS or int(text) == 0:
-            raise ValueError(f"must be a whole number > 0, of at most {MOST_DIGITS} digits")
-        return int(text)
-    if kind is float:
-        return _number(text, name in MAY_BE_ZERO)
-    if type(None) in get_args(kind):
-        return _value(text, next(one for one in get_args(kind) if one is not type(None)), name) if text else None
-    item = get_args(kind)[0]
-    items = tuple(_value(part, item, name) for part in text.split(";"))
-    if item is float and list(items) != sorted(set(items)):
-        raise ValueError("must ascend")
-    return items
 
 
 def read_family(path: Path, record: type[R], *, own: bool = False, taken: Collection[str] = ()) -> Mapping[str, R]:
@@ -93,30 +57,35 @@ def read_family(path: Path, record: type[R], *, own: bool = False, taken: Collec
             quantity, fields that contradict each other, a repeated or taken id, or a `verified` that does not say yes,
             partly or no.
     """
-    kinds = get_type_hints(record)
-    names = [field.name for field in fields(record)]
     rows: dict[str, R] = {}
+    optional = optional_columns(record)
+    may_be_empty = {name for name in optional if own or columns_of(record)[name].default in (None, "")}
     try:
         text = text_of(read_bounded(path, MOST_BYTES), path.name)
         table = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         header = list(table.fieldnames or ())
-        _require_columns(path.name, header, names, optional_columns(record) if own else frozenset())
+        _require_columns(path.name, header, list(columns_of(record)), optional if own else frozenset())
         for cells in table:
             where = f"{path.name} line {table.line_num}"
             if None in cells or None in cells.values():
                 raise CatalogueError(f"{where}: needs {len(header)} cells")
-            row = record(**_values(where, cells, kinds, names, record.defaults if own else {}))
-            if not ID.fullmatch(row.id) or row.id in rows:
-                raise CatalogueError(f"{where}: id = {row.id!r}: must be unique, of letters, digits, . and -")
+            stated: dict[str, Any] = {
+                name: cell.strip() for name, cell in cells.items() if cell.strip() or name not in may_be_empty
+            }
+            if own:
+                _derive(stated, record)
+            try:
+                row = record(**stated)
+            except ValidationError as error:
+                raise CatalogueError(f"{where}: {_explained(error, record)}") from None
+            if row.id in rows:
+                raise CatalogueError(f"{where}: id = {row.id!r}: must be unique")
             if row.id in taken:
                 raise CatalogueError(f"{where}: id = {row.id!r}: is a row of ours; must be another: none is replaced")
             if row.price_EUR is not None and not row.price_source:
                 raise CatalogueError(f"{where}: price_source = '': must say date and source of price_EUR")
             if fault := row.fault():
                 raise CatalogueError(f"{where}: {fault}")
-            if not VERIFIED.fullmatch(row.verified):
-                rule = "must start with 'yes: ', 'partly: ' or 'no, '"
-                raise CatalogueError(f"{where}: verified = {row.verified!r}: {rule}")
             rows[row.id] = row
     except ReadError as error:
         raise CatalogueError(str(error)) from None
@@ -125,10 +94,28 @@ def read_family(path: Path, record: type[R], *, own: bool = False, taken: Collec
     return MappingProxyType(rows)
 
 
+def columns_of(record: type[CatalogueRow]) -> dict[str, FieldInfo]:
+    """Gives the columns of a record: those of every row first."""
+    return record.__pydantic_fields__  # pyright: ignore[reportAttributeAccessIssue]
+
+
 def optional_columns(record: type[CatalogueRow]) -> frozenset[str]:
-    """Gives the columns that a user's own file may leave out: those with a default and those that may be None."""
-    kinds = get_type_hints(record)
-    return frozenset(record.defaults) | {f.name for f in fields(record) if type(None) in get_args(kinds[f.name])}
+    """Gives the columns that a user's own file may leave out: those with a default, which is None for some."""
+    defaults = {name for name, field in columns_of(record).items() if not field.is_required()}
+    return frozenset(defaults | record.derived.keys() | set(NAMED_BY_ID))
+
+
+def _derive(stated: dict[str, Any], record: type[CatalogueRow]) -> None:
+    """Adds what follows for columns that are left out; what follows from no number is told of that number's column."""
+
+    def cell(name: str) -> float:
+        return float(stated.get(name, columns_of(record)[name].default))
+
+    for name in NAMED_BY_ID:
+        stated.setdefault(name, stated.get("id"))
+    for name in record.derived.keys() - stated.keys():
+        with suppress(ValueError, TypeError, ArithmeticError):
+            stated[name] = record.derived[name](cell)
 
 
 def _require_columns(file: str, header: list[str], names: list[str], optional: frozenset[str]) -> None:
@@ -139,28 +126,16 @@ def _require_columns(file: str, header: list[str], names: list[str], optional: f
         raise CatalogueError(f"{file}: columns missing {missing}, not known {extra}, or repeated")
 
 
-def _values(
-    where: str, cells: Mapping[str, str], kinds: Mapping[str, Any], names: list[str], defaults: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Makes the fields of a row: first of its cells, then by their defaults those that are empty or left out."""
-    values: dict[str, Any] = {}
-    left = [name for name in names if name in defaults and not cells.get(name, "").strip()]
-    for name in names:
-        if name in left:
-            continue
-        try:
-            values[name] = _value(cells.get(name, "").strip(), kinds[name], name)
-        except ValueError as error:
-            raise CatalogueError(f"{where}: {name} = {cells.get(name, '')!r}: {error}") from None
-    for name in left:
-        try:
-            value = defaults[name](values) if callable(defaults[name]) else defaults[name]
-            if isinstance(value, float):
-                _number(repr(value), name in MAY_BE_ZERO)
-        except ValueError:
-            raise CatalogueError(f"{where}: {name}: must be stated: what follows for it is no number > 0") from None
-        values[name] = value
-    return values
+def _explained(error: ValidationError, record: type[CatalogueRow]) -> str:
+    """Says what is wrong with a row: column, cell and what is allowed."""
+    first = min(error.errors(include_url=False), key=lambda one: one["type"] == "missing")  # which follows from others
+    name, kind = str(first["loc"][0]), first["type"]
+    field = columns_of(record)[name]
+    inner = (info for part in get_args(field.annotation) for info in getattr(part, "__metadata__", ()))
+    bounds = bounds_of([*field.metadata, *(bound for info in inner for bound in getattr(info, "metadata", ()))])
+    number = f"must be a {'whole ' * kind.startswith('int')}number {bounds}"
+    rule = NAMED_RULES.get(name if kind == "string_pattern_mismatch" else kind)
+    return f"{name} = {first['input']!r}: {rule or (number if bounds else first['msg'].removeprefix('Value error, '))}"
 
 
 @dataclass(frozen=True)
@@ -200,7 +175,7 @@ class Family(Generic[R]):
     @property
     def columns(self) -> tuple[str, ...]:
         """The columns of its file, those of every row first."""
-        return tuple(field.name for field in fields(self.record))
+        return tuple(columns_of(self.record))
 
     def chosen(self, hardware: Choice) -> R:
         """Gives the row that a design's hardware names, from the user's own parts or ours.

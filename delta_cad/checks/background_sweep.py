@@ -13,7 +13,7 @@ from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, Near, m
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import WorkerProcess
 
 LOADS = ("fcl", "scipy.spatial")
 Order = tuple[Assembly, CheckLimits, Meshes, bool, MeshClearance | None]
@@ -41,7 +41,9 @@ class Sweep:
         over: What is closest over the cube, as `MeshClearance` tells it, once the clearance was given.
     """
 
-    def __init__(self, beside: Beside | None = None, mapped: bool = False, known: MeshClearance | None = None) -> None:
+    def __init__(
+        self, beside: WorkerProcess | None = None, mapped: bool = False, known: MeshClearance | None = None
+    ) -> None:
         self._beside, self._mapped, self._known = beside, mapped, known
         self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
@@ -55,7 +57,7 @@ class Sweep:
         self._progress = progress
         if self._beside:
             made = {part.number: meshes[part.number] for part in assembly.parts}
-            self._beside.give((assembly.without_solids(), limits, made, self._mapped, self._known))
+            self._beside.send((assembly.without_solids(), limits, made, self._mapped, self._known))
         else:
             self._here = results((assembly, limits, meshes, self._mapped, self._known), progress)
 
@@ -73,7 +75,7 @@ class Sweep:
         return self._outlined()[1] if self._progress else None
 
     def _outlined(self) -> Outlined:
-        outline: Outlined = self._outline or (self._beside.take() if self._beside else next(self._here))
+        outline: Outlined = self._outline or (self._beside.receive() if self._beside else next(self._here))
         self._outline = outline
         return outline
 
@@ -88,6 +90,6 @@ class Sweep:
         self._outlined()
         if self._beside:
             self._progress(PROVING)
-        clearance: MeshClearance = self._beside.take() if self._beside else next(self._here)
+        clearance: MeshClearance = self._beside.receive() if self._beside else next(self._here)
         self.over = clearance.over
         return clearance

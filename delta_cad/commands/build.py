@@ -6,7 +6,8 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import all_option, machine_arguments, made, suggest_option
+from delta_cad.commands.machine import ALL, MACHINE_OPTIONS, SUGGEST, made
+from delta_cad.common.options import Option
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
@@ -16,18 +17,14 @@ NAME = "build"
 TEXT = "build a design: solids, checks and all files in OUT/NAME, or OUT/NAME.rejected if a check fails"
 
 
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    machine_arguments(command)
-    suggest_option(command)
-    all_option(command)
-    command.add_argument(
-        "--step-schema", choices=("AP242", "AP214"), default="AP242", help="STEP schema; default: AP242"
-    )
-    command.add_argument("--no-drawings", action="store_true", help="skip drawings and manual; the manifest records it")
-    command.add_argument(
-        "--no-report", action="store_true", help="skip report.html and pictures; the manifest records it"
-    )
+OPTIONS = (
+    *MACHINE_OPTIONS,
+    SUGGEST,
+    ALL,
+    Option("--step-schema", choices=("AP242", "AP214"), default="AP242", help="STEP schema; default: AP242"),
+    Option("--no-drawings", action="store_true", help="skip drawings and manual; the manifest records it"),
+    Option("--no-report", action="store_true", help="skip report.html and pictures; the manifest records it"),
+)
 
 
 def run(given: argparse.Namespace) -> int:

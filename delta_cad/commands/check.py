@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import all_option, machine_arguments, made, suggest_option
+from delta_cad.commands.machine import ALL, MACHINE_OPTIONS, SUGGEST, made
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 
 NAME = "check"
 TEXT = "run the checks only; writes nothing but OUT/NAME.checks.json"
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    machine_arguments(command)
-    suggest_option(command)
-    all_option(command)
+OPTIONS = (*MACHINE_OPTIONS, SUGGEST, ALL)
 
 
 def run(given: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.commands.machine import machine_arguments, made
+from delta_cad.commands.machine import MACHINE_OPTIONS, made
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 NAME = "drawings"
 TEXT = "dimensioned drawings of manufactured parts and assembly, in OUT/NAME/drawings"
+OPTIONS = MACHINE_OPTIONS
 
 
 @dataclass(frozen=True)
@@ -35,11 +36,6 @@ class DrawnOutcome:
         """Gives the facts as JSON types."""
         facts = {"schema": "delta-drawings/1", "name": self.name, "passed": self.passed}
         return facts | {"drawings": self.drawn.count, "faults": self.drawn.faults}
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    machine_arguments(command)
 
 
 def run(given: argparse.Namespace) -> int:

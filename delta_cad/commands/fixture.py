@@ -8,18 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.drawings import DrawnOutcome, tell
-from delta_cad.commands.machine import machine_arguments, made
+from delta_cad.commands.machine import MACHINE_OPTIONS, made
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
 
 NAME = "fixture"
 TEXT = "calibration plate with columns: STEP files, drawings and poses.csv, in OUT/NAME-fixture"
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    machine_arguments(command)
+OPTIONS = MACHINE_OPTIONS
 
 
 def run(given: argparse.Namespace) -> int:

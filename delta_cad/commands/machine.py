@@ -7,20 +7,28 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import design_option, json_option, out_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all, refuse_folder
+from delta_cad.common.console import (
+    BAD_INPUT,
+    DONE,
+    NOT_BUILT,
+    NOT_MET,
+    ProgressLine,
+    print_result,
+    refuse,
+    refuse_all,
+    refuse_folder,
+)
 from delta_cad.common.files import require_room
+from delta_cad.common.options import CATALOGUE, DESIGN, JSON, OUT_FOLDER, Option
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
     from delta_cad.design import Design, DesignError
 
-NOT_BUILT = 3
 # Imported late, some after a minute of work: that all are there is looked at first.
 BUILT_WITH = ("cadquery", "trimesh", "fcl", "lxml", "networkx", "jinja2", "ezdxf", "fontTools", "matplotlib")
 # design, what was typed, what to call with the name of the next phase -> what came of it: passed, folder, record()
@@ -28,25 +36,16 @@ Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], Any]
 # design, what was typed -> where that is written
 Place = Callable[["Design", argparse.Namespace], Path]
 
-
-def design_arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the design file, the folder of own parts and the form of the answer."""
-    design_option(command)
-    catalogue_option(command)
-    json_option(command)
-
-
-def all_option(command: argparse.ArgumentParser) -> None:
-    """Adds `--all`, with which everything is told, not what fails and ten figures."""
-    command.add_argument(
-        "--all", action="store_true", help="print the full table, not only failures and ten key figures"
-    )
-
-
-def machine_arguments(command: argparse.ArgumentParser) -> None:
-    """Adds what `design_arguments` adds and the folder for what is written."""
-    design_arguments(command)
-    out_option(command)
+ALL = Option("--all", action="store_true", help="print the full table, not only failures and ten key figures")
+SUGGEST = Option(
+    "--suggest",
+    type=Path,
+    metavar="FILE",
+    help="where the design is refused: write the smallest change found that passes all closed forms as a design file; "
+    "requirements stay as they are",
+)
+DESIGN_OPTIONS = (DESIGN, CATALOGUE, JSON)
+MACHINE_OPTIONS = (*DESIGN_OPTIONS, OUT_FOLDER)
 
 
 def made(
@@ -83,7 +82,7 @@ def made(
         return refuse_folder(given.out, error)
     if absent := [name for name in BUILT_WITH if find_spec(name) is None]:
         return refuse(not_installed(absent[0], "cad"), NOT_BUILT)
-    with Line() as line:
+    with ProgressLine() as line:
         line.show("loading the CAD kernel")
         try:
             outcome = work(design, given, line.show)
@@ -97,11 +96,8 @@ def made(
             return refuse_folder(given.out, error)
         except geometry_errors() as error:
             return refuse(f"{given.design.name}: {error}", NOT_BUILT)
-    if given.json:
-        landed = None if outcome.folder is None else str(outcome.folder)
-        print(json.dumps(outcome.record() | {"folder": landed}, indent=1))
-    else:
-        (tell or partial(print_outcome, whole=getattr(given, "all", False)))(outcome)
+    facts = outcome.record() | {"folder": None if outcome.folder is None else str(outcome.folder)}
+    print_result(given, facts, lambda: tell(outcome) if tell else print_outcome(outcome, whole=given.all))
     return DONE if outcome.passed else NOT_MET
 
 
@@ -131,7 +127,7 @@ def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
     from delta_cad.mechanism import MechanismError
     from delta_cad.structure.hardware.thresholds import refused
 
-    lines, design = (str(error), *error.more), error.design
+    lines, design = error.lines, error.design
     refuse_all(lines, BAD_INPUT)
     if design is None:
         return BAD_INPUT
@@ -145,21 +141,10 @@ def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
 
 def _refuse(given: argparse.Namespace, design: Design, records: Sequence[dict[str, Any]]) -> int:
     suggested = suggest(given, design) if getattr(given, "suggest", None) or "part" in records[-1] else None
-    if given.json:
+    if getattr(given, "json", False):  # `view` has none
         record = {"name": design.name, "passed": False, "refused": records, "suggested": suggested, "folder": None}
         print(json.dumps(record, indent=1))
     return BAD_INPUT
-
-
-def suggest_option(command: argparse.ArgumentParser) -> None:
-    """Adds `--suggest FILE`."""
-    command.add_argument(
-        "--suggest",
-        type=Path,
-        metavar="FILE",
-        help="where the design is refused: write the smallest change found that passes all closed forms as a design "
-        "file; requirements stay as they are",
-    )
 
 
 def refuse_place(given: argparse.Namespace) -> int | None:
@@ -210,7 +195,7 @@ def suggest(given: argparse.Namespace, design: Design) -> dict[str, Any] | None:
 
 def geometry_errors() -> tuple[type[Exception], ...]:
     """Gives the errors of geometry that cannot be made; loads the CAD kernel."""
-    from delta_cad.common.beside import BesideError
+    from delta_cad.common.worker_process import WorkerProcessError
     from delta_cad.dimensions import DimensionError
     from delta_cad.export.mass_properties import MassPropertiesError
     from delta_cad.export.meshes import MeshError
@@ -218,4 +203,4 @@ def geometry_errors() -> tuple[type[Exception], ...]:
     from delta_cad.export.views.scene import PictureError
     from delta_cad.solids.primitive import BuildError
 
-    return (BesideError, DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)
+    return (WorkerProcessError, DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)

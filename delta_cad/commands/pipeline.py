@@ -28,7 +28,7 @@ from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.registry import CheckedMachine, run_checks
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.structure import check_structure
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import WorkerProcess
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import limit_values
@@ -185,7 +185,7 @@ def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> Moved:
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:
     """Runs the checks of a design without any file; raises as `make_machine`."""
-    with Beside(background_sweep.__name__) as sweeper:
+    with WorkerProcess(background_sweep.__name__) as sweeper:
         machine = make_machine(design, progress)
         results = run_checks(checked(machine, progress, Sweep(sweeper)))
     return Outcome(design, results, machine.masses, None, _unverified(machine))
@@ -224,17 +224,17 @@ def build(
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
     with output_folder(out, design.name) as folder, ExitStack() as others:  # who fills it ends before it is taken away
-        sweeper = others.enter_context(Beside(background_sweep.__name__))
-        writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
-        draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
-        narrator = others.enter_context(Beside(manual.__name__, behind=True)) if drawings else None
+        sweeper = others.enter_context(WorkerProcess(background_sweep.__name__))
+        writer = others.enter_context(WorkerProcess(mesh_files.__name__, low_priority=True))
+        draughtsman = others.enter_context(WorkerProcess(DRAWINGS, low_priority=True)) if drawings else None
+        narrator = others.enter_context(WorkerProcess(manual.__name__, low_priority=True)) if drawings else None
         machine, sweep = made or make_machine(design, progress), Sweep(sweeper, report, clearance)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
         if draughtsman is not None:
-            draughtsman.give((machine.dimensions, machine.assembly, machine.masses, folder.path))
+            draughtsman.send((machine.dimensions, machine.assembly, machine.masses, folder.path))
         if narrator is not None:
-            narrator.give((machine.dimensions, bare, meshes, machine.masses, folder.path))
+            narrator.send((machine.dimensions, bare, meshes, machine.masses, folder.path))
         fingerprints: list[str] = []
         costs: list[Cost] = []
         drawn: list[Drawn] = []  # of the machine as a whole
@@ -242,7 +242,7 @@ def build(
         def meanwhile() -> None:
             moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
             moves += (design.requirements.gravity_m_s2, joint_friction(design))
-            writer.give((bare, meshes, folder.path, _stage(machine, sweep) if report else None, moves))
+            writer.send((bare, meshes, folder.path, _stage(machine, sweep) if report else None, moves))
             progress("costs")
             costs.append(cost_of(machine))
             fingerprints.append(write_files(machine, costs[0], folder.path, progress, schema))
@@ -252,7 +252,7 @@ def build(
         results = run_checks(checked(machine, progress, sweep), meanwhile)
         if draughtsman is not None:
             progress("drawings")
-            results = [*results, check_drawings(draughtsman.take() + drawn[0])]
+            results = [*results, check_drawings(draughtsman.receive() + drawn[0])]
         folder.rejected = not all_passed(results)
         landed = f"{design.name}.rejected" if folder.rejected else design.name
         unverified = _unverified(machine)

@@ -5,15 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 
-from delta_cad.common.console import BAD_INPUT, DONE, catalogue_option, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, refuse
+from delta_cad.common.options import CATALOGUE
 
 NAME = "schema"
 TEXT = "JSON Schema of the design file"
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the folder of own parts, whose ids the schema then knows."""
-    catalogue_option(command)
+OPTIONS = (CATALOGUE,)  # whose ids the schema then knows
 
 
 def run(given: argparse.Namespace) -> int:

@@ -11,8 +11,8 @@ from ipaddress import ip_address
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware
-from delta_cad.common.arguments import design_option
-from delta_cad.common.console import BAD_INPUT, DONE, Interrupt, Line, catalogue_option, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_BUILT, Interrupt, ProgressLine, refuse
+from delta_cad.common.options import CATALOGUE, DESIGN, MOST_PORT, Option, whole
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
@@ -26,25 +26,20 @@ if TYPE_CHECKING:
 NAME = "view"
 TEXT = "live page in the browser: drag the handle, change lengths; Ctrl-C stops it"
 LOOPBACK = "127.0.0.1"
-PORT, MOST_PORT = 8080, 65535
-NOT_BUILT = 3
+PORT = 8080
 
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    design_option(command)
-    catalogue_option(command)
-    command.set_defaults(json=False)
-    command.add_argument("--port", type=int, default=PORT, metavar="N", help=f"port of the page; default: {PORT}")
-    command.add_argument(
+OPTIONS = (
+    DESIGN,
+    CATALOGUE,
+    Option("--port", type=whole(1, MOST_PORT), default=PORT, metavar="N", help=f"port of the page; default: {PORT}"),
+    Option(
         "--host",
         default=LOOPBACK,
         metavar="ADDRESS",
         help="address to listen on, as the browser will have it; default: 127.0.0.1, this machine only",
-    )
-    command.add_argument(
-        "--allow-remote", action="store_true", help="let other machines connect that know the printed address"
-    )
+    ),
+    Option("--allow-remote", action="store_true", help="let other machines connect that know the printed address"),
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -64,8 +59,6 @@ def run(given: argparse.Namespace) -> int:
         from delta_cad.report.live.guard import Guard, guarded_server
     except ModuleNotFoundError as error:
         return refuse(not_installed(str(error.name), "view"), BAD_INPUT)
-    if not 0 < given.port <= MOST_PORT:
-        return refuse(f"--port {given.port}: must be from 1 to {MOST_PORT}", BAD_INPUT)
     if fault := _host_fault(given.host, given.allow_remote):
         return refuse(f"--host {given.host}: {fault}", BAD_INPUT)
     try:  # viser would take the next one that is free
@@ -121,7 +114,7 @@ def _serve(server: ViserServer, guard: Guard, design: Design, given: argparse.Na
 def _solids(page: LivePage, design: Design) -> None:
     """Makes the solids and gives them to the page."""
     # stdout: a kernel whose loading Ctrl-C interrupts says there that a library were missing
-    with Line() as line, redirect_stdout(io.StringIO()):
+    with ProgressLine() as line, redirect_stdout(io.StringIO()):
         line.show("loading the CAD kernel")
         import numpy as np
 

@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import argparse
-import math
+import json
 import os
-import re
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout, suppress
-from functools import partial
-from importlib import import_module
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
-from types import FrameType, ModuleType
-from typing import Any, ClassVar, NoReturn, TextIO
+from types import FrameType
+from typing import Any, ClassVar, TextIO
 
-from delta_cad.common.arguments import Completion, Version, hint
-from delta_cad.common.refusal import not_installed, printable
-from delta_cad.common.versions import difference
+from delta_cad.common.refusal import printable
 
-DONE, NOT_MET, BAD_INPUT = 0, 1, 2
+# Exit codes of all commands.
+DONE = 0
+NOT_MET = 1  # done, but a check or a promise fails
+BAD_INPUT = 2
+NOT_BUILT = 3  # the geometry could not be built
 CUT_SHORT = 4  # a search ended before it knew: its time was over, or it was stopped
-LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
-NO_MEMORY = "the memory that this process may have is not enough"
-NOTHING_WRITTEN = "interrupted; nothing was written"
+LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 # s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
 # command is to end.
 GRACE_S, AGAIN_S = 1.0, 0.5
@@ -39,104 +35,7 @@ FIRST_S = 0.8  # s until the first line of progress where nobody watches: what e
 TELL_S = 4.0  # s between two lines of progress there, as in a log
 
 
-class Parser(argparse.ArgumentParser):
-    """Usage errors in one line, as all other errors."""
-
-    def error(self, message: str) -> Any:
-        """Ends the program with one line."""
-        what = f"{message}{hint(message, self)}".removesuffix("?")
-        raise SystemExit(refuse(f"{self.prog}: {what}; see {self.prog} --help", BAD_INPUT))
-
-
-def command_parser(program: str, description: str, epilog: str, commands: Sequence[ModuleType]) -> Parser:
-    """Makes the parser of all commands.
-
-    Args:
-        program: As the help names it.
-        description: What the program does.
-        epilog: Exit codes, under every help.
-        commands: Modules, each with `NAME`, `TEXT`, `arguments(parser)` and `run(given) -> exit code`.
-
-    Returns:
-        The parser; what it parses has the command's function as `run`.
-    """
-    top = Parser(prog=program, description=description, epilog=epilog)
-    top.add_argument("--version", action=Version)
-    script = program.removeprefix("python -m ").replace("_", "-").removeprefix("delta-")
-    whole = partial(command_parser, f"delta-{script}", description, epilog, commands)
-    top.add_argument("--completion", action=Completion, make=whole)
-    below = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in commands:
-        command = below.add_parser(module.NAME, help=module.TEXT, description=module.TEXT, epilog=epilog)
-        command.add_argument("--version", action=Version)
-        module.arguments(command)
-        command.set_defaults(run=module.run)
-    return top
-
-
-def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> int:
-    """Runs one command and returns its exit code; a reader that goes away early is no error and does not change it.
-
-    Args:
-        parser: What `command_parser` made.
-        arguments: As typed; None for those of the process.
-        extra: Extra of the package that installs what is missing, if a module is.
-    """
-    _open_streams()
-    try:
-        with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
-            try:
-                given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
-                if note := difference():
-                    print(note, file=sys.stderr)
-                getattr(given, "settle", _as_given)(given)
-                with Interrupt(), Line(until_heard=True) as line:
-                    line.show("loading")
-                    code = given.run(given)
-            finally:
-                out.flush()
-    except KeyboardInterrupt:
-        return refuse(NOTHING_WRITTEN, INTERRUPTED)
-    except OSError as error:
-        return refuse(told(error), BAD_INPUT)
-    except ModuleNotFoundError as error:
-        return refuse(not_installed(str(error.name), extra), BAD_INPUT)
-    except ImportError as error:  # its own words name the library of the system that is missing or finds no memory
-        return refuse(f"a library cannot be loaded: {error}", BAD_INPUT)
-    except MemoryError:
-        return refuse(NO_MEMORY, BAD_INPUT)
-    return code
-
-
-def _as_given(_: argparse.Namespace) -> None:
-    """Leaves what was typed as it is."""
-
-
-def run_program(commands: str) -> NoReturn:
-    """Runs commands as a process; Ctrl-C also while they load is one line, and none once they are done.
-
-    Args:
-        commands: Module with `main() -> exit code`.
-    """
-    _open_streams()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
-    try:
-        code = import_module(commands).main()
-    except KeyboardInterrupt:
-        code = refuse(NOTHING_WRITTEN, INTERRUPTED)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)
-    # At once: threads and other processes may be busy for long, and none writes a file. So what Ctrl-C ended well:
-    # if it struck in text that is executed, the interpreter would end by the signal, though it was caught.
-    if code == INTERRUPTED or Interrupt.heard:
-        with suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        os._exit(code)
-    sys.exit(code)
-
-
-def _open_streams() -> None:
+def open_streams() -> None:
     """Opens those of the three streams that the process was started without: what goes to them goes nowhere.
 
     Their numbers too, or the next file that is opened would get one, and what a library prints would go into it.
@@ -151,13 +50,13 @@ def _open_streams() -> None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  (as long as the process)
 
 
-def told(error: OSError) -> str:
+def os_error_text(error: OSError) -> str:
     """Says what the system refused: the path, if it is known, and why."""
     why = error.strerror or str(error) or type(error).__name__
     return why if error.filename is None else f"{os.fsdecode(error.filename)}: {why}"
 
 
-class _Output:
+class StandardOutput:
     """A text stream whose reader may go away: what is left to write then goes nowhere.
 
     So it does after any other failure, which is an error of standard output, and at every flush again: who wrote may
@@ -174,7 +73,7 @@ class _Output:
 
     def write(self, text: str) -> int:
         """Writes text, or drops it."""
-        Line.give_way()
+        ProgressLine.give_way()
         try:
             self._stream.write(text)
         except UnicodeEncodeError as error:
@@ -205,77 +104,28 @@ def _to_nowhere(stream: TextIO) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def with_negatives(arguments: Sequence[str]) -> list[str]:
-    """Joins a value such as `-10,5,90` to its option, `--at=-10,5,90`, instead of its being taken for one."""
-    joined: list[str] = []
-    for argument in arguments:
-        if joined and joined[-1].startswith("--") and "=" not in joined[-1] and re.match(r"-[\d.]+,", argument):
-            joined[-1] += "=" + argument
-        else:
-            joined.append(argument)
-    return joined
-
-
-def natural(text: str) -> int:
-    """A whole number of the command line, for argparse."""
-    value = int(text)
-    if value < 0:
-        raise ValueError(text)
-    return value
-
-
-natural.__name__ = "whole number"  # as argparse names it
-
-
-def catalogue_option(command: argparse.ArgumentParser, names: str = "the design file") -> None:
-    """Adds the folder of the user's own parts, `catalogue`; None where it is not given.
-
-    Args:
-        command: The command.
-        names: Which of its files may name a folder, too.
-    """
-    command.add_argument(
-        "--catalogue",
-        type=Path,
-        metavar="DIR",
-        help=f"folder of your own parts (motor.csv, cable.csv, ...); default: the one named in {names}",
-    )
-
-
-def proof_minutes(command: argparse.ArgumentParser, what: str) -> None:
-    """Adds the time that proofs may take, `proof_minutes`; infinite where it is not given.
-
-    Args:
-        command: The command.
-        what: Which of its proofs together end with it.
-    """
-    command.add_argument(
-        "--proof-minutes",
-        type=_positive,
-        default=math.inf,
-        metavar="M",
-        help=f"time limit {what}, minutes; the result so far is kept; default: none",
-    )
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise ValueError(text)
-    return value
-
-
-_positive.__name__ = "number of minutes > 0"  # as argparse names it
-
-
 def refuse(message: str, code: int) -> int:
     """Tells what is wrong in one printable line on stderr, if that can be written, and returns the exit code."""
-    Line.give_way()
+    ProgressLine.give_way()
     try:
         print(printable(message), file=sys.stderr, flush=True)
     except OSError:
         _to_nowhere(sys.stderr)
     return code
+
+
+def print_result(given: Any, facts: Mapping[str, Any], tell: Callable[[], None]) -> None:
+    """Prints what a command found: with `--json` its facts as JSON, else what a person reads.
+
+    Args:
+        given: What was typed.
+        facts: The facts, as JSON types.
+        tell: Prints them for a person.
+    """
+    if given.json:
+        print(json.dumps(facts, indent=1))
+    else:
+        tell()
 
 
 def refuse_folder(out: Path, error: OSError) -> int:
@@ -285,10 +135,10 @@ def refuse_folder(out: Path, error: OSError) -> int:
         out: As it was typed.
         error: What the system, or `common.ours`, says of it or of a place below it.
     """
-    from delta_cad.common.ours import NotOursError
+    from delta_cad.common.output_ownership import ForeignFilesError
 
     at = "" if error.filename in (None, str(out)) else f"{error.filename}: "
-    more = "" if isinstance(error, NotOursError) else "; must be a folder that can be written"
+    more = "" if isinstance(error, ForeignFilesError) else "; must be a folder that can be written"
     return refuse(f"--out {out}: {at}{error.strerror or error}{more}", BAD_INPUT)
 
 
@@ -359,7 +209,7 @@ def _interrupt(_number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-class Line:
+class ProgressLine:
     """What a long step is doing, on stderr: one line that lives on a terminal that can, elsewhere a line each `TELL_S`.
 
     The first comes there after `FIRST_S`. Each starts with the seconds since the work began, and is told by a thread of
@@ -369,7 +219,7 @@ class Line:
         until_heard: It only bridges the time until something else is said, by another line or as the command's answer.
     """
 
-    _now: ClassVar[Line | None] = None
+    _now: ClassVar[ProgressLine | None] = None
 
     def __init__(self, until_heard: bool = False) -> None:
         self._until_heard, self._told = until_heard, False
@@ -378,15 +228,15 @@ class Line:
         self._done, self._lock = threading.Event(), threading.Lock()
         self._clock = threading.Thread(target=self._tick, daemon=True)
 
-    def __enter__(self) -> Line:
-        Line.give_way()
-        Line._now = self
+    def __enter__(self) -> ProgressLine:
+        ProgressLine.give_way()
+        ProgressLine._now = self
         self._clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if Line._now is self:
-            Line._now = None
+        if ProgressLine._now is self:
+            ProgressLine._now = None
         if not self._done.is_set():
             self._done.set()
             self._clock.join()
@@ -395,7 +245,7 @@ class Line:
     @staticmethod
     def give_way() -> None:
         """Lets something else be said: a line that bridges ends, one that lives leaves its place on the screen."""
-        if (line := Line._now) is None:
+        if (line := ProgressLine._now) is None:
             return
         if line._until_heard:
             line.__exit__()

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from delta_cad.common.ours import remove, require_ours, write_record
+from delta_cad.common.output_ownership import refuse_foreign_files, remove, write_record
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
 NO_PLAIN_FILE = "is no plain file"
@@ -113,7 +113,7 @@ def _filled(path: Path, to: Callable[[], Path] | None) -> Iterator[Path]:
             target = to() if to else path
             with _locked_parent(path):
                 _restore(target)
-                require_ours(target)
+                refuse_foreign_files(target)
                 _put_in_place(part, target)
     finally:
         if part.is_symlink():  # which the name was: what it leads to is somebody else's
@@ -172,7 +172,7 @@ def recover(path: Path) -> None:
     _clear_stale(path)
 
 
-class Lines:
+class AppendLog:
     """A file of lines, appended as they come by one run at a time.
 
     The file is locked as long as it is open; the system releases the lock of a process that was killed. A kill at any
@@ -294,7 +294,7 @@ def _require_kind(path: Path, folder: bool) -> None:
         raise OSError(errno.EINVAL, NO_PLAIN_FILE, str(path))
     if folder and path.is_dir():
         with _locked_parent(path):  # else another run may put its own there between the record and the files
-            require_ours(path)
+            refuse_foreign_files(path)
 
 
 def _encoded(line: str) -> bytes:

@@ -79,12 +79,20 @@ class RefusedError(ValueError):
         field: Dotted path of the field, such as "cube.half_side_mm"; "" when the whole file is meant.
         value: The offending value as JSON text; "" when there is none.
         allowed: What is wrong or what would be allowed.
+        more: Further faults of the file, each a line as the first one, where several were found at once.
     """
+
+    more: tuple[str, ...] = ()
 
     def __init__(self, file: str, field: str, value: str, allowed: str) -> None:
         self.file, self.field, self.value, self.allowed = file, field, value, allowed
         what = " = ".join(part for part in (field, value) if part)
         super().__init__(printable(": ".join(part for part in (file, what, allowed) if part)))
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """All that is wrong, a line each."""
+        return (str(self), *self.more)
 
 
 def meant(word: str, known: Iterable[str], whole: bool = False) -> str:

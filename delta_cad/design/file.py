@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 from delta_cad import catalogue
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, bounds_of, meant, not_finite, short, unknown_key
+from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.design.record import (
     FOLDER_LONGEST,
     HARDWARE_FAMILIES,
@@ -30,7 +31,6 @@ from delta_cad.design.record import (
     Mechanism,
     Panel,
 )
-from delta_cad.design.sums import impossible_sums
 from delta_cad.design.task import GRAVITY_MAX
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
@@ -76,11 +76,9 @@ class DesignError(RefusedError):
     """A design that is refused.
 
     Attributes:
-        more: Further reasons, each a line as the first one, where several were found at once.
         design: The design, where each field is within its bounds and only together they cannot be; else None.
     """
 
-    more: tuple[str, ...] = ()
     design: Design | None = None
 
 
@@ -158,7 +156,7 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None, ki
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
     _check_catalogue(design.hardware, file)
     _check_drive(design.hardware, file)
-    if faults := impossible_sums(design, kinematics):
+    if faults := contradictions(design, kinematics):
         first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
         first.more, first.design = tuple(map(str, more)), design
         raise first

@@ -14,7 +14,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.refusal import as_cell
 from delta_cad.common.units import G_PER_KG
 from delta_cad.export.shop.cost.cost import CENTS, Cost, CostLine
-from delta_cad.solids.part import Part, Consumable
+from delta_cad.solids.part import Consumable, Part
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from delta_cad.common.files import recover, whole_folder
-from delta_cad.common.ours import require_ours
+from delta_cad.common.output_ownership import refuse_foreign_files
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 REJECTED_SUFFIX = ".rejected"
@@ -51,7 +51,7 @@ def output_folder(out: Path, name: str) -> Iterator[BuildFolder]:
         raise FolderError(f"{name!r} is not the name of a build: letters, digits, dot, dash and underscore only")
     good, bad = out / name, out / (name + REJECTED_SUFFIX)
     folder = BuildFolder(good)
-    require_ours(bad)
+    refuse_foreign_files(bad)
     with whole_folder(good, to=lambda: bad if folder.rejected else good) as folder.path:
         recover(bad)
         yield folder

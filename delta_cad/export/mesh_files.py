@@ -11,7 +11,7 @@ from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
-from delta_cad.common.beside import Beside, BesideError
+from delta_cad.common.worker_process import WorkerProcess, WorkerProcessError
 from delta_cad.drive import DriveReport
 from delta_cad.export.glb import write_glb
 from delta_cad.export.meshes import write_3mf, write_stl
@@ -62,7 +62,7 @@ def results(order: tuple[Assembly, Meshes, Path, Stage | None, Moves]) -> Iterat
     yield [] if stage is None else write_views(assembly, meshes, folder / "views", stage)
 
 
-def written(writer: Beside) -> None:
+def written(writer: WorkerProcess) -> None:
     """Waits for the pictures of another process that was given its order, and all else that it writes.
 
     Raises:
@@ -71,6 +71,6 @@ def written(writer: Beside) -> None:
         OSError: It could not write them.
     """
     try:
-        writer.take()
-    except BesideError as error:
+        writer.receive()
+    except WorkerProcessError as error:
         raise PictureError(str(error)) from error

@@ -16,7 +16,7 @@ from typing import cast
 import cadquery as cq
 import numpy as np
 
-from delta_cad.common.once import once
+from delta_cad.common.memoize import memoize
 from delta_cad.common.vectors import cross
 from delta_cad.dimensions.rules import CORNERS_MM
 
@@ -374,7 +374,7 @@ def left_mm(corner: InnerEdge, radius: float = CORNERS_MM[0]) -> float:
     return radius * (1.0 / max(cos(between / 2.0), SHORT_MM) - 1.0)
 
 
-@once
+@memoize
 def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
     """Finds the inner edges of a solid, each with the (3,) directions from which a flat end mill makes it sharp.
 

@@ -8,9 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import design_option, json_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, catalogue_option, refuse
-from haptics.commands.device import number, refusing
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
+from delta_cad.common.options import CATALOGUE, DESIGN, JSON, Option, number
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -21,45 +20,52 @@ if TYPE_CHECKING:
 
 NAME = "calibrate"
 TEXT = "calibrate zeros, link lengths, offsets and encoder errors from measured poses, with uncertainties"
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    command.add_argument("poses", type=Path, metavar="POSES.csv", help="x_mm, y_mm, z_mm of the platform's centre and "
-                         "reading_0_deg to reading_2_deg, one pose per line")  # fmt: skip
-    design_option(command)
-    catalogue_option(command)
-    frames = "frame of the positions: the base frame, or an unknown one that is fitted, too; default: base"
-    command.add_argument("--frame", choices=("base", "own"), default="base", help=frames)
-    sigma = number("number from 0.0001 to 10 mm", 1e-4, 10.0)
-    command.add_argument(
+OPTIONS = (
+    Option(
+        "poses",
+        type=Path,
+        metavar="POSES.csv",
+        help="x_mm, y_mm, z_mm of the platform's centre and reading_0_deg to reading_2_deg, one pose per line",
+    ),
+    DESIGN,
+    CATALOGUE,
+    Option(
+        "--frame",
+        choices=("base", "own"),
+        default="base",
+        help="frame of the positions: the base frame, or an unknown one that is fitted, too; default: base",
+    ),
+    Option(
         "--position-sigma",
-        type=sigma,
+        type=number(1e-4, 10.0, "mm"),
         default=0.02,
         metavar="MM",
         help="standard deviation of a coordinate, mm; default: 0.02",
-    )
-    angle = number("number from 0.00001 to 5 degrees", 1e-5, 5.0)
-    command.add_argument(
+    ),
+    Option(
         "--reading-sigma",
-        type=angle,
+        type=number(1e-5, 5.0, "degrees"),
         metavar="DEG",
         help="standard deviation of a reading, degrees; default: noise of the encoder",
-    )
-    error = number("number from 0.001 to 10 mm", 1e-3, 10.0)
-    command.add_argument(
+    ),
+    Option(
         "--accuracy",
-        type=error,
+        type=number(1e-3, 10.0, "mm"),
         default=0.1,
         metavar="MM",
         help="largest predicted error of a position in the cube (rms at the worst position), mm; default: 0.1",
-    )
-    command.add_argument("--out", type=Path, default=Path("calibration.json"), metavar="FILE",
-                         help="file to write if the poses pass; default: calibration.json")  # fmt: skip
-    json_option(command)
+    ),
+    Option(
+        "--out",
+        type=Path,
+        default=Path("calibration.json"),
+        metavar="FILE",
+        help="file to write if the poses pass; default: calibration.json",
+    ),
+    JSON,
+)
 
 
-@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     import math
@@ -71,7 +77,7 @@ def run(given: argparse.Namespace) -> int:
     from haptics.calibration.accuracy import accuracy, helpful_poses
     from haptics.calibration.diagnosis import MISFIT_MOST, causes
     from haptics.calibration.fit import FitError, Noise, fit
-    from haptics.calibration.poses import PosesError, load_poses
+    from haptics.calibration.poses import load_poses
     from haptics.calibration.record import calibration_of, save_calibration, to_dict
     from haptics.model.machine import require_assembled
 
@@ -85,11 +91,8 @@ def run(given: argparse.Namespace) -> int:
     def fitted(poses: Poses, own_frame: bool) -> Fit:
         return fit(design.geometry, poses, turns=turns, noise=noise, own_frame=own_frame, wave=wave)
 
-    try:
-        poses = load_poses(given.poses)
-        require_room(given.out, folder=False)
-    except PosesError as error:
-        return refuse(str(error), BAD_INPUT)
+    poses = load_poses(given.poses)
+    require_room(given.out, folder=False)
     own = given.frame == "own"
     limit, count = given.accuracy / MM_PER_M, encoder_count_rad(design)
     try:

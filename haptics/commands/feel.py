@@ -6,23 +6,15 @@ import argparse
 import json
 import os
 
-from delta_cad.common.arguments import json_option, out_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
-from haptics.commands.device import device_arguments, loop_options, refusing
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
+from delta_cad.common.options import JSON, OUT_FOLDER
+from haptics.commands.device import DEVICE_OPTIONS, LOOP_OPTIONS
 
 NAME = "feel"
 TEXT = "predict the feel over the cube: mass, friction, force, resolution, walls; writes OUT/NAME-feel"
+OPTIONS = (*DEVICE_OPTIONS, *LOOP_OPTIONS, OUT_FOLDER, JSON)
 
 
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    device_arguments(command)
-    loop_options(command)
-    out_option(command)
-    json_option(command)
-
-
-@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code: 1 if the joints lack the design's force, or the default wall oscillates."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
@@ -35,12 +27,12 @@ def run(given: argparse.Namespace) -> int:
     from haptics.model.machine import load_machine
     from haptics.simulation.loops import chosen_loop
 
-    machine = load_machine(given.design, given.masses, given.catalogue)
+    machine = load_machine(given.design, given.mass_properties, given.catalogue)
     loop = chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
     place = given.out / f"{machine.design.name}-feel"
     require_room(place, folder=True)
     try:
-        with Line() as line:
+        with ProgressLine() as line:
             sheet = feel(machine, lambda m: loop_sheet(m, loop, line.show), line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
             from haptics.feel.loop_pictures import impedance, z_width

@@ -3,39 +3,26 @@
 from __future__ import annotations
 
 import argparse
-import json
-from pathlib import Path
 
-from delta_cad.common.arguments import json_option
-from delta_cad.common.console import DONE
-from haptics.commands.device import device_arguments, refusing
+from delta_cad.common.console import DONE, print_result
+from delta_cad.common.options import JSON
+from haptics.commands.device import DEVICE_OPTIONS, FILES_FOLDER
 
 NAME = "interfaces"
 TEXT = "C library for a board of this design, with a CHAI3D device and a ROS 2 node"
+OPTIONS = (*DEVICE_OPTIONS, FILES_FOLDER, JSON)
 
 
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    device_arguments(command)
-    command.add_argument(
-        "--out", type=Path, required=True, metavar="DIR", help="folder of the files; one that a run wrote is replaced"
-    )
-    json_option(command)
-
-
-@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.common.files import require_room
     from haptics.model.machine import load_machine
 
-    machine = load_machine(given.design, given.masses, given.catalogue)
+    machine = load_machine(given.design, given.mass_properties, given.catalogue)
     require_room(given.out, folder=True)
     from haptics.interfaces.sources import write_sources
 
     files = write_sources(machine, given.out)
-    if given.json:
-        print(json.dumps({"name": machine.design.name, "folder": str(given.out), "files": files}, indent=1))
-    else:
-        print("\n".join(str(given.out / name) for name in files))
+    facts = {"name": machine.design.name, "folder": str(given.out), "files": files}
+    print_result(given, facts, lambda: print("\n".join(str(given.out / name) for name in files)))
     return DONE

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import json_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
-from haptics.commands.device import device_arguments, number, refusing
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, print_result, refuse
+from delta_cad.common.options import CALIBRATION, JSON, MOST_PORT, Option, number, whole
+from haptics.commands.device import DEVICE_OPTIONS
 
 if TYPE_CHECKING:
     from haptics.devices.device import Device, Reading
@@ -26,44 +25,53 @@ DEVICES = ("simulated", "socket", "recorded")
 LOOK_S = 0.1  # between two looks of the line
 # The simulated person goes round in the cube: share of its half side, and turns a second about x, y and z.
 PATH_SHARE, PATH_Hz = 0.5, (0.21, 0.33, -0.13)  # down at first, onto the wall
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    device_arguments(command)
-    command.add_argument(
+OPTIONS = (
+    *DEVICE_OPTIONS,
+    Option(
         "--device",
         choices=DEVICES,
         default="simulated",
         help="device to drive; default: simulated, with all that `simulate` gives it",
-    )
-    command.add_argument("--scene", choices=SCENES, default="spring",
-                         help="what the handle feels; none: only its weight is held; default: spring")  # fmt: skip
-    command.add_argument(
-        "--host", default="127.0.0.1", metavar="ADDRESS", help="numeric address of the board; default: 127.0.0.1"
-    )
-    command.add_argument("--port", type=int, default=0, metavar="N", help="port of the board, as `board` prints it")
-    command.add_argument("--allow-remote", action="store_true",
-                         help="accept a board on another machine; the connection has no password")  # fmt: skip
-    timeout = number("number from 0.01 to 60 s", 0.01, 60.0)
-    command.add_argument("--timeout", type=timeout, default=0.1, metavar="S",
-                         help="time without a reading after which the board is lost, s; default: 0.1")  # fmt: skip
-    command.add_argument("--recording", type=Path, metavar="FILE", help="recording to replay, .csv or .npz")
-    command.add_argument("--calibration", type=Path, metavar="FILE", help="calibration.json of this device")
-    rate = number("number from 100 to 10000 Hz", 100.0, 1e4)
-    command.add_argument(
-        "--rate", type=rate, default=1000.0, metavar="HZ", help="rate of a simulated device, Hz; default: 1000"
-    )
-    seconds = number("number from 0.01 to 1e6 s", 0.01, 1e6)
-    command.add_argument(
-        "--seconds", type=seconds, metavar="S", help="duration by the clock of the device, s; default: until Ctrl-C"
-    )
-    command.add_argument("--fast", action="store_true", help="run a simulated device faster than real time")
-    command.add_argument("--record", type=Path, metavar="FILE", help="record what is read and written, .csv or .npz")
-    json_option(command)
+    ),
+    Option(
+        "--scene",
+        choices=SCENES,
+        default="spring",
+        help="what the handle feels; none: only its weight is held; default: spring",
+    ),
+    Option("--host", default="127.0.0.1", metavar="ADDRESS", help="numeric address of the board; default: 127.0.0.1"),
+    Option("--port", type=whole(0, MOST_PORT), default=0, metavar="N", help="port of the board, as `board` prints it"),
+    Option(
+        "--allow-remote", action="store_true", help="accept a board on another machine; the connection has no password"
+    ),
+    Option(
+        "--timeout",
+        type=number(0.01, 60.0, "s"),
+        default=0.1,
+        metavar="S",
+        help="time without a reading after which the board is lost, s; default: 0.1",
+    ),
+    Option("--recording", type=Path, metavar="FILE", help="recording to replay, .csv or .npz"),
+    CALIBRATION,
+    Option(
+        "--rate",
+        type=number(100.0, 1e4, "Hz"),
+        default=1000.0,
+        metavar="HZ",
+        help="rate of a simulated device, Hz; default: 1000",
+    ),
+    Option(
+        "--seconds",
+        type=number(0.01, 1e6, "s"),
+        metavar="S",
+        help="duration by the clock of the device, s; default: until Ctrl-C",
+    ),
+    Option("--fast", action="store_true", help="run a simulated device faster than real time"),
+    Option("--record", type=Path, metavar="FILE", help="record what is read and written, .csv or .npz"),
+    JSON,
+)
 
 
-@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from haptics.calibration.record import CalibrationError
@@ -73,7 +81,7 @@ def run(given: argparse.Namespace) -> int:
     from haptics.model.machine import load_machine
     from haptics.simulation.loops import chosen_loop
 
-    machine = load_machine(given.design, given.masses, given.catalogue)
+    machine = load_machine(given.design, given.mass_properties, given.catalogue)
     if given.record is not None:
         from delta_cad.common.files import require_room
 
@@ -97,10 +105,7 @@ def run(given: argparse.Namespace) -> int:
         facts = _driven(machine, device, given)
     except ValueError as error:  # another period or torque limit than the design's
         return refuse(f"--device {given.device}: {error}", BAD_INPUT)
-    if given.json:
-        print(json.dumps(facts, indent=1, allow_nan=False))
-    else:
-        _print(facts)
+    print_result(given, facts, lambda: _print(facts))
     return DONE if facts["passed"] else NOT_MET
 
 
@@ -118,7 +123,7 @@ def _driven(machine: MachineModel, device: Device, given: argparse.Namespace) ->
     host = Host(controller, laws_of(machine, given.scene, loop))
     host.enable()
     recorder, lost, stopped = (Forgetful if given.record is None else Recorder)(), "", False
-    with Line() as line:
+    with ProgressLine() as line:
         watch = _Watch(machine, host, device, given, line)
         try:
             host.drive(device, ticks=None, until=watch, recorder=recorder)
@@ -179,7 +184,7 @@ class _Watch:
     """Looks at each tick: the line, the simulated person, the clock, the end."""
 
     def __init__(
-        self, machine: MachineModel, host: Host, device: Device, given: argparse.Namespace, line: Line
+        self, machine: MachineModel, host: Host, device: Device, given: argparse.Namespace, line: ProgressLine
     ) -> None:
         from haptics.model.hands import HANDS
 

@@ -9,9 +9,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import json_option, out_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
-from haptics.commands.device import device_arguments, loop_given, loop_options, number, refusing
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, print_result, refuse
+from delta_cad.common.options import JSON, OUT_FOLDER, SEED, Option, number
+from haptics.commands.device import DEVICE_OPTIONS, LOOP_OPTIONS, loop_given
 
 if TYPE_CHECKING:
     from haptics.model.machine import MachineModel
@@ -26,33 +26,31 @@ SCHEMA = "haptics-simulation/1"
 DELAY_MS = 0.5  # From reading to torque: half a period, the nominal one of `assumptions.DELAY`
 LONGEST_MS = 10.0  # Ten periods; nothing that is called haptic waits so long
 MS_PER_S = 1000.0
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    device_arguments(command)
-    loop_options(command)
-    command.add_argument("--scene", required=True, choices=SCENES, help="scene to simulate")
-    command.add_argument("--hand", choices=HANDS, help="who holds the handle, scene wall only; default: medium")
-    why = "repeat the scene with one assumption changed at a time, to explain differences from the paper; not for noise"
-    command.add_argument("--differs", action="store_true", help=why)
-    delay = number(f"delay in ms, 0 to {LONGEST_MS:g}", 0.0, LONGEST_MS)
-    command.add_argument(
+OPTIONS = (
+    *DEVICE_OPTIONS,
+    *LOOP_OPTIONS,
+    Option("--scene", required=True, choices=SCENES, help="scene to simulate"),
+    Option("--hand", choices=HANDS, help="who holds the handle, scene wall only; default: medium"),
+    Option(
+        "--differs",
+        action="store_true",
+        help="repeat the scene with one assumption changed at a time, to explain differences from the paper; not for "
+        "noise",
+    ),
+    Option(
         "--delay",
-        type=delay,
+        type=number(0.0, LONGEST_MS, "ms"),
         default=DELAY_MS,
         metavar="MS",
         help=f"delay of the paper loop from reading to torque, ms; default: {DELAY_MS:g}",
-    )
-    command.add_argument(
-        "--seed", type=natural, default=0, metavar="N", help="random seed, of the encoder counts; default: 0"
-    )
-    out_option(command)
-    command.add_argument("--plot", action="store_true", help="also draw pictures")
-    json_option(command)
+    ),
+    SEED.but(help="random seed, of the encoder counts; default: 0"),
+    OUT_FOLDER,
+    Option("--plot", action="store_true", help="also draw pictures"),
+    JSON,
+)
 
 
-@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.hand is not None and given.scene != "wall":
@@ -69,11 +67,11 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.common.files import require_room
     from haptics.model.machine import load_machine
 
-    machine = load_machine(given.design, given.masses, given.catalogue)
+    machine = load_machine(given.design, given.mass_properties, given.catalogue)
     loop = _loop(machine, given)
     folder = given.out / f"{machine.design.name}-{given.scene}"
     require_room(folder, folder=True)
-    with Line() as line:
+    with ProgressLine() as line:
         line.show(f"{given.scene}: simulating")
         scene = _scene(machine, given, loop)
         if given.differs:
@@ -81,10 +79,7 @@ def run(given: argparse.Namespace) -> int:
         line.show(f"{given.scene}: writing")
         facts = _plain(_facts(machine, given, scene, loop))
         facts["files"] = _write(folder, machine, scene, facts, given.plot)
-    if given.json:
-        print(json.dumps(facts, indent=1, allow_nan=False))
-    else:
-        _print(facts, folder)
+    print_result(given, facts, lambda: _print(facts, folder))
     return DONE if scene.kept else NOT_MET
 
 
@@ -119,7 +114,7 @@ def _scene(machine: MachineModel, given: argparse.Namespace, loop: LoopChoice) -
     return wall(machine, hand=given.hand or "medium", delay=delay, seed=given.seed, loop=other)
 
 
-def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, line: Line) -> Scene:
+def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, line: ProgressLine) -> Scene:
     """The scene with other assumptions' cases among its facts and in its discussion."""
     from dataclasses import asdict, replace
 

@@ -6,29 +6,33 @@ import argparse
 import json
 import os
 
-from delta_cad.common.arguments import json_option, out_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
-from haptics.commands.device import device_arguments, loop_options, number, refusing
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
+from delta_cad.common.options import JSON, OUT_FOLDER, Option, number
+from haptics.commands.device import DEVICE_OPTIONS, LOOP_OPTIONS
 
 NAME = "stiffness"
 TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and passivity"
+OPTIONS = (
+    *DEVICE_OPTIONS,
+    *LOOP_OPTIONS,
+    Option(
+        "--period",
+        type=number(0.05, 10.0, "ms"),
+        default=1.0,
+        metavar="MS",
+        help="period of the paper loop, ms; default: 1",
+    ),
+    Option(
+        "--delay",
+        type=number(0.0, unit="ms"),
+        metavar="MS",
+        help="delay of the paper loop from reading to torque, ms; default: from 0 to one period",
+    ),
+    OUT_FOLDER,
+    JSON,
+)
 
 
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    device_arguments(command)
-    loop_options(command)
-    at_least_0, period = number("number of at least 0", 0.0), number("period from 0.05 to 10 ms", 0.05, 10.0)
-    command.add_argument(
-        "--period", type=period, default=1.0, metavar="MS", help="period of the paper loop, ms; default: 1"
-    )
-    text = "delay of the paper loop from reading to torque, ms; default: from 0 to one period"
-    command.add_argument("--delay", type=at_least_0, metavar="MS", help=text)
-    out_option(command)
-    json_option(command)
-
-
-@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
@@ -43,13 +47,13 @@ def run(given: argparse.Namespace) -> int:
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:
         return refuse(f"--delay {given.delay:g} ms: must be at most 20 periods of {given.period:g} ms", BAD_INPUT)
-    machine = load_machine(given.design, given.masses, given.catalogue)
+    machine = load_machine(given.design, given.mass_properties, given.catalogue)
     name = machine.design.name
     chosen = chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
     place = given.out / f"{name}-stiffness.json"
     require_room(place)
     try:
-        with Line() as line:
+        with ProgressLine() as line:
             four = []
             for loop in (chosen, other_drives(chosen)):
                 line.show(f"walls of the {loop.name} loop")

@@ -8,8 +8,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.arguments import json_option, out_option
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse, refuse_all
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, ProgressLine, Request, refuse, refuse_all
+from delta_cad.common.options import JSON, OUT_FOLDER, Option, whole
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
@@ -20,20 +20,14 @@ if TYPE_CHECKING:
 NAME = "atlas"
 TEXT = "many sets of requirements on this machine or a Dask cluster"
 NEEDS = ("dask", "distributed", "matplotlib")
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    command.add_argument("grid", type=Path, metavar="GRID.toml", help="grid file: base, axes, method, seeds")
-    command.add_argument(
-        "--scheduler", metavar="ADDRESS", help="address of a Dask cluster; default: processes on this machine"
-    )
-    command.add_argument(
-        "--workers", type=natural, metavar="N", help="number of processes on this machine; default: its cores"
-    )
-    out_option(command)
-    json_option(command)
-    command.add_argument("--resume", action="store_true", help="continue an interrupted run in DIR")
+OPTIONS = (
+    Option("grid", type=Path, metavar="GRID.toml", help="grid file: base, axes, method, seeds"),
+    Option("--scheduler", metavar="ADDRESS", help="address of a Dask cluster; default: processes on this machine"),
+    Option("--workers", type=whole(1), metavar="N", help="number of processes on this machine; default: its cores"),
+    OUT_FOLDER,
+    JSON,
+    Option("--resume", action="store_true", help="continue an interrupted run in DIR"),
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -43,8 +37,6 @@ def run(given: argparse.Namespace) -> int:
         return refuse(not_installed(" and ".join(lacking), "optimize,atlas"), BAD_INPUT)
     if given.scheduler is not None and given.workers is not None:
         return refuse("--workers is of this machine; a cluster given with --scheduler has its own", BAD_INPUT)
-    if given.workers == 0:
-        return refuse("--workers = 0: must be at least 1", BAD_INPUT)
     from optimizer.atlas.grid import load_grid
     from optimizer.problem.requirements import RequirementsError
 
@@ -74,7 +66,7 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
     todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
     try:
-        with Request() as stop, Line() as line:
+        with Request() as stop, ProgressLine() as line:
             if todo:
                 line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
                 workers = min(given.workers or workers_here(), len(todo))

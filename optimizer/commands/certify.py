@@ -10,9 +10,19 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from delta_cad.common.arguments import design_option, json_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, natural, proof_minutes, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.files import require_room
+from delta_cad.common.options import (
+    CATALOGUE,
+    DESIGN,
+    JSON,
+    MASS_PROPERTIES,
+    POSITIVE,
+    Option,
+    number,
+    proof_minutes,
+    whole,
+)
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -33,63 +43,49 @@ class _UnprovableError(ValueError):
     """A requirement beyond what the prover's arithmetic takes; the message names its field."""
 
 
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    design_option(command)
-    catalogue_option(command)
-    command.add_argument(
+OPTIONS = (
+    DESIGN,
+    CATALOGUE,
+    Option(
         "--out",
         type=Path,
         default=Path("certificate.json"),
         metavar="FILE",
         help="certificate to write; default: certificate.json",
-    )
-    gravity = command.add_mutually_exclusive_group()
-    gravity.add_argument(
-        "--mass-properties",
-        type=Path,
-        metavar="FILE",
-        help="mass_properties.json of a build, to include the weight of the moving parts in the torque and to prove "
-        "effective_mass_max_kg; default: out/NAME/mass_properties.json, if that is of this design",
-    )
-    gravity.add_argument(
-        "--gravity-torque", type=float, metavar="N_m", help="torque to reserve for gravity at every joint instead"
-    )
-    what = command.add_mutually_exclusive_group()
-    what.add_argument(
-        "--tight",
-        action="store_true",
-        help="certify the tightest limits that can be proved, not only the required ones",
-    )
-    what.add_argument(
-        "--tolerance",
-        type=tolerance,
-        metavar="MM|max|parts",
-        help="certify every machine whose lengths and offsets, of each chain separately, deviate by at most this; "
-        "max: the largest deviation that can be proved, to 1 %%; parts: that of the tolerances of the parts",
-    )
-    command.add_argument(
+    ),
+    (
+        MASS_PROPERTIES.but(
+            help="mass_properties.json of a build, to include the weight of the moving parts in the torque and to "
+            "prove effective_mass_max_kg; default: out/NAME/mass_properties.json, if that is of this design",
+        ),
+        Option(
+            "--gravity-torque", type=float, metavar="N_m", help="torque to reserve for gravity at every joint instead"
+        ),
+    ),
+    (
+        Option(
+            "--tight",
+            action="store_true",
+            help="certify the tightest limits that can be proved, not only the required ones",
+        ),
+        Option(
+            "--tolerance",
+            type=number(POSITIVE, unit="mm", words=(MAX, PARTS)),
+            metavar="MM|max|parts",
+            help="certify every machine whose lengths and offsets, of each chain separately, deviate by at most this; "
+            "max: the largest deviation that can be proved, to 1 %%; parts: that of the tolerances of the parts",
+        ),
+    ),
+    Option(
         "--max-boxes",
-        type=natural,
+        type=whole(0),
         default=5_000_000,
         metavar="N",
         help="boxes to examine before giving up; default: 5000000",
-    )
-    proof_minutes(command, "of all proofs together")
-    json_option(command)
-
-
-def tolerance(text: str) -> float | str:
-    """Reads a tolerance of the command line in mm, or the word for the largest or the parts', for argparse."""
-    if text in (MAX, PARTS):
-        return text
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text}: must be greater than 0 mm, max or parts")
-    return value
-
-
-tolerance.__name__ = "number of mm"  # as argparse names it
+    ),
+    proof_minutes("of all proofs together"),
+    JSON,
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -242,7 +238,7 @@ def _certify(
 
     geometry, cube, provable = design.geometry, design.workspace, _provable(given.design.name, design, inertia)
     limits = limits_of(provable, share, inertia)
-    with Line() as line:
+    with ProgressLine() as line:
         progress = _Clock(line, given.proof_minutes)
         line.show("searching the cube")
         try:
@@ -354,7 +350,7 @@ def _within(
 class _Clock:
     """Tells of the proofs of a command, and ends them when their time is over."""
 
-    def __init__(self, line: Line, minutes: float) -> None:
+    def __init__(self, line: ProgressLine, minutes: float) -> None:
         self._line, self._deadline = line, monotonic() + 60.0 * minutes
         self.over = False
 

@@ -12,16 +12,24 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import OUT, json_option, out_option
 from delta_cad.common.console import (
     BAD_INPUT,
     CUT_SHORT,
-    Line,
-    catalogue_option,
-    natural,
+    ProgressLine,
     refuse,
     refuse_all,
     refuse_folder,
+)
+from delta_cad.common.options import (
+    JSON,
+    OUT,
+    OUT_FOLDER,
+    POSITIVE,
+    REQUIREMENTS,
+    REQUIREMENTS_CATALOGUE,
+    SEED,
+    Option,
+    number,
 )
 
 if TYPE_CHECKING:
@@ -36,33 +44,21 @@ MINUTES = 10.0
 AMBER, PLAIN = "\033[33m", "\033[0m"
 
 
-def _minutes(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < float("inf"):
-        raise ValueError(text)
-    return value
-
-
-_minutes.__name__ = "number of minutes"  # as argparse names it
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    command.add_argument("requirements", type=Path, metavar="REQ.toml", help="requirements file")
-    out_option(command)
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
-    command.add_argument(
+OPTIONS = (
+    REQUIREMENTS,
+    OUT_FOLDER,
+    SEED,
+    Option(
         "--minutes",
-        type=_minutes,
+        type=number(POSITIVE, unit="min"),
         default=MINUTES,
         metavar="M",
         help=f"time of the search, minutes; waiting for a processor does not count; default: {MINUTES:g}",
-    )
-    command.add_argument(
-        "--resume", action="store_true", help="continue a run that was stopped, or whose time was over, in DIR"
-    )
-    catalogue_option(command, "the requirements file")
-    json_option(command)
+    ),
+    Option("--resume", action="store_true", help="continue a run that was stopped, or whose time was over, in DIR"),
+    REQUIREMENTS_CATALOGUE,
+    JSON,
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -104,7 +100,7 @@ def _clock() -> Callable[[], float]:
 
 def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -> int:
     """Searches, builds and prints the verdict with what shows it; returns the exit code."""
-    from delta_cad.common.beside import Beside
+    from delta_cad.common.worker_process import WorkerProcess
     from delta_cad.mechanism.proof import beforehand
     from optimizer.codesign.tried import Tried, Verdict
     from optimizer.search.clock import OutOfTimeError
@@ -114,11 +110,11 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     ends: Verdict | None = None
     end: End = "done"
     eased, near = list[str](), dict[str, Any]()
-    with Line() as line:
+    with ProgressLine() as line:
         line.show("loading the CAD kernel")
         try:
-            with Beside(beforehand.__name__, behind=True) as compiling:
-                compiling.give(None)
+            with WorkerProcess(beforehand.__name__, low_priority=True) as compiling:
+                compiling.send(None)
                 from optimizer.codesign.builder import Builder, Run, nearest_machine
 
                 command = f"python -m optimizer design {given.requirements.name} --seed {given.seed}"

@@ -9,19 +9,26 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import json_option, out_option
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
     INTERRUPTED,
     NOT_MET,
-    Line,
+    ProgressLine,
     Request,
-    catalogue_option,
-    natural,
-    proof_minutes,
     refuse,
     refuse_all,
+)
+from delta_cad.common.options import (
+    DESIGN,
+    EITHER_CATALOGUE,
+    JSON,
+    OUT_FOLDER,
+    REQUIREMENTS,
+    SEED,
+    Option,
+    proof_minutes,
+    whole,
 )
 from delta_cad.common.refusal import not_installed
 
@@ -46,34 +53,30 @@ class _StoppedError(Exception):
     """Ctrl-C between two pictures."""
 
 
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    command.add_argument("requirements", type=Path, metavar="REQ.toml", help="requirements file")
-    out_option(command)
-    command.add_argument("--points", type=natural, default=50, metavar="N", help="points of the front; default: 50")
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
-    command.add_argument(
+OPTIONS = (
+    REQUIREMENTS,
+    OUT_FOLDER,
+    Option("--points", type=whole(0), default=50, metavar="N", help="points of the front; default: 50"),
+    SEED,
+    Option(
         "--seeds",
-        type=natural,
+        type=whole(0),
         default=SEEDS,
         metavar="N",
         help=f"seeds of the convergence picture, 0 for no picture; default: {SEEDS}",
-    )
-    command.add_argument(
-        "--design", type=Path, metavar="FILE", help="design to draw; default: that of the required cube, or the largest"
-    )
-    catalogue_option(command, "the requirements file or the design")
-    proof_minutes(command, "of each proof")
-    command.add_argument(
+    ),
+    DESIGN.but(settle=None, help="design to draw; default: that of the required cube, or the largest"),
+    EITHER_CATALOGUE,
+    proof_minutes("of each proof"),
+    Option(
         "--machines",
         action="store_true",
         help="front of complete machines: cube against effective mass, friction, stiffness and outline",
-    )
-    command.add_argument(
-        "--build", action="store_true", help="with --machines: build every machine on the front, minutes each"
-    )
-    json_option(command)
-    command.add_argument("--resume", action="store_true", help="continue an interrupted run in DIR")
+    ),
+    Option("--build", action="store_true", help="with --machines: build every machine on the front, minutes each"),
+    JSON,
+    Option("--resume", action="store_true", help="continue an interrupted run in DIR"),
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -123,7 +126,7 @@ def run(given: argparse.Namespace) -> int:
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
     try:
-        with Request() as stop, Line() as line:
+        with Request() as stop, ProgressLine() as line:
             return _Run(task, design, given, folder, store, stop, line).run()
     except FrontError as error:
         store.remove()
@@ -148,7 +151,7 @@ class _Run:
         folder: Path,
         store: Any,
         stop: Callable[[], bool],
-        line: Line,
+        line: ProgressLine,
     ) -> None:
         self.task, self.design, self.given, self.folder = task, design, given, folder
         self.store, self.stop, self.line = store, stop, line

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from delta_cad.common.console import BAD_INPUT, DONE, refuse
+from delta_cad.common.options import Option
 
 NAME = "init"
 TEXT = "write a commented requirements file to start from"
@@ -22,21 +23,22 @@ FOLDER = Path(__file__).with_name("presets")
 NAME_FIELD = "name"
 WIDTH = 34  # column in which sentences begin, unless what they follow is longer
 _FIELD = re.compile(r"(?:# )?(\w+) = (.+?)(?:  # (.+))?")
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    kinds = "; ".join(f"{name}: {what}" for name, what in PRESETS.items())
-    command.add_argument(
-        "preset", nargs="?", choices=tuple(PRESETS), default="dashboard", help=f"{kinds}; default: dashboard"
-    )
-    command.add_argument(
+OPTIONS = (
+    Option(
+        "preset",
+        nargs="?",
+        choices=tuple(PRESETS),
+        default="dashboard",
+        help="; ".join(f"{name}: {what}" for name, what in PRESETS.items()) + "; default: dashboard",
+    ),
+    Option(
         "--out",
         type=Path,
         metavar="REQ.toml",
         help="file to write, whose name becomes the name of the design; default: PRESET.toml",
-    )
-    command.add_argument("--force", action="store_true", help="overwrite an existing file")
+    ),
+    Option("--force", action="store_true", help="overwrite an existing file"),
+)
 
 
 def run(given: argparse.Namespace) -> int:

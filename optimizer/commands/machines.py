@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, Line, Request, refuse, refuse_all
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, ProgressLine, Request, refuse, refuse_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,19 +42,19 @@ def run(given: argparse.Namespace) -> int:
     found: list[MachinePoint] = []
     interrupted = False
     try:
-        with Request() as stop, Line() as line:
+        with Request() as stop, ProgressLine() as line:
             search.stop, search.report, search.tell = stop, line.show, line.keep
             front(search, found)
     except (KeyboardInterrupt, OutOfTimeError):
         interrupted = True
     points = marked(found)
     if points:
-        with Line() as line:
+        with ProgressLine() as line:
             line.show("files")
             _write(points, brief.name, folder)
     if given.build and points and not interrupted:
         try:
-            with Line() as line:
+            with ProgressLine() as line:
                 build_front(points, brief.name, given.out, line)
         except KeyboardInterrupt:
             interrupted = True

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 
-from delta_cad.common.arguments import json_option, out_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, proof_minutes, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
+from delta_cad.common.options import JSON, OUT_FOLDER, SEED, Option, proof_minutes, reader, whole
 
 NAME = "reproduce"
 TEXT = "recompute tables 2 to 12 of the paper, beside our methods and the proved optimum"
@@ -16,28 +16,25 @@ TABLES = (4, 6, 7, 8, 9, 10, 11, 12)
 def _tables(text: str) -> tuple[int, ...]:
     tables = tuple(int(part) for part in text.split(","))
     if not set(tables) <= set(TABLES):
-        raise ValueError(text)
+        raise ValueError
     return tuple(table for table in TABLES if table in tables)
 
 
-_tables.__name__ = f"list of tables of {', '.join(map(str, TABLES))}:"  # as argparse names it
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    out_option(command)
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
-    command.add_argument(
-        "--tables", type=_tables, default=TABLES, metavar="4,6,...", help="tables to recompute; default: all"
-    )
-    command.add_argument(
-        "--population", type=natural, metavar="N", help="population of the GA; default: as in the paper, by step"
-    )
-    command.add_argument(
-        "--generations", type=natural, metavar="N", help="generations of the GA; default: as in the paper"
-    )
-    proof_minutes(command, "of the proof of each optimum")
-    json_option(command)
+OPTIONS = (
+    OUT_FOLDER,
+    SEED,
+    Option(
+        "--tables",
+        type=reader(f"a list of tables of {', '.join(map(str, TABLES))}", _tables),
+        default=TABLES,
+        metavar="4,6,...",
+        help="tables to recompute; default: all",
+    ),
+    Option("--population", type=whole(0), metavar="N", help="population of the GA; default: as in the paper, by step"),
+    Option("--generations", type=whole(0), metavar="N", help="generations of the GA; default: as in the paper"),
+    proof_minutes("of the proof of each optimum"),
+    JSON,
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -52,7 +49,7 @@ def run(given: argparse.Namespace) -> int:
     for place in places:
         require_room(place)
     generations = GENERATIONS if given.generations is None else given.generations
-    with Line() as line:
+    with ProgressLine() as line:
         line.show("loading the solvers; they are compiled once on a machine, in some 20 s")
         made = Reproduction(
             given.seed, given.population, generations, seconds=60.0 * given.proof_minutes, report=line.show

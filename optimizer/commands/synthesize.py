@@ -10,20 +10,29 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.arguments import json_option
+from delta_cad.common.command_line import Parser
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
     INTERRUPTED,
     NOT_MET,
-    Line,
-    Parser,
+    ProgressLine,
     Request,
-    catalogue_option,
-    natural,
-    proof_minutes,
     refuse,
     refuse_all,
+)
+from delta_cad.common.options import (
+    JSON,
+    POSITIVE,
+    REQUIREMENTS,
+    REQUIREMENTS_CATALOGUE,
+    SEED,
+    Option,
+    add_options,
+    number,
+    proof_minutes,
+    reader,
+    whole,
 )
 
 if TYPE_CHECKING:
@@ -47,47 +56,41 @@ NAMES = ("method", "seed", "steps", "population", "generations")
 def _steps(text: str) -> tuple[int, ...]:
     steps = tuple(int(part) for part in text.split(","))
     if not set(steps) <= {1, 2, 3} or list(steps) != sorted(set(steps)):
-        raise ValueError(text)
+        raise ValueError
     return steps
 
 
-def _gap(text: str) -> float:
-    gap = float(text)
-    if not 0.0 < gap < math.inf:
-        raise ValueError(text)
-    return gap
-
-
-_gap.__name__ = "gap > 0"
-_steps.__name__ = "list of steps such as 1,2,3:"  # as argparse names it
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    command.add_argument("requirements", type=Path, metavar="REQ.toml", help="requirements file")
-    command.add_argument("--method", choices=METHODS, default="ga+sqp", help="search method; default: ga+sqp")
-    command.add_argument("--seed", type=natural, default=0, metavar="N", help="random seed; default: 0")
-    command.add_argument("--steps", type=_steps, default=(1, 2, 3), metavar="1,2,3", help="steps to run; default: all")
-    command.add_argument(
+OPTIONS = (
+    REQUIREMENTS,
+    Option("--method", choices=METHODS, default="ga+sqp", help="search method; default: ga+sqp"),
+    SEED,
+    Option(
+        "--steps",
+        type=reader("a list of steps such as 1,2,3", _steps),
+        default=(1, 2, 3),
+        metavar="1,2,3",
+        help="steps to run; default: all",
+    ),
+    Option(
         "--out", type=Path, metavar="FILE", help="design file to write; default: NAME.json, with the name in REQ.toml"
-    )
-    command.add_argument("--force", action="store_true", help="overwrite FILE even if it holds another design")
-    command.add_argument(
-        "--population", type=natural, metavar="N", help="population of the GA; default: 100, 220, 220 by step"
-    )
-    command.add_argument(
-        "--generations", type=natural, default=100, metavar="N", help="generations of the GA; default: 100"
-    )
-    command.add_argument("--gap", type=_gap, default=GAP, help=f"relative gap at which a proof ends; default: {GAP:g}")
-    most = f"default: {BOXES:,} for proven, {BOXES_BESIDE:,} beside another method"
-    command.add_argument(
-        "--boxes", type=natural, metavar="N", help=f"boxes of designs after which a proof ends; {most}"
-    )
-    catalogue_option(command, "the requirements file")
-    proof_minutes(command, "of a step's proof")
-    command.add_argument("--no-proof", action="store_true", help="skip the bound beside the result of ga, sqp, ga+sqp")
-    json_option(command)
-    command.add_argument("--resume", action="store_true", help="continue an interrupted run beside FILE")
+    ),
+    Option("--force", action="store_true", help="overwrite FILE even if it holds another design"),
+    Option("--population", type=whole(0), metavar="N", help="population of the GA; default: 100, 220, 220 by step"),
+    Option("--generations", type=whole(0), default=100, metavar="N", help="generations of the GA; default: 100"),
+    Option("--gap", type=number(POSITIVE), default=GAP, help=f"relative gap at which a proof ends; default: {GAP:g}"),
+    Option(
+        "--boxes",
+        type=whole(0),
+        metavar="N",
+        help="boxes of designs after which a proof ends; "
+        f"default: {BOXES:,} for proven, {BOXES_BESIDE:,} beside another method",
+    ),
+    REQUIREMENTS_CATALOGUE,
+    proof_minutes("of a step's proof"),
+    Option("--no-proof", action="store_true", help="skip the bound beside the result of ga, sqp, ga+sqp"),
+    JSON,
+    Option("--resume", action="store_true", help="continue an interrupted run beside FILE"),
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -148,7 +151,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, fil
     effort = Effort(given.gap, boxes, 60.0 * given.proof_minutes)
     try:
         with Request() as stop:
-            with Line() as line:
+            with ProgressLine() as line:
                 results = Run(
                     task,
                     given.method,
@@ -184,7 +187,7 @@ def _again(given: argparse.Namespace) -> str:
     """Writes the command that gives the same design, without what is at its default."""
     words = [f"python -m optimizer synthesize {given.requirements.name} --method {given.method} --seed {given.seed}"]
     usual = Parser(add_help=False)
-    arguments(usual)
+    add_options(usual, OPTIONS)
     default = usual.parse_args(["REQ.toml"])
     for name in ("steps", "population", "generations", "gap", "boxes", "proof_minutes"):
         value = getattr(given, name)

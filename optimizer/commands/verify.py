@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.arguments import json_option
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
+from delta_cad.common.options import CATALOGUE, DESIGN, JSON, MASS_PROPERTIES, POSITIVE, Option, number
 from delta_cad.common.units import MM_PER_M
 
 if TYPE_CHECKING:
@@ -20,56 +19,40 @@ if TYPE_CHECKING:
 NAME = "verify"
 LOADS = {"force_N", "joint_torque_N_m", "gravity_m_s2"}  # which the limits on torque are made of
 TEXT = "check a certificate independently"
-
-
-def arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments."""
-    command.add_argument("certificate", type=Path, metavar="CERT", help="certificate written by `certify`")
-    command.add_argument(
-        "--design", type=Path, metavar="FILE", help="design that the certificate must be about and be sufficient for"
-    )
-    catalogue_option(command)
-    gravity = command.add_mutually_exclusive_group()
-    gravity.add_argument(
-        "--mass-properties",
-        type=Path,
-        metavar="FILE",
-        help="mass_properties.json that the weight and the effective mass must come from; needs --design",
-    )
-    gravity.add_argument(
-        "--gravity-torque",
-        type=float,
-        metavar="N_m",
-        help="torque that must be reserved for gravity at every joint; needs --design",
-    )
-    gravity.add_argument(
-        "--without-gravity",
-        action="store_true",
-        help="accept a certificate whatever it reserves for gravity, even nothing",
-    )
-    command.add_argument(
+OPTIONS = (
+    Option("certificate", type=Path, metavar="CERT", help="certificate written by `certify`"),
+    DESIGN.but(settle=None, help="design that the certificate must be about and be sufficient for"),
+    CATALOGUE,
+    (
+        MASS_PROPERTIES.but(
+            help="mass_properties.json that the weight and the effective mass must come from; needs --design",
+        ),
+        Option(
+            "--gravity-torque",
+            type=float,
+            metavar="N_m",
+            help="torque that must be reserved for gravity at every joint; needs --design",
+        ),
+        Option(
+            "--without-gravity",
+            action="store_true",
+            help="accept a certificate whatever it reserves for gravity, even nothing",
+        ),
+    ),
+    Option(
         "--as-recorded",
         action="store_true",
         help="trust the masses and the weight recorded in the certificate; otherwise a design that states gravity or "
         "limits the effective mass needs --mass-properties",
-    )
-    command.add_argument(
+    ),
+    Option(
         "--tolerance",
-        type=_millimetres,
+        type=number(POSITIVE, unit="mm"),
         metavar="MM",
         help="the certificate must cover all machines within at least this deviation",
-    )
-    json_option(command)
-
-
-def _millimetres(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise ValueError(text)
-    return value
-
-
-_millimetres.__name__ = "number of mm"  # as argparse names it
+    ),
+    JSON,
+)
 
 
 def run(given: argparse.Namespace) -> int:
@@ -98,7 +81,7 @@ def run(given: argparse.Namespace) -> int:
             _same_masses(certificate, design, given.mass_properties)
         if design is not None and given.gravity_torque is not None:
             _enough_reserve(certificate, design, given.gravity_torque)
-        with Line() as line:
+        with ProgressLine() as line:
             replay = verify(
                 certificate,
                 design,

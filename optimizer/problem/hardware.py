@@ -14,7 +14,7 @@ from typing import Any, get_args
 from delta_cad import catalogue
 from delta_cad.common.refusal import short, unknown_key
 from delta_cad.design import DesignError, Hardware, hardware_from_dict
-from delta_cad.design.sums import impossible_pinion
+from delta_cad.design.cross_field_rules import pinion_contradiction
 from optimizer.problem.validation import RequirementsError
 
 DRIVES: tuple[str, ...] = get_args(Hardware.model_fields["drive"].annotation)
@@ -51,7 +51,7 @@ def check_hardware(
     faults = list(_each(entries, file, folder, own_parts))
     if not faults:
         try:
-            fault = impossible_pinion(hardware_from_dict(first_hardware(entries), file, folder, own_parts))
+            fault = pinion_contradiction(hardware_from_dict(first_hardware(entries), file, folder, own_parts))
         except DesignError as error:
             faults.append(RequirementsError(error.file, error.field, error.value, error.allowed))
         else:

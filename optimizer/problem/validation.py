@@ -19,18 +19,7 @@ Edition = TypeVar("Edition", bound=BaseModel)
 
 
 class RequirementsError(RefusedError):
-    """Requirements that are refused.
-
-    Attributes:
-        more: Further faults of the file, each a line as the first one.
-    """
-
-    more: tuple[str, ...] = ()
-
-    @property
-    def lines(self) -> tuple[str, ...]:
-        """All that is wrong, a line each."""
-        return (str(self), *self.more)
+    """Requirements that are refused."""
 
 
 @dataclass(frozen=True)

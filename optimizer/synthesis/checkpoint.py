@@ -10,7 +10,7 @@ from zlib import crc32
 
 import numpy as np
 
-from delta_cad.common.files import FileInUseError, Lines
+from delta_cad.common.files import AppendLog, FileInUseError
 from optimizer.search.genetic import Generation
 
 
@@ -47,7 +47,7 @@ class Records:
         """
         self.path, self.found = path, list[dict[str, Any]]()
         try:
-            self._lines = Lines(path)
+            self._lines = AppendLog(path)
         except FileInUseError:
             raise CheckpointError(
                 f"{path.name}: another run is writing it; wait for it, or give another --out"

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, Count, Quantity, Text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Ball(CatalogueRow):
     """A loose bearing ball.
 
@@ -23,12 +24,12 @@ class Ball(CatalogueRow):
 
     partners: ClassVar = {"material": "material"}
 
-    diameter_mm: float
-    grade: int
-    roundness_um: float
-    lot_variation_um: float
-    material: str
-    mass_g: float
+    diameter_mm: Quantity
+    grade: Count
+    roundness_um: Quantity
+    lot_variation_um: Quantity
+    material: Text
+    mass_g: Quantity
 
 
 ball = Family("ball", "balls.csv", Ball)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
-from typing import ClassVar
+
+from pydantic.dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow, outside
+from delta_cad.catalogue.row import ROW, CatalogueRow, Count, MaybeText, Quantity, outside
 
 # What no ball bearing is: beyond, a number is in another unit than its column. Ours have 4.8 to 5.3 g/cm^3 and bear 4
 # to 9 N/mm^2 at rest, 13 to 22 turning.
@@ -18,7 +18,7 @@ BEARS_N_mm2 = 0.4, 200.0
 INSIDE_MM = 0.2  # radius that drawings leave in inner edges; the least fillet_max_mm of the rows whose sheet was opened
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Bearing(CatalogueRow):
     """A deep groove ball bearing.
 
@@ -38,22 +38,20 @@ class Bearing(CatalogueRow):
         clearance: Class of the radial internal clearance, such as "CN"; "" when the order code leaves it open.
     """
 
-    defaults: ClassVar = {**CatalogueRow.defaults, "clearance": ""}
-
-    bore_mm: float
-    outer_mm: float
-    width_mm: float
-    inner_ring_outer_mm: float
-    outer_ring_inner_mm: float
-    shaft_shoulder_min_mm: float
-    housing_shoulder_max_mm: float
-    fillet_max_mm: float | None
-    mass_g: float
-    static_load_N: float
-    dynamic_load_N: float
-    ball_count: int | None
-    ball_diameter_mm: float | None
-    clearance: str
+    bore_mm: Quantity
+    outer_mm: Quantity
+    width_mm: Quantity
+    inner_ring_outer_mm: Quantity
+    outer_ring_inner_mm: Quantity
+    shaft_shoulder_min_mm: Quantity
+    housing_shoulder_max_mm: Quantity
+    fillet_max_mm: Quantity | None = None
+    mass_g: Quantity
+    static_load_N: Quantity
+    dynamic_load_N: Quantity
+    ball_count: Count | None = None
+    ball_diameter_mm: Quantity | None = None
+    clearance: MaybeText = ""
 
     def fault(self) -> str:
         """Says that the rings do not lie within each other, or that mass or loads are not a bearing's."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow, outside
+from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text, outside
 
 # What no rope is, over its full circle: beyond, a number is in another unit than its column. Ours break at 655 to 817
 # N/mm^2 and weigh 5.0 to 5.2 g/cm^3.
@@ -15,7 +16,7 @@ BREAKS_N_mm2 = 50.0, 3000.0
 DENSITY_g_cm3 = 0.3, 9.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Cable(CatalogueRow):
     """A stainless steel wire rope for the capstan.
 
@@ -28,19 +29,15 @@ class Cable(CatalogueRow):
         axial_stiffness_N: Pull over stretch, E A, of the settled rope; None when no source was opened.
     """
 
-    defaults: ClassVar = {
-        **CatalogueRow.defaults,
-        "construction": "not stated",
-        "min_bend_ratio": 40.0,  # the largest that we list, of 7x7
-        "mass_g_m": lambda row: 0.6 * pi / 4.0 * row["diameter_mm"] ** 2 * 7.9,  # steel fills 0.5 to 0.7 of the circle
-    }
+    # steel fills 0.5 to 0.7 of the circle
+    derived: ClassVar = {"mass_g_m": lambda cell: 0.6 * pi / 4.0 * cell("diameter_mm") ** 2 * 7.9}
 
-    diameter_mm: float
-    construction: str
-    breaking_load_N: float
-    min_bend_ratio: float
-    mass_g_m: float
-    axial_stiffness_N: float | None
+    diameter_mm: Quantity
+    construction: Text = "not stated"
+    breaking_load_N: Quantity
+    min_bend_ratio: Quantity = 40.0  # the largest that we list, of 7x7
+    mass_g_m: Quantity
+    axial_stiffness_N: Quantity | None = None
 
     def fault(self) -> str:
         """Says that strength or mass are not a rope's."""

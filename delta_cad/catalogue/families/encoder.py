@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow, outside
+from delta_cad.catalogue.row import ROW, CatalogueRow, Count, Quantity, Text, outside
 
 # What no board is: beyond, a number is in another unit than its column. Ours have 3.0 g/cm^3 with their parts.
 DENSITY_g_cm3 = 0.5, 12.0
@@ -16,7 +17,7 @@ AIR_GAP_mm = 0.05, 20.0
 COUNTS = 100, 2**32
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Encoder(CatalogueRow):
     """A magnetic angle sensor on a small board; the chip sits in the board's centre, over the shaft's magnet.
 
@@ -41,27 +42,26 @@ class Encoder(CatalogueRow):
             no source was opened, or the filter cannot be set.
     """
 
-    defaults: ClassVar = {**CatalogueRow.defaults, "hole_count": 4, "magnet": "ndfeb-6x2.5-diametric"}
     partners: ClassVar = {"magnet": "magnet"}
 
-    board_length_mm: float
-    board_width_mm: float
-    board_thickness_mm: float
-    chip_height_mm: float
-    hole_diameter_mm: float
-    hole_spacing_length_mm: float
-    hole_spacing_width_mm: float
-    hole_count: int
-    magnet: str
-    air_gap_min_mm: float
-    air_gap_max_mm: float
-    centring_mm: float | None
-    counts_per_turn: int
-    mass_g: float
-    noise_rms_deg: float | None
-    nonlinearity_deg: float | None
-    latency_us: float | None
-    settling_us: float | None
+    board_length_mm: Quantity
+    board_width_mm: Quantity
+    board_thickness_mm: Quantity
+    chip_height_mm: Quantity
+    hole_diameter_mm: Quantity
+    hole_spacing_length_mm: Quantity
+    hole_spacing_width_mm: Quantity
+    hole_count: Count = 4
+    magnet: Text = "ndfeb-6x2.5-diametric"
+    air_gap_min_mm: Quantity
+    air_gap_max_mm: Quantity
+    centring_mm: Quantity | None = None
+    counts_per_turn: Count
+    mass_g: Quantity
+    noise_rms_deg: Quantity | None = None
+    nonlinearity_deg: Quantity | None = None
+    latency_us: Quantity | None = None
+    settling_us: Quantity | None = None
 
     def fault(self) -> str:
         """Says that the air gap has no width, the board is turned, or a size, mass or count is not a board's."""

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow, outside
+from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text, outside
 
 DENSITY_g_cm3 = 0.1, 12.0  # with its stud; beyond, a number is in another unit. Ours have 1.9 and 2.8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Foot(CatalogueRow):
     """A rubber foot under the base plate.
 
@@ -26,12 +27,12 @@ class Foot(CatalogueRow):
 
     partners: ClassVar = {"thread": "screw"}
 
-    diameter_mm: float
-    height_mm: float
-    thread: str
-    stud_length_mm: float | None
-    hole_diameter_mm: float | None
-    mass_g: float
+    diameter_mm: Quantity
+    height_mm: Quantity
+    thread: Text
+    stud_length_mm: Quantity | None = None
+    hole_diameter_mm: Quantity | None = None
+    mass_g: Quantity
 
     def fault(self) -> str:
         """Says that there is nothing to fasten it by, or two things, or that the mass is not a foot's."""

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow, outside
+from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text, outside
 
 DENSITY_g_cm3 = 0.1, 9.0  # over a ball of its diameter; beyond, a number is in another unit. Ours have 1.2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Knob(CatalogueRow):
     """A ball knob with a threaded hole.
 
@@ -26,12 +27,12 @@ class Knob(CatalogueRow):
 
     partners: ClassVar = {"thread": "screw"}
 
-    diameter_mm: float
-    height_mm: float
-    foot_diameter_mm: float
-    thread: str
-    thread_depth_mm: float
-    mass_g: float
+    diameter_mm: Quantity
+    height_mm: Quantity
+    foot_diameter_mm: Quantity
+    thread: Text
+    thread_depth_mm: Quantity
+    mass_g: Quantity
 
     def fault(self) -> str:
         """Says that foot or thread do not lie within the knob, or that the mass is not its."""

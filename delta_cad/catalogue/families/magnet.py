@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Magnet(CatalogueRow):
     """A diametrically magnetised disc for a shaft encoder."""
 
-    defaults: ClassVar = {
-        **CatalogueRow.defaults,
-        "mass_g": lambda row: 7.5e-3 * pi / 4.0 * row["diameter_mm"] ** 2 * row["thickness_mm"],  # 7500 kg/m3
+    derived: ClassVar = {  # 7500 kg/m3
+        "mass_g": lambda cell: 7.5e-3 * pi / 4.0 * cell("diameter_mm") ** 2 * cell("thickness_mm")
     }
 
-    diameter_mm: float
-    thickness_mm: float
-    mass_g: float
+    diameter_mm: Quantity
+    thickness_mm: Quantity
+    mass_g: Quantity
 
     def fault(self) -> str:
         """Says that it is no disc that an encoder reads."""

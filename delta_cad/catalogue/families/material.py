@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pydantic.dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, NotNegative, Quantity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class MaterialData(CatalogueRow):
     """A material.
 
@@ -19,12 +19,12 @@ class MaterialData(CatalogueRow):
             use in design (magnets, electronics).
     """
 
-    density_kg_m3: float
-    red: float
-    green: float
-    blue: float
-    youngs_modulus_Pa: float
-    yield_strength_Pa: float | None
+    density_kg_m3: Quantity
+    red: NotNegative
+    green: NotNegative
+    blue: NotNegative
+    youngs_modulus_Pa: Quantity
+    yield_strength_Pa: Quantity | None = None
 
     @property
     def colour(self) -> tuple[float, float, float]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow, outside
+from delta_cad.catalogue.row import ROW, CatalogueRow, Count, NotNegative, Quantity, Text, Texts, outside
 
 # What no motor is, whoever makes it: beyond, a number is in another unit than its column. Ours have 3.1 to 5.4 g/cm^3
 # and lose 10 to 52 W/kg in their windings at the nominal torque.
@@ -17,7 +18,7 @@ MOUNT_COUNT = 2, 12
 RIPPLE = 0.0, 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Motor(CatalogueRow):
     """A motor with its mounting face at the front.
 
@@ -52,51 +53,47 @@ class Motor(CatalogueRow):
             where it has none.
     """
 
-    defaults: ClassVar = {
-        **CatalogueRow.defaults,
-        "drives": ("capstan",),
-        "commutation": "brushed",
-        "nominal_voltage_V": 24.0,
-        "stall_torque_N_m": lambda row: row["nominal_voltage_V"] * row["torque_constant_N_m_A"] / row["resistance_ohm"],
-        "peak_torque_N_m": lambda row: row["nominal_torque_N_m"],
-        "peak_time_s": 1.0,
-        "peak_reason": "no peak is stated: the continuous torque",
-    }
     partners: ClassVar = {"mount_thread": "screw"}
+    derived: ClassVar = {
+        "stall_torque_N_m": lambda cell: (
+            cell("nominal_voltage_V") * cell("torque_constant_N_m_A") / cell("resistance_ohm")
+        ),
+        "peak_torque_N_m": lambda cell: cell("nominal_torque_N_m"),
+    }
 
-    drives: tuple[str, ...]
-    commutation: str
-    diameter_mm: float
-    length_mm: float
-    shaft_diameter_mm: float
-    shaft_length_mm: float
-    pilot_diameter_mm: float
-    pilot_height_mm: float
-    mount_thread: str
-    mount_circle_mm: float
-    mount_count: int
-    mass_g: float
-    nominal_voltage_V: float
-    nominal_torque_N_m: float
-    stall_torque_N_m: float
-    peak_torque_N_m: float
-    peak_time_s: float
-    peak_reason: str
-    rotor_inertia_kg_m2: float
-    torque_constant_N_m_A: float
-    resistance_ohm: float
-    thermal_resistance_winding_housing_K_W: float | None
-    thermal_resistance_housing_ambient_K_W: float | None
-    thermal_time_constant_winding_s: float | None
-    max_winding_temperature_C: float | None
-    max_radial_load_N: float | None
-    radial_load_distance_mm: float | None
-    max_axial_load_N: float | None
-    no_load_current_A: float | None
-    cogging_torque_N_m: float | None
-    torque_ripple: float | None
-    commutator_segments: int | None
-    encoder_counts_per_turn: int | None
+    drives: Texts = ("capstan",)
+    commutation: Text = "brushed"
+    diameter_mm: Quantity
+    length_mm: Quantity
+    shaft_diameter_mm: Quantity
+    shaft_length_mm: Quantity
+    pilot_diameter_mm: NotNegative
+    pilot_height_mm: NotNegative
+    mount_thread: Text
+    mount_circle_mm: Quantity
+    mount_count: Count
+    mass_g: Quantity
+    nominal_voltage_V: Quantity = 24.0
+    nominal_torque_N_m: Quantity
+    stall_torque_N_m: Quantity
+    peak_torque_N_m: Quantity
+    peak_time_s: Quantity = 1.0
+    peak_reason: Text = "no peak is stated: the continuous torque"
+    rotor_inertia_kg_m2: Quantity
+    torque_constant_N_m_A: Quantity
+    resistance_ohm: Quantity
+    thermal_resistance_winding_housing_K_W: Quantity | None = None
+    thermal_resistance_housing_ambient_K_W: Quantity | None = None
+    thermal_time_constant_winding_s: Quantity | None = None
+    max_winding_temperature_C: Quantity | None = None
+    max_radial_load_N: Quantity | None = None
+    radial_load_distance_mm: Quantity | None = None
+    max_axial_load_N: Quantity | None = None
+    no_load_current_A: Quantity | None = None
+    cogging_torque_N_m: NotNegative | None = None
+    torque_ripple: NotNegative | None = None
+    commutator_segments: Count | None = None
+    encoder_counts_per_turn: Count | None = None
 
     def fault(self) -> str:
         """Says which size, mass or figure cannot be, or that a drive is not known."""

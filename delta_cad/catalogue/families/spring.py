@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pydantic.dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, Count, Quantity, Text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class TensionSpring(CatalogueRow):
     """A helical tension spring with loops, as DIN 2097 describes them.
 
@@ -26,17 +26,17 @@ class TensionSpring(CatalogueRow):
         mass_g: Mass of one; None when unknown.
     """
 
-    wire_mm: float
-    mean_diameter_mm: float
-    active_coils: float
-    free_length_mm: float
-    initial_tension_N: float
-    rate_N_mm: float
-    length_max_mm: float
-    force_max_N: float
-    shear_modulus_Pa: float
-    loops: str
-    mass_g: float | None
+    wire_mm: Quantity
+    mean_diameter_mm: Quantity
+    active_coils: Quantity
+    free_length_mm: Quantity
+    initial_tension_N: Quantity
+    rate_N_mm: Quantity
+    length_max_mm: Quantity
+    force_max_N: Quantity
+    shear_modulus_Pa: Quantity
+    loops: Text
+    mass_g: Quantity | None = None
 
     def force_N(self, length_mm: float) -> float:
         """Computes the force at a length between the loops, within L0 to Ln."""
@@ -51,7 +51,7 @@ class TensionSpring(CatalogueRow):
         return "" if self.initial_tension_N < self.force_max_N else "must have initial_tension_N < force_max_N"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class WaveSpring(CatalogueRow):
     """A wave spring or wave washer that presses on a bearing's ring.
 
@@ -66,14 +66,14 @@ class WaveSpring(CatalogueRow):
         rate_N_mm: Force a millimetre around there; None when the source does not say.
     """
 
-    housing_mm: float
-    inner_mm: float
-    thickness_mm: float
-    waves: int | None
-    free_height_mm: float
-    work_height_mm: float
-    force_N: float
-    rate_N_mm: float | None
+    housing_mm: Quantity
+    inner_mm: Quantity
+    thickness_mm: Quantity
+    waves: Count | None = None
+    free_height_mm: Quantity
+    work_height_mm: Quantity
+    force_N: Quantity
+    rate_N_mm: Quantity | None = None
 
     def fault(self) -> str:
         """Says that it has no width or no stroke."""

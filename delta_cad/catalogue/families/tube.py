@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
+from pydantic.dataclasses import dataclass
+
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Tube(CatalogueRow):
     """A round tube, cut to length.
 
@@ -20,13 +21,12 @@ class Tube(CatalogueRow):
         youngs_modulus_Pa: Along the tube, where its maker states one; None: that of the material.
     """
 
-    defaults: ClassVar = {**CatalogueRow.defaults, "material": "cfrp"}
     partners: ClassVar = {"material": "material"}
 
-    outer_mm: float
-    inner_mm: float
-    material: str
-    youngs_modulus_Pa: float | None
+    outer_mm: Quantity
+    inner_mm: Quantity
+    material: Text = "cfrp"
+    youngs_modulus_Pa: Quantity | None = None
 
     def fault(self) -> str:
         """Says that the tube has no wall."""

@@ -13,7 +13,7 @@ from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult, all_passed
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import WorkerProcess
 
 LOADS = ("fcl", "scipy.spatial")
 CALLS_FEW = 60_000  # distance calls of a space: machines of 130 mm that pass take up to 43 000, a dashboard's 6 000
@@ -53,12 +53,12 @@ def check_moving(
         What came of them.
     """
     made = {part.number: meshes[part.number] for part in assembly.parts}
-    with Beside(__name__) as prover:
-        prover.give((assembly.without_solids(), limits, made))
+    with WorkerProcess(__name__) as prover:
+        prover.send((assembly.without_solids(), limits, made))
         reached = check_access(assembly, limits, meshes)
         if not all_passed(reached):
             return Moved(reached)
         progress("outline")
         outline = check_envelope(assembly, limits, made)[0]
-        clearance = mesh_clearance(assembly, limits, made, progress, CALLS_FEW, True, prover.take)
+        clearance = mesh_clearance(assembly, limits, made, progress, CALLS_FEW, True, prover.receive)
         return Moved([*reached, *outline, *with_exact(assembly, clearance)], clearance)

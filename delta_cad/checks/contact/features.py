@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from delta_cad.assembly.faces import SolidFace, array_of, solid_faces
-from delta_cad.common.once import once
+from delta_cad.common.memoize import memoize
 from delta_cad.solids.part import Part
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Features:
         return np.array([s.point for s in self.spheres], dtype=float).reshape(-1, 3)
 
 
-@once
+@memoize
 def features(solid: cq.Shape) -> Features:
     """Sorts the faces of a part by their kinds."""
     faces = solid_faces(solid)

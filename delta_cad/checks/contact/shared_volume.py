@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.checks.contact.placing import located
-from delta_cad.common.once import once
+from delta_cad.common.memoize import memoize
 
 FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
 AGREEMENT = 1e-6  # of the smaller size
@@ -78,7 +78,7 @@ def runs_into(a: Any, b: Any, b_in_a: np.ndarray) -> bool:
     return common is None or common > SLIDING_MM3
 
 
-@once
+@memoize
 def solid_volume(solid: Any) -> float:
     """Volume of a `cadquery.Solid` by the kernel, mm^3."""
     return volume(solid.wrapped)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.once import once
+from delta_cad.common.memoize import memoize
 
 GRID = 5  # points along either parameter of a face, those outside it left out
 FAR_MM = 1e3  # beyond every part
@@ -53,7 +53,7 @@ class Lines:
         self._lines.Perform(gp.gp_Lin(gp.gp_Pnt(*start.tolist()), gp.gp_Dir(*along.tolist())), OFF_MM, far_mm)
 
 
-@once
+@memoize
 def face_points(solid: Any) -> list[tuple[Any, list[tuple[np.ndarray, np.ndarray]]]]:
     """Points of the faces of a `cadquery.Shape`.
 

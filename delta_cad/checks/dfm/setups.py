@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from delta_cad.checks.dfm.bores import Finding, round_bores
-from delta_cad.common.once import once
+from delta_cad.common.memoize import memoize
 from delta_cad.solids.part import Part
 
 MOST = 4.0  # each loses a hundredth of a millimetre, and costs as much as the cutting
@@ -20,7 +20,7 @@ def setups(part: Part) -> Iterator[Finding]:
     yield Finding(part.number, float(count), MOST, f"{part.number}: {count}, {told}")
 
 
-@once
+@memoize
 def _fewest(part: Part) -> tuple[int, str]:
     """How many clampings a part takes at least, and from where.
 

@@ -36,7 +36,7 @@ Order = tuple[Dimensions, Assembly, Meshes, Mapping[str, Any], Path]
 
 
 def results(order: Order) -> Iterator[Path]:
-    """Writes the manual of a machine, for `Beside`.
+    """Writes the manual of a machine, for `WorkerProcess`.
 
     Yields:
         Its file.

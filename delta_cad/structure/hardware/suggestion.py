@@ -8,7 +8,7 @@ from heapq import heappop, heappush
 from math import ceil, floor, log, log10
 
 from delta_cad.design import Design
-from delta_cad.design.sums import impossible_sums
+from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.joint import limit_values
 from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
@@ -157,7 +157,7 @@ class _Search:
         """Reasons of a form, computed; where others come before it that refuse, there may be none."""
         made, judged = changed(self.design, values), self.sure.judged(values)
         if form == SUMS:
-            faults = [] if made is None else impossible_sums(made)
+            faults = [] if made is None else contradictions(made)
             found = (Reason("design", f.field, f.allowed, (Way((f.field,), f.bound > f.value), *ANY)) for f in faults)
             return tuple(found) if made is not None else (Reason("design", "bounds", "a value is out of its bounds"),)
         if made is None or judged is None:

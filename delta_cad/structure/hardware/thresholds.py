@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 from delta_cad import catalogue
 from delta_cad.design import Design, design_to_dict
+from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.design.record import HARDWARE_FAMILIES
-from delta_cad.design.sums import impossible_sums
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import Way
 from delta_cad.interference.reasons import PASSING
@@ -148,7 +148,7 @@ class Variants:
 
     def __init__(self, design: Design, held: Held = NECESSARY) -> None:
         self.design, self.held = design, held
-        self._faults = {fault.field for fault in impossible_sums(design)}
+        self._faults = {fault.field for fault in contradictions(design)}
         self._judged: dict[frozenset[tuple[str, float | str]], Judged | None] = {}
 
     @property
@@ -161,7 +161,7 @@ class Variants:
         key = frozenset(values.items())
         if key not in self._judged:
             made = changed(self.design, values)
-            impossible = made is None or any(one.field not in self._faults for one in impossible_sums(made))
+            impossible = made is None or any(one.field not in self._faults for one in contradictions(made))
             self._judged[key] = None if made is None or impossible else Judged(made, self.held)
         return self._judged[key]
 

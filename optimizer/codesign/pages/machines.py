@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from delta_cad.common.console import Line
+from delta_cad.common.console import ProgressLine
 from delta_cad.common.files import write_all
-from delta_cad.common.ours import RECORD, record_with
+from delta_cad.common.output_ownership import RECORD, record_with
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.design import Design, design_hash, design_to_json
 from delta_cad.report.page import FILE_NAME
@@ -108,7 +108,7 @@ def standing(designs: Mapping[str, Design], out: Path) -> dict[str, Standing]:
     return found
 
 
-def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Line) -> None:
+def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: ProgressLine) -> None:
     """Builds what no other machine beats and does not stand yet; the page links each as soon as it stands.
 
     Args:

@@ -4,36 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import FrozenInstanceError
 from pathlib import Path
 
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.catalogue import FAMILIES, CatalogueError, CatalogueRow, Magnet, MaterialData, Motor, Screw
+from delta_cad.catalogue import FAMILIES, CatalogueError, Magnet, MaterialData, Motor, Screw
+from delta_cad.catalogue.reader import read_family
 
 ROOT = Path(catalogue.__file__).parent / "data"
 MOTORS = [catalogue.motor(key) for key in catalogue.family("motor")]
 EACH_MOTOR = pytest.mark.parametrize("motor", MOTORS, ids=lambda motor: motor.id)
-ACCESS: dict[str, Callable[[str], CatalogueRow]] = {
-    "motor": catalogue.motor,
-    "bearing": catalogue.bearing,
-    "encoder": catalogue.encoder,
-    "screw": catalogue.screw,
-    "set_screw": catalogue.set_screw,
-    "dowel": catalogue.dowel,
-    "tube": catalogue.tube,
-    "knob": catalogue.knob,
-    "foot": catalogue.foot,
-    "magnet": catalogue.magnet,
-    "cable": catalogue.cable,
-    "material": catalogue.material,
-    "adhesive": catalogue.adhesive,
-    "ball": catalogue.ball,
-    "tension_spring": catalogue.tension_spring,
-    "wave_spring": catalogue.wave_spring,
-}
 STATED = re.compile(r"yes: \S.*|(partly: .*no, from memory|no, .*)[,;] check before ordering")
 
 
@@ -42,7 +24,7 @@ def test_every_row_is_reached_by_its_id_and_says_its_source(name: str) -> None:
     rows = catalogue.family(name)
     assert len(rows) >= 2
     for key, row in rows.items():
-        assert ACCESS[name](key) is row
+        assert FAMILIES[name](key) is row
         assert type(row) is FAMILIES[name].record
         assert row.id == key
         assert row.source
@@ -55,7 +37,7 @@ def test_every_row_is_reached_by_its_id_and_says_its_source(name: str) -> None:
 @pytest.mark.parametrize("name", FAMILIES)
 def test_an_unknown_id_lists_the_legal_ones(name: str) -> None:
     with pytest.raises(CatalogueError) as caught:
-        ACCESS[name]("unobtainium")
+        FAMILIES[name]("unobtainium")
     for key in catalogue.family(name):
         assert key in str(caught.value)
 
@@ -68,7 +50,6 @@ def test_an_unknown_family_lists_the_legal_ones() -> None:
 def test_every_csv_file_is_a_family() -> None:
     files = {path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*.csv")}
     assert files == {family.file for family in FAMILIES.values()}
-    assert set(FAMILIES) == set(ACCESS)
 
 
 def test_records_are_frozen_and_families_read_only() -> None:
@@ -406,3 +387,34 @@ def test_adhesives_are_weaker_than_what_they_join() -> None:
         if a.shear_strength_MPa is not None:
             assert 10.0 < a.shear_strength_MPa < 40.0
     assert kinds == {"retaining", "structural"}
+
+
+def test_a_copy_of_a_file_is_read_and_an_id_given_twice_is_refused(tmp_path: Path) -> None:
+    text = (ROOT / "magnets.csv").read_text(encoding="utf-8")
+    path = tmp_path / "magnets.csv"
+    path.write_text(text, encoding="utf-8")
+    assert read_family(path, Magnet) == catalogue.family("magnet")
+    path.write_text(text + text.splitlines()[1] + "\n", encoding="utf-8")
+    with pytest.raises(CatalogueError, match=r"magnets.csv line \d+: id = 'ndfeb-6x2.5-diametric': must be unique"):
+        read_family(path, Magnet)
+
+
+def test_a_file_with_other_columns_or_cells_is_refused(tmp_path: Path) -> None:
+    header = ",".join(catalogue.magnet.columns)
+    path = tmp_path / "magnets.csv"
+    for text, words in (
+        ("id,mass\n", r"mass_g.*\['mass'\]"),
+        ("", "mass_g"),
+        (header + ",id\n", "magnets.csv: "),
+        (header + "\na,b\n", "line 2: .*12"),
+        (header + "\n" + ",".join("x" * 13) + "\n", "line 2: .*12"),
+        (header + '\n"a"b\n', "magnets.csv: "),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(CatalogueError, match=words):
+            read_family(path, Magnet)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(CatalogueError, match=r"^magnets\.csv: "):
+        read_family(path, Magnet)
+    with pytest.raises(CatalogueError, match=r"^none\.csv: "):
+        read_family(tmp_path / "none.csv", Magnet)

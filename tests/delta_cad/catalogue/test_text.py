@@ -6,16 +6,17 @@ import csv
 import json
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from delta_cad.catalogue import CHOSEN, CatalogueError
-from delta_cad.catalogue.reader import MOST_LETTERS, read_family
+from delta_cad.catalogue.reader import columns_of, read_family
+from delta_cad.catalogue.row import MOST_LETTERS
 from delta_cad.common.refusal import MOST_LINE, visible
 from delta_cad.design import DesignError, design_from_dict, design_hash, design_to_dict, design_to_json, load_design
 from optimizer.problem.brief import brief_from_dict, load_brief
@@ -36,10 +37,10 @@ ANY = st.one_of(st.sampled_from(ISSUED), st.text(max_size=40))
 FREE = {"description", "order_code", "maker", "source"}  # columns that say nothing to this program
 SOME = settings(max_examples=15, deadline=None)
 COLUMNS = [
-    (name, column.name)
+    (name, column)
     for name, family in CHOSEN.items()
-    for column in fields(family.record)
-    if get_type_hints(family.record)[column.name] is str
+    for column, field in columns_of(family.record).items()
+    if field.annotation is str
 ]
 
 
@@ -58,9 +59,8 @@ def refusal(read: Callable[[], Any], file: str) -> str | None:
 @pytest.mark.parametrize(("name", "column"), COLUMNS)
 def test_a_column_of_own_parts_is_read_in_one_line_or_refused_in_one(name: str, column: str) -> None:
     family = CHOSEN[name]
-    ours = {
-        key: "" if value is None else _cell(value) for key, value in asdict(next(iter(family.rows.values()))).items()
-    }
+    row = asdict(next(iter(family.rows.values())))
+    ours = {key: "" if value is None else _cell(value) for key, value in row.items()}
 
     @SOME
     @given(ANY)

@@ -14,7 +14,7 @@ from delta_cad.checks.background_sweep import Sweep
 from delta_cad.checks.clearance.clearance import PROVING, MeshClearance
 from delta_cad.checks.registry import CHECKS, CheckedMachine, run_checks
 from delta_cad.checks.report import CheckResult, all_passed
-from delta_cad.common.beside import Beside
+from delta_cad.common.worker_process import WorkerProcess
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
 from tests.delta_cad.mechanism.stated_limits import limits as asked
@@ -51,7 +51,7 @@ def test_all_checks_of_a_good_machine_pass_and_report() -> None:
 def test_another_process_sweeps_to_the_same_results() -> None:
     meshes, told = MeshLibrary(MACHINE.parts, 0.3, 0.8), list[str]()
     here = Sweep()
-    with Beside(background_sweep.__name__) as beside:
+    with WorkerProcess(background_sweep.__name__) as beside:
         there = Sweep(beside)
         for sweep in (here, there):
             assert sweep.reach_mm is None

@@ -27,7 +27,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.cli import main
 from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, check_limits, checked
-from delta_cad.common.beside import BesideError
+from delta_cad.common.worker_process import WorkerProcessError
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
@@ -65,10 +65,10 @@ class Idle:
     def __exit__(self, *_: object) -> None:
         pass
 
-    def give(self, _: object) -> None:
+    def send(self, _: object) -> None:
         pass
 
-    def take(self) -> Drawn:
+    def receive(self) -> Drawn:
         return Drawn(20)
 
 
@@ -95,7 +95,7 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
         monkeypatch.setattr(pipeline, "run_checks", given_results)
         monkeypatch.setattr(pipeline, "write_files", write)
         monkeypatch.setattr(pipeline, "write_whole", lambda *_: Drawn(20))
-        monkeypatch.setattr(pipeline, "Beside", Idle)
+        monkeypatch.setattr(pipeline, "WorkerProcess", Idle)
         monkeypatch.setattr(pipeline, "_stage", lambda *_: None)
         monkeypatch.setattr(pipeline, "_report", lambda *_: None)
         monkeypatch.setattr(pipeline, "poor_figures", lambda *_: [])
@@ -187,7 +187,7 @@ def test_drawings_manual_and_report_are_made_or_left_out_and_the_manifest_says_s
 ) -> None:
     quick([GOOD])
     given, reported = list[Any](), list[Any]()
-    monkeypatch.setattr(Idle, "give", lambda _, order: given.append(order))
+    monkeypatch.setattr(Idle, "send", lambda _, order: given.append(order))
     monkeypatch.setattr(pipeline, "_stage", lambda *_: "stage")
     monkeypatch.setattr(pipeline, "_report", lambda *asked: reported.append(asked))
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path), *words]) == 0
@@ -262,7 +262,7 @@ def test_a_process_beside_that_ends_early_ends_with_3(
     quick([GOOD])
 
     def ended(*_: object) -> None:
-        raise BesideError("swept: Killed")
+        raise WorkerProcessError("swept: Killed")
 
     monkeypatch.setattr(pipeline, "run_checks", ended)
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3

@@ -44,7 +44,7 @@ def test_who_fills_the_folder_ends_before_it_is_taken_away(
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pipeline, "Beside", Watched)
+    monkeypatch.setattr(pipeline, "WorkerProcess", Watched)
     monkeypatch.setattr(pipeline, "make_machine", stopped)
     with pytest.raises(KeyboardInterrupt):
         pipeline.build(best, tmp_path)

@@ -12,7 +12,7 @@ import pytest
 
 from delta_cad.commands.cli import main
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
-from tests.committed import DATA, ROOT
+from tests.committed import DATA
 
 FLEXPICKER = {
     "mechanism": {
@@ -110,14 +110,3 @@ def test_without_the_flag_hardware_and_requirements_are_needed(
 ) -> None:
     assert main(["inspect", "--design", str(written(tmp_path, FALCON))]) == 2
     assert "parallelogram_width_mm: is missing" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("option", ["--catalogue", "--mass-properties", "--suggest"])
-def test_options_of_hardware_are_refused(option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """They would change nothing of what is printed."""
-    place = tmp_path / "place"
-    assert main(["inspect", "--kinematics", "--design", str(ROOT / "best.json"), option, str(place)]) == 2
-    error = capsys.readouterr().err
-    assert option in error
-    assert "--kinematics" in error
-    assert not place.exists()

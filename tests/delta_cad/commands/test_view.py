@@ -52,12 +52,6 @@ def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) ->
     assert "in use" in told.err
 
 
-@pytest.mark.parametrize("port", ["0", "65536", "-4"])
-def test_a_port_that_is_none_is_refused(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["view", "--design", str(BEST), "--port", port]) == 2
-    assert capsys.readouterr().err == f"--port {port}: must be from 1 to 65535\n"
-
-
 @pytest.mark.parametrize(
     ("host", "allowed", "said_"),
     [
@@ -86,8 +80,3 @@ def test_without_viser_it_says_what_to_install(
     monkeypatch.delitem(sys.modules, "delta_cad.report.live.guard", raising=False)
     assert main(["view", "--design", str(BEST)]) == 2
     assert capsys.readouterr().err == not_installed("viser", "view") + "\n"
-
-
-def test_a_design_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["view", "--design", str(BEST.parent / "none.json")]) == 2
-    assert "none.json" in capsys.readouterr().err

@@ -43,7 +43,7 @@ def test_into_a_pipe_a_long_step_says_where_it_is_now_and_then(monkeypatch: pyte
     screen = Screen(False, 3)
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setattr(console, "TELL_S", 0.01)
-    with console.Line() as line:
+    with console.ProgressLine() as line:
         line.show("step 1 of\n3")
         assert screen.told.wait(60.0)  # one call that takes long: nothing more is shown
     assert set(re.sub(r"(?m)^ *\d+ s  ", "", screen.getvalue()).splitlines()) == {"step 1 of 3"}
@@ -52,7 +52,7 @@ def test_into_a_pipe_a_long_step_says_where_it_is_now_and_then(monkeypatch: pyte
 def test_into_a_pipe_a_short_step_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Screen(False)
     monkeypatch.setattr(sys, "stderr", screen)
-    with console.Line() as line:
+    with console.ProgressLine() as line:
         line.show("step 1")
     assert screen.getvalue() == ""
 
@@ -61,7 +61,7 @@ def test_into_a_pipe_the_first_sign_comes_before_the_others(monkeypatch: pytest.
     screen = Screen(False, 1)
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setattr(console, "FIRST_S", 0.01)
-    with console.Line() as line:
+    with console.ProgressLine() as line:
         line.show("step 1")
         assert screen.told.wait(60.0)  # the next would come after an hour
     assert screen.getvalue().count("\n") == 1
@@ -71,17 +71,17 @@ def test_what_bridges_ends_with_the_first_word_said(monkeypatch: pytest.MonkeyPa
     screen = Screen(True, 1)
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setenv("TERM", "xterm")
-    with console.Line(until_heard=True) as line:
+    with console.ProgressLine(until_heard=True) as line:
         line.show("loading")
     assert screen.getvalue() == ""  # too short to say anything
     monkeypatch.setattr(console, "FIRST_S", 0.01)
-    with console.Line(until_heard=True) as line:
+    with console.ProgressLine(until_heard=True) as line:
         line.show("loading")
         assert screen.told.wait(60.0)
         assert console.refuse("no", 2) == 2
         before = screen.getvalue()
         assert before.endswith("loading\r\x1b[Kno\n")
-        with console.Line() as own:
+        with console.ProgressLine() as own:
             own.show("step 1")
     assert screen.getvalue() == f"{before}\r\x1b[K    0 s  step 1\r\x1b[K"
 
@@ -90,7 +90,7 @@ def test_what_is_refused_takes_the_place_of_the_line(monkeypatch: pytest.MonkeyP
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setenv("TERM", "xterm")
-    with console.Line() as line:
+    with console.ProgressLine() as line:
         line.show("step 1")
         console.refuse("no", 2)
     assert screen.getvalue() == "\r\x1b[K    0 s  step 1\r\x1b[Kno\n\r\x1b[K"
@@ -100,7 +100,7 @@ def test_on_a_terminal_the_line_lives(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setenv("TERM", "xterm")
-    with console.Line() as line:
+    with console.ProgressLine() as line:
         line.show("step 1")
         assert screen.getvalue() == "\r\x1b[K    0 s  step 1"
         line.show("step 2")
@@ -112,7 +112,7 @@ def test_a_terminal_that_can_erase_nothing_gets_plain_lines(monkeypatch: pytest.
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setattr(console, "TELL_S", 0.01)
     monkeypatch.setenv("TERM", "dumb")
-    with console.Line() as line:
+    with console.ProgressLine() as line:
         line.show("step 1")
         assert screen.told.wait(60.0)
     assert set(screen.getvalue().splitlines()) == {"    0 s  step 1"}
@@ -124,7 +124,7 @@ def test_a_terminal_that_goes_away_ends_no_work(monkeypatch: pytest.MonkeyPatch)
 
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)
-    with console.Line() as line:
+    with console.ProgressLine() as line:
         screen.write = gone  # type: ignore[method-assign]
         line.show("step 1")
 
@@ -209,7 +209,7 @@ def test_a_second_request_interrupts_at_once(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_ctrl_c_while_the_commands_load_is_one_line(number: str, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(f"import os, signal\nos.kill(os.getpid(), signal.{number})\n")
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.command_line import run_program\n"
     run = subprocess.run([sys.executable, "-c", f"{code}run_program('slow')"], capture_output=True, text=True)
     assert (run.returncode, run.stderr) == (console.INTERRUPTED, "interrupted; nothing was written\n")
 
@@ -220,7 +220,7 @@ def test_an_interrupted_process_waits_for_nobody(tmp_path: Path) -> None:
         "from threading import Event, Thread\nfrom delta_cad.common.console import Interrupt\n"
         "def main():\n    Thread(target=Event().wait).start()\n    with Interrupt():\n        Event().wait()\n"
     )
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.command_line import run_program\n"
     ended = interrupted([sys.executable, "-c", f"{code}run_program('busy')"], 0.0)
     assert (ended.code, ended.said) == (console.INTERRUPTED, "interrupted; nothing was written\n")
 
@@ -232,7 +232,9 @@ def test_what_ctrl_c_ends_well_keeps_its_code(tmp_path: Path) -> None:
         "def main():\n    try:\n        with Interrupt():\n            exec('import os; os.kill(os.getpid(), 2)')\n"
         "    except KeyboardInterrupt:\n        print('ended')\n        return 0\n"
     )
-    (tmp_path / "program.py").write_text("from delta_cad.common.console import run_program\nrun_program('served')\n")
+    (tmp_path / "program.py").write_text(
+        "from delta_cad.common.command_line import run_program\nrun_program('served')\n"
+    )
     room = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
     run = subprocess.run([sys.executable, "-m", "program"], env=room, capture_output=True, text=True)
     assert (run.returncode, run.stdout, run.stderr) == (0, "ended\n", "")

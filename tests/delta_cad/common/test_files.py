@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.files import FileInUseError, Lines, require_room, whole_folder, write_all, write_whole
-from delta_cad.common.ours import RECORD
+from delta_cad.common.files import AppendLog, FileInUseError, require_room, whole_folder, write_all, write_whole
+from delta_cad.common.output_ownership import RECORD
 
 
 def held(folder: Path) -> list[str]:
@@ -214,18 +214,18 @@ def test_a_pipe_or_a_device_is_not_replaced(tmp_path: Path, write: Callable[[Pat
 
 def test_lines_are_read_whole_and_appended_after_the_last_whole_one(tmp_path: Path) -> None:
     path = tmp_path / "run" / "lines"
-    with Lines(path) as lines:
+    with AppendLog(path) as lines:
         assert lines.found == []
         lines.begin(["key"])
         lines.append("a\u2028b\x85c")  # line ends to str.splitlines, not to us
     with path.open("ab") as file:
         file.write(b'{"half')
-    with Lines(path) as lines:
+    with AppendLog(path) as lines:
         assert lines.found == ["key", "a\u2028b\x85c"]
         assert path.read_bytes().endswith(b"half")  # opening changes nothing
         lines.append("d")
     assert path.read_text(encoding="utf-8").split("\n") == ["key", "a\u2028b\x85c", "d", ""]
-    with Lines(path) as lines:
+    with AppendLog(path) as lines:
         with pytest.raises(ValueError, match="line feed"):
             lines.append("e\nf")
         lines.remove()
@@ -241,7 +241,7 @@ def test_lines_stay_as_they_were_when_a_new_beginning_fails(tmp_path: Path, monk
     def full(*_: object) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    with Lines(tmp_path / "lines") as lines:
+    with AppendLog(tmp_path / "lines") as lines:
         lines.begin(["a"])
         with monkeypatch.context() as patch:
             patch.setattr("delta_cad.common.files.os.pwrite", full)
@@ -262,7 +262,7 @@ def test_a_line_that_a_full_disk_cut_off_is_gone_before_the_next(
             raise OSError(errno.ENOSPC, "No space left on device")
         return real(number, content[:5], start)
 
-    with Lines(tmp_path / "lines") as lines:
+    with AppendLog(tmp_path / "lines") as lines:
         lines.begin(["a"])
         with monkeypatch.context() as patch:
             patch.setattr("delta_cad.common.files.os.pwrite", half)
@@ -275,12 +275,12 @@ def test_a_line_that_a_full_disk_cut_off_is_gone_before_the_next(
 
 def test_lines_belong_to_one_run_at_a_time(tmp_path: Path) -> None:
     path = tmp_path / "lines"
-    with Lines(path) as lines:
+    with AppendLog(path) as lines:
         for _ in range(2):
             with pytest.raises(FileInUseError):
-                Lines(path)
+                AppendLog(path)
             lines.begin(["a"])  # the lock goes over to the new file
-    with Lines(path) as lines:
+    with AppendLog(path) as lines:
         assert lines.found == ["a"]
 
 
@@ -288,7 +288,7 @@ def test_lines_of_a_pipe_are_refused(tmp_path: Path) -> None:
     """Who opens it holds it open for writing himself, and would wait for his own end."""
     os.mkfifo(tmp_path / "lines")
     with pytest.raises(OSError, match="is no plain file") as caught:
-        Lines(tmp_path / "lines")
+        AppendLog(tmp_path / "lines")
     assert caught.value.filename == str(tmp_path / "lines")
 
 
@@ -307,7 +307,7 @@ def test_lines_replaced_between_opening_and_locking_are_opened_again(
         flock(descriptor, mode)
 
     monkeypatch.setattr("delta_cad.common.files.fcntl.flock", replaced_first)
-    with Lines(path) as lines:
+    with AppendLog(path) as lines:
         assert lines.found == ["new"]
         assert len(calls) == 1
         lines.append("more")
@@ -317,8 +317,8 @@ def test_lines_replaced_between_opening_and_locking_are_opened_again(
 WRITER = """
 import sys
 from pathlib import Path
-from delta_cad.common.files import Lines
-with Lines(Path(sys.argv[1])) as lines:
+from delta_cad.common.files import AppendLog
+with AppendLog(Path(sys.argv[1])) as lines:
     lines.begin(held := lines.found)
     for k in range(len(held), 10**9):
         lines.append(str(k) * 50)
@@ -336,7 +336,7 @@ def test_lines_survive_kills_at_any_moment(tmp_path: Path) -> None:
             for _ in range(1 + 3 * number):
                 process.stdout.readline()
             process.kill()
-        with Lines(path) as lines:
+        with AppendLog(path) as lines:
             assert lines.found == [str(k) * 50 for k in range(len(lines.found))]
             assert len(lines.found) >= held + 1 + 3 * number
             held = len(lines.found)
@@ -385,7 +385,7 @@ def test_folders_made_for_what_was_not_written_are_taken_away(
 
 def test_a_folder_that_takes_no_files_is_refused() -> None:
     """The system says that there is no such file, as where another run has just cleared a part away."""
-    for call in (require_room, Lines, lambda path: write_whole(path, "")):
+    for call in (require_room, AppendLog, lambda path: write_whole(path, "")):
         with pytest.raises(FileNotFoundError) as caught:
             call(Path("/proc/none"))
         assert caught.value.filename == "/proc/none"
@@ -400,7 +400,7 @@ def test_a_full_disk_is_named_by_the_path_that_was_asked_for(
     def full(*_: object) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    path, lines = tmp_path / "a", Lines(tmp_path / "lines") if call in ("begin", "append") else None
+    path, lines = tmp_path / "a", AppendLog(tmp_path / "lines") if call in ("begin", "append") else None
     monkeypatch.setattr("delta_cad.common.files.os.pwrite", full)
 
     def run() -> None:

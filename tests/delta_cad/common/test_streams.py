@@ -12,7 +12,8 @@ from types import ModuleType
 
 import pytest
 
-from delta_cad.common.console import command_parser, refuse, run_command
+from delta_cad.common.command_line import Program
+from delta_cad.common.console import refuse
 from tests.terminal import said
 
 
@@ -24,8 +25,8 @@ def test_a_refusal_is_one_printable_line_on_stderr(capsys: pytest.CaptureFixture
 def program(does: Callable[[], int]) -> int:
     """The exit code of a program whose one command does something."""
     command = ModuleType("a command")
-    command.__dict__.update(NAME="do", TEXT="", arguments=lambda _: None, run=lambda _: does())
-    return run_command(command_parser("program", "", "", [command]), ["do"], "extra")
+    command.__dict__.update(NAME="do", TEXT="", OPTIONS=(), run=lambda _: does())
+    return Program("program", "", [command], {}, "extra").main(["do"])
 
 
 @pytest.mark.parametrize(
@@ -55,28 +56,27 @@ def test_what_the_system_refuses_is_one_line_and_exit_2(
 
 
 def test_usage_is_refused_on_one_printable_line(capsys: pytest.CaptureFixture[str]) -> None:
-    parser = command_parser("program", "", "", [])
+    parser = Program("program", "", [], {}, "extra").parser()
     with pytest.raises(SystemExit) as ended:
         parser.parse_args(["\x1b[2J\n"])
     assert ended.value.code == 2
     told = capsys.readouterr().err
-    assert told.endswith("see program --help\n")
+    assert told.endswith("see python -m program --help\n")
     assert told[:-1].isprintable()
 
 
 PRINTS = """
-import argparse, sys, types
-from delta_cad.common.console import command_parser, refuse, run_command
+import sys, types
+from delta_cad.common.command_line import Program
+from delta_cad.common.console import refuse
+from delta_cad.common.options import Option
 
 def run(given):
     print("a" * int(given.count) + "\\udcff")
     return refuse("told", 1) if given.count == "1" else 0
 
-def arguments(parser):
-    parser.add_argument("count")
-
-command = types.SimpleNamespace(NAME="do", TEXT="", arguments=arguments, run=run)
-sys.exit(run_command(command_parser("program", "", "", [command]), None, "extra"))
+command = types.SimpleNamespace(NAME="do", TEXT="", OPTIONS=[Option("count")], run=run)
+sys.exit(Program("program", "", [command], {}, "extra").main())
 """
 
 
@@ -98,18 +98,19 @@ def test_names_that_are_no_text_are_printed_escaped_and_a_full_stderr_changes_no
 
 ENDS = """
 import os, sys, types
-from delta_cad.common.console import Line, command_parser, refuse, run_command
+from delta_cad.common.command_line import Program
+from delta_cad.common.console import ProgressLine, refuse
 
 def run(given):
-    with Line() as line, open(sys.argv[0], "w") as file:
+    with ProgressLine() as line, open(sys.argv[0], "w") as file:
         line.show("a step")
         os.write(1, b"of a library")
         os.write(2, b"of a library")
         print("told")
     return refuse("told", 1)
 
-command = types.SimpleNamespace(NAME="do", TEXT="", arguments=lambda _: None, run=run)
-sys.exit(run_command(command_parser("program", "", "", [command]), sys.argv[1:], "extra"))
+command = types.SimpleNamespace(NAME="do", TEXT="", OPTIONS=(), run=run)
+sys.exit(Program("program", "", [command], {}, "extra").main(sys.argv[1:]))
 """
 
 

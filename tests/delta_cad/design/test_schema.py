@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import math
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,7 @@ from delta_cad.catalogue import CatalogueError
 from delta_cad.design import Design, design_schema, design_to_json
 from tests.committed import BEST
 from tests.delta_cad.design.json_schema import violations
-from tests.designs import REFUSED, UNTIMED, changed, designs, minimal, named
+from tests.designs import UNTIMED, changed, designs, minimal
 
 
 def test_the_schema_accepts_what_the_reader_accepts() -> None:
@@ -29,19 +28,6 @@ def test_the_schema_accepts_what_the_reader_accepts() -> None:
 def test_the_schema_accepts_every_written_design(design: Design) -> None:
     schema = design_schema()
     assert violations(schema, json.loads(design_to_json(design)), schema) == []
-
-
-IN_SCHEMA = [
-    (path, value)
-    for path, value, _ in REFUSED
-    if "provenance" not in path and not (isinstance(value, float) and not math.isfinite(value))
-]
-
-
-@pytest.mark.parametrize(("path", "value"), IN_SCHEMA, ids=named)
-def test_the_schema_refuses_what_the_reader_refuses(path: str, value: object) -> None:
-    schema = design_schema()
-    assert violations(schema, changed(path, value), schema) != []
 
 
 def test_the_schema_is_json_and_does_not_change_when_read() -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.common.beside import Beside, BesideError
+from delta_cad.common.worker_process import WorkerProcess, WorkerProcessError
 from delta_cad.export import mesh_files
 from delta_cad.export.views import scene as scene_module
 from delta_cad.export.views import views as views_module
@@ -159,11 +159,11 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_writer_that_ends_early_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    def ended(_: Beside) -> None:
-        raise BesideError("mesh_files: Killed")
+    def ended(_: WorkerProcess) -> None:
+        raise WorkerProcessError("mesh_files: Killed")
 
-    monkeypatch.setattr(Beside, "take", ended)
-    with Beside(mesh_files.__name__) as writer, pytest.raises(PictureError, match=r"^mesh_files: Killed$"):
+    monkeypatch.setattr(WorkerProcess, "receive", ended)
+    with WorkerProcess(mesh_files.__name__) as writer, pytest.raises(PictureError, match=r"^mesh_files: Killed$"):
         mesh_files.written(writer)
 
 

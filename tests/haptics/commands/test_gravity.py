@@ -4,12 +4,11 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from delta_cad.common.console import with_negatives
+from delta_cad.common.command_line import with_negatives
 from delta_cad.design import Design, load_design
 from delta_cad.drive.masses import MassError, load_masses
 from haptics.commands.cli import main
@@ -70,40 +69,6 @@ def test_published(capsys: pytest.CaptureFixture[str]) -> None:
     assert "77.6" in capsys.readouterr().out  # height of the origin, mm
     assert call("gravity", "--published", "--json") == 0
     assert json.loads(capsys.readouterr().out)["identifiable"] == 2
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["gravity"], "--design"),
-        (["gravity", "--design", "none.json"], "none.json: "),
-        (["gravity", "--design", BEST, "--at", "0,0,300", "--point-masses", "1,1,1"], "--at 0,0,300: chain 0"),
-        (
-            ["gravity", "--design", BEST, "--at", "0,0,-95", "--point-masses", "1,1,1"],
-            "-95.000) mm: z must be > 0",
-        ),
-        (["gravity", "--design", BEST, "--at", "0,0"], "argument --at"),
-        (["gravity", "--design", BEST, "--at", "-1,nan,2"], "argument --at"),
-        (["gravity", "--design", BEST, "--at", "0,0,1e308"], "argument --at"),
-        (["gravity", "--design", BEST, "--point-masses", "-1,1,2"], "argument --point-masses"),
-        (["gravity", "--design", BEST, "--mass-properties", "none.json"], "none.json: "),
-        (["weight"], "invalid choice"),
-        ([], "COMMAND"),
-    ],
-)
-def test_bad_input_is_one_line_and_exit_2(
-    arguments: list[Any],
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)  # where no best.json stands
-    assert call(*arguments) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert message in told.err
 
 
 def test_masses_of_another_design_are_refused(tmp_path: Path, masses: Path) -> None:

@@ -105,30 +105,6 @@ def test_a_calibration_moves_what_is_read(
     assert off[1] < 0.1 * off[0]
 
 
-@pytest.mark.parametrize(
-    ("more", "word"),
-    [
-        (("--device", "socket"), "port"),
-        (("--device", "socket", "--port", "1"), "board"),
-        (("--device", "recorded"), "recording"),
-        (("--device", "recorded", "--recording", "none.csv"), "none.csv"),
-        (("--calibration", "none.json"), "none.json"),
-        (("--record", "x.txt"), ".csv or .npz"),
-        (("--rate", "1"), "rate"),
-    ],
-)
-def test_bad_input_is_one_line(
-    weights: Path, capsys: pytest.CaptureFixture[str], more: tuple[str, ...], word: str
-) -> None:
-    try:
-        code = main(["run", "--design", str(BEST), "--masses", str(weights), "--seconds", "0.1", *more])
-    except SystemExit as end:
-        code = int(str(end.code))
-    said = capsys.readouterr()
-    assert (code, said.out, said.err.count("\n")) == (2, "", 1)
-    assert word in said.err
-
-
 def test_ctrl_c_ends_it_with_force_zero(best: Design, weights: Path) -> None:
     with served(scene_machine(best)) as up:
         command = [sys.executable, "-m", "haptics", "run", "--design", BEST, "--masses", weights, "--device", "socket"]

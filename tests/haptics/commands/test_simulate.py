@@ -202,37 +202,6 @@ def test_the_paper_s_figures_are_of_its_machine_or_another(
     assert of_published_lengths(load_design(ROOT / "docs" / "gallery" / "published-75.json").geometry)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--scene", "door"), "invalid choice: 'door'"),
-        ((), "--scene"),
-        (("--scene", "wall", "--hand", "huge"), "invalid choice: 'huge'"),
-        (("--scene", "home", "--hand", "firm"), "--hand firm: of the scene wall only"),
-        (("--scene", "home", "--delay", "-1"), "delay in ms, 0 to 10"),
-        (("--scene", "home", "--delay", "11"), "delay in ms, 0 to 10"),
-        (("--scene", "home", "--delay", "nan"), "delay in ms, 0 to 10"),
-        (("--scene", "home", "--seed", "-1"), "whole number"),
-        (("--scene", "home", "--rate", "8000"), "of the scenes wall and noise, without --differs"),
-        (("--scene", "wall", "--differs", "--damping", "1"), "of the scenes wall and noise, without --differs"),
-        (("--scene", "wall", "--rate", "8000", "--delay", "0.2"), "--delay 0.2: of the paper loop only"),
-    ],
-)
-def test_bad_usage_is_one_line_and_exit_2(
-    call: Callable[..., int], arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert call(*arguments) == 2
-    assert message in refused(capsys)
-
-
-def test_files_that_are_missing_are_one_line_and_exit_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["simulate", "--design", str(tmp_path / "no.json"), "--scene", "home"]) == 2
-    assert "no.json" in refused(capsys)
-    masses = tmp_path / "no_masses.json"
-    assert main(["simulate", "--design", str(BEST), "--scene", "home", "--mass-properties", str(masses)]) == 2
-    assert "no_masses.json" in refused(capsys)
-
-
 def test_an_output_that_cannot_be_written_is_one_line_and_exit_2(
     call: Callable[..., int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -100,49 +100,6 @@ def test_options_reach_the_search(
     assert other["drive_damping_at_a_wall_share_of_short_circuit"] == 0.0
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        (["--damping", "-1"], "argument --damping"),
-        (["--damping", "nan"], "argument --damping"),
-        (["--rate", "50"], "argument --rate"),
-        (["--drive-damping", "1.5"], "argument --drive-damping"),
-        (["--period", "0"], "argument --period"),
-        (["--delay", "x"], "argument --delay"),
-        (["--delay", "30"], "--delay 30 ms"),
-        (["--mass-properties", "none.json"], "none.json: "),
-    ],
-)
-def test_bad_input_is_one_line_and_exit_2(
-    more: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert call(NAME, "--design", BEST, "--out", tmp_path / "new", *more) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert message in told.err
-    assert not (tmp_path / "new").exists()
-
-
-def test_a_design_is_needed_and_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)  # where no best.json stands
-    assert call(NAME) == 2
-    assert "--design" in capsys.readouterr().err
-    assert call(NAME, "--design", "none.json") == 2
-    assert "none.json: " in capsys.readouterr().err
-
-
-def test_a_place_that_cannot_be_written(
-    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert quick
-    (tmp_path / "file").write_text("")
-    assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "file") == 2
-    assert str(tmp_path / "file") in capsys.readouterr().err
-
-
 def test_what_the_search_refuses_is_exit_2(
     masses: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -277,16 +277,9 @@ def test_workers_that_cannot_be_started_exit_2(
     assert signal.pthread_sigmask(signal.SIG_BLOCK, set()) == before
 
 
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        (["--workers", "0"], "--workers = 0: must be at least 1"),
-        (["--workers", "2", "--scheduler", "tcp://x:1"], "--workers is of this machine; a cluster given with"),
-    ],
-)
-def test_usage_that_makes_no_sense_exits_2(file: Path, more: list[str], words: str, capsys: Any) -> None:
-    assert call("atlas", file, *more) == 2
-    assert capsys.readouterr().err.startswith(words)
+def test_usage_that_makes_no_sense_exits_2(file: Path, capsys: Any) -> None:
+    assert call("atlas", file, "--workers", "2", "--scheduler", "tcp://x:1") == 2
+    assert capsys.readouterr().err.startswith("--workers is of this machine; a cluster given with")
 
 
 def test_a_bad_grid_or_place_exits_2(file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

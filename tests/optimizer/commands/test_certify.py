@@ -361,7 +361,7 @@ def test_an_interrupted_proof_writes_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = changed(tmp_path)
-    monkeypatch.setattr(console.Line, "show", lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    monkeypatch.setattr(console.ProgressLine, "show", lambda *_: os.kill(os.getpid(), signal.SIGINT))
     assert call("certify", "--design", path, "--out", tmp_path / "c.json") == console.INTERRUPTED
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
     assert [f.name for f in tmp_path.iterdir()] == ["design.json"]

@@ -134,10 +134,10 @@ REFUSED = [
     (["synthesize", "none.toml"], "none.toml: cannot be read: No such file or directory"),
     (["synthesize"], "python -m optimizer synthesize: the following arguments are required: REQ.toml"),
     (["synthesize", "x", "--method", "magic"], "python -m optimizer synthesize: argument --method: invalid choice"),
-    (["synthesize", "x", "--seed", "-1"], "python -m optimizer synthesize: argument --seed: invalid whole number"),
-    (["synthesize", "x", "--seed", "a"], "python -m optimizer synthesize: argument --seed: invalid whole number"),
-    (["synthesize", "x", "--steps", "3,1"], "python -m optimizer synthesize: argument --steps: invalid list of steps"),
-    (["synthesize", "x", "--steps", "4"], "python -m optimizer synthesize: argument --steps: invalid list of steps"),
+    (["synthesize", "x", "--seed", "-1"], "python -m optimizer synthesize: argument --seed: -1: must be a whole"),
+    (["synthesize", "x", "--seed", "a"], "python -m optimizer synthesize: argument --seed: a: must be a whole"),
+    (["synthesize", "x", "--steps", "3,1"], "python -m optimizer synthesize: argument --steps: 3,1: must be a list"),
+    (["synthesize", "x", "--steps", "4"], "python -m optimizer synthesize: argument --steps: 4: must be a list"),
     ([], "python -m optimizer: the following arguments are required: COMMAND"),
 ]
 
@@ -196,7 +196,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
 
     command = ["synthesize", JOYSTICK, "--seed", "1", "--json", *SMALL, "--out", out]
     with monkeypatch.context() as patch:
-        patch.setattr(console.Line, "show", show)
+        patch.setattr(console.ProgressLine, "show", show)
         patch.setattr(console, "GRACE_S", 60.0)  # the run is to end by itself
         assert call(*command) == console.INTERRUPTED
     text, err = capsys.readouterr()

@@ -120,15 +120,15 @@ def test_stopped_by_hand_keeps_the_points_and_resumed_is_as_unbroken(
     capsys: pytest.CaptureFixture[str],
     moment: str,
 ) -> None:
-    from delta_cad.common.console import Line
+    from delta_cad.common.console import ProgressLine
 
-    def show(_: Line, text: str) -> None:
+    def show(_: ProgressLine, text: str) -> None:
         if moment in text:
             signal.raise_signal(signal.SIGINT)
 
     capsys.readouterr()
     with bare.context() as patched:
-        patched.setattr(Line, "show", show)
+        patched.setattr(ProgressLine, "show", show)
         assert call(task, *SMALL, "--out", tmp_path) == 130
     out, err = capsys.readouterr()
     partial, kept = (tmp_path / f"dashboard-joystick-front.{end}" for end in ("partial", "checkpoint.jsonl"))

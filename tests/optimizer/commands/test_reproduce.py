@@ -78,7 +78,7 @@ def test_an_interrupted_run_writes_nothing(
         if len(shown) == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr(console.Line, "show", show)
+    monkeypatch.setattr(console.ProgressLine, "show", show)
     assert call("reproduce", "--out", tmp_path / "out", "--tables", "8", *SMALL) == console.INTERRUPTED
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
     assert shown == ["table 8 row 1 (1 of 2): ga", "table 8 row 1 (1 of 2): sqp"]

@@ -147,7 +147,7 @@ def test_a_proof_ends_with_its_time_and_says_what_it_reached(
         with pytest.raises(SystemExit) as ended:
             call(JOYSTICK, "--proof-minutes", wrong)
         assert ended.value.code == 2
-        assert holds(capsys.readouterr().err, "--proof-minutes: invalid number of minutes > 0 value")
+        assert holds(capsys.readouterr().err, ": must be a number > 0 min")
 
 
 BARE = """

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pydantic.dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text
 
 KINDS = ("retaining", "structural")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Adhesive(CatalogueRow):
     """An adhesive for cylindrical fits or for structural joints.
 
@@ -23,12 +23,12 @@ class Adhesive(CatalogueRow):
         temperature_max_C: Highest lasting temperature; None when unknown.
     """
 
-    kind: str
-    substrate: str
-    shear_strength_MPa: float | None
-    gap_max_mm: float | None
-    handling_time_h: float | None
-    temperature_max_C: float | None
+    kind: Text
+    substrate: Text
+    shear_strength_MPa: Quantity | None = None
+    gap_max_mm: Quantity | None = None
+    handling_time_h: Quantity | None = None
+    temperature_max_C: Quantity | None = None
 
     def fault(self) -> str:
         """Says that its kind is not known."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pydantic.dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, Lengths, Quantity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Dowel(CatalogueRow):
     """A hardened parallel pin, tolerance m6, pressed into an H7 hole.
 
@@ -18,9 +18,9 @@ class Dowel(CatalogueRow):
         lengths_mm: Stock lengths, ascending.
     """
 
-    diameter_mm: float
-    chamfer_mm: float
-    lengths_mm: tuple[float, ...]
+    diameter_mm: Quantity
+    chamfer_mm: Quantity
+    lengths_mm: Lengths
 
 
 dowel = Family("dowel", "fasteners/dowels.csv", Dowel)

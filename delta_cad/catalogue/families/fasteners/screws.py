@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pydantic.dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import ROW, CatalogueRow, Lengths, Quantity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class Screw(CatalogueRow):
     """A hexagon socket head cap screw, with the holes that go with it.
 
@@ -25,28 +25,28 @@ class Screw(CatalogueRow):
         lengths_mm: Stock lengths, ascending.
     """
 
-    diameter_mm: float
-    pitch_mm: float
-    head_diameter_mm: float
-    head_height_mm: float
-    socket_mm: float
-    socket_depth_mm: float
-    clearance_hole_mm: float
-    counterbore_diameter_mm: float
-    counterbore_depth_mm: float
-    tap_drill_mm: float
-    lengths_mm: tuple[float, ...]
+    diameter_mm: Quantity
+    pitch_mm: Quantity
+    head_diameter_mm: Quantity
+    head_height_mm: Quantity
+    socket_mm: Quantity
+    socket_depth_mm: Quantity
+    clearance_hole_mm: Quantity
+    counterbore_diameter_mm: Quantity
+    counterbore_depth_mm: Quantity
+    tap_drill_mm: Quantity
+    lengths_mm: Lengths
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, config=ROW)
 class SetScrew(CatalogueRow):
     """A hexagon socket set screw with cup point; fields as for `Screw`."""
 
-    diameter_mm: float
-    pitch_mm: float
-    socket_mm: float
-    tap_drill_mm: float
-    lengths_mm: tuple[float, ...]
+    diameter_mm: Quantity
+    pitch_mm: Quantity
+    socket_mm: Quantity
+    tap_drill_mm: Quantity
+    lengths_mm: Lengths
 
 
 screw = Family("screw", "fasteners/screws.csv", Screw)

@@ -23,7 +23,7 @@ import numpy as np
 from delta_cad.assembly.faces import array_of
 from delta_cad.checks.contact.placing import located
 from delta_cad.checks.contact.shared_volume import common_size, solid_volume, volume
-from delta_cad.common.once import once
+from delta_cad.common.memoize import memoize
 from delta_cad.common.vectors import cross_length
 
 ARC_RAD = np.radians(15.0)  # of the polygon about an arc: its corners are 0.9 % of the radius too far out
@@ -156,7 +156,7 @@ def _between(radius: np.ndarray, angle: np.ndarray, stray: np.ndarray) -> Span |
     return (start, start + width) if width < np.pi else None
 
 
-@once
+@memoize
 def solid_extents(solid: Any) -> SolidExtents:
     """Extents of a solid, read once."""
     return SolidExtents(solid)

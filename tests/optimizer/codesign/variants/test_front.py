@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from delta_cad.commands import pipeline
-from delta_cad.common.console import Line
+from delta_cad.common.console import ProgressLine
 from delta_cad.common.files import require_room, whole_folder
 from delta_cad.design import NAME_LONGEST, Design, design_hash, load_design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
@@ -207,7 +207,7 @@ def test_what_none_beats_is_built_once_and_linked(
     monkeypatch.setattr(pipeline, "build", build)
     monkeypatch.setattr("delta_cad.commands.machine.geometry_errors", lambda: (RuntimeError,))
     for _ in range(2):  # the second finds all but the one that could not be made
-        with Line() as line:
+        with ProgressLine() as line:
             build_front(points, "b", tmp_path, line)
     assert made == [*(one.name for one in on_front), on_front[0].name]
     require_room(tmp_path / "b-machines", folder=True)  # for the next front: the page is still ours

@@ -1,4 +1,4 @@
-"""Work that a second process does while this one goes on, on the other core.
+"""A worker process: it computes the results of one order on the other core while this process goes on.
 
 The other process is a fresh interpreter: the CAD kernel does not outlive a fork, and a caller's script need not be
 importable. It loads its modules while the order is still being made. It has a session of its own, so that Ctrl-C
@@ -20,30 +20,31 @@ from typing import Any, Self
 
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 """Threads for products of matrices, one in the other process: more would only take turns with us on our core."""
-BEHIND = 5  # of 19 steps: a third of the time of one that goes first
+LOW_PRIORITY = 5  # nice steps of 19: a third of the time of one that goes first
 
 
-class BesideError(Exception):
-    """The other process ended early, or failed in a way that cannot be carried over."""
+class WorkerProcessError(Exception):
+    """The worker ended early, or failed in a way that cannot be carried over."""
 
 
-class Beside:
+class WorkerProcess:
     """A process that works through one order; gone when the block ends.
 
     Args:
         module: Full name of the module whose `results(order)` gives the results one by one. `LOADS`, if it has that,
             names modules that the work will need.
-        behind: Whether others go first where there are more processes than cores: nobody waits for its results soon.
+        low_priority: Whether others go first where there are more processes than cores, as nobody waits for its
+            results soon.
     """
 
-    def __init__(self, module: str, *, behind: bool = False) -> None:
+    def __init__(self, module: str, *, low_priority: bool = False) -> None:
         self._module = module
-        self._giving: Thread | None = None
-        self._said = TemporaryFile()  # noqa: SIM115  (closed where the block ends)
-        command = [sys.executable, "-c", f"from {__name__} import work; work({module!r}, {behind})"]
+        self._sending: Thread | None = None
+        self._stderr = TemporaryFile()  # noqa: SIM115  (closed where the block ends)
+        command = [sys.executable, "-c", f"from {__name__} import work; work({module!r}, {low_priority})"]
         pipe, room = subprocess.PIPE, os.environ | dict.fromkeys(BLAS_THREADS, "1")
         self._process = subprocess.Popen(
-            command, stdin=pipe, stdout=pipe, stderr=self._said, env=room, start_new_session=True
+            command, stdin=pipe, stdout=pipe, stderr=self._stderr, env=room, start_new_session=True
         )
 
     def __enter__(self) -> Self:
@@ -53,30 +54,30 @@ class Beside:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         """Ends the process, whatever it is at."""
         self._process.kill()
-        if self._giving is not None:
-            self._giving.join()
+        if self._sending is not None:
+            self._sending.join()
         self._process.communicate()
-        self._said.close()
+        self._stderr.close()
 
-    def give(self, order: object) -> None:
-        """Hands over the order, which has to be picklable, without waiting until it is read; only one is taken."""
-        giving = Thread(target=self._send, args=(pickle.dumps(order),), daemon=True)
-        giving.start()
-        self._giving = giving
+    def send(self, order: object) -> None:
+        """Sends the order, which has to be picklable, without waiting until it is read; a worker takes only one."""
+        sending = Thread(target=self._write, args=(pickle.dumps(order),), daemon=True)
+        sending.start()
+        self._sending = sending
 
-    def _send(self, order: bytes) -> None:
+    def _write(self, order: bytes) -> None:
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(order)
             self._process.stdin.flush()
         except BrokenPipeError:
-            pass  # it ended early: told when its result is asked for
+            pass  # it ended early: `receive` says so
 
-    def take(self) -> Any:
+    def receive(self) -> Any:
         """Waits for the next result.
 
         Raises:
-            BesideError: The process ended before it; the text is the last that it said.
+            WorkerProcessError: The process ended before it; the text is the last that it said.
             Exception: What the work raised.
         """
         assert self._process.stdout is not None
@@ -84,21 +85,21 @@ class Beside:
             result = pickle.load(self._process.stdout)
         except (EOFError, pickle.UnpicklingError):
             self._process.wait()
-            self._said.seek(0)
-            said = self._said.read().decode(errors="replace").strip().splitlines()
+            self._stderr.seek(0)
+            said = self._stderr.read().decode(errors="replace").strip().splitlines()
             code = self._process.returncode
             ended = f"ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
             last = ": ".join([ended, *said[-1:]])
-            raise BesideError(f"{self._module.rpartition('.')[2]}: {last}") from None
+            raise WorkerProcessError(f"{self._module.rpartition('.')[2]}: {last}") from None
         if isinstance(result, Exception):
             raise result
         return result
 
 
-def work(module: str, behind: bool) -> None:
+def work(module: str, low_priority: bool) -> None:
     """Loads what the work needs, takes the order and sends the results, or what was raised: the other part."""
-    if behind:
-        os.nice(BEHIND)
+    if low_priority:
+        os.nice(LOW_PRIORITY)
     channel, sys.stdout = sys.stdout.buffer, sys.stderr  # what a library prints is no result
     try:
         work = import_module(module)
@@ -129,4 +130,4 @@ def _carried(error: Exception) -> Exception:
     try:
         return pickle.loads(pickle.dumps(error))
     except Exception:
-        return BesideError(f"{type(error).__name__}: {error}")
+        return WorkerProcessError(f"{type(error).__name__}: {error}")

@@ -8,11 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.benchmarks.processor_cost import DEAR_S, SHOWN, stated_s, table
 from tests.committed import ROOT
-from tests.cost.plugin import DEAR_S, SHOWN, stated_s, table
 
 BURN = "import time; end = time.process_time() + 0.5\nwhile time.process_time() < end: pass"
-CONFTEST = "from tests.cost.plugin import Costs\ndef pytest_configure(config): config.pluginmanager.register(Costs())\n"
+CONFTEST = "from tests.benchmarks.processor_cost import Costs\n"
+CONFTEST += "def pytest_configure(config): config.pluginmanager.register(Costs())\n"
 
 
 def test_a_docstring_says_what_its_file_costs() -> None:
@@ -40,21 +41,18 @@ def test_workers_hand_their_costs_over_and_the_dear_files_begin(tmp_path: Path) 
     (tmp_path / "test_b.py").write_text(f'"""B.\n\n30 s of processor: a child.\n"""\n{child}')
     (tmp_path / "test_c.py").write_text(f'"""C.\n\n60 s of processor: nothing.\n"""\n{BURN}\ndef test_c(): pass\n')
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
-    words = [
-        "-m",
-        "pytest",
-        "-v",
-        "-p",
-        "xdist",
-        "-n",
-        "1",
-        "--dist",
-        "loadfile",
-        "--no-loadscope-reorder",
+    words = ["-m", "pytest", "-v", "-p", "xdist", "-n", "1", "--dist", "loadfile", "--no-loadscope-reorder"]
+    words += ["-p", "no:cacheprovider", "-m", "not slow"]
+    command = [
+        sys.executable,
+        *words,
         "-p",
         "no:cacheprovider",
+        "-m",
+        "not slow",
+        f"--rootdir={tmp_path}",
+        str(tmp_path),
     ]
-    command = [sys.executable, *words, "-m", "not slow", f"--rootdir={tmp_path}", str(tmp_path)]
     run = subprocess.run(
         command, cwd=ROOT, env=os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}, capture_output=True, text=True
     )

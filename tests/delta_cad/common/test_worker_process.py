@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.beside import BEHIND, Beside, BesideError
+from delta_cad.common.worker_process import LOW_PRIORITY, WorkerProcess, WorkerProcessError
 
 LOADS = ("json.tool",)
 
@@ -46,66 +46,66 @@ class _OddError(Exception):
 
 
 def test_results_come_in_their_order_and_what_is_printed_is_none() -> None:
-    with Beside(__name__) as beside:
-        beside.give(["loaded", "print", "x" * 1_000_000])
-        assert beside.take() == [True]
-        assert beside.take() != os.getpid()
-        assert beside.take() == "x" * 1_000_000
-        with pytest.raises(BesideError):
-            beside.take()
+    with WorkerProcess(__name__) as beside:
+        beside.send(["loaded", "print", "x" * 1_000_000])
+        assert beside.receive() == [True]
+        assert beside.receive() != os.getpid()
+        assert beside.receive() == "x" * 1_000_000
+        with pytest.raises(WorkerProcessError):
+            beside.receive()
 
 
 def test_it_keeps_to_one_thread_and_goes_behind_where_it_is_told_to() -> None:
-    for behind, rank in ((False, 0), (True, BEHIND)):
-        with Beside(__name__, behind=behind) as beside:
-            beside.give(["rank", "threads"])
-            assert beside.take() == min(os.nice(0) + rank, 19)
-            assert beside.take() == "1"
+    for low, rank in ((False, 0), (True, LOW_PRIORITY)):
+        with WorkerProcess(__name__, low_priority=low) as beside:
+            beside.send(["rank", "threads"])
+            assert beside.receive() == min(os.nice(0) + rank, 19)
+            assert beside.receive() == "1"
 
 
 def test_what_the_work_raises_is_raised_here() -> None:
-    with Beside(__name__) as beside:
-        beside.give(["a", "refuse"])
-        assert beside.take() == "a"
+    with WorkerProcess(__name__) as beside:
+        beside.send(["a", "refuse"])
+        assert beside.receive() == "a"
         with pytest.raises(ValueError, match="field = 3: must be <= 2"):
-            beside.take()
+            beside.receive()
 
 
 def test_what_cannot_be_carried_is_told() -> None:
-    with Beside(__name__) as beside:
-        beside.give(["odd"])
-        with pytest.raises(BesideError, match="_OddError: 1 and 2"):
-            beside.take()
+    with WorkerProcess(__name__) as beside:
+        beside.send(["odd"])
+        with pytest.raises(WorkerProcessError, match="_OddError: 1 and 2"):
+            beside.receive()
 
 
 def test_an_early_end_is_told_with_the_last_word() -> None:
-    with Beside(__name__) as beside:
-        beside.give(["die"])
-        with pytest.raises(BesideError, match="test_beside: ended with exit code 3: the last word"):
-            beside.take()
+    with WorkerProcess(__name__) as beside:
+        beside.send(["die"])
+        with pytest.raises(WorkerProcessError, match="test_beside: ended with exit code 3: the last word"):
+            beside.receive()
 
 
 def test_a_module_that_is_not_there_is_named() -> None:
-    with Beside("delta_cad.no_such_module") as beside:
-        beside.give([])
+    with WorkerProcess("delta_cad.no_such_module") as beside:
+        beside.send([])
         with pytest.raises(ModuleNotFoundError, match="no_such_module"):
-            beside.take()
+            beside.receive()
 
 
 def test_a_killed_process_is_told() -> None:
-    with Beside(__name__) as beside:
-        beside.give(["a", "sleep"])
-        assert beside.take() == "a"
+    with WorkerProcess(__name__) as beside:
+        beside.send(["a", "sleep"])
+        assert beside.receive() == "a"
         beside._process.kill()
-        with pytest.raises(BesideError, match="test_beside: ended by signal 9"):
-            beside.take()
+        with pytest.raises(WorkerProcessError, match="test_beside: ended by signal 9"):
+            beside.receive()
 
 
 def test_the_work_ends_with_the_process_that_ordered_it() -> None:
     """The end of the pipe is all that a kill of that process closes."""
-    with Beside(__name__) as beside:
-        beside.give(["a", "sleep"])
-        assert beside.take() == "a"
+    with WorkerProcess(__name__) as beside:
+        beside.send(["a", "sleep"])
+        assert beside.receive() == "a"
         assert beside._process.stdin is not None
         beside._process.stdin.close()
         assert beside._process.wait(timeout=60) == 1
@@ -113,7 +113,7 @@ def test_the_work_ends_with_the_process_that_ordered_it() -> None:
 
 
 def test_no_process_outlives_the_block() -> None:
-    with Beside(__name__) as beside:
+    with WorkerProcess(__name__) as beside:
         process = Path(f"/proc/{beside._process.pid}")
         assert process.exists()
     assert not process.exists()

@@ -22,7 +22,7 @@ RECORDS = (RECORD, "manifest.json")  # that of a build; either has name -> SHA-2
 NOBODYS = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
-class NotOursError(FileExistsError):
+class ForeignFilesError(FileExistsError):
     """A folder holds what no run wrote; the message says what to do."""
 
 
@@ -48,14 +48,14 @@ def record_with(folder: Path, contents: Mapping[str, bytes]) -> str:
     return json.dumps({"files": files}, indent=1) + "\n"
 
 
-def require_ours(folder: Path) -> None:
+def refuse_foreign_files(folder: Path) -> None:
     """Refuses to replace a folder with a file in it that no run wrote, or that was changed since.
 
     Args:
         folder: The folder; one that is not there or is empty is nobody's.
 
     Raises:
-        NotOursError: The message names the first such file.
+        ForeignFilesError: The message names the first such file.
     """
     if not folder.is_dir():
         return
@@ -75,8 +75,8 @@ def require_ours(folder: Path) -> None:
             raise _other(folder, name, "which was changed since it was written")
 
 
-def _other(folder: Path, name: str, why: str) -> NotOursError:
-    return NotOursError(
+def _other(folder: Path, name: str, why: str) -> ForeignFilesError:
+    return ForeignFilesError(
         errno.EEXIST, f"holds {name}, {why}; move it away, or give another place, to lose nothing", str(folder)
     )
 

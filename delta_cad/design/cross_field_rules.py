@@ -34,7 +34,7 @@ class Contradiction(NamedTuple):
     bound: float
 
 
-def impossible_sums(design: Design, kinematics: bool = False) -> list[Contradiction]:
+def contradictions(design: Design, kinematics: bool = False) -> list[Contradiction]:
     """Gives every condition that a design with each field within its own bounds breaks, none for a sound one.
 
     Args:
@@ -44,7 +44,7 @@ def impossible_sums(design: Design, kinematics: bool = False) -> list[Contradict
     conditions = (_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner)
     found = [condition(design) for condition in conditions]
     if not kinematics:
-        found += [_clashing_wrists(design), impossible_pinion(design.hardware), _panel(design)]
+        found += [_clashing_wrists(design), pinion_contradiction(design.hardware), _panel(design)]
     return [fault for fault in found if fault is not None]
 
 
@@ -149,7 +149,7 @@ def _clashing_wrists(design: Design) -> Contradiction | None:
     )
 
 
-def impossible_pinion(h: Hardware) -> Contradiction | None:
+def pinion_contradiction(h: Hardware) -> Contradiction | None:
     """Finds a capstan whose pinion has no metal left between its cable's groove and the motor's shaft.
 
     Args:

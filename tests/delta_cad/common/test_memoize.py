@@ -2,7 +2,7 @@
 
 import gc
 
-from delta_cad.common.once import once
+from delta_cad.common.memoize import memoize
 
 
 class Thing:
@@ -18,7 +18,7 @@ class Thing:
 def test_each_object_is_asked_once_by_identity_and_forgotten_with_it() -> None:
     asked: list[int] = []
 
-    @once
+    @memoize
     def find(of: Thing) -> int:
         asked.append(id(of))
         return len(asked)

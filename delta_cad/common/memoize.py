@@ -1,4 +1,4 @@
-"""What is asked of one object again and again, found once for as long as the object lives."""
+"""Memoizes a function of one object, by its identity, for as long as the object lives."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from weakref import ref
 T = TypeVar("T")
 
 
-def once(find: Callable[[Any], T]) -> Callable[[Any], T]:
+def memoize(find: Callable[[Any], T]) -> Callable[[Any], T]:
     """Makes a function of one object that nobody changes, such as a solid, remember what it found.
 
     Objects are told apart by identity: the kernel's own equality does not see which way out a shape is turned. The

@@ -16,8 +16,8 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.commands import cli as delta_cad
-from delta_cad.common.arguments import actions, hint
-from delta_cad.common.console import Parser
+from delta_cad.common.command_line import Parser, actions, hint
+from delta_cad.common.options import POSITIVE, Option, add_options, number, whole
 from delta_cad.common.refusal import meant, unknown_key
 from haptics.commands import cli as haptics
 from optimizer.commands import cli as optimizer
@@ -60,7 +60,7 @@ def test_a_shell_completes_every_command_and_option(
     assert offered("") >= {module.NAME for module in cli.COMMANDS}
     for module in cli.COMMANDS:
         parser = Parser(prog="-")
-        module.arguments(parser)
+        add_options(parser, module.OPTIONS)
         options = {name for action in actions(parser) for name in action.option_strings if name.startswith("--")}
         hidden = {name for a in actions(parser) if a.help == argparse.SUPPRESS for name in a.option_strings}
         assert offered(module.NAME, "--") >= options - hidden
@@ -77,7 +77,7 @@ def test_files_and_folders_are_completed_where_they_are_meant(capsys: pytest.Cap
 def test_the_same_option_has_the_same_name_and_meaning_everywhere(cli: ModuleType) -> None:
     for module in cli.COMMANDS:
         parser = Parser(prog="-")
-        module.arguments(parser)
+        add_options(parser, module.OPTIONS)
         by_name = {name: action for action in actions(parser) for name in action.option_strings}
         assert "--masses" not in by_name or by_name["--masses"].help == argparse.SUPPRESS
         for name, kind in (("--design", "FILE"), ("--mass-properties", "FILE"), ("--catalogue", "DIR")):
@@ -139,6 +139,34 @@ def test_an_option_of_other_commands_is_told_as_such(capsys: pytest.CaptureFixtu
     assert "did you mean" not in told
 
 
+@pytest.mark.parametrize(
+    ("read", "good", "bad", "allowed"),
+    [
+        (number(0.01, 60.0, "s"), ["0.01", "6e1"], ["0.009", "61", "nan", "a"], "a number >= 0.01 and <= 60 s"),
+        (
+            number(POSITIVE, unit="mm", words=("max",)),
+            ["1e-9", "max"],
+            ["0", "-1", "inf", "mix"],
+            "a number > 0 mm or max",
+        ),
+        (number(0.0), ["0"], ["-1"], "a number >= 0"),
+        (whole(1), ["1", "99"], ["0", "1.5"], "a whole number >= 1"),
+        (whole(0, 65535), ["65535"], ["65536", "-1"], "a whole number >= 0 and <= 65535"),
+    ],
+)
+def test_a_value_out_of_its_bounds_is_refused_with_them(
+    read: Callable[[str], object], good: list[str], bad: list[str], allowed: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parser = Parser(prog="p")
+    add_options(parser, [Option("--at", type=read)])
+    for text in good:
+        assert parser.parse_args([f"--at={text}"]).at == (text if text == "max" else float(text))
+    for text in bad:
+        with pytest.raises(SystemExit, match="2"):
+            parser.parse_args([f"--at={text}"])
+        assert capsys.readouterr().err == f"p: argument --at: {text}: must be {allowed}; see p --help\n"
+
+
 def test_a_message_of_another_kind_gets_none() -> None:
     assert hint("the following arguments are required: --design", Parser(prog="-")) == ""
 
@@ -188,7 +216,7 @@ def options() -> dict[str, list[tuple[str, argparse.Action]]]:
     for script, cli in CLIS.items():
         for module in cli.COMMANDS:
             parser = Parser(prog="-")
-            module.arguments(parser)
+            add_options(parser, module.OPTIONS)
             for action in parser._actions:
                 for name in action.option_strings:
                     if action.help is not argparse.SUPPRESS:
