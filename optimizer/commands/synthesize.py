@@ -109,7 +109,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
 
     key = {
-        "checkpoint": 3,
+        "checkpoint": 4,
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in NAMES},
     }

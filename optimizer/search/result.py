@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -76,7 +76,6 @@ class Result:
         design_mm: (6) lengths in the order of `VARIABLES`, mm.
         status: How it ended, a key of `ADVICE`.
         evaluations: Designs evaluated.
-        history: Phase -> best objective after each generation or exchange.
         starts: How each start of SQP ended.
         proof: Bound and gap; None where nothing was proved.
     """
@@ -86,7 +85,6 @@ class Result:
     design_mm: tuple[float, ...]
     status: str
     evaluations: int = 0
-    history: dict[str, tuple[float, ...]] = field(default_factory=dict)
     starts: tuple[Ending, ...] = ()
     proof: Bound | None = None
 
