@@ -1,4 +1,4 @@
-"""pymoo's genetic algorithm (on arrays: breeding.py) over a fixed sample of the surface, generation by generation.
+"""pymoo's genetic algorithm over a fixed sample of the surface, generation by generation.
 
 [RCIM2018] table 2: population 100, 220, 220 in the three steps, crossover fraction 0.8, 100 generations. Its migration
 fraction of 0.2 moves individuals between islands; there is one island here. Designs that meet all constraints beat
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -84,7 +85,11 @@ def evolve(
     Raises:
         GeneticError: Nothing is free, or fewer than 4 individuals or 1 generation.
     """
-    from optimizer.search.breeding import Breeder  # loads pymoo
+    from pymoo.algorithms.soo.nonconvex.ga import GA
+    from pymoo.core.evaluator import Evaluator
+    from pymoo.core.problem import Problem as Posed
+    from pymoo.operators.crossover.sbx import SBX
+    from pymoo.problems.static import StaticProblem
 
     size, n = POPULATIONS[problem.step] if population is None else population, len(problem.free)
     if n == 0 or size < 4 or generations < 1:
@@ -94,14 +99,20 @@ def evolve(
     first = np.random.default_rng(seed).random((size, n))
     if known is not None:
         first[: len(known)] = known[:size]
-    breeder = Breeder(first, seed, CROSSOVER)
+    count = sampled(problem, first[:1], SEARCH_GRID)[1].shape[1]
+    posed = Posed(n_var=n, n_obj=1, n_ieq_constr=count, xl=np.zeros(n), xu=np.ones(n))
+    own: Any = {"sampling": first, "crossover": SBX(prob=CROSSOVER)}  # an array is no sampling by pymoo's annotation
+    algorithm: Any = GA(pop_size=size, **own)
+    algorithm.setup(posed, termination=("n_gen", generations), seed=seed, verbose=False)
     history, evaluations, best = [], 0, np.nan
     for number in range(generations):
-        x = breeder.ask()
-        if len(x) == 0:  # no offspring that is not there already: the population has converged
+        asked = algorithm.ask()
+        if asked is None or len(asked) == 0:  # no offspring that is not there already: the population has converged
             break
+        x = asked.get("X").astype(float)
         objective, margins = map(np.array, memo(x, lambda x=x: _scores(problem, x)))
-        breeder.tell(x, objective, margins)
+        Evaluator().eval(StaticProblem(posed, F=objective[:, None], G=-margins), asked)
+        algorithm.tell(infills=asked)
         evaluations += len(x)
         good = objective[(margins >= 0.0).all(axis=1)]
         best = float(np.fmin(best, good.min())) if len(good) else best
@@ -110,9 +121,10 @@ def evolve(
             report(number + 1, generations, best)
         if stop():
             break
-    violation = np.maximum(0.0, -breeder.margins).sum(axis=1)
-    order = np.lexsort((breeder.objective, violation))
-    return Population(breeder.x[order], breeder.objective[order], violation[order], tuple(history), evaluations)
+    x, objective = algorithm.pop.get("X").astype(float), algorithm.pop.get("F")[:, 0]
+    violation = np.maximum(0.0, algorithm.pop.get("G")).sum(axis=1)
+    order = np.lexsort((objective, violation))
+    return Population(x[order], objective[order], violation[order], tuple(history), evaluations)
 
 
 def _scores(problem: Problem, x: np.ndarray) -> Scores:
