@@ -120,9 +120,6 @@ def certify(
         max_boxes: Boxes after which what is open is undecided.
         progress: As `prove` calls it.
 
-    Returns:
-        The certificate, whatever the verdict.
-
     Raises:
         GravityError: Gravity takes all the torque.
         GeometryError: The tolerance is negative or too large.
@@ -171,9 +168,6 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
         certificate: The certificate.
         design: The design it should be about; None checks it for itself alone.
         progress: Called with the boxes examined and the share of the leaves that is done.
-
-    Returns:
-        What held.
 
     Raises:
         CertificateError: It is about another design, or asks less than the design does; it leaves less room for gravity

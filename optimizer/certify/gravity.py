@@ -65,9 +65,6 @@ class GravityShare:
     def fault(self, limits: Limits) -> str | None:
         """Checks in exact fractions that these conditions count gravity in as they should.
 
-        Args:
-            limits: The conditions of a certificate.
-
         Returns:
             The fault, or None.
         """
@@ -98,9 +95,6 @@ def given_share(design: Design, reserve: float) -> GravityShare:
         design: The design.
         reserve: Taken off the torque of each joint, N m.
 
-    Returns:
-        The share.
-
     Raises:
         GravityError: The reserve is negative, not finite, or leaves no torque.
     """
@@ -118,9 +112,6 @@ def share_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> Gravi
         path: The file.
         design: The design that was built.
         tolerance: Of the links' lengths, m: the masses act anywhere within it.
-
-    Returns:
-        The share.
 
     Raises:
         GravityError: Unreadable, not mass properties, of another design, or with bodies that the limit does not know.

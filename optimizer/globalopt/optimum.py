@@ -131,9 +131,6 @@ def prove_optimum(
         report: Called with the state of the proof, each `CHUNK` boxes, and while a design is certified.
         stop: Called as often; True ends it with what stands.
 
-    Returns:
-        Incumbent, bound, gap.
-
     Raises:
         ProblemError: The gap is not positive, or reach is left out: no other constraint means anything without it.
     """

@@ -33,12 +33,7 @@ def percent(share: float | None, form: str = ".2f") -> str:
 
 
 def record(runs: Runs, made: Reproduction) -> Facts:
-    """Gathers all facts as plain data for JSON: no number in it is infinite.
-
-    Args:
-        runs: The recomputed runs.
-        made: What recomputed them.
-    """
+    """Gathers all facts as plain data for JSON: no number in it is infinite."""
     rows = {table: [r.record() for r in runs if r.run.table == table] for table in STEP_OF_TABLE}
     return {
         "schema": SCHEMA,

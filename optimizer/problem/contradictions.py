@@ -61,11 +61,7 @@ def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def limit_values(known: Known) -> dict[str, Any]:
-    """Gives what limits are made from: fields by their names alone, `shoulder_deg` as two.
-
-    Args:
-        known: The file's fields.
-    """
+    """Gives what limits are made from: fields by their names alone, `shoulder_deg` as two."""
     tables = ("requirements.", "limits.", "feel.")
     values = {field.split(".")[1]: value for field, value in known.items() if field.startswith(tables)}
     return values | dict(zip(SHOULDER, values.pop("shoulder_deg", ()), strict=False))

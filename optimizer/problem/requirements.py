@@ -171,9 +171,6 @@ def read_toml(path: Path, name: str, refused: type[RequirementsError] = Requirem
         name: What error messages call it.
         refused: The error to raise.
 
-    Returns:
-        Its tables as plain data.
-
     Raises:
         RequirementsError: Unreadable, or refused by `parse_toml`.
     """

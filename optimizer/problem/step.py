@@ -216,9 +216,6 @@ def step_problem(
             proved not to exceed instead: what a search reached bounds no design.
         without: Names of constraints to leave out, of `CONSTRAINTS`.
 
-    Returns:
-        The problem.
-
     Raises:
         ProblemError: There is no such step or constraint, or step 3 has no half side, or one of 0.
     """

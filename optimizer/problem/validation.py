@@ -136,12 +136,7 @@ def _tables(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 
 def unit_of(table: str, name: str) -> str:
-    """Gives the unit of a field, as its name ends; "" for a number without one.
-
-    Args:
-        table: Table of the file.
-        name: Field in it.
-    """
+    """Gives the unit of a field, as its name ends; "" for a number without one."""
     return "mm" if table == "bounds_mm" else next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
 
 

@@ -79,9 +79,6 @@ def evolve(
         report: Called after each generation.
         stop: Called after each generation; True ends the search there.
 
-    Returns:
-        The last generation.
-
     Raises:
         GeneticError: Nothing is free, or fewer than 4 individuals or 1 generation.
     """

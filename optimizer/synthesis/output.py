@@ -127,9 +127,6 @@ def design_of(
         unfinished: What is still to come, for its provenance; None where the run is done.
         folder: Where its file will stand: a folder of own parts is named from there.
 
-    Returns:
-        The design, its provenance filled in.
-
     Raises:
         DesignError: The design file refuses the lengths.
     """
@@ -172,9 +169,6 @@ def presentable(result: Result) -> tuple[float, ...]:
     Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
     on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
     stay as they were found where that fails too, or where the half side is fixed to another figure.
-
-    Args:
-        result: A step's result.
 
     Returns:
         (6) lengths in the order of `VARIABLES`, mm.

@@ -257,10 +257,6 @@ def best_holding(problem: Problem, last: genetic.Population) -> np.ndarray:
     A cube of steps 1 and 2 that does not is made smaller, about the middle of its bottom face, until it does: it then
     lies inside the old one, so that no margin gets worse.
 
-    Args:
-        problem: The step.
-        last: The generation.
-
     Returns:
         (free variables) scaled; the first of the generation if none holds.
     """
