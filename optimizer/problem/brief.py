@@ -18,7 +18,7 @@ from delta_cad.common.units import DOWN
 from delta_cad.design import NAME_PATTERN
 from delta_cad.design.record import Panel
 from delta_cad.design.task import LEAST, Gravity, Section, Task, limit_fields
-from optimizer.problem.contradictions import Fault, Known, beyond_proof, limit_values, peaks, swapped
+from optimizer.problem.contradictions import beyond_proof, limit_values, peaks, swapped
 from optimizer.problem.hardware import check_choices, choices, own_folder, placed_hardware
 from optimizer.problem.requirements import (
     LENGTH_MAX_MM,
@@ -30,7 +30,7 @@ from optimizer.problem.requirements import (
     read_toml,
     requirements_hash,
 )
-from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
+from optimizer.problem.validation import Fault, Found, read
 
 Objective = Literal["cube_side", "effective_mass", "outline", "cost"]
 CAPSTAN = ("capstan_ratio", "sector_radius_mm", "cable")  # hardware that a direct drive has not
@@ -262,22 +262,18 @@ def brief_from_dict(
         The brief, with all defaults filled in and its goal settled.
 
     Raises:
-        RequirementsError: All that is wrong, the first as the error and the others as its `more`: fields as `validated`
+        RequirementsError: All that is wrong, the first as the error and the others as its `more`: fields as `read`
             refuses them, hardware as `check_choices` does, a field that stands in two tables, numbers that contradict
             each other, an outline of which one side is missing, a goal that what is given does not bound.
     """
-    found = validated(DesignBrief, data, file)
-    known = {field: value for field, value in found.values.items() if value is not None}
-    faults = (RequirementsError(file, *fault) for fault in _contradictions(found, known))
-    found = found.with_faults([*faults, *check_choices(found.hardware, file, folder, own_parts)])
-    if found.record is None:
-        refuse(found.faults)
-    brief = _settled(found.record, found.stated)
+    checked = lambda entries: check_choices(entries, file, folder, own_parts)  # noqa: E731
+    record, stated = read(DesignBrief, data, file, _contradictions, checked)
+    brief = _settled(record, stated)
     brief._own_folder = own_folder(brief.hardware, folder, own_parts)
     if brief._own_folder is not None:
         brief._own_parts = catalogue.own_parts(brief._own_folder)
-    brief._stated = frozenset(MOVED.get(one, one) for one in found.stated)
-    brief._notes = (*_notes(found.stated), *_of_no_capstan(brief))
+    brief._stated = frozenset(MOVED.get(one, one) for one in stated)
+    brief._notes = (*_notes(stated), *_of_no_capstan(brief))
     return brief
 
 
@@ -315,16 +311,16 @@ def _of_no_capstan(brief: DesignBrief) -> Iterator[str]:
             yield f"hardware.{entry} is not used by design: it is a capstan's, and all that may be used is direct"
 
 
-def _contradictions(found: Validated[DesignBrief], known: Known) -> Iterator[Fault]:
+def _contradictions(found: Found) -> Iterator[Fault]:
     """Finds what cannot be asked together, or is not enough to go by, among the fields that are known."""
+    known = found.known
     for old, new in MOVED.items():
         if {old, new} <= found.stated:
             yield old, short(known[old]) if old in known else "", f"must stand here or in {new}, not in both"
     yield from swapped(known)
     yield from peaks(known)
     yield from beyond_proof({f: v for f, v in known.items() if f not in UNUSED}, {})
-    refused = {fault.field.split("[")[0] for fault in found.faults}
-    if not refused & {"", "requirements", "requirements.cube_side_mm", *_SIDES}:
+    if not found.refused & {"", "requirements", "requirements.cube_side_mm", *_SIDES}:
         yield from _not_bounded(known)
     limit, least = known.get("panel.limit_mm"), known.get("requirements.clearance_min_mm", 0.0)
     if limit is not None and limit <= least and any(one.partition(".")[0] == "panel" for one in found.stated):
@@ -343,7 +339,7 @@ def _contradictions(found: Validated[DesignBrief], known: Known) -> Iterator[Fau
 _SIDES = ("requirements.envelope_width_mm", "requirements.envelope_depth_mm")
 
 
-def _not_bounded(known: Known) -> Iterator[Fault]:
+def _not_bounded(known: Mapping[str, Any]) -> Iterator[Fault]:
     """Finds an outline of which one side is missing, and a goal without what bounds it."""
     missing = [side for side in _SIDES if side not in known]
     cube, outline = "requirements.cube_side_mm" in known, not missing

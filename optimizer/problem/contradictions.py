@@ -8,11 +8,10 @@ from typing import Any
 from delta_cad.common.refusal import short
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS
+from optimizer.problem.validation import Fault
 
 Known = Mapping[str, Any]
 """Dotted field, such as "requirements.force_N" -> value, of the fields that have one and are not refused."""
-Fault = tuple[str, str, str]
-"""Dotted field, its value as text, what would be allowed."""
 SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in a file of requirements the two numbers of `shoulder_deg`
 
 
