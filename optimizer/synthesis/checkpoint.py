@@ -114,6 +114,16 @@ class Checkpoint(Records):
         """Takes up a step."""
         self._done[str(record["step"]), str(record["of"])] = (record["result"],)
 
+    def finished(self, step: str, of: object = None) -> Any:
+        """Gives what a step came to as JSON types; None where it is not kept."""
+        return self._done.get(_key(step, of), (None,))[0]
+
+    def finish(self, step: str, result: Any, of: object = None) -> None:
+        """Keeps what a step came to, of JSON types."""
+        key = _key(step, of)
+        self._done[key] = (result,)
+        self.append({"step": step, "of": key[1], "result": result})
+
     def memoize(
         self, step: str, of: object, compute: Callable[[], T], kind: Any, keeps: Callable[[T], bool] = lambda _: True
     ) -> T:
@@ -126,17 +136,19 @@ class Checkpoint(Records):
             kind: Type of its result: records, lists, tuples and numbers, by which it is written and read.
             keeps: Whether a result that was computed is kept.
         """
-        key = step, sha256(repr(of).encode()).hexdigest()
-        if (kept := self._done.get(key)) is not None:
+        if (kept := self._done.get(_key(step, of))) is not None:
             with suppress(ValidationError):  # of another state of the code under the same version
                 result: T = _form(kind).validate_python(kept[0])
                 if as_json(result, kind) == kept[0]:
                     return result
         result = compute()
         if keeps(result):
-            self._done[key] = (as_json(result, kind),)
-            self.append({"step": step, "of": key[1], "result": self._done[key][0]})
+            self.finish(step, as_json(result, kind), of)
         return result
+
+
+def _key(step: str, of: object) -> tuple[str, str]:
+    return step, sha256(repr(of).encode()).hexdigest()
 
 
 def remembered(store: Checkpoint | None, step: str, compute: Callable[[], T], kind: Any = Any, of: object = None) -> T:
