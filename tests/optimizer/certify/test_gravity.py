@@ -22,6 +22,7 @@ from optimizer.certify.certificate import CertificateError, certify, limits_of, 
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
 from optimizer.certify.gravity import GravityError, GravityShare, given_share, share_of_masses
 from tests.delta_cad.mechanism.asked import limits
+from tests.designs import minimal
 from tests.optimizer.messages import refuses
 
 NUMERIC_N_M = 2e-9
@@ -29,30 +30,10 @@ NUMERIC_N_M = 2e-9
 
 
 def design_with(drive: str = "capstan", gravity: tuple[float, ...] = (0.0, 0.0, -9.81), **requirements: Any) -> Design:
-    hardware = {"drive": drive, "motor": "maxon-re30-310007" if drive == "capstan" else "maxon-ec60flat-408057"}
-    return design_from_dict(
-        {
-            "schema": "delta-design/1",
-            "name": "published",
-            "mechanism": {
-                "base_radius_mm": 40.0,
-                "platform_radius_mm": 30.0,
-                "upper_arm_length_mm": 82.0,
-                "forearm_length_mm": 112.079,
-                "parallelogram_width_mm": 48.0,
-            },
-            "cube": {"bottom_height_mm": 57.112, "half_side_mm": 37.5},
-            "requirements": {
-                "envelope_width_mm": 270.0,
-                "envelope_depth_mm": 220.0,
-                "force_N": 3.0,
-                "joint_torque_N_m": 0.8,
-                "gravity_m_s2": list(gravity),
-            }
-            | requirements,
-            "hardware": hardware,
-        }
-    )
+    motor = "maxon-re30-310007" if drive == "capstan" else "maxon-ec60flat-408057"
+    data = minimal()
+    asked = data["requirements"] | {"gravity_m_s2": list(gravity)} | requirements
+    return design_from_dict(data | {"requirements": asked, "hardware": {"drive": drive, "motor": motor}})
 
 
 def masses_file(path: Path, bodies: dict[str, Any], home: Any = (0.0, 0.0, 94.612), **more: Any) -> Path:
