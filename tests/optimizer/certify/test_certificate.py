@@ -1,8 +1,6 @@
 """Certificates: made, written, read, replayed; and what is done to them is noticed."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -266,8 +264,3 @@ def test_what_is_no_certificate_is_refused(tmp_path, proved):
 def test_impossible_limits_are_refused(design):
     with refuses(GeometryError, "kappa_max", "0.5"):
         certify(design, limits(kappa_max=0.5))
-
-
-def test_verifying_does_not_load_the_compiler():
-    code = "import sys, optimizer.certify.file; sys.exit('numba' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -311,15 +311,21 @@ def test_methods_on_the_command_line_are_those_of_the_library() -> None:
     assert synthesize.METHODS == METHODS
 
 
-def test_help_loads_no_solver_and_no_cad() -> None:
+HEAVY = ("numpy", "scipy", "pymoo", "numba", "pydantic", "cadquery", "matplotlib")
+
+
+def test_no_help_loads_a_solver_or_cad() -> None:
+    """Of every command, one after the other in a process of their own."""
     code = (
-        "import sys\nfrom optimizer.commands.cli import main\n"
-        "try:\n    main(['synthesize', '--help'])\nexcept SystemExit:\n"
-        "    print([m for m in ('numpy', 'scipy', 'pymoo', 'numba', 'pydantic', 'cadquery') if m in sys.modules])"
+        "import sys\nfrom optimizer.commands.cli import COMMANDS, main\n"
+        "for words in (['--help'], *([command.NAME, '--help'] for command in COMMANDS)):\n"
+        "    try:\n        main(words)\n    except SystemExit:\n"
+        f"        print(words[0], [m for m in {HEAVY} if m in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.splitlines()[-1] == "[]"
-    assert "exit codes: 0 done" in run.stdout
+    loaded = dict(re.findall(r"(?m)^(\S+) (\[.*\])$", run.stdout))
+    assert loaded == dict.fromkeys(["--help", *(command.NAME for command in cli.COMMANDS)], "[]")
+    assert run.stdout.count("exit codes: 0 done") > len(cli.COMMANDS)
 
 
 CONTRACT = """

@@ -203,7 +203,8 @@ def test_every_variable_has_bounds_in_the_files(file: Path) -> None:
 
 def test_reading_loads_neither_cad_nor_solvers() -> None:
     code = (
-        "import sys, optimizer.problem.requirements as r; r.load_requirements(sys.argv[1]);"
+        "import sys, optimizer.problem.brief as b, optimizer.problem.requirements as r\n"
+        "r.load_requirements(sys.argv[1]); b.load_brief(sys.argv[1])\n"
         "print([m for m in ('cadquery', 'OCP', 'scipy', 'pymoo', 'numba') if m in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code, str(JOYSTICK)], capture_output=True, text=True, check=True)
