@@ -216,11 +216,6 @@ def _same_design(c: Certificate, design: Design) -> None:
         raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
 
 
-def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
-    p = np.array(point)
-    return bool((p >= c.cube.lower).all() and (p <= c.cube.upper).all())
-
-
 def _check_figures(c: Certificate, finding: Finding) -> None:
     """Refuses figures that a finding of its verdict does not have, and those that it has but are not so."""
     name, verdict = finding.condition, finding.verdict
@@ -253,7 +248,7 @@ def _check_point(c: Certificate, finding: Finding) -> None:
     name, point = finding.condition, finding.point
     if point is None:
         raise CertificateError(f"{name}: it is refuted, but without a point")
-    if not _inside(c, point):
+    if not (np.array(point) >= c.cube.lower).all() or not (np.array(point) <= c.cube.upper).all():
         raise CertificateError(f"{name}: the point {_mm(point)} lies outside the cube")
     if not breaks(c.geometry, c.limits[name], np.array(point)):
         raise CertificateError(f"{name}: the point {_mm(point)} does not break it")

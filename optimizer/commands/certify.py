@@ -169,16 +169,7 @@ def _require_tolerance(design: Design, asked: float | str | None) -> None:
 
 
 def share_of(design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0) -> GravityShare | None:
-    """Computes what is taken off for gravity.
-
-    Args:
-        design: The design.
-        masses: `mass_properties.json` of its build, if given.
-        reserve: Torque given by hand, N m, if given.
-        tolerance: Of the links' lengths, m: the masses act at the worst of them.
-
-    Returns:
-        The share, or None.
+    """Computes what is taken off for gravity, by `mass_properties.json` of a build or by a torque given by hand, N m.
 
     Raises:
         GravityError: The file or the number is refused.
@@ -191,14 +182,7 @@ def share_of(design: Design, masses: Path | None, reserve: float | None, toleran
 
 
 def inertia_of(design: Design, masses: Path) -> HandleInertia:
-    """Reads what moves at the handle.
-
-    Args:
-        design: The design.
-        masses: `mass_properties.json` of its build.
-
-    Returns:
-        The masses, with the rotors of the design's motors.
+    """Reads from `mass_properties.json` what moves at the handle, the rotors of the design's motors included.
 
     Raises:
         MassError: The file is refused.
@@ -226,20 +210,10 @@ def _certify(
     from delta_cad.mechanism import UnreachableError
     from delta_cad.mechanism.limits import Limits
     from delta_cad.mechanism.proof.extremes import worst_figures
+    from optimizer.certify import report
     from optimizer.certify.bounds import bounds, tightened
     from optimizer.certify.certificate import CertificateError, certify, limits_of, values_of
     from optimizer.certify.file import write_certificate
-    from optimizer.certify.report import (
-        broken,
-        facts,
-        gravity_sentence,
-        mm,
-        report_rows,
-        shortfall,
-        table,
-        tolerance_facts,
-        tolerance_sentence,
-    )
 
     geometry, cube, provable = design.geometry, design.workspace, _provable(given.design.name, design, inertia)
     limits = limits_of(provable, share, inertia)
@@ -271,38 +245,38 @@ def _certify(
             written, largest = _within(
                 given, design, provable, inertia, certificate, progress("all machines within a tolerance")
             )
-    rows = report_rows(certificate, proved_bounds)
+    rows = report.report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
     except CertificateError as error:
         return refuse(str(error), NOT_MET)
     if given.json:
-        report = facts(certificate, rows) | {
+        data = report.facts(certificate, rows) | {
             "certificate": str(given.out),
             "tight": largest is None and written is not certificate,
-            "tolerance": tolerance_facts(written, largest),
+            "tolerance": report.tolerance_facts(written, largest),
         }
-        print(json.dumps(report, indent=1))
+        print(json.dumps(data, indent=1))
     else:
         side, low = 2.0 * design.cube.half_side_mm, design.cube.bottom_height_mm
         verdict = "proved at every point" if certificate.verdict == "proved" else certificate.verdict
         print(f"{design.name}: {verdict} of the cube of {side:g} mm, {low:g} to {low + side:g} mm high")
-        print(table(rows))
-        print(gravity_sentence(certificate))
+        print(report.table(rows))
+        print(report.gravity_sentence(certificate))
         about = "the limits asked" if written is certificate else "the column `proved`"
         if largest is not None:
-            print(tolerance_sentence(written, largest))
-            about = f"the limits asked, within {mm(written.tolerance)} mm" if written.tolerance > 0.0 else about
+            print(report.tolerance_sentence(written, largest))
+            about = f"the limits asked, within {report.mm(written.tolerance)} mm" if written.tolerance > 0.0 else about
         print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
     unanswered = largest is not None and largest.late == "largest" and given.tolerance == MAX
     if largest is not None and (unanswered or written.verdict != "proved"):
-        return refuse(f"{given.design.name}: {tolerance_sentence(written, largest)}", NOT_MET)
+        return refuse(f"{given.design.name}: {report.tolerance_sentence(written, largest)}", NOT_MET)
     if given.tight and certificate.verdict == "proved" and written is certificate and progress.over:
         tighter = "the time was over before the tightest limits were proved together: raise --proof-minutes"
         return refuse(f"{given.design.name}: {tighter}", NOT_MET)
     if certificate.verdict == "proved":
         return DONE if provable is design else NOT_MET  # a limit that is stated was left out, as was said
-    reasons = dict.fromkeys(shortfall(row) for row in broken(rows))
+    reasons = dict.fromkeys(report.shortfall(row) for row in report.broken(rows))
     if progress.over and certificate.verdict == "undecided":
         reasons[f"the time was over after {certificate.boxes} boxes: raise --proof-minutes"] = None
     return refuse(f"{given.design.name}: {'; '.join(reasons)}", NOT_MET)

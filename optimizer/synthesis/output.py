@@ -205,11 +205,11 @@ def write_design(design: Design, path: Path) -> None:
 
 
 def _step(result: Result) -> dict[str, Any]:
+    """Gathers what the provenance has of a step, without the digits in which two machines' arithmetic differs."""
     record = result.record()
     names = ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa", "proven_bound", "gap")
-    return {name: _settled(record[name], GAP_DIGITS if name == "gap" else DIGITS) for name in names}
-
-
-def _settled(value: Any, digits: int) -> Any:
-    """Rounds away the digits of a figure that differ from one machine's arithmetic to another's."""
-    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+    digits = {"gap": GAP_DIGITS}
+    return {
+        name: float(f"{value:.{digits.get(name, DIGITS)}g}") if isinstance(value := record[name], float) else value
+        for name in names
+    }

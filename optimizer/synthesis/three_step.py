@@ -138,7 +138,7 @@ class Run:
         before = done[-1] if done else None
         if self.method == "proven":
             return self._phase(problem, self._by_effort("proven"), lambda: self._proven(problem, reached, done))
-        proves = self.prove and proving.available()
+        proves, effort = self.prove and proving.available(), (self.seed, self.effort)
         known = np.empty((0, len(problem.free)))
         if before is not None:  # what the step before found, its cube cut down to what this step allows
             known = problem.scaled(before.design_mm)[None]
@@ -153,16 +153,18 @@ class Run:
                 self.report(Progress(problem.step, "conflict", 0, 0, math.nan))
             error = explain(self.given, problem, reached, self.seed)
             if error is not None:
-                proved = proves and self._optimum(problem).status == "infeasible"
+                tell = partial(self._tell_proof, problem)
+                proved = proves and proving.solve(problem, *effort, tell, self.stop).status == "infeasible"
                 if self.stop():
                     return replace(result, status="interrupted")
                 raise error.as_proved() if proved else error
         if proves and result.feasible and not result.tiny and result.status != "interrupted":
             # what a search of step 1 reached bounds nothing: the proof is within bounds_mm, or what step 1 proved
             within = step_problem(self.given, 2, _bound(before)) if problem.step == 2 else problem
-            unbounded = result
+            unbounded, tell = result, partial(self._tell_proof, within)
             self._found([*done, result], f"the proof of step {problem.step} is still to come")
-            result = self._phase(problem, self._by_effort("bound"), lambda: self._bounded(within, unbounded))
+            bounded = lambda: proving.with_bound(unbounded, *effort, tell, self.stop, within)  # noqa: E731
+            result = self._phase(problem, self._by_effort("bound"), bounded)
         return result
 
     def _by_effort(self, name: str) -> str:
@@ -198,13 +200,6 @@ class Run:
         if result.status == "infeasible":
             raise explain_proved(self.given, problem, reached, self.seed)
         return result
-
-    def _optimum(self, problem: Problem) -> Result:
-        return proving.solve(problem, self.seed, self.effort, partial(self._tell_proof, problem), self.stop)
-
-    def _bounded(self, within: Problem, result: Result) -> Result:
-        tell = partial(self._tell_proof, within)
-        return proving.with_bound(result, self.seed, self.effort, tell, self.stop, within)
 
     def _tell_proof(self, problem: Problem, now: Now) -> None:
         if self.report is not None:
