@@ -51,7 +51,7 @@ def put(data: Any, path: str, value: Any) -> None:
             data = data[name]
 
 
-CASES = [json.loads(line) for line in (ROOT / "tests/data/refused/certificate.jsonl").read_text().splitlines()]
+CASES = [json.loads(line) for line in (ROOT / "tests/optimizer/certify/refused.jsonl").read_text().splitlines()]
 
 
 @pytest.mark.parametrize("case", CASES, ids=named)

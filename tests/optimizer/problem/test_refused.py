@@ -1,9 +1,10 @@
-"""What requirements are refused with, as tests/data/refused has it: field, value and bound of each line."""
+"""What requirements are refused with, as the files in refused/ have it: field, value and bound of each line."""
 
 from __future__ import annotations
 
 import re
 import tomllib
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,7 +12,6 @@ import pytest
 from optimizer.problem.brief import MOVED
 from optimizer.problem.quantity import KINDS, QuantityError, pattern, quantity
 from optimizer.problem.schema import brief_schema
-from tests.committed import ROOT
 from tests.delta_cad.design.json_schema import violations
 from tests.designs import named
 from tests.optimizer.messages import holds
@@ -19,7 +19,7 @@ from tests.optimizer.problem.requirements import CUBE, OUTLINE, first_edition, l
 
 
 def cases(name: str) -> list[dict[str, Any]]:
-    return tomllib.loads((ROOT / f"tests/data/refused/{name}.toml").read_text(encoding="utf-8"))["case"]
+    return tomllib.loads((Path(__file__).parent / f"refused/{name}.toml").read_text(encoding="utf-8"))["case"]
 
 
 def merged(base: dict[str, Any], more: dict[str, Any]) -> dict[str, Any]:
