@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,11 @@ from tests.cost.plugin import Costs
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 console.FIRST_S = console.TELL_S = 3600.0  # what else a command says is looked at, however slow the machine is
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Adds `--update`."""
+    parser.addoption("--update", action="store_true", help="write golden files anew, to be read in the diff")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -37,6 +43,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         seen[name] += 1
         if quick and seen[name] > quick.args[0]:
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture
+def golden(request: pytest.FixtureRequest) -> Callable[[Path, list[str]], None]:
+    """Compares lines with those of a file, which `--update` writes anew."""
+
+    def compare(path: Path, lines: list[str]) -> None:
+        text = "".join(f"{line}\n" for line in lines)
+        if request.config.getoption("--update"):
+            path.write_text(text, encoding="utf-8")
+        assert text == path.read_text(encoding="utf-8"), f"{path.name}: after a change of words run with --update"
+
+    return compare
 
 
 @pytest.fixture(scope="session")

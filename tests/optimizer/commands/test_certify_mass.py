@@ -11,37 +11,6 @@ from delta_cad.design import design_hash, load_design
 from tests.optimizer.certify.designs import call, changed, masses
 
 
-def test_the_masses_that_are_proved_with_are_those_of_the_file_or_as_recorded(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path, out = changed(tmp_path, effective_mass_max_kg=10.0), tmp_path / "c.json"
-    file = masses(tmp_path, load_design(path), turning=2e-6)
-    assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 0
-    limits = json.loads(out.read_text())["limits"]
-    assert set(limits["inertia"]) == {"carried_mass_kg", "elbow_mass_kg", "cross_mass_kg", "joint_inertia_kg_m2"}
-    assert call("verify", out, "--design", path, "--mass-properties", file) == 0
-    assert capsys.readouterr().out.endswith("kg m^2 at a joint, checked\n")
-    for told_so, code in (((), 1), (("--without-gravity",), 1), (("--as-recorded",), 0)):
-        assert call("verify", out, "--design", path, *told_so) == code
-    told, err = capsys.readouterr()
-    assert "requirements.effective_mass_max_kg = " in err.splitlines()[1]
-    assert "AS RECORDED, their file not given: --mass-properties\n" in told.splitlines(True)[-1]
-
-
-def test_an_effective_mass_without_masses_is_left_out_and_missed_by_verify(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)  # where no build stands
-    path, out = changed(tmp_path, effective_mass_max_kg=0.4), tmp_path / "c.json"
-    for more in ((), ("--gravity-torque", "0.1")):
-        assert call("certify", "--design", path, "--out", out, *more) == 1
-        told, err = capsys.readouterr()
-        assert "design.json: requirements.effective_mass_max_kg = 0.4 is left out, it needs the masses" in err
-        assert "effective mass" not in told
-        assert call("verify", out, "--design", path, *more) == 1
-        assert "effective_mass: design" in capsys.readouterr().err
-
-
 def test_the_masses_of_the_build_are_taken_where_it_stands_in_this_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
