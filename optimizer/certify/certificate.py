@@ -217,7 +217,7 @@ def _same_design(c: Certificate, design: Design) -> None:
 
 
 def _check_figures(c: Certificate, finding: Finding) -> None:
-    """Refuses figures that a finding of its verdict does not have, and those that it has but are not so."""
+    """Refuses figures that do not belong to a finding's verdict, and figures that are wrong."""
     name, verdict = finding.condition, finding.verdict
     own = {"proved": (), "refuted": ("point", "value"), "undecided": ("box",)}[verdict]
     for figure in ("point", "value", "box"):

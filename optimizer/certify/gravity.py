@@ -63,7 +63,7 @@ class GravityShare:
         return limits.with_(Torque(self.force, left))
 
     def fault(self, limits: Limits) -> str | None:
-        """Checks in exact fractions that these conditions count gravity in as they should.
+        """Checks in exact fractions that the conditions of a certificate allow for gravity as it says.
 
         Returns:
             The fault, or None.

@@ -130,7 +130,7 @@ def _masses_of_build(design: Design) -> Path | None:
 
 
 def _provable(file: str, design: Design, inertia: HandleInertia | None) -> Design:
-    """The design without the limit that needs masses, where none are known, and says so."""
+    """Leaves out the limit that needs masses where none are known, and says so."""
     mass = design.requirements.effective_mass_max_kg
     if mass is None or inertia is not None:
         return design
@@ -327,14 +327,14 @@ def _within(
 
 
 class _Clock:
-    """Tells of the proofs of a command, and ends them when their time is over."""
+    """Shows progress of a command's proofs and ends them when their time is over."""
 
     def __init__(self, line: Line, minutes: float) -> None:
         self._line, self._deadline = line, monotonic() + 60.0 * minutes
         self.over = False
 
     def __call__(self, what: str) -> Progress:
-        """Gives what one proof is to call."""
+        """Gives the progress callback of one proof."""
 
         def tell(boxes: int, share: float) -> bool:
             self._line.show(f"proving {what}: {boxes} boxes, {share:.1%} of the cube")

@@ -173,7 +173,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, fil
 
 
 def _interrupted(given: argparse.Namespace, file: DesignFile, problem: str = "") -> str:
-    """Says what an interrupted run leaves, and how to go on."""
+    """Describes what an interrupted run leaves, and how to continue it."""
     kept = f"best so far in {given.out}" if file.kept else "no design was written"
     if not file.kept and given.out.exists():
         kept = f"{given.out} is left as it was"

@@ -239,7 +239,7 @@ class _Proof:
         return self.best.objective if self.best else math.nan
 
     def _watch(self, boxes: int, _share: float) -> bool:
-        """Tells of a design that is being certified, and whether there is no time for it."""
+        """Reports progress of certifying a design; true ends it."""
         self._tell(boxes)
         return self._ends()
 

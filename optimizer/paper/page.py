@@ -180,7 +180,7 @@ COLUMNS: tuple[tuple[str, Callable[[Facts], str]], ...] = (
 
 
 def _remarks(rows: list[Facts]) -> list[str]:
-    """Lists what must be known of runs beside their numbers, each remark once, with its rows."""
+    """Lists remarks on runs, each once with its rows."""
     about: dict[str, list[str]] = {}
     for row in rows:
         proven, sqp = row["proven"], row["found"]["sqp"]

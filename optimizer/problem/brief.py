@@ -39,7 +39,7 @@ SIGNS = ("gt", "ge", "lt", "le")
 
 
 def _optional(model: type[BaseModel]) -> dict[str, Any]:
-    """Gives the fields of a record, each of which may be left out and then is None."""
+    """Gives the fields of a record, each optional with default None."""
     fields: dict[str, Any] = {}
     for name, info in model.model_fields.items():
         bounds = {s: getattr(m, s) for m in info.metadata for s in SIGNS if getattr(m, s, None) is not None}
@@ -197,7 +197,7 @@ class DesignBrief(Section):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the file states and `design` does not use, a line each, with the reason."""
+        """Fields that the file states and `design` does not use, one line each with the reason."""
         return self._notes
 
     @property
@@ -273,7 +273,7 @@ def brief_from_dict(
     if brief._own_folder is not None:
         brief._own_parts = catalogue.own_parts(brief._own_folder)
     brief._stated = frozenset(MOVED.get(one, one) for one in stated)
-    brief._notes = (*_notes(stated), *_of_no_capstan(brief))
+    brief._notes = (*_notes(stated), *_unused_capstan_hardware(brief))
     return brief
 
 
@@ -283,7 +283,7 @@ def brief_hash(brief: DesignBrief) -> str:
 
 
 def _settled(brief: DesignBrief, stated: frozenset[str]) -> DesignBrief:
-    """Puts the first edition's fields in their places, and the goal that follows where none is stated."""
+    """Moves the first edition's fields to their places and sets the default goal where none is stated."""
     tables = {name: getattr(brief, name).model_dump() for name in ("requirements", "limits", "feel")}
     for old, new in MOVED.items():
         if old in stated:
@@ -304,15 +304,15 @@ def _notes(stated: frozenset[str]) -> Iterator[str]:
             yield f"{field} is not used by design: {why}"
 
 
-def _of_no_capstan(brief: DesignBrief) -> Iterator[str]:
-    """Says which hardware a direct drive has not, where all that may be used are such."""
+def _unused_capstan_hardware(brief: DesignBrief) -> Iterator[str]:
+    """Notes capstan hardware that is stated although only direct drives may be used."""
     for entry in CAPSTAN if "capstan" not in brief.choices["drive"] else ():
         if entry in brief.hardware:
             yield f"hardware.{entry} is not used by design: it is a capstan's, and all that may be used is direct"
 
 
 def _contradictions(found: Found) -> Iterator[Fault]:
-    """Finds what cannot be asked together, or is not enough to go by, among the fields that are known."""
+    """Finds contradictory or insufficient requirements among the fields that are not refused."""
     known = found.known
     for old, new in MOVED.items():
         if {old, new} <= found.stated:
@@ -340,7 +340,7 @@ _SIDES = ("requirements.envelope_width_mm", "requirements.envelope_depth_mm")
 
 
 def _not_bounded(known: Mapping[str, Any]) -> Iterator[Fault]:
-    """Finds an outline of which one side is missing, and a goal without what bounds it."""
+    """Finds an outline with one side missing, and a goal without the requirement that bounds it."""
     missing = [side for side in _SIDES if side not in known]
     cube, outline = "requirements.cube_side_mm" in known, not missing
     most, least = known.get("goal.maximize"), known.get("goal.minimize")

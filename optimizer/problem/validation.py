@@ -146,7 +146,7 @@ def holds_numbers(annotation: Any) -> bool:
 
 
 def _plain(model: type[BaseModel], data: Mapping[str, Any], file: str) -> tuple[dict[str, Any], dict[Loc, Any]]:
-    """Makes numbers of texts with a unit; with that, location and fault of each that cannot be made one."""
+    """Converts texts with a unit to numbers; gives the converted data, and the faults by location."""
     plain: dict[str, Any] = dict(data)
     refused: dict[Loc, RequirementsError] = {}
     for table, inner in (_tables(model) | ({"hardware": Hardware} if "hardware" in model.model_fields else {})).items():
@@ -162,7 +162,7 @@ def _plain(model: type[BaseModel], data: Mapping[str, Any], file: str) -> tuple[
 
 
 def _number(value: Any, unit: str, loc: Loc, refused: dict[Loc, Any], file: str) -> Any:
-    """Makes a number of a text with a unit, or numbers of a list of such."""
+    """Converts a text with a unit, or each of a list, to a number."""
     if isinstance(value, list):
         return [_number(one, unit, (*loc, k), refused, file) for k, one in enumerate(value)]
     if isinstance(value, str):
@@ -176,7 +176,7 @@ def _number(value: Any, unit: str, loc: Loc, refused: dict[Loc, Any], file: str)
 
 
 def _as_numbers(value: Any) -> Any:
-    """Makes doubles of the whole numbers in a value that was accepted."""
+    """Converts the whole numbers in an accepted value to doubles."""
     if isinstance(value, list | tuple):
         return tuple(map(_as_numbers, value))
     return float(value) if isinstance(value, int) else value
@@ -188,7 +188,7 @@ def dotted(loc: Loc) -> str:
 
 
 def _allowed(model: type[BaseModel], loc: Loc) -> str:
-    """Says what a field may hold, from its declaration."""
+    """Describes the allowed values of a field, from its declaration."""
     table, tables = str(loc[0]), _tables(model)
     if table == "hardware":
         return "must be a table" if len(loc) == 1 else "must be text, a number, or a list of what may be used"
@@ -230,7 +230,7 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: ob
 
 
 def _in_another_unit(model: type[BaseModel], loc: Loc, value: object) -> str:
-    """Says what to write where a number out of its bounds would be within them in another unit; else ""."""
+    """Suggests the number to write if one out of bounds would be within them in another unit; else ""."""
     table = _tables(model).get(str(loc[0]))
     if table is None or len(loc) != 2 or isinstance(value, bool) or not isinstance(value, int | float):
         return ""

@@ -164,7 +164,7 @@ def design_of(
 
 
 def presentable(result: Result) -> tuple[float, ...]:
-    """Rounds the lengths of a result to whole micrometres, as a machinist is to be given them.
+    """Rounds the lengths of a result to whole micrometres, for manufacturing.
 
     Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
     on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
