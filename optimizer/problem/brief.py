@@ -7,6 +7,7 @@ its place, so that the record has each number once. A file that is refused is to
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Optional
 
@@ -266,7 +267,7 @@ def brief_from_dict(
             refuses them, hardware as `check_choices` does, a field that stands in two tables, numbers that contradict
             each other, an outline of which one side is missing, a goal that what is given does not bound.
     """
-    checked = lambda entries: check_choices(entries, file, folder, own_parts)  # noqa: E731
+    checked = partial(check_choices, file=file, folder=folder, own_parts=own_parts)
     record, stated = read(DesignBrief, data, file, _contradictions, checked)
     brief = _settled(record, stated)
     brief._own_folder = own_folder(brief.hardware, folder, own_parts)

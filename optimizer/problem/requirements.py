@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
+from functools import partial
 from math import radians
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
@@ -157,7 +158,7 @@ def load_requirements(path: str | Path, own_parts: Path | None = None) -> Requir
         RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` or `check_hardware` refuses.
     """
     path = Path(path)
-    checked = lambda entries: check_hardware(entries, path.name, path.parent, own_parts)  # noqa: E731
+    checked = partial(check_hardware, file=path.name, folder=path.parent, own_parts=own_parts)
     record, _ = read(Requirements, read_toml(path, path.name), path.name, _contradictions, checked)
     record._own_parts = own_folder(record.hardware or {}, path.parent, own_parts)
     return record

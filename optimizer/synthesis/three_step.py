@@ -161,9 +161,9 @@ class Run:
         if proves and result.feasible and not result.tiny and result.status != "interrupted":
             # what a search of step 1 reached bounds nothing: the proof is within bounds_mm, or what step 1 proved
             within = step_problem(self.given, 2, _bound(before)) if problem.step == 2 else problem
-            unbounded, tell = result, partial(self._tell_proof, within)
+            tell = partial(self._tell_proof, within)
             self._found([*done, result], f"the proof of step {problem.step} is still to come")
-            bounded = lambda: proving.with_bound(unbounded, *effort, tell, self.stop, within)  # noqa: E731
+            bounded = partial(proving.with_bound, result, *effort, tell, self.stop, within)
             result = self._phase(problem, self._by_effort("bound"), bounded)
         return result
 
