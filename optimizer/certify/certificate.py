@@ -21,7 +21,7 @@ from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from delta_cad.mechanism.proof.prove import DEEPEST, Progress, half_of, prove
-from optimizer.certify.gravity import GravityShare
+from optimizer.certify.gravity import GravityAllowance
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
 
@@ -63,7 +63,7 @@ class Certificate:
     findings: tuple[Finding, ...]
     leaves: np.ndarray
     boxes: int
-    gravity: GravityShare | None = None
+    gravity: GravityAllowance | None = None
     tolerance: float = 0.0
 
     @property
@@ -95,7 +95,7 @@ class Replay:
 
 
 def values_of(
-    design: Design, inertia: HandleInertia | None = None, gravity: GravityShare | None = None
+    design: Design, inertia: HandleInertia | None = None, gravity: GravityAllowance | None = None
 ) -> dict[str, Any]:
     """Gathers `limit_values` of a design, with what moves, where it is known, and how gravity is counted in."""
     return limit_values(design, {"inertia": inertia, "held_masses": None if gravity is None else gravity.masses})
@@ -105,7 +105,7 @@ def certify(
     design: Design,
     limits: Limits | None = None,
     *,
-    gravity: GravityShare | None = None,
+    gravity: GravityAllowance | None = None,
     tolerance: float = 0.0,
     max_boxes: int = 5_000_000,
     progress: Progress | None = None,
@@ -142,7 +142,7 @@ def certify(
     )
 
 
-def limits_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
+def limits_of(design: Design, gravity: GravityAllowance | None, inertia: HandleInertia | None = None) -> Limits:
     """Gathers the limits of a design's requirements, less the room for gravity, angles rounded to the strict side.
 
     Args:

@@ -20,7 +20,7 @@ from delta_cad.mechanism.geometry import require_tolerance
 from delta_cad.mechanism.limits import POSE_LIMITS, HoldingTorque, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
-from optimizer.certify.gravity import GravityShare
+from optimizer.certify.gravity import GravityAllowance
 
 SCHEMA = "delta-certificate/1"
 STATEMENT = (
@@ -224,7 +224,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
         boxes=read.boxes,
         gravity=None
         if share is None
-        else GravityShare(**dict(share), masses=held.masses if held and share.sha256 else None),
+        else GravityAllowance(**dict(share), masses=held.masses if held and share.sha256 else None),
         tolerance=tolerance,
     )
 

@@ -29,7 +29,7 @@ class GravityError(ValueError):
 
 
 @dataclass(frozen=True)
-class GravityShare:
+class GravityAllowance:
     """How gravity is counted in.
 
     Attributes:
@@ -88,7 +88,7 @@ class GravityShare:
         return None
 
 
-def given_share(design: Design, reserve: float) -> GravityShare:
+def given_allowance(design: Design, reserve: float) -> GravityAllowance:
     """Makes the share of a reserve given by hand.
 
     Args:
@@ -102,10 +102,10 @@ def given_share(design: Design, reserve: float) -> GravityShare:
     if not (math.isfinite(reserve) and 0.0 <= reserve < r.joint_torque_N_m):
         allowed = f"must be >= 0 and < requirements.joint_torque_N_m = {r.joint_torque_N_m:g} N m"
         raise GravityError(f"gravity torque = {reserve:g}: {allowed}")
-    return GravityShare(r.force_N, r.joint_torque_N_m, reserve)
+    return GravityAllowance(r.force_N, r.joint_torque_N_m, reserve)
 
 
-def share_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> GravityShare:
+def allowance_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> GravityAllowance:
     """Reads what a build wrote about its masses, `mass_properties.json`.
 
     Args:
@@ -126,4 +126,4 @@ def share_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> Gravi
     except (MassError, GeometryError) as error:
         raise GravityError(str(error)) from None
     r = design.requirements
-    return GravityShare(r.force_N, r.joint_torque_N_m, None, hashlib.sha256(content).hexdigest(), masses)
+    return GravityAllowance(r.force_N, r.joint_torque_N_m, None, hashlib.sha256(content).hexdigest(), masses)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from delta_cad.mechanism.limits import HandleInertia
     from delta_cad.mechanism.proof.prove import Progress
     from optimizer.certify.certificate import Certificate
-    from optimizer.certify.gravity import GravityShare
+    from optimizer.certify.gravity import GravityAllowance
     from optimizer.certify.tolerance import LargestTolerance
 
 NAME = "certify"
@@ -107,7 +107,7 @@ def run(given: argparse.Namespace) -> int:
         require_room(given.out)
         if given.mass_properties is None and given.gravity_torque is None:
             given.mass_properties = _masses_of_build(design)
-        share = share_of(design, given.mass_properties, given.gravity_torque)
+        share = allowance_of(design, given.mass_properties, given.gravity_torque)
         inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
     except (DesignError, GravityError, MassError, _UnprovableError) as error:
@@ -168,17 +168,19 @@ def _require_tolerance(design: Design, asked: float | str | None) -> None:
         raise _UnprovableError(f"--tolerance = {asked:g}: must be at most {most:g} mm, a tenth of the shorter link")
 
 
-def share_of(design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0) -> GravityShare | None:
+def allowance_of(
+    design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0
+) -> GravityAllowance | None:
     """Computes what is taken off for gravity, by `mass_properties.json` of a build or by a torque given by hand, N m.
 
     Raises:
         GravityError: The file or the number is refused.
     """
-    from optimizer.certify.gravity import given_share, share_of_masses
+    from optimizer.certify.gravity import allowance_of_masses, given_allowance
 
     if masses is not None:
-        return share_of_masses(masses, design, tolerance)
-    return None if reserve is None else given_share(design, reserve)
+        return allowance_of_masses(masses, design, tolerance)
+    return None if reserve is None else given_allowance(design, reserve)
 
 
 def inertia_of(design: Design, masses: Path) -> HandleInertia:
@@ -205,7 +207,7 @@ def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
 
 
 def _certify(
-    given: argparse.Namespace, design: Design, share: GravityShare | None, inertia: HandleInertia | None
+    given: argparse.Namespace, design: Design, share: GravityAllowance | None, inertia: HandleInertia | None
 ) -> int:
     from delta_cad.mechanism import UnreachableError
     from delta_cad.mechanism.limits import Limits
@@ -298,8 +300,8 @@ def _within(
     from optimizer.certify.certificate import certify, limits_of
     from optimizer.certify.tolerance import search_tolerance
 
-    def share(about: float) -> GravityShare | None:
-        return share_of(design, given.mass_properties, given.gravity_torque, about)
+    def share(about: float) -> GravityAllowance | None:
+        return allowance_of(design, given.mass_properties, given.gravity_torque, about)
 
     def within(tolerance: float, tell: Progress) -> Certificate:
         gravity = share(tolerance)

@@ -15,7 +15,7 @@ from delta_cad.common.units import MM_PER_M
 if TYPE_CHECKING:
     from delta_cad.design import Design
     from optimizer.certify.certificate import Certificate, Replay
-    from optimizer.certify.gravity import GravityShare
+    from optimizer.certify.gravity import GravityAllowance
 
 NAME = "verify"
 LOADS = {"force_N", "joint_torque_N_m", "gravity_m_s2"}  # which the limits on torque are made of
@@ -126,10 +126,10 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     """Checks that gravity's share is that of the file."""
     from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
-    from optimizer.certify.gravity import share_of_masses
+    from optimizer.certify.gravity import allowance_of_masses
     from optimizer.commands.certify import inertia_of
 
-    if certificate.gravity != share_of_masses(path, design, certificate.tolerance):
+    if certificate.gravity != allowance_of_masses(path, design, certificate.tolerance):
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
     mass = certificate.limits.get(EffectiveMass)
     if mass is not None and mass.inertia != inertia_of(design, path):
@@ -139,9 +139,9 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
 def _enough_reserve(certificate: Certificate, design: Design, reserve: float) -> None:
     """Checks that at least a torque given by hand is left for gravity."""
     from optimizer.certify.certificate import CertificateError
-    from optimizer.certify.gravity import given_share
+    from optimizer.certify.gravity import given_allowance
 
-    given_share(design, reserve)  # refuses what is no reserve
+    given_allowance(design, reserve)  # refuses what is no reserve
     wanted, share = reserve, certificate.gravity
     if share is None and wanted == 0.0:
         return
@@ -279,7 +279,7 @@ def _mass_sentence(given: argparse.Namespace, certificate: Certificate) -> str:
     )
 
 
-def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> str:
+def _gravity_sentence(given: argparse.Namespace, share: GravityAllowance | None) -> str:
     """Says for what share of gravity it holds, and what that was compared with: of a design, what it asks for is."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:

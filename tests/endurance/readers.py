@@ -38,7 +38,7 @@ from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.atlas.grid import load_grid
 from optimizer.certify.certificate import Certificate, CertificateError, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
-from optimizer.certify.gravity import GravityError, share_of_masses
+from optimizer.certify.gravity import GravityError, allowance_of_masses
 from optimizer.codesign.journal import Journal
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import reference
@@ -301,7 +301,7 @@ def _more_readers(design: Design, weights: Path, folder: Path, task: dict[str, A
         Reader("design with a panel", "p.json", _of_tree(panel, json_text), load_design, (DesignError,)),
         Reader("brief with a panel", "p.toml", _of_tree(behind, toml_text), load_brief, (RequirementsError,)),
         Reader("masses for gravity", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
-               lambda p: share_of_masses(p, design, 1e-5), (GravityError,),
+               lambda p: allowance_of_masses(p, design, 1e-5), (GravityError,),
                (optimizer_cli.main, lambda p: ["certify", "--design", str(BEST), "--mass-properties", str(p),
                                                "--out", str(p) + ".out"])),
         Reader("search's journal", "s.jsonl", _lines(_steps()), _searched, (CheckpointError,)),

@@ -20,7 +20,7 @@ from delta_cad.mechanism.limits.holding_torque import gravity_torque
 from delta_cad.mechanism.placement import LinkPlacement
 from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
-from optimizer.certify.gravity import GravityError, GravityShare, given_share, share_of_masses
+from optimizer.certify.gravity import GravityAllowance, GravityError, allowance_of_masses, given_allowance
 from tests.delta_cad.mechanism.asked import limits
 from tests.designs import minimal
 from tests.optimizer.messages import refuses
@@ -73,7 +73,7 @@ def points_of(n: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def held(tmp_path: Path, design: Design, bodies: dict[str, Any], tolerance: float = 0.0) -> HeldMasses:
-    masses = share_of_masses(masses_file(tmp_path / "m.json", bodies), design, tolerance).masses
+    masses = allowance_of_masses(masses_file(tmp_path / "m.json", bodies), design, tolerance).masses
     assert masses is not None
     return masses
 
@@ -152,7 +152,7 @@ def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_pa
     for gravity in ((0.0, 0.0, -9.81), (3.0, -5.0, -7.0)):
         design = design_with(gravity=gravity)
         bodies = random_bodies(rng)
-        share = share_of_masses(masses_file(tmp_path / "m.json", bodies), design)
+        share = allowance_of_masses(masses_file(tmp_path / "m.json", bodies), design)
         points = points_of(4000, rng)
         total = np.abs(oracle(design, bodies, points)) + worst_joint_torque(design.geometry, points, 3.0)
         low, high = 0.01, 5.0  # the least torque that is proved
@@ -164,9 +164,9 @@ def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_pa
         assert high <= (1.05 if gravity[1] == 0.0 else 1.5) * total.max()  # no nonsense of a bound either
 
 
-def shares() -> tuple[Design, GravityShare]:
+def shares() -> tuple[Design, GravityAllowance]:
     design = design_with()
-    return design, given_share(design, 0.11)
+    return design, given_allowance(design, 0.11)
 
 
 def test_a_share_given_by_hand_is_taken_off_and_replayed() -> None:
@@ -186,7 +186,7 @@ def test_a_share_given_by_hand_is_taken_off_and_replayed() -> None:
 def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
     design = design_with()
     bodies = random_bodies(np.random.default_rng(2))
-    share = share_of_masses(masses_file(tmp_path / "m.json", bodies), design)
+    share = allowance_of_masses(masses_file(tmp_path / "m.json", bodies), design)
     certificate = certify(design, gravity=share)
     assert "holding_torque" in verify(certificate, design).proved
     assert certificate_from_dict(json.loads(json.dumps(certificate_to_dict(certificate)))).gravity == share
@@ -205,7 +205,7 @@ def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
     with pytest.raises(CertificateError, match=r"^torque: "):
         verify(light, design)
     without = certify(design, limits())
-    for given in (share, given_share(design, 0.11)):
+    for given in (share, given_allowance(design, 0.11)):
         with pytest.raises(CertificateError, match="torque"):
             verify(replace(without, gravity=given))
     data = certificate_to_dict(certificate)
@@ -233,7 +233,7 @@ def test_gravity_that_takes_all_of_the_torque_is_refused() -> None:
     design, share = shares()
     for reserve in (0.8, -0.1, float("nan"), float("inf")):
         with refuses(GravityError, "0", "requirements.joint_torque_N_m", "0.8"):
-            given_share(design, reserve)
+            given_allowance(design, reserve)
     with refuses(GravityError, "0.9", "0.8"):
         certify(design, gravity=replace(share, reserve=0.9))
 
@@ -268,15 +268,15 @@ BODIES = {name: {"mass_kg": 0.01, "centre_m": [0.01, 0.0, 0.0]} for name in KNOW
 def test_mass_properties_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
     path = masses_file(tmp_path / "m.json", **({"bodies": BODIES} | change))
     with refuses(GravityError, "m.json: ", words):
-        share_of_masses(path, design_with())
+        allowance_of_masses(path, design_with())
 
 
 def test_mass_properties_that_cannot_be_read(tmp_path: Path) -> None:
     with refuses(GravityError, "none.json"):
-        share_of_masses(tmp_path / "none.json", design_with())
+        allowance_of_masses(tmp_path / "none.json", design_with())
     (tmp_path / "m.json").write_text("{")
     with refuses(GravityError, "m.json"):
-        share_of_masses(tmp_path / "m.json", design_with())
+        allowance_of_masses(tmp_path / "m.json", design_with())
 
 
 def test_a_pinion_is_not_needed(tmp_path: Path) -> None:
