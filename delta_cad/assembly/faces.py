@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from delta_cad.common.memoize import memoize
+
 if TYPE_CHECKING:
     import cadquery as cq
 

@@ -70,9 +70,6 @@ def tightened(limits: Limits, proved_bounds: tuple[ProvedBound, ...]) -> Limits:
     Args:
         limits: The limits given; what they leave out is added.
         proved_bounds: The bounds.
-
-    Returns:
-        The limits.
     """
     tight = limits
     for one in proved_bounds:

@@ -21,7 +21,7 @@ from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from delta_cad.mechanism.proof.prove import DEEPEST, Progress, half_of, prove
-from optimizer.certify.gravity import GravityShare
+from optimizer.certify.gravity import GravityAllowance
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
 
@@ -63,7 +63,7 @@ class Certificate:
     findings: tuple[Finding, ...]
     leaves: np.ndarray
     boxes: int
-    gravity: GravityShare | None = None
+    gravity: GravityAllowance | None = None
     tolerance: float = 0.0
 
     @property
@@ -95,7 +95,7 @@ class Replay:
 
 
 def values_of(
-    design: Design, inertia: HandleInertia | None = None, gravity: GravityShare | None = None
+    design: Design, inertia: HandleInertia | None = None, gravity: GravityAllowance | None = None
 ) -> dict[str, Any]:
     """Gathers `limit_values` of a design, with what moves, where it is known, and how gravity is counted in."""
     return limit_values(design, {"inertia": inertia, "held_masses": None if gravity is None else gravity.masses})
@@ -105,7 +105,7 @@ def certify(
     design: Design,
     limits: Limits | None = None,
     *,
-    gravity: GravityShare | None = None,
+    gravity: GravityAllowance | None = None,
     tolerance: float = 0.0,
     max_boxes: int = 5_000_000,
     progress: Progress | None = None,
@@ -119,9 +119,6 @@ def certify(
         tolerance: Of every length and offset of every chain, m.
         max_boxes: Boxes after which what is open is undecided.
         progress: As `prove` calls it.
-
-    Returns:
-        The certificate, whatever the verdict.
 
     Raises:
         GravityError: Gravity takes all the torque.
@@ -145,7 +142,7 @@ def certify(
     )
 
 
-def limits_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
+def limits_of(design: Design, gravity: GravityAllowance | None, inertia: HandleInertia | None = None) -> Limits:
     """Gathers the limits of a design's requirements, less the room for gravity, angles rounded to the strict side.
 
     Args:
@@ -171,9 +168,6 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
         certificate: The certificate.
         design: The design it should be about; None checks it for itself alone.
         progress: Called with the boxes examined and the share of the leaves that is done.
-
-    Returns:
-        What held.
 
     Raises:
         CertificateError: It is about another design, or asks less than the design does; it leaves less room for gravity
@@ -222,13 +216,8 @@ def _same_design(c: Certificate, design: Design) -> None:
         raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
 
 
-def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
-    p = np.array(point)
-    return bool((p >= c.cube.lower).all() and (p <= c.cube.upper).all())
-
-
 def _check_figures(c: Certificate, finding: Finding) -> None:
-    """Refuses figures that a finding of its verdict does not have, and those that it has but are not so."""
+    """Refuses figures that do not belong to a finding's verdict, and figures that are wrong."""
     name, verdict = finding.condition, finding.verdict
     own = {"proved": (), "refuted": ("point", "value"), "undecided": ("box",)}[verdict]
     for figure in ("point", "value", "box"):
@@ -259,7 +248,7 @@ def _check_point(c: Certificate, finding: Finding) -> None:
     name, point = finding.condition, finding.point
     if point is None:
         raise CertificateError(f"{name}: it is refuted, but without a point")
-    if not _inside(c, point):
+    if not (np.array(point) >= c.cube.lower).all() or not (np.array(point) <= c.cube.upper).all():
         raise CertificateError(f"{name}: the point {_mm(point)} lies outside the cube")
     if not breaks(c.geometry, c.limits[name], np.array(point)):
         raise CertificateError(f"{name}: the point {_mm(point)} does not break it")

@@ -20,7 +20,7 @@ from delta_cad.mechanism.geometry import require_tolerance
 from delta_cad.mechanism.limits import POSE_LIMITS, HoldingTorque, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
-from optimizer.certify.gravity import GravityShare
+from optimizer.certify.gravity import GravityAllowance
 
 SCHEMA = "delta-certificate/1"
 STATEMENT = (
@@ -150,13 +150,6 @@ def _digest(data: dict[str, Any]) -> str:
 def certificate_from_dict(data: object, file: str = "certificate") -> Certificate:
     """Makes a certificate from plain data; it still has to be verified.
 
-    Args:
-        data: What the JSON file holds.
-        file: Name that error messages start with.
-
-    Returns:
-        The certificate.
-
     Raises:
         UnreadableError: A field is missing, unknown or of the wrong kind, or no mechanism or limit can have its value.
         CertificateError: The digest is not that of the content, the statement is not the schema's, or verdict, top
@@ -231,7 +224,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
         boxes=read.boxes,
         gravity=None
         if share is None
-        else GravityShare(**dict(share), masses=held.masses if held and share.sha256 else None),
+        else GravityAllowance(**dict(share), masses=held.masses if held and share.sha256 else None),
         tolerance=tolerance,
     )
 
@@ -266,12 +259,6 @@ def certificate_text(certificate: Certificate, file: str) -> str:
 
 def read_certificate(path: str | Path) -> Certificate:
     """Reads a certificate; it still has to be verified.
-
-    Args:
-        path: The file.
-
-    Returns:
-        The certificate.
 
     Raises:
         UnreadableError: It cannot be read, `parse_json` refuses it, or it has not the fields of a certificate.

@@ -29,7 +29,7 @@ class GravityError(ValueError):
 
 
 @dataclass(frozen=True)
-class GravityShare:
+class GravityAllowance:
     """How gravity is counted in.
 
     Attributes:
@@ -63,10 +63,7 @@ class GravityShare:
         return limits.with_(Torque(self.force, left))
 
     def fault(self, limits: Limits) -> str | None:
-        """Checks in exact fractions that these conditions count gravity in as they should.
-
-        Args:
-            limits: The conditions of a certificate.
+        """Checks in exact fractions that the conditions of a certificate allow for gravity as it says.
 
         Returns:
             The fault, or None.
@@ -91,15 +88,12 @@ class GravityShare:
         return None
 
 
-def given_share(design: Design, reserve: float) -> GravityShare:
+def given_allowance(design: Design, reserve: float) -> GravityAllowance:
     """Makes the share of a reserve given by hand.
 
     Args:
         design: The design.
         reserve: Taken off the torque of each joint, N m.
-
-    Returns:
-        The share.
 
     Raises:
         GravityError: The reserve is negative, not finite, or leaves no torque.
@@ -108,19 +102,16 @@ def given_share(design: Design, reserve: float) -> GravityShare:
     if not (math.isfinite(reserve) and 0.0 <= reserve < r.joint_torque_N_m):
         allowed = f"must be >= 0 and < requirements.joint_torque_N_m = {r.joint_torque_N_m:g} N m"
         raise GravityError(f"gravity torque = {reserve:g}: {allowed}")
-    return GravityShare(r.force_N, r.joint_torque_N_m, reserve)
+    return GravityAllowance(r.force_N, r.joint_torque_N_m, reserve)
 
 
-def share_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> GravityShare:
+def allowance_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> GravityAllowance:
     """Reads what a build wrote about its masses, `mass_properties.json`.
 
     Args:
         path: The file.
         design: The design that was built.
         tolerance: Of the links' lengths, m: the masses act anywhere within it.
-
-    Returns:
-        The share.
 
     Raises:
         GravityError: Unreadable, not mass properties, of another design, or with bodies that the limit does not know.
@@ -135,4 +126,4 @@ def share_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> Gravi
     except (MassError, GeometryError) as error:
         raise GravityError(str(error)) from None
     r = design.requirements
-    return GravityShare(r.force_N, r.joint_torque_N_m, None, hashlib.sha256(content).hexdigest(), masses)
+    return GravityAllowance(r.force_N, r.joint_torque_N_m, None, hashlib.sha256(content).hexdigest(), masses)

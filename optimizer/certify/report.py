@@ -172,7 +172,7 @@ def place(p: Point) -> str:
 
 
 def shortfall(row: Row) -> str:
-    """Says of a condition that was not proved by how much it fails, and where."""
+    """Describes by how much and where a condition fails that was not proved."""
     unit = f" {row.of.unit}" if row.of.unit else ""
     if row.verdict == "undecided":
         where = "" if row.box_mm is None else f" in the box {place(row.box_mm[0])} to {place(row.box_mm[1])}"
@@ -191,7 +191,7 @@ def shortfall(row: Row) -> str:
 
 
 def broken(rows: list[Row]) -> list[Row]:
-    """Selects the rows that keep a certificate from proving its design."""
+    """Selects the rows that are refuted or undecided."""
     return [row for row in rows if row.verdict in ("refuted", "undecided")]
 
 
@@ -217,7 +217,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def gravity_sentence(c: Certificate) -> str:
-    """Says how gravity is counted in."""
+    """Describes how gravity is counted in."""
     share = c.gravity
     if share is None:
         return (
@@ -240,7 +240,7 @@ def mm(length: float) -> str:
 
 
 def tolerance_sentence(c: Certificate, largest: LargestTolerance) -> str:
-    """Says within what tolerance the limits are proved, what ends it, and what more of it would need."""
+    """Describes the tolerance within which the limits are proved, the first to break, and what a larger one needs."""
     parts = []
     if c.tolerance > 0.0:
         parts.append(f"within {mm(c.tolerance)} mm of every length and offset the limits are {_proved(c)}")

@@ -19,9 +19,6 @@ def check_tiling(cells: Sequence[Cell]) -> None:
     The volumes are summed; then the block is halved again and again between the boxes until each part is one box. A box
     is never cut, so a part that is a box and holds others as well shows an overlap, and an empty one a hole.
 
-    Args:
-        cells: The boxes.
-
     Raises:
         TilingError: A box is not one of the block's, the volumes do not sum to the block's, or a part is empty,
             covered twice, or cannot be halved between the boxes.
@@ -67,9 +64,6 @@ def corners(
         cell: The box.
         lower: (3) lower corner of the block.
         upper: (3) upper corner of the block.
-
-    Returns:
-        Lower and upper corner.
     """
     low, high = [], []
     for k, i, a, b in zip(cell[::2], cell[1::2], lower, upper, strict=True):

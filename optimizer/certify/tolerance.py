@@ -64,7 +64,7 @@ class _TimeOverError(Exception):
 
 
 class _Watch:
-    """Tells of proofs, and keeps whether the time for them is over."""
+    """Reports progress of proofs and remembers whether their time is over."""
 
     def __init__(self, progress: Progress | None) -> None:
         self._progress, self.over = progress, False
@@ -141,7 +141,7 @@ def _unproved(g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, wa
 
 
 def _needs(g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, watch: _Watch) -> list[Need]:
-    """What each figure of a limit would need that is not proved by itself, such that they are proved together."""
+    """Finds relaxed thresholds of the figures that are not proved alone, such that all are proved together."""
 
     def proved(asked: PoseLimit) -> bool:
         return not _unproved(g, cube, Limits.of(asked), tolerance, watch)

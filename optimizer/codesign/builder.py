@@ -46,7 +46,7 @@ class Run:
         command: The one that gives the same design.
         limit_s: The time that it has.
         clock: Seconds that count, since it began.
-        once: Keeps what was computed, as `Journal.once` does.
+        once: Keeps what was computed, as `Journal.memoize` does.
         show: Progress: what is being done.
         keep: Progress: what was found.
         closing_s: The longest that a build of it took after its bound, as measured.

@@ -65,7 +65,7 @@ class Candidates:
         report: Told what is being done.
         tell: Told what was found.
         standing: The candidate that the last `build` is of.
-        once: Keeps what lengths and weights came to, as `Journal.once` does.
+        once: Keeps what lengths and weights came to, as `Journal.memoize` does.
         dearer: Price of the machine that passed last over its estimate, where prices are compared.
         finely: Whether ratio, pinion and width are improved before a machine is built, beyond what passes.
         ready: A candidate that closed forms and its weights pass, which is built where the time is short.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from delta_cad.mechanism.limits import HandleInertia
     from delta_cad.mechanism.proof.prove import Progress
     from optimizer.certify.certificate import Certificate
-    from optimizer.certify.gravity import GravityShare
+    from optimizer.certify.gravity import GravityAllowance
     from optimizer.certify.tolerance import LargestTolerance
 
 NAME = "certify"
@@ -103,7 +103,7 @@ def run(given: argparse.Namespace) -> int:
         require_room(given.out)
         if given.mass_properties is None and given.gravity_torque is None:
             given.mass_properties = _masses_of_build(design)
-        share = share_of(design, given.mass_properties, given.gravity_torque)
+        share = allowance_of(design, given.mass_properties, given.gravity_torque)
         inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
     except (DesignError, GravityError, MassError, _UnprovableError) as error:
@@ -126,7 +126,7 @@ def _masses_of_build(design: Design) -> Path | None:
 
 
 def _provable(file: str, design: Design, inertia: HandleInertia | None) -> Design:
-    """The design without the limit that needs masses, where none are known, and says so."""
+    """Leaves out the limit that needs masses where none are known, and says so."""
     mass = design.requirements.effective_mass_max_kg
     if mass is None or inertia is not None:
         return design
@@ -163,37 +163,23 @@ def _require_tolerance(design: Design, asked: float | str | None) -> None:
         raise _UnprovableError(f"--tolerance = {asked:g}: must be at most {most:g} mm, a tenth of the shorter link")
 
 
-def share_of(design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0) -> GravityShare | None:
-    """Computes what is taken off for gravity.
-
-    Args:
-        design: The design.
-        masses: `mass_properties.json` of its build, if given.
-        reserve: Torque given by hand, N m, if given.
-        tolerance: Of the links' lengths, m: the masses act at the worst of them.
-
-    Returns:
-        The share, or None.
+def allowance_of(
+    design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0
+) -> GravityAllowance | None:
+    """Computes what is taken off for gravity, by `mass_properties.json` of a build or by a torque given by hand, N m.
 
     Raises:
         GravityError: The file or the number is refused.
     """
-    from optimizer.certify.gravity import given_share, share_of_masses
+    from optimizer.certify.gravity import allowance_of_masses, given_allowance
 
     if masses is not None:
-        return share_of_masses(masses, design, tolerance)
-    return None if reserve is None else given_share(design, reserve)
+        return allowance_of_masses(masses, design, tolerance)
+    return None if reserve is None else given_allowance(design, reserve)
 
 
 def inertia_of(design: Design, masses: Path) -> HandleInertia:
-    """Reads what moves at the handle.
-
-    Args:
-        design: The design.
-        masses: `mass_properties.json` of its build.
-
-    Returns:
-        The masses, with the rotors of the design's motors.
+    """Reads from `mass_properties.json` what moves at the handle, the rotors of the design's motors included.
 
     Raises:
         MassError: The file is refused.
@@ -216,25 +202,15 @@ def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
 
 
 def _certify(
-    given: argparse.Namespace, design: Design, share: GravityShare | None, inertia: HandleInertia | None
+    given: argparse.Namespace, design: Design, share: GravityAllowance | None, inertia: HandleInertia | None
 ) -> int:
     from delta_cad.mechanism import UnreachableError
     from delta_cad.mechanism.limits import Limits
     from delta_cad.mechanism.proof.extremes import worst_figures
+    from optimizer.certify import report
     from optimizer.certify.bounds import bounds, tightened
     from optimizer.certify.certificate import CertificateError, certify, limits_of, values_of
     from optimizer.certify.file import write_certificate
-    from optimizer.certify.report import (
-        broken,
-        facts,
-        gravity_sentence,
-        mm,
-        report_rows,
-        shortfall,
-        table,
-        tolerance_facts,
-        tolerance_sentence,
-    )
 
     geometry, cube, provable = design.geometry, design.workspace, _provable(given.design.name, design, inertia)
     limits = limits_of(provable, share, inertia)
@@ -266,38 +242,38 @@ def _certify(
             written, largest = _within(
                 given, design, provable, inertia, certificate, progress("all machines within a tolerance")
             )
-    rows = report_rows(certificate, proved_bounds)
+    rows = report.report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
     except CertificateError as error:
         return refuse(str(error), NOT_MET)
     if given.json:
-        report = facts(certificate, rows) | {
+        data = report.facts(certificate, rows) | {
             "certificate": str(given.out),
             "tight": largest is None and written is not certificate,
-            "tolerance": tolerance_facts(written, largest),
+            "tolerance": report.tolerance_facts(written, largest),
         }
-        print(json.dumps(report, indent=1))
+        print(json.dumps(data, indent=1))
     else:
         side, low = 2.0 * design.cube.half_side_mm, design.cube.bottom_height_mm
         verdict = "proved at every point" if certificate.verdict == "proved" else certificate.verdict
         print(f"{design.name}: {verdict} of the cube of {side:g} mm, {low:g} to {low + side:g} mm high")
-        print(table(rows))
-        print(gravity_sentence(certificate))
+        print(report.table(rows))
+        print(report.gravity_sentence(certificate))
         about = "the limits asked" if written is certificate else "the column `proved`"
         if largest is not None:
-            print(tolerance_sentence(written, largest))
-            about = f"the limits asked, within {mm(written.tolerance)} mm" if written.tolerance > 0.0 else about
+            print(report.tolerance_sentence(written, largest))
+            about = f"the limits asked, within {report.mm(written.tolerance)} mm" if written.tolerance > 0.0 else about
         print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
     unanswered = largest is not None and largest.late == "largest" and given.tolerance == MAX
     if largest is not None and (unanswered or written.verdict != "proved"):
-        return refuse(f"{given.design.name}: {tolerance_sentence(written, largest)}", NOT_MET)
+        return refuse(f"{given.design.name}: {report.tolerance_sentence(written, largest)}", NOT_MET)
     if given.tight and certificate.verdict == "proved" and written is certificate and progress.over:
         tighter = "the time was over before the tightest limits were proved together: raise --proof-minutes"
         return refuse(f"{given.design.name}: {tighter}", NOT_MET)
     if certificate.verdict == "proved":
         return DONE if provable is design else NOT_MET  # a limit that is stated was left out, as was said
-    reasons = dict.fromkeys(shortfall(row) for row in broken(rows))
+    reasons = dict.fromkeys(report.shortfall(row) for row in report.broken(rows))
     if progress.over and certificate.verdict == "undecided":
         reasons[f"the time was over after {certificate.boxes} boxes: raise --proof-minutes"] = None
     return refuse(f"{given.design.name}: {'; '.join(reasons)}", NOT_MET)
@@ -319,8 +295,8 @@ def _within(
     from optimizer.certify.certificate import certify, limits_of
     from optimizer.certify.tolerance import search_tolerance
 
-    def share(about: float) -> GravityShare | None:
-        return share_of(design, given.mass_properties, given.gravity_torque, about)
+    def share(about: float) -> GravityAllowance | None:
+        return allowance_of(design, given.mass_properties, given.gravity_torque, about)
 
     def within(tolerance: float, tell: Progress) -> Certificate:
         gravity = share(tolerance)
@@ -348,14 +324,14 @@ def _within(
 
 
 class _Clock:
-    """Tells of the proofs of a command, and ends them when their time is over."""
+    """Shows progress of a command's proofs and ends them when their time is over."""
 
     def __init__(self, line: ProgressLine, minutes: float) -> None:
         self._line, self._deadline = line, monotonic() + 60.0 * minutes
         self.over = False
 
     def __call__(self, what: str) -> Progress:
-        """Gives what one proof is to call."""
+        """Gives the progress callback of one proof."""
 
         def tell(boxes: int, share: float) -> bool:
             self._line.show(f"proving {what}: {boxes} boxes, {share:.1%} of the cube")

@@ -118,7 +118,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                 from optimizer.codesign.builder import Builder, Run, nearest_machine
 
                 command = f"python -m optimizer design {given.requirements.name} --seed {given.seed}"
-                run = Run(given.out, given.seed, command, limit_s, clock, journal.once, line.show, line.keep)
+                run = Run(given.out, given.seed, command, limit_s, clock, journal.memoize, line.show, line.keep)
                 builder = Builder(run, brief)
                 builder.search.best()
                 if not builder.facts:  # the verdict is known now; the nearest machine takes longer

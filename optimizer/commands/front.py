@@ -113,7 +113,7 @@ def run(given: argparse.Namespace) -> int:
 
     folder = given.out / f"{task.name}-front"
     key = {
-        "checkpoint": 1,
+        "checkpoint": 2,
         "command": NAME,
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in ("points", "seed", "seeds")},

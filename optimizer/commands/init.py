@@ -60,9 +60,6 @@ def preset_text(preset: str, name: str | None = None) -> str:
     Args:
         preset: A key of `PRESETS`.
         name: Of the design; None, or what no design may be called, for the preset's.
-
-    Returns:
-        Its text, TOML.
     """
     from delta_cad.design import NAME_PATTERN
     from delta_cad.design.feel_defaults import feel_defaults

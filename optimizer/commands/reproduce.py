@@ -60,7 +60,7 @@ def run(given: argparse.Namespace) -> int:
             return refuse(str(error), BAD_INPUT)
     facts = record(runs, made)
     text = json.dumps(facts, indent=1, allow_nan=False) + "\n"
-    write_all(dict(zip(places, (text, page(runs, made)), strict=True)))
+    write_all(dict(zip(places, (text, page(facts)), strict=True)))
     if given.json:
         print(text, end="")
     else:

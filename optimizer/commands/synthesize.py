@@ -112,7 +112,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
 
     key = {
-        "checkpoint": 3,
+        "checkpoint": 4,
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in NAMES},
     }
@@ -176,7 +176,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, fil
 
 
 def _interrupted(given: argparse.Namespace, file: DesignFile, problem: str = "") -> str:
-    """Says what an interrupted run leaves, and how to go on."""
+    """Describes what an interrupted run leaves, and how to continue it."""
     kept = f"best so far in {given.out}" if file.kept else "no design was written"
     if not file.kept and given.out.exists():
         kept = f"{given.out} is left as it was"

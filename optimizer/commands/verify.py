@@ -14,7 +14,7 @@ from delta_cad.common.units import MM_PER_M
 if TYPE_CHECKING:
     from delta_cad.design import Design
     from optimizer.certify.certificate import Certificate, Replay
-    from optimizer.certify.gravity import GravityShare
+    from optimizer.certify.gravity import GravityAllowance
 
 NAME = "verify"
 LOADS = {"force_N", "joint_torque_N_m", "gravity_m_s2"}  # which the limits on torque are made of
@@ -97,7 +97,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{reason}; the certificate does not hold", NOT_MET)
     reason = _missing(certificate, replay)
     if design is not None:
-        reason = reason or _weightless(given, certificate, design) or _unweighed(given, design)
+        reason = reason or _gravity_not_compared(given, certificate, design) or _masses_not_compared(given, design)
     if given.json:
         print(json.dumps(_facts(given, certificate, replay, design, reason), indent=1))
     elif not reason:
@@ -109,10 +109,10 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     """Checks that gravity's share is that of the file."""
     from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
-    from optimizer.certify.gravity import share_of_masses
+    from optimizer.certify.gravity import allowance_of_masses
     from optimizer.commands.certify import inertia_of
 
-    if certificate.gravity != share_of_masses(path, design, certificate.tolerance):
+    if certificate.gravity != allowance_of_masses(path, design, certificate.tolerance):
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
     mass = certificate.limits.get(EffectiveMass)
     if mass is not None and mass.inertia != inertia_of(design, path):
@@ -122,9 +122,9 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
 def _enough_reserve(certificate: Certificate, design: Design, reserve: float) -> None:
     """Checks that at least a torque given by hand is left for gravity."""
     from optimizer.certify.certificate import CertificateError
-    from optimizer.certify.gravity import given_share
+    from optimizer.certify.gravity import given_allowance
 
-    given_share(design, reserve)  # refuses what is no reserve
+    given_allowance(design, reserve)  # refuses what is no reserve
     wanted, share = reserve, certificate.gravity
     if share is None and wanted == 0.0:
         return
@@ -137,7 +137,7 @@ def _enough_reserve(certificate: Certificate, design: Design, reserve: float) ->
 
 
 def _missing(certificate: Certificate, replay: Replay) -> str:
-    """Says why a certificate that replays is no proof of its design; "" if it is one."""
+    """Explains why a certificate that replays does not prove its design; "" if it does."""
     from optimizer.certify.report import place
 
     parts = []
@@ -152,7 +152,7 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
     return "it does not prove the design: " + "; ".join(parts) if parts else ""
 
 
-def _weightless(given: argparse.Namespace, certificate: Certificate, design: Design) -> str:
+def _gravity_not_compared(given: argparse.Namespace, certificate: Certificate, design: Design) -> str:
     """Why a certificate's share of gravity is not enough for a design that states gravity; "" if it is.
 
     Whoever wrote a certificate may have written any share, and a digest that fits it: what counts is what the share was
@@ -177,7 +177,7 @@ def _weightless(given: argparse.Namespace, certificate: Certificate, design: Des
     )
 
 
-def _unweighed(given: argparse.Namespace, design: Design) -> str:
+def _masses_not_compared(given: argparse.Namespace, design: Design) -> str:
     """Why the masses of a certificate are not enough for a design that limits the effective mass; "" if they are."""
     most = design.requirements.effective_mass_max_kg
     if most is None or given.mass_properties is not None or given.as_recorded:
@@ -209,7 +209,7 @@ def _facts(
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
         "undecided": list(replay.undecided),
-        "left_to_build": [] if design is None else _left(certificate, design),
+        "left_to_build": [] if design is None else _left_to_build(certificate, design),
         "gravity_counted_in": share is not None,
         "gravity_reserve_N_m": None if share is None else share.reserve,
         "mass_properties_sha256": None if share is None else share.sha256,
@@ -218,8 +218,8 @@ def _facts(
     }
 
 
-def _left(certificate: Certificate, design: Design) -> list[str]:
-    """Names what a design states and no certificate is about: a build checks it."""
+def _left_to_build(certificate: Certificate, design: Design) -> list[str]:
+    """Lists requirements of a design that no certificate covers: a build checks them."""
     proved = {field.name for limit in certificate.limits for field in limit.fields_} | LOADS
     return [name for name in design.requirements.model_dump(exclude_none=True) if name not in proved]
 
@@ -229,7 +229,7 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
 
     about = ""
     if design is not None:
-        left = f"; {', '.join(rest)} are the build's to check" if (rest := _left(certificate, design)) else ""
+        left = f"; {', '.join(rest)} are the build's to check" if (rest := _left_to_build(certificate, design)) else ""
         about = f", and covers all that {given.design.name} asks of every position{left}"
     if certificate.tolerance > 0.0:
         within = certificate.tolerance * MM_PER_M
@@ -248,7 +248,7 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
 
 
 def _mass_sentence(given: argparse.Namespace, certificate: Certificate) -> str:
-    """Says with what masses the effective mass is proved: re-digested ones are proved as well."""
+    """Describes the masses with which the effective mass is proved; forged ones with a new digest are proved, too."""
     from delta_cad.mechanism.limits import EffectiveMass
 
     mass = certificate.limits.get(EffectiveMass)
@@ -262,7 +262,7 @@ def _mass_sentence(given: argparse.Namespace, certificate: Certificate) -> str:
     )
 
 
-def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> str:
+def _gravity_sentence(given: argparse.Namespace, share: GravityAllowance | None) -> str:
     """Says for what share of gravity it holds, and what that was compared with: of a design, what it asks for is."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:

@@ -97,10 +97,11 @@ def band(traces: list[Trace], method: str, at: np.ndarray) -> np.ndarray:
 def _ga(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
     evaluations: list[int] = []
 
-    def keep(generation: genetic.Generation) -> None:
-        evaluations.append(len(generation.objective) + (evaluations[-1] if evaluations else 0))
+    def count(x: np.ndarray, compute: Callable[[], genetic.Scores]) -> genetic.Scores:
+        evaluations.append(len(x) + (evaluations[-1] if evaluations else 0))
+        return compute()
 
-    last = genetic.evolve(problem, seed, keep=keep, stop=stop)
+    last = genetic.evolve(problem, seed, memo=count, stop=stop)
     return Trace("ga", seed, tuple(evaluations), tuple(-1.0 / value for value in last.history))
 
 

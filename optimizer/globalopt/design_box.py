@@ -38,11 +38,7 @@ class DesignBox(NamedTuple):
 
 
 def design_box(problem: Problem) -> DesignBox | None:
-    """Computes the box of designs of a problem; None if outline, clearance and bounds alone leave nothing.
-
-    Args:
-        problem: The step.
-    """
+    """Computes the box of designs of a problem; None if outline, clearance and bounds alone leave nothing."""
     (la, lb, R, r, H), high = problem.lower[:SIDE], problem.upper
     bounds = reduce(DesignBounds.both, (limit.design_bounds() for limit in problem.limits), DesignBounds())
     reach, least = bounds.reach_max_mm, max(r, bounds.platform_radius_min_mm)

@@ -131,9 +131,6 @@ def prove_optimum(
         report: Called with the state of the proof, each `CHUNK` boxes, and while a design is certified.
         stop: Called as often; True ends it with what stands.
 
-    Returns:
-        Incumbent, bound, gap.
-
     Raises:
         ProblemError: The gap is not positive, or reach is left out: no other constraint means anything without it.
     """
@@ -242,7 +239,7 @@ class _Proof:
         return self.best.objective if self.best else math.nan
 
     def _watch(self, boxes: int, _share: float) -> bool:
-        """Tells of a design that is being certified, and whether there is no time for it."""
+        """Reports progress of certifying a design; true ends it."""
         self._tell(boxes)
         return self._ends()
 

@@ -36,9 +36,6 @@ class Shortfall:
     by: float
     unit: str
 
-    def __str__(self) -> str:
-        return f"{self.name} missed by {self.by:.3g} {self.unit}".strip()
-
 
 @dataclass(frozen=True)
 class Evaluation:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import importlib.metadata
 import math
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from string import Template
 from typing import Any
 
-from optimizer.paper.evaluation import Evaluation
 from optimizer.paper.published import LETTERS, STEP_3_HALF_SIDE_MM, STEP_OF_TABLE, numbers
 from optimizer.paper.reproduction import AGREEMENT, METHODS, ReproducedRun, Reproduction
 from optimizer.problem.step import SIDE
@@ -22,24 +23,8 @@ AIMS = {
 }
 NONE = "-"
 WITHIN, HALF = f"within {100.0 * AGREEMENT:g} %", "with half the last digit"
-READING = (
-    "How to read it: *printed* is the paper's number; *follows* is what the printed lengths give by the paper's own "
-    "equations: the largest L that they allow with the best H within its bounds, or kappa; *off by* is *printed* "
-    f"against *follows*, and two verdicts are given of it: whether it is within {100.0 * AGREEMENT:g} %, and whether "
-    "it is with half of the last printed digit added to that; torque and kappa are the printed design's; *ours* are "
-    "GA, SQP and GA+SQP under the same bounds (SQP from the paper's start where there is one), *its kappa* is that of "
-    "GA+SQP; *proven* is a bound that no design within those bounds can beat; *gap* is how far the printed result is "
-    "from that bound, negative where it is beyond it."
-)
-NOTES = (
-    "The proven optima of step 1 lie on the fold H = L_B - L_A with R = r, where upper arm and forearm are in line "
-    "above the base's centre. There the condition number has no bound, and a rounding of the printed H or L decides "
-    "whether a design keeps its reach.",
-    "Torque alone does not see a fold, where it vanishes: the largest cubes of step 2 need a limit on kappa, too.",
-    f"The paper prints no L for step 3. {STEP_3_HALF_SIDE_MM:g} mm is taken, half the side of its prototype's cube. "
-    "Cubes on the same bottom face contain each other, so that a larger L gives no smaller condition number.",
-)
 Runs = list[ReproducedRun]
+Facts = dict[str, Any]
 
 
 def percent(share: float | None, form: str = ".2f") -> str:
@@ -47,13 +32,8 @@ def percent(share: float | None, form: str = ".2f") -> str:
     return NONE if share is None else f"{100.0 * share:{form}} %"
 
 
-def record(runs: Runs, made: Reproduction) -> dict[str, Any]:
-    """Gathers all facts as plain data for JSON: no number in it is infinite.
-
-    Args:
-        runs: The recomputed runs.
-        made: What recomputed them.
-    """
+def record(runs: Runs, made: Reproduction) -> Facts:
+    """Gathers all facts as plain data for JSON: no number in it is infinite."""
     rows = {table: [r.record() for r in runs if r.run.table == table] for table in STEP_OF_TABLE}
     return {
         "schema": SCHEMA,
@@ -72,7 +52,7 @@ def record(runs: Runs, made: Reproduction) -> dict[str, Any]:
     }
 
 
-def _step(step: int, runs: Runs) -> dict[str, Any]:
+def _step(step: int, runs: Runs) -> Facts:
     """Compares the runs of a step with print, and our methods with the proved optimum: the largest differences."""
     off = {
         name: [abs(L / r.proven.objective - 1.0) for r in runs if (L := r.attempts[name].objective) is not None]
@@ -91,7 +71,7 @@ def _step(step: int, runs: Runs) -> dict[str, Any]:
     }
 
 
-def summary(facts: dict[str, Any]) -> str:
+def summary(facts: Facts) -> str:
     """Writes what came of each step as a table, from what `record` gives."""
     head = ("step", "runs", "results in print", WITHIN, HALF, "off by at most", "gap at most", "feasible by proof")
     rows = []
@@ -115,31 +95,27 @@ def _parameters(made: Reproduction) -> list[dict[str, Any]]:
     ]
 
 
-def page(runs: Runs, made: Reproduction) -> str:
-    """Writes the page in Markdown; it takes the arguments of `record`."""
-    facts = record(runs, made)
-    parts = [
-        "# The published tables, recomputed",
-        f"Source: {facts['source']}. Ours: version {facts['version']}, seed {made.seed}; proofs to a gap of "
-        f"{made.gap:g}. Lengths in mm.",
-        READING,
-        "## Step by step",
-        summary(facts),
-        "## Table 2: parameters of the genetic algorithm",
-        markdown_table(["parameter", "paper", "ours"], [list(map(_value, row.values())) for row in facts["table_2"]]),
-        "Ours has one island, so that nothing migrates.",
-    ]
-    for table, step in STEP_OF_TABLE.items():
-        if mine := [r for r in runs if r.run.table == table]:
-            cells = [[cell(r) for _, cell in COLUMNS] for r in mine]
-            parts += [
-                f"## Table {table}: step {step}",
-                AIMS[step],
-                markdown_table([head for head, _ in COLUMNS], cells),
-            ]
-            parts += ["\n".join(remarks)] if (remarks := _remarks(mine)) else []
-    parts += ["## Notes", "\n".join(f"- {text}" for text in NOTES)]
-    return "\n\n".join(parts) + "\n"
+def page(facts: Facts) -> str:
+    """Writes the page in Markdown, from what `record` gives."""
+    parts = []
+    for number, table in facts["tables"].items():
+        cells = [[cell(row) for _, cell in COLUMNS] for row in table["rows"]]
+        parts += [f"## Table {number}: step {table['step']}", AIMS[table["step"]]]
+        parts += [markdown_table([head for head, _ in COLUMNS], cells)]
+        parts += ["\n".join(remarks)] if (remarks := _remarks(table["rows"])) else []
+    return Template(Path(__file__).with_suffix(".md").read_text(encoding="utf-8")).substitute(
+        source=facts["source"],
+        version=facts["version"],
+        seed=facts["seed"],
+        gap=f"{facts['gap_asked']:g}",
+        within=WITHIN,
+        summary=summary(facts),
+        parameters=markdown_table(
+            ["parameter", "paper", "ours"], [list(map(_value, row.values())) for row in facts["table_2"]]
+        ),
+        tables="\n\n".join(parts),
+        half_side=f"{STEP_3_HALF_SIDE_MM:g}",
+    )
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -148,7 +124,7 @@ def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _number(value: float | None, digits: int = 4) -> str:
-    return NONE if value is None or value != value else f"{value:.{digits}f}"
+    return NONE if value is None else f"{value:.{digits}f}"
 
 
 def _value(value: Any) -> str:
@@ -159,63 +135,64 @@ def _value(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _of_published(name: str) -> Callable[[ReproducedRun], str]:
-    return lambda r: _number(r.published and getattr(r.published, name))
+def _of_published(name: str) -> Callable[[Facts], str]:
+    return lambda row: _number(row["by_our_equations"] and row["by_our_equations"][name])
 
 
-def _of_method(name: str) -> Callable[[ReproducedRun], str]:
-    return lambda r: _number(r.attempts[name].objective)
+def _lengths(row: Facts) -> str:
+    printed = list((row["printed"] or {}).values())
+    return ", ".join(f"{printed[k]:g}" for k in (1, 3, 4)) if printed else NONE
 
 
-def _lengths(r: ReproducedRun) -> str:
-    return NONE if r.run.result is None else ", ".join(f"{r.run.result[k]:g}" for k in (1, 3, 4))
-
-
-def _bounds(r: ReproducedRun) -> str:
+def _bounds(row: Facts) -> str:
     """Writes the bounds of the lengths that are free."""
-    bounds = zip(LETTERS[:SIDE], r.run.lower, r.run.upper, strict=False)
+    bounds = zip(LETTERS[:SIDE], row["lower"].values(), row["upper"].values(), strict=False)
     return ", ".join(f"{letter} {low:g} to {high:g}" for letter, low, high in bounds if low != high)
 
 
-def _faults(published: Evaluation | None) -> str:
-    return "no results" if published is None else ", ".join(map(str, published.faults)) or "yes"
+def _faults(evaluation: Facts | None) -> str:
+    if evaluation is None:
+        return "no results"
+    faults = (f"{f['name']} missed by {f['by']:.3g} {f['unit']}".strip() for f in evaluation["faults"])
+    return ", ".join(faults) or "yes"
 
 
 # Heading and cell of each column.
-COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
-    ("row", lambda r: str(r.run.row)),
-    ("method", lambda r: r.run.method),
+COLUMNS: tuple[tuple[str, Callable[[Facts], str]], ...] = (
+    ("row", lambda row: str(row["row"])),
+    ("method", lambda row: row["method"]),
     ("bounds", _bounds),
     ("L_B, r, H", _lengths),
-    ("printed", lambda r: _value(r.run.objective)),
-    ("follows: its lengths allow", lambda r: _number(r.follows)),
-    ("off by", lambda r: percent(r.difference, "+.2f")),
-    (WITHIN, lambda r: _value(r.within)),
-    (HALF, lambda r: _value(r.agrees)),
-    ("keeps its constraints", lambda r: _faults(r.published)),
+    ("printed", lambda row: _value(row["printed_objective"])),
+    ("follows: its lengths allow", lambda row: _number(row["follows"])),
+    ("off by", lambda row: percent(row["difference"], "+.2f")),
+    (WITHIN, lambda row: _value(row["within_agreement"])),
+    (HALF, lambda row: _value(row["within_beside_half_last_digit"])),
+    ("keeps its constraints", lambda row: _faults(row["by_our_equations"])),
     ("torque, N m", _of_published("max_torque_N_m")),
     ("kappa", _of_published("max_kappa")),
     ("kappa, Frobenius", _of_published("max_kappa_frobenius")),
-    *((f"our {name.upper()}", _of_method(name)) for name in METHODS),
-    ("its kappa", lambda r: _number(finite(r.attempts["ga+sqp"].result.max_kappa))),
-    ("proven", lambda r: _number(r.proven.bound, 5)),
-    ("gap", lambda r: percent(r.gap)),
+    *((f"our {name.upper()}", lambda row, name=name: _number(row["found"][name]["objective"])) for name in METHODS),
+    ("its kappa", lambda row: _number(row["found"]["ga+sqp"]["max_kappa"])),
+    ("proven", lambda row: _number(row["proven"]["bound"], 5)),
+    ("gap", lambda row: percent(row["gap"])),
 )
 
 
-def _remarks(runs: Runs) -> list[str]:
-    """Lists what must be known of runs beside their numbers, each remark once, with its rows."""
+def _remarks(rows: list[Facts]) -> list[str]:
+    """Lists remarks on runs, each once with its rows."""
     about: dict[str, list[str]] = {}
-    for r in runs:
-        proven, sqp = r.proven, r.attempts["sqp"]
-        texts = [r.run.note, *r.changed]
-        if proven.status != "proved":
-            gap = f", gap {proven.gap:.1e}" if proven.gap == proven.gap else ""
-            texts.append(f"the proof ended with: {proven.status}{gap}")
-        if r.exchanged is not None:
-            texts.append(f"its H looks exchanged; keeps its constraints with the other row's: {_faults(r.exchanged)}")
-        if sqp.start == "paper" and sqp.ending != "converged":
-            texts.append(f"SQP from the paper's start: {sqp.ending}")
+    for row in rows:
+        proven, sqp = row["proven"], row["found"]["sqp"]
+        texts = [row["note"], *row["changed"]]
+        if proven["status"] != "proved":
+            gap = "" if proven["gap"] is None else f", gap {proven['gap']:.1e}"
+            texts.append(f"the proof ended with: {proven['status']}{gap}")
+        if row["with_H_exchanged"] is not None:
+            faults = _faults(row["with_H_exchanged"])
+            texts.append(f"its H looks exchanged; keeps its constraints with the other row's: {faults}")
+        if sqp["start"] == "paper" and sqp["ending"] != "converged":
+            texts.append(f"SQP from the paper's start: {sqp['ending']}")
         for text in filter(None, texts):
-            about.setdefault(text, []).append(str(r.run.row))
+            about.setdefault(text, []).append(str(row["row"]))
     return [f"- row{'s' * (len(rows) > 1)} {', '.join(rows)}: {text}" for text, rows in about.items()]

@@ -107,9 +107,6 @@ def _lengths(row: list[float] | None, step: int) -> Lengths | None:
 def problem_of(run: PublishedRun) -> tuple[Problem, tuple[str, ...]]:
     """Poses a published run as a problem of ours, R and L_A fixed as table 1 has them whatever its bounds say.
 
-    Args:
-        run: The published run.
-
     Returns:
         The problem; what had to be changed.
     """

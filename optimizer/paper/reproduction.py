@@ -172,9 +172,6 @@ class Reproduction:
     def recompute(self, runs: tuple[PublishedRun, ...]) -> list[ReproducedRun]:
         """Recomputes published runs.
 
-        Args:
-            runs: The published runs.
-
         Returns:
             One for each, in order.
         """

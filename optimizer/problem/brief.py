@@ -7,6 +7,7 @@ its place, so that the record has each number once. A file that is refused is to
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Optional
 
@@ -18,7 +19,7 @@ from delta_cad.common.units import DOWN
 from delta_cad.design import NAME_PATTERN
 from delta_cad.design.record import Panel
 from delta_cad.design.task import LEAST, Gravity, Section, Task, limit_fields
-from optimizer.problem.contradictions import Fault, Known, beyond_proof, limit_values, peaks, swapped
+from optimizer.problem.contradictions import beyond_proof, limit_values, peaks, swapped
 from optimizer.problem.hardware import check_choices, choices, own_folder, placed_hardware
 from optimizer.problem.requirements import (
     LENGTH_MAX_MM,
@@ -30,7 +31,7 @@ from optimizer.problem.requirements import (
     read_toml,
     requirements_hash,
 )
-from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
+from optimizer.problem.validation import Fault, Found, read
 
 Objective = Literal["cube_side", "effective_mass", "outline", "cost"]
 CAPSTAN = ("capstan_ratio", "sector_radius_mm", "cable")  # hardware that a direct drive has not
@@ -39,7 +40,7 @@ SIGNS = ("gt", "ge", "lt", "le")
 
 
 def _optional(model: type[BaseModel]) -> dict[str, Any]:
-    """Gives the fields of a record, each of which may be left out and then is None."""
+    """Gives the fields of a record, each optional with default None."""
     fields: dict[str, Any] = {}
     for name, info in model.model_fields.items():
         bounds = {s: getattr(m, s) for m in info.metadata for s in SIGNS if getattr(m, s, None) is not None}
@@ -197,7 +198,7 @@ class DesignBrief(Section):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the file states and `design` does not use, a line each, with the reason."""
+        """Fields that the file states and `design` does not use, one line each with the reason."""
         return self._notes
 
     @property
@@ -262,22 +263,18 @@ def brief_from_dict(
         The brief, with all defaults filled in and its goal settled.
 
     Raises:
-        RequirementsError: All that is wrong, the first as the error and the others as its `more`: fields as `validated`
+        RequirementsError: All that is wrong, the first as the error and the others as its `more`: fields as `read`
             refuses them, hardware as `check_choices` does, a field that stands in two tables, numbers that contradict
             each other, an outline of which one side is missing, a goal that what is given does not bound.
     """
-    found = validated(DesignBrief, data, file)
-    known = {field: value for field, value in found.values.items() if value is not None}
-    faults = (RequirementsError(file, *fault) for fault in _contradictions(found, known))
-    found = found.with_faults([*faults, *check_choices(found.hardware, file, folder, own_parts)])
-    if found.record is None:
-        refuse(found.faults)
-    brief = _settled(found.record, found.stated)
+    checked = partial(check_choices, file=file, folder=folder, own_parts=own_parts)
+    record, stated = read(DesignBrief, data, file, _contradictions, checked)
+    brief = _settled(record, stated)
     brief._own_folder = own_folder(brief.hardware, folder, own_parts)
     if brief._own_folder is not None:
         brief._own_parts = catalogue.own_parts(brief._own_folder)
-    brief._stated = frozenset(MOVED.get(one, one) for one in found.stated)
-    brief._notes = (*_notes(found.stated), *_of_no_capstan(brief))
+    brief._stated = frozenset(MOVED.get(one, one) for one in stated)
+    brief._notes = (*_notes(stated), *_unused_capstan_hardware(brief))
     return brief
 
 
@@ -287,7 +284,7 @@ def brief_hash(brief: DesignBrief) -> str:
 
 
 def _settled(brief: DesignBrief, stated: frozenset[str]) -> DesignBrief:
-    """Puts the first edition's fields in their places, and the goal that follows where none is stated."""
+    """Moves the first edition's fields to their places and sets the default goal where none is stated."""
     tables = {name: getattr(brief, name).model_dump() for name in ("requirements", "limits", "feel")}
     for old, new in MOVED.items():
         if old in stated:
@@ -308,23 +305,23 @@ def _notes(stated: frozenset[str]) -> Iterator[str]:
             yield f"{field} is not used by design: {why}"
 
 
-def _of_no_capstan(brief: DesignBrief) -> Iterator[str]:
-    """Says which hardware a direct drive has not, where all that may be used are such."""
+def _unused_capstan_hardware(brief: DesignBrief) -> Iterator[str]:
+    """Notes capstan hardware that is stated although only direct drives may be used."""
     for entry in CAPSTAN if "capstan" not in brief.choices["drive"] else ():
         if entry in brief.hardware:
             yield f"hardware.{entry} is not used by design: it is a capstan's, and all that may be used is direct"
 
 
-def _contradictions(found: Validated[DesignBrief], known: Known) -> Iterator[Fault]:
-    """Finds what cannot be asked together, or is not enough to go by, among the fields that are known."""
+def _contradictions(found: Found) -> Iterator[Fault]:
+    """Finds contradictory or insufficient requirements among the fields that are not refused."""
+    known = found.known
     for old, new in MOVED.items():
         if {old, new} <= found.stated:
             yield old, short(known[old]) if old in known else "", f"must stand here or in {new}, not in both"
     yield from swapped(known)
     yield from peaks(known)
     yield from beyond_proof({f: v for f, v in known.items() if f not in UNUSED}, {})
-    refused = {fault.field.split("[")[0] for fault in found.faults}
-    if not refused & {"", "requirements", "requirements.cube_side_mm", *_SIDES}:
+    if not found.refused & {"", "requirements", "requirements.cube_side_mm", *_SIDES}:
         yield from _not_bounded(known)
     limit, least = known.get("panel.limit_mm"), known.get("requirements.clearance_min_mm", 0.0)
     if limit is not None and limit <= least and any(one.partition(".")[0] == "panel" for one in found.stated):
@@ -343,8 +340,8 @@ def _contradictions(found: Validated[DesignBrief], known: Known) -> Iterator[Fau
 _SIDES = ("requirements.envelope_width_mm", "requirements.envelope_depth_mm")
 
 
-def _not_bounded(known: Known) -> Iterator[Fault]:
-    """Finds an outline of which one side is missing, and a goal without what bounds it."""
+def _not_bounded(known: Mapping[str, Any]) -> Iterator[Fault]:
+    """Finds an outline with one side missing, and a goal without the requirement that bounds it."""
     missing = [side for side in _SIDES if side not in known]
     cube, outline = "requirements.cube_side_mm" in known, not missing
     most, least = known.get("goal.maximize"), known.get("goal.minimize")

@@ -8,16 +8,15 @@ from typing import Any
 from delta_cad.common.refusal import short
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS
+from optimizer.problem.validation import Fault
 
 Known = Mapping[str, Any]
 """Dotted field, such as "requirements.force_N" -> value, of the fields that have one and are not refused."""
-Fault = tuple[str, str, str]
-"""Dotted field, its value as text, what would be allowed."""
 SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in a file of requirements the two numbers of `shoulder_deg`
 
 
 def swapped(known: Known) -> Iterator[Fault]:
-    """Finds lower bounds above their upper ones, and a half side that is fixed at zero."""
+    """Finds lower bounds above their upper bounds, and a half side fixed at zero."""
     for field, value in known.items():
         if field.startswith("bounds_mm.") or field == "limits.shoulder_deg":
             low, high = value
@@ -28,7 +27,7 @@ def swapped(known: Known) -> Iterator[Fault]:
 
 
 def peaks(known: Known) -> Iterator[Fault]:
-    """Finds what is asked for a moment and is less than what is asked for ever."""
+    """Finds peak requirements that are smaller than the continuous ones."""
     for lasting, brief, unit in (("force_N", "peak_force_N", "N"), ("joint_torque_N_m", "peak_torque_N_m", "N m")):
         least, peak = known.get(f"requirements.{lasting}"), known.get(f"requirements.{brief}")
         if least is not None and peak is not None and peak < least:
@@ -37,14 +36,14 @@ def peaks(known: Known) -> Iterator[Fault]:
 
 
 def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
-    """Finds limits whose numbers no proof takes, such as a torque below its least.
+    """Finds limits outside the range that proofs accept, such as a torque below its minimum.
 
     Args:
         known: The file's fields.
         more: What limits are made from beside them: `inertia`, where it is known.
 
     Yields:
-        Name of the limit, no value, and what its proof takes.
+        Name of the limit, no value, and the range that its proof accepts.
     """
     values = {**limit_values(known), **more}
     if values.get(SHOULDER[0], 0.0) > values.get(SHOULDER[1], 180.0):  # told by `swapped`
@@ -61,11 +60,7 @@ def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def limit_values(known: Known) -> dict[str, Any]:
-    """Gives what limits are made from: fields by their names alone, `shoulder_deg` as two.
-
-    Args:
-        known: The file's fields.
-    """
+    """Gives the values that limits are built from: fields by name without their table, `shoulder_deg` as two."""
     tables = ("requirements.", "limits.", "feel.")
     values = {field.split(".")[1]: value for field, value in known.items() if field.startswith(tables)}
     return values | dict(zip(SHOULDER, values.pop("shoulder_deg", ()), strict=False))

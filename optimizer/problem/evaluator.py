@@ -95,9 +95,6 @@ class Figures(NamedTuple):
     def mass_ratio(self, inertia: HandleInertia) -> np.ndarray:
         """Computes the carried mass by the effective mass, 1 where nothing else moves.
 
-        Args:
-            inertia: What moves.
-
         Returns:
             (D, K) 0 at a fold; the closure where that is negative.
         """
@@ -149,9 +146,6 @@ def half_surface(n: int) -> np.ndarray:
 @lru_cache(maxsize=16)
 def shared_points(n: int) -> np.ndarray:
     """Gives the surface grid and the centre, which every design shares.
-
-    Args:
-        n: Grid points along an edge.
 
     Returns:
         (K, 3) points in the coordinates of the cube; not writeable.

@@ -64,11 +64,7 @@ def check_choices(
 ) -> list[RequirementsError]:
     """Finds the hardware that no design can name, where any of each list may be taken, and all where none is stated.
 
-    Args:
-        entries: As of `check_hardware`; so are the others.
-        file: Name that error messages start with.
-        folder: Folder that the entry `catalogue` starts from.
-        own_parts: Folder of the user's own parts, in place of that one.
+    It takes the arguments of `check_hardware`.
 
     Returns:
         A fault for each value as of `check_hardware`, motor that is for none of the drives, drive that none of the

@@ -42,7 +42,7 @@ class QuantityError(ValueError):
 
 
 def quantity(text: str, unit: str) -> float | None:
-    """Computes the number of a field's unit that a text with another unit means.
+    """Converts a text with a unit to a number in the field's unit.
 
     Args:
         text: Such as "12 cm".

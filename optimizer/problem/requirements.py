@@ -8,10 +8,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import replace
+from functools import partial
 from math import radians
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, Field, JsonValue, PrivateAttr, create_model
 
@@ -21,12 +21,10 @@ from delta_cad.common.units import DOWN
 from delta_cad.design import NAME_PATTERN, Hardware
 from delta_cad.design.task import Gravity, Section, Task, limit_fields
 from delta_cad.mechanism.limits import HandleFriction, HandleInertia
-from optimizer.problem.contradictions import SHOULDER, Fault, Known, beyond_proof, peaks, swapped
+from optimizer.problem.contradictions import SHOULDER, beyond_proof, peaks, swapped
 from optimizer.problem.hardware import check_hardware, first_hardware, own_folder, placed_hardware
-from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
+from optimizer.problem.validation import Fault, Found, RequirementsError, read
 
-# Fields of the second edition alone (`optimizer.problem.brief`), which are told as such.
-SECOND = ("feel", "goal", *(f"requirements.{name}" for name in ("cube_side_mm", "clearance_min_mm", "gravity_m_s2")))
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 BALL = "ball_diameter_mm"  # hardware that the lengths must leave room for
 CLEARANCE = "between bodies that are not neighbours; the search keeps it between neighbouring wrist joints"
@@ -121,6 +119,11 @@ class Requirements(Section):
     joints: JointTable | None = None
     hardware: dict[str, JsonValue] | None = Field(default=None, description="of the design; lists: what may be used")
     _own_parts: Path | None = PrivateAttr(default=None)
+    # Fields of the second edition alone (`optimizer.problem.brief`), which are reported as such.
+    second_edition: ClassVar[tuple[str, ...]] = (
+        *("feel", "goal"),
+        *(f"requirements.{name}" for name in ("cube_side_mm", "clearance_min_mm", "gravity_m_s2")),
+    )
 
     def hardware_from(self, folder: Path) -> dict[str, Any]:
         """Gives the hardware of a design file in a folder: what is stated, the first of each list."""
@@ -155,12 +158,10 @@ def load_requirements(path: str | Path, own_parts: Path | None = None) -> Requir
         RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` or `check_hardware` refuses.
     """
     path = Path(path)
-    found = _validated(read_toml(path, path.name), path.name)
-    found = found.with_faults(check_hardware(found.hardware, path.name, path.parent, own_parts))
-    if found.record is None:
-        refuse(found.faults)
-    found.record._own_parts = own_folder(found.hardware, path.parent, own_parts)
-    return found.record
+    checked = partial(check_hardware, file=path.name, folder=path.parent, own_parts=own_parts)
+    record, _ = read(Requirements, read_toml(path, path.name), path.name, _contradictions, checked)
+    record._own_parts = own_folder(record.hardware or {}, path.parent, own_parts)
+    return record
 
 
 def read_toml(path: Path, name: str, refused: type[RequirementsError] = RequirementsError) -> dict[str, Any]:
@@ -170,9 +171,6 @@ def read_toml(path: Path, name: str, refused: type[RequirementsError] = Requirem
         path: The file, UTF-8.
         name: What error messages call it.
         refused: The error to raise.
-
-    Returns:
-        Its tables as plain data.
 
     Raises:
         RequirementsError: Unreadable, or refused by `parse_toml`.
@@ -198,10 +196,7 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
             a lower bound above its upper bound, a half side fixed at zero, no torque left beside gravity's share, a
             step 3 outside the bounds, or a name that is not safe as a file name.
     """
-    found = _validated(data, file)
-    if found.record is None:
-        refuse(found.faults)
-    return found.record
+    return read(Requirements, data, file, _contradictions)[0]
 
 
 def requirements_hash(given: BaseModel) -> str:
@@ -215,27 +210,12 @@ def requirements_hash(given: BaseModel) -> str:
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def _validated(data: object, file: str) -> Validated[Requirements]:
-    """Validates plain data as requirements, with the numbers that contradict each other among the faults."""
-    found = validated(Requirements, data, file)
-    found = replace(found, faults=tuple(map(_by_edition, found.faults)))
-    known = {field: value for field, value in found.values.items() if value is not None}
-    return found.with_faults(RequirementsError(file, *fault) for fault in _contradictions(known))
-
-
-def _by_edition(fault: RequirementsError) -> RequirementsError:
-    """Says of a field that it is of the second edition, where it is."""
-    if fault.field not in SECOND:
-        return fault
-    allowed = fault.allowed.replace("unknown key", "of the second edition, which design alone reads")
-    return RequirementsError(fault.file, fault.field, fault.value, allowed)
-
-
 _INERTIA = ", ".join(InertiaTable.model_fields)
 
 
-def _contradictions(known: Known) -> Iterator[Fault]:
+def _contradictions(found: Found) -> Iterator[Fault]:
     """Finds the numbers that contradict each other whatever the design, among those that are known."""
+    known = found.known
     yield from swapped(known)
     low, high = known.get("bounds_mm.half_side", (0.0, LENGTH_MAX_MM))
     yield from peaks(known)

@@ -13,7 +13,6 @@ from optimizer.problem.validation import unit_of
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 WIDTH, DEPTH, CUBE = "envelope_width_mm", "envelope_depth_mm", "cube_side_mm"
-BOUNDS = ("exclusiveMinimum", "minimum", "exclusiveMaximum", "maximum")
 Schema = dict[str, Any]
 
 

@@ -113,7 +113,7 @@ class Problem:
 
     @property
     def torque_for_force(self) -> float:
-        """What is left of a joint's torque beside gravity's share, N m."""
+        """Joint torque that remains after the gravity allowance, N m."""
         return self.requirements.requirements.joint_torque_N_m - self.requirements.limits.gravity_torque_N_m
 
     def designs(self, x: np.ndarray) -> np.ndarray:
@@ -216,9 +216,6 @@ def step_problem(
             proved not to exceed instead: what a search reached bounds no design.
         without: Names of constraints to leave out, of `CONSTRAINTS`.
 
-    Returns:
-        The problem.
-
     Raises:
         ProblemError: There is no such step or constraint, or step 3 has no half side, or one of 0.
     """
@@ -243,13 +240,13 @@ def step_problem(
     stated = {"half_side": step == 3 or low > 0.0}
     for limit in LIMITS:
         asked = limit.stated(values) if step > 1 or limit.first_step else None
-        stated[limit.name] = asked is not None and not (limit.of_every_design and _kept(asked, bounds, step, values))
+        stated[limit.name] = asked is not None and not (limit.of_every_design and _implied(asked, bounds, step, values))
     names = tuple(name for name in CONSTRAINTS if stated.get(name) and name not in without)
     return Problem(given, step, tuple(b[0] for b in bounds), tuple(b[1] for b in bounds), names)
 
 
-def _kept(limit: Limit, bounds: list[tuple[float, float]], step: int, values: Values) -> bool:
-    """Whether bounds, or a clearance that is set, keep a limit of every design anyway."""
+def _implied(limit: Limit, bounds: list[tuple[float, float]], step: int, values: Values) -> bool:
+    """Tells whether the bounds, or a clearance limit, already imply a limit that holds for every design."""
     room = WristClearance.stated(values) if step > 1 else None
     least = 0.0 if room is None else room.design_bounds().platform_radius_min_mm
     ends = [(max(b[0], least), max(b[1], least)) if k == PLATFORM else b for k, b in enumerate(bounds)]

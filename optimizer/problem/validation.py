@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Generic, Literal, NoReturn, TypeVar, get_args, get_origin
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Literal, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -15,6 +14,8 @@ from optimizer.problem.quantity import DEGREES, KINDS, QuantityError, quantity
 
 MOST_TOLD = 40  # faults of one file that are told, a line each: more scroll away what they begin with
 Loc = tuple[int | str, ...]
+Fault = tuple[str, str, str]
+"""Dotted field, its value as text, what would be allowed."""
 Edition = TypeVar("Edition", bound=BaseModel)
 
 
@@ -22,47 +23,64 @@ class RequirementsError(RefusedError):
     """Requirements that are refused."""
 
 
-@dataclass(frozen=True)
-class Validated(Generic[Edition]):
-    """What came of a file.
+class Found(NamedTuple):
+    """What of a file is not refused.
 
     Attributes:
-        record: The record; None where a field is refused.
-        values: Dotted field, such as "requirements.force_N" -> value, of the fields that are not refused; the default
-            where it is left out.
+        known: Dotted field, such as "requirements.force_N" -> value, of the fields that have one; the default where it
+            is left out.
         stated: The fields that the file states, refused or not.
-        hardware: Entries of table `[hardware]` that are not refused, numbers made plain.
-        faults: What is refused.
+        hardware: Entries of table `[hardware]`, numbers made plain.
+        refused: The fields that are refused.
     """
 
-    record: Edition | None
-    values: Mapping[str, Any]
+    known: Mapping[str, Any]
     stated: frozenset[str]
     hardware: Mapping[str, Any]
-    faults: tuple[RequirementsError, ...]
-
-    def with_faults(self, more: Iterable[RequirementsError]) -> Validated[Edition]:
-        """Gives the same with further faults."""
-        faults = (*self.faults, *more)
-        return replace(self, record=None if faults else self.record, faults=faults)
+    refused: frozenset[str]
 
 
-def validated(model: type[Edition], data: object, file: str) -> Validated[Edition]:
-    """Validates plain data as a record of tables, each field by itself.
+def read(
+    model: type[Edition],
+    data: object,
+    file: str,
+    contradictions: Callable[[Found], Iterable[Fault]],
+    check_hardware: Callable[[Mapping[str, Any]], Iterable[RequirementsError]] = lambda _: (),
+) -> tuple[Edition, frozenset[str]]:
+    """Reads plain data as a record of tables, or refuses it with all its faults.
 
     Args:
         model: The record; its fields are the file's tables, but the name.
         data: What the TOML file holds: nested dicts, lists, numbers, strings; a string such as "12 cm" counts as the
             number that it means.
         file: Name that error messages start with.
+        contradictions: Finds what cannot be asked together.
+        check_hardware: Finds the faults of the entries of table `[hardware]`.
 
     Returns:
-        The record and its faults: a missing or unknown field, a wrong type or unit, a number that is not finite or out
-        of its range, a name that is not safe as a file name.
+        The record; the fields that the file states.
+
+    Raises:
+        RequirementsError: A missing or unknown field, a wrong type or unit, a number that is not finite or out of its
+            range, a name that is not safe as a file name, or what is found beside these: the first fault, the others,
+            each once, as its `more`.
     """
+    record, found, faults = _validated(model, data, file)
+    faults += [RequirementsError(file, *fault) for fault in contradictions(found)]
+    faults += check_hardware(found.hardware)
+    if record is not None and not faults:
+        return record, found.stated
+    first, lines = faults[0], list(dict.fromkeys(map(str, faults)))
+    rest = len(lines) - MOST_TOLD
+    first.more = tuple(lines[1:MOST_TOLD]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
+    raise first
+
+
+def _validated(model: type[Edition], data: object, file: str) -> tuple[Edition | None, Found, list[RequirementsError]]:
+    """Validates plain data, each field by itself; without a record where one is refused."""
     if not isinstance(data, Mapping):
         fault = RequirementsError(file, "", short(data), "must be a table")
-        return Validated(None, {}, frozenset(), {}, (fault,))
+        return None, Found({}, frozenset(), {}, frozenset({""})), [fault]
     plain, refused = _plain(model, data, file)
     for entry, value in _table(plain.get("hardware")).items():
         if (bad := not_finite({entry: value})) is not None:
@@ -76,38 +94,20 @@ def validated(model: type[Edition], data: object, file: str) -> Validated[Editio
             if not any(loc[:depth] in refused for depth in range(1, len(loc) + 1)):
                 refused[loc] = _explained(model, file, one["type"], loc, one["input"])
     wrong = {loc[:2] for loc in refused}
-    values: dict[str, Any] = {}
+    known: dict[str, Any] = {}
     stated: set[str] = set()
     for table, inner in _tables(model).items():
         given = _table(plain.get(table))
         for name, info in inner.model_fields.items():
-            field, states = f"{table}.{name}", name in given
-            stated |= {field} if states else set()
-            if (table,) in wrong or (table, name) in wrong:
+            field = f"{table}.{name}"
+            stated |= {field} if name in given else set()
+            if (table,) in wrong or (table, name) in wrong or (name not in given and info.is_required()):
                 continue
-            if states:
-                values[field] = _as_numbers(given[name])
-            elif not info.is_required():
-                values[field] = info.get_default(call_default_factory=True)
-    hardware = _table(plain.get("hardware"))
-    entries = {entry: value for entry, value in hardware.items() if ("hardware", entry) not in wrong}
-    return Validated(None if refused else record, values, frozenset(stated), entries, tuple(refused.values()))
-
-
-def refuse(faults: Sequence[RequirementsError]) -> NoReturn:
-    """Raises all faults of a file as one error.
-
-    Args:
-        faults: At least one.
-
-    Raises:
-        RequirementsError: The first; the others, each told once, are its `more`.
-    """
-    first = faults[0]
-    lines = list(dict.fromkeys(map(str, faults)))
-    rest = len(lines) - MOST_TOLD
-    first.more = tuple(lines[1:MOST_TOLD]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
-    raise first
+            value = _as_numbers(given[name]) if name in given else info.get_default(call_default_factory=True)
+            known |= {} if value is None else {field: value}
+    hardware = {e: v for e, v in _table(plain.get("hardware")).items() if ("hardware", e) not in wrong}
+    fields = frozenset(fault.field.split("[")[0] for fault in refused.values())
+    return record, Found(known, frozenset(stated), hardware, fields), list(refused.values())
 
 
 def _table(data: object) -> Mapping[str, Any]:
@@ -125,12 +125,7 @@ def _tables(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 
 def unit_of(table: str, name: str) -> str:
-    """Gives the unit of a field, as its name ends; "" for a number without one.
-
-    Args:
-        table: Table of the file.
-        name: Field in it.
-    """
+    """Gives the unit of a field, as its name ends; "" for a number without one."""
     return "mm" if table == "bounds_mm" else next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
 
 
@@ -140,7 +135,7 @@ def holds_numbers(annotation: Any) -> bool:
 
 
 def _plain(model: type[BaseModel], data: Mapping[str, Any], file: str) -> tuple[dict[str, Any], dict[Loc, Any]]:
-    """Makes numbers of texts with a unit; with that, location and fault of each that cannot be made one."""
+    """Converts texts with a unit to numbers; gives the converted data, and the faults by location."""
     plain: dict[str, Any] = dict(data)
     refused: dict[Loc, RequirementsError] = {}
     for table, inner in (_tables(model) | ({"hardware": Hardware} if "hardware" in model.model_fields else {})).items():
@@ -156,7 +151,7 @@ def _plain(model: type[BaseModel], data: Mapping[str, Any], file: str) -> tuple[
 
 
 def _number(value: Any, unit: str, loc: Loc, refused: dict[Loc, Any], file: str) -> Any:
-    """Makes a number of a text with a unit, or numbers of a list of such."""
+    """Converts a text with a unit, or each of a list, to a number."""
     if isinstance(value, list):
         return [_number(one, unit, (*loc, k), refused, file) for k, one in enumerate(value)]
     if isinstance(value, str):
@@ -170,7 +165,7 @@ def _number(value: Any, unit: str, loc: Loc, refused: dict[Loc, Any], file: str)
 
 
 def _as_numbers(value: Any) -> Any:
-    """Makes doubles of the whole numbers in a value that was accepted."""
+    """Converts the whole numbers in an accepted value to doubles."""
     if isinstance(value, list | tuple):
         return tuple(map(_as_numbers, value))
     return float(value) if isinstance(value, int) else value
@@ -182,7 +177,7 @@ def dotted(loc: Loc) -> str:
 
 
 def _allowed(model: type[BaseModel], loc: Loc) -> str:
-    """Says what a field may hold, from its declaration."""
+    """Describes the allowed values of a field, from its declaration."""
     table, tables = str(loc[0]), _tables(model)
     if table == "hardware":
         return "must be a table" if len(loc) == 1 else "must be text, a number, or a list of what may be used"
@@ -213,6 +208,8 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: ob
         known = _tables(model).get(str(loc[0]), model) if len(loc) > 1 else model
         other = [f"{table}.{name}" for table, inner in _tables(model).items() for name in inner.model_fields]
         told = unknown_key(field.rpartition(".")[2], known.model_fields, other)
+        if field in getattr(model, "second_edition", ()):
+            told = told.replace("unknown key", "of the second edition, which design alone reads")
         return RequirementsError(file, field, short(value), told)
     if kind == "missing" and not isinstance(loc[-1], int):
         return RequirementsError(file, field, "", f"is missing; {_allowed(model, loc)}")
@@ -222,7 +219,7 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: ob
 
 
 def _in_another_unit(model: type[BaseModel], loc: Loc, value: object) -> str:
-    """Says what to write where a number out of its bounds would be within them in another unit; else ""."""
+    """Suggests the number to write if one out of bounds would be within them in another unit; else ""."""
     table = _tables(model).get(str(loc[0]))
     if table is None or len(loc) != 2 or isinstance(value, bool) or not isinstance(value, int | float):
         return ""

@@ -1,4 +1,4 @@
-"""pymoo's genetic algorithm (on arrays: breeding.py) over a fixed sample of the surface, generation by generation.
+"""pymoo's genetic algorithm over a fixed sample of the surface, generation by generation.
 
 [RCIM2018] table 2: population 100, 220, 220 in the three steps, crossover fraction 0.8, 100 generations. Its migration
 fraction of 0.2 moves individuals between islands; there is one island here. Designs that meet all constraints beat
@@ -7,9 +7,9 @@ those that do not; among the latter the smaller sum of violations wins.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,20 +23,15 @@ CROSSOVER = 0.8
 SEARCH_GRID = 9
 
 
-class Generation(NamedTuple):
-    """Objectives and margins of a generation; with the seed it is all that is needed to take a search up again.
-
-    Attributes:
-        objective: (population,) to be minimised.
-        margins: (population, constraints) smallest margin of each over the sample.
-    """
-
-    objective: np.ndarray
-    margins: np.ndarray
+Scores = tuple[list[float], list[list[float]]]
+"""Of a generation (population,) objectives, to be minimised, and (population, constraints) smallest margins over the
+sample; with the seed they are all that is needed to take a search up again."""
+Memo = Callable[[np.ndarray, Callable[[], Scores]], Scores]
+"""Gives the scores of designs, (population, free variables), or computes them by what it is called with."""
 
 
 class GeneticError(ValueError):
-    """A search that cannot be run, or cannot be taken up again."""
+    """A search that cannot be run."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +63,7 @@ def evolve(
     population: int | None = None,
     generations: int = GENERATIONS,
     known: np.ndarray | None = None,
-    record: Sequence[Generation] = (),
-    keep: Callable[[Generation], None] | None = None,
+    memo: Memo = lambda _, compute: compute(),
     report: GenerationReport | None = None,
     stop: Callable[[], bool] = bool,
 ) -> Population:
@@ -81,18 +75,18 @@ def evolve(
         population: Individuals of a generation; left out, the paper's for the step.
         generations: How many, the first one included.
         known: (K, free variables) designs that the first generation contains.
-        record: Generations of an earlier run with the same arguments; they are not evaluated again.
-        keep: Given each generation after it was evaluated.
+        memo: Asked for the scores of each generation; left out, all are computed.
         report: Called after each generation.
         stop: Called after each generation; True ends the search there.
 
-    Returns:
-        The last generation.
-
     Raises:
-        GeneticError: Nothing is free, fewer than 4 individuals or 1 generation, or the record is not of this search.
+        GeneticError: Nothing is free, or fewer than 4 individuals or 1 generation.
     """
-    from optimizer.search.breeding import Breeder  # loads pymoo
+    from pymoo.algorithms.soo.nonconvex.ga import GA
+    from pymoo.core.evaluator import Evaluator
+    from pymoo.core.problem import Problem as Posed
+    from pymoo.operators.crossover.sbx import SBX
+    from pymoo.problems.static import StaticProblem
 
     size, n = POPULATIONS[problem.step] if population is None else population, len(problem.free)
     if n == 0 or size < 4 or generations < 1:
@@ -103,30 +97,33 @@ def evolve(
     if known is not None:
         first[: len(known)] = known[:size]
     count = sampled(problem, first[:1], SEARCH_GRID)[1].shape[1]
-    breeder = Breeder(first, seed, CROSSOVER)
+    posed = Posed(n_var=n, n_obj=1, n_ieq_constr=count, xl=np.zeros(n), xu=np.ones(n))
+    own: Any = {"sampling": first, "crossover": SBX(prob=CROSSOVER)}  # an array is no sampling by pymoo's annotation
+    algorithm: Any = GA(pop_size=size, **own)
+    algorithm.setup(posed, termination=("n_gen", generations), seed=seed, verbose=False)
     history, evaluations, best = [], 0, np.nan
-    earlier = iter(record)
     for number in range(generations):
-        x = breeder.ask()
-        if len(x) == 0:  # no offspring that is not there already: the population has converged
+        asked = algorithm.ask()
+        if asked is None or len(asked) == 0:  # no offspring that is not there already: the population has converged
             break
-        current = next(earlier, None)
-        fresh = current is None
-        if current is None:
-            current = Generation(*sampled(problem, x, SEARCH_GRID))
-        if current.objective.shape != (len(x),) or current.margins.shape != (len(x), count):
-            raise GeneticError(f"generation {number + 1} of the record is not of this search")
-        breeder.tell(x, current.objective, current.margins)
+        x = asked.get("X").astype(float)
+        objective, margins = map(np.array, memo(x, lambda x=x: _scores(problem, x)))
+        Evaluator().eval(StaticProblem(posed, F=objective[:, None], G=-margins), asked)
+        algorithm.tell(infills=asked)
         evaluations += len(x)
-        good = current.objective[(current.margins >= 0.0).all(axis=1)]
+        good = objective[(margins >= 0.0).all(axis=1)]
         best = float(np.fmin(best, good.min())) if len(good) else best
         history.append(best)
-        if fresh and keep is not None:
-            keep(current)
         if report is not None:
             report(number + 1, generations, best)
         if stop():
             break
-    violation = np.maximum(0.0, -breeder.margins).sum(axis=1)
-    order = np.lexsort((breeder.objective, violation))
-    return Population(breeder.x[order], breeder.objective[order], violation[order], tuple(history), evaluations)
+    x, objective = algorithm.pop.get("X").astype(float), algorithm.pop.get("F")[:, 0]
+    violation = np.maximum(0.0, algorithm.pop.get("G")).sum(axis=1)
+    order = np.lexsort((objective, violation))
+    return Population(x[order], objective[order], violation[order], tuple(history), evaluations)
+
+
+def _scores(problem: Problem, x: np.ndarray) -> Scores:
+    objective, margins = sampled(problem, x, SEARCH_GRID)
+    return objective.tolist(), margins.tolist()

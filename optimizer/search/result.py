@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -76,7 +76,6 @@ class Result:
         design_mm: (6) lengths in the order of `VARIABLES`, mm.
         status: How it ended, a key of `ADVICE`.
         evaluations: Designs evaluated.
-        history: Phase -> best objective after each generation or exchange.
         starts: How each start of SQP ended.
         proof: Bound and gap; None where nothing was proved.
     """
@@ -86,13 +85,12 @@ class Result:
     design_mm: tuple[float, ...]
     status: str
     evaluations: int = 0
-    history: dict[str, tuple[float, ...]] = field(default_factory=dict)
     starts: tuple[Ending, ...] = ()
     proof: Bound | None = None
 
     @property
     def advice(self) -> str:
-        """What to do about how it ended; a bound beside it says more than a guess."""
+        """Advice on how the step ended; a proven bound replaces guesses."""
         gap = None if self.proof is None else self.proof.gap
         if self.status in GUESSES and gap is not None and gap <= CLOSE:
             return "the best there is within the bounds, but for the gap"
@@ -106,7 +104,7 @@ class Result:
         return text if gap is not None and gap <= CLOSE else text + self._narrowed()
 
     def _narrowed(self) -> str:
-        """Says what the step before left of room; empty where it took none."""
+        """Notes that the half side found by the step before limits this one; empty where it does not."""
         given, step = self.problem.requirements, self.problem.step
         most = self.problem.upper[SIDE]
         if step == 3 and given.step_3.half_side_mm is None and self.status in NOTHING_GAINED:

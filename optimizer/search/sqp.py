@@ -123,9 +123,6 @@ def search(
         starts: (S, free variables) scaled.
         report: Called after each start.
         stop: Called after each start; True leaves out the others.
-
-    Returns:
-        All endings.
     """
     outcome = Search()
     for k, start in enumerate(starts):
@@ -144,9 +141,6 @@ def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
         problem: The step.
         start: (free variables) scaled.
         count: Its `evaluations` are added to.
-
-    Returns:
-        How it ended.
     """
     ready = exchange(problem, "feasibility", start, count)
     if ready.level < -SLACK:
@@ -248,9 +242,6 @@ def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float
         problem: The step.
         x: (free variables) scaled.
         worst: Worst points of that design, as `design_worst` gives them.
-
-    Returns:
-        The violation.
     """
     lowest = [float(w.values[0]) for name, w in worst.items() if name != "quality"]
     lowest += [float(v[0]) for v in problem.design_margins(problem.designs(x[None])).values()]
@@ -259,11 +250,6 @@ def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float
 
 def start_points(problem: Problem, seed: int, starts: int = STARTS) -> np.ndarray:
     """Gives the middle of the bounds, then the best feasible or least violated designs of a Latin hypercube.
-
-    Args:
-        problem: The step.
-        seed: Seed of the hypercube.
-        starts: Number of starts in all.
 
     Returns:
         (starts, free variables) scaled; one row where nothing is free.

@@ -1,17 +1,21 @@
-"""Records of a run as lines of JSON, appended as they come: what a killed run leaves can be taken up."""
+"""Records of a run as lines of JSON, appended as they come: a killed run goes on from them to the same digits."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from zlib import crc32
 
-import numpy as np
+from pydantic import TypeAdapter, ValidationError
 
 from delta_cad.common.files import AppendLog, FileInUseError
-from optimizer.search.genetic import Generation
+
+T = TypeVar("T")
 
 
 class CheckpointError(ValueError):
@@ -99,41 +103,75 @@ class Records:
 
 
 class Checkpoint(Records):
-    """What each phase of a run came to, and each generation of its GA, in a file."""
+    """What the steps of a run came to, in a file, each under what it was computed from."""
 
     def __init__(self, path: Path, key: dict[str, Any], resume: bool) -> None:
         """Opens the file; see `Records`."""
-        self._done: dict[str, dict[str, Any]] = {}
-        self._kept: dict[str, list[Generation]] = {}
+        self._done: dict[tuple[str, str], tuple[Any]] = {}
         super().__init__(path, key, resume)
 
     def take(self, record: dict[str, Any]) -> None:
-        """Takes up what a phase came to, or a generation of it."""
-        phase = str(record["phase"])
-        if "result" in record:
-            self._done[phase] = dict(record["result"])
-        else:
-            arrays = {name: np.array(values, dtype=float) for name, values in record["generation"].items()}
-            self._kept.setdefault(phase, []).append(Generation(**arrays))
+        """Takes up a step."""
+        self._done[str(record["step"]), str(record["of"])] = (record["result"],)
 
-    def finished(self, phase: str) -> dict[str, Any] | None:
-        """Gives the result of a finished phase; None where it is not finished."""
-        return self._done.get(phase)
+    def finished(self, step: str, of: object = None) -> Any:
+        """Gives what a step came to as JSON types; None where it is not kept."""
+        return self._done.get(_key(step, of), (None,))[0]
 
-    def finish(self, phase: str, data: dict[str, Any]) -> None:
-        """Keeps what a phase came to."""
-        self._done[phase] = data
-        self.append({"phase": phase, "result": data})
+    def finish(self, step: str, result: Any, of: object = None) -> None:
+        """Keeps what a step came to, of JSON types."""
+        key = _key(step, of)
+        self._done[key] = (result,)
+        self.append({"step": step, "of": key[1], "result": result})
 
-    def generations(self, phase: str) -> Sequence[Generation]:
-        """Gives the generations of a phase that were kept."""
-        return list(self._kept.get(phase, []))
+    def memoize(
+        self, step: str, of: object, compute: Callable[[], T], kind: Any, keeps: Callable[[T], bool] = lambda _: True
+    ) -> T:
+        """Gives the result of a step, computed only if the file does not have it as this state of the code writes it.
 
-    def keep(self, phase: str, generation: Generation) -> None:
-        """Keeps one more generation."""
-        self._kept.setdefault(phase, []).append(generation)
-        lists = {name: values.tolist() for name, values in generation._asdict().items()}
-        self.append({"phase": phase, "generation": lists})
+        Args:
+            step: Kind of step.
+            of: What it is computed from; its text tells one from another.
+            compute: The step.
+            kind: Type of its result: records, lists, tuples and numbers, by which it is written and read.
+            keeps: Whether a result that was computed is kept.
+        """
+        if (kept := self._done.get(_key(step, of))) is not None:
+            with suppress(ValidationError):  # of another state of the code under the same version
+                result: T = _form(kind).validate_python(kept[0])
+                if as_json(result, kind) == kept[0]:
+                    return result
+        result = compute()
+        if keeps(result):
+            self.finish(step, as_json(result, kind), of)
+        return result
+
+
+def _key(step: str, of: object) -> tuple[str, str]:
+    return step, sha256(repr(of).encode()).hexdigest()
+
+
+def remembered(store: Checkpoint | None, step: str, compute: Callable[[], T], kind: Any = Any, of: object = None) -> T:
+    """Takes the result of a step from a store, or computes and keeps it; None, of a step that was stopped, is not kept.
+
+    Args:
+        store: Keeps steps; None keeps nothing.
+        step: Name of the step.
+        compute: The step.
+        kind: Type of its result.
+        of: What it is computed from, beside the run's key.
+    """
+    return compute() if store is None else store.memoize(step, of, compute, kind, lambda result: result is not None)
+
+
+def as_json(result: object, kind: Any) -> Any:
+    """Gives a result of a type as JSON types, without what has its default."""
+    return _form(kind).dump_python(result, mode="json", exclude_defaults=True)
+
+
+@cache
+def _form(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
 
 
 def _text(record: dict[str, Any]) -> str:

@@ -47,10 +47,6 @@ class InfeasibleError(ValueError):
 def best_level(problem: Problem, seed: int) -> float:
     """Searches from several starts for the largest worst margin, until that shows feasibility.
 
-    Args:
-        problem: The step.
-        seed: Seed of the starts.
-
     Returns:
         The level, without unit; >= 0, to `SLACK`, where all constraints are met.
     """

@@ -127,9 +127,6 @@ def design_of(
         unfinished: What is still to come, for its provenance; None where the run is done.
         folder: Where its file will stand: a folder of own parts is named from there.
 
-    Returns:
-        The design, its provenance filled in.
-
     Raises:
         DesignError: The design file refuses the lengths.
     """
@@ -167,14 +164,11 @@ def design_of(
 
 
 def presentable(result: Result) -> tuple[float, ...]:
-    """Rounds the lengths of a result to whole micrometres, as a machinist is to be given them.
+    """Rounds the lengths of a result to whole micrometres, for manufacturing.
 
     Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
     on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
     stay as they were found where that fails too, or where the half side is fixed to another figure.
-
-    Args:
-        result: A step's result.
 
     Returns:
         (6) lengths in the order of `VARIABLES`, mm.
@@ -211,11 +205,11 @@ def write_design(design: Design, path: Path) -> None:
 
 
 def _step(result: Result) -> dict[str, Any]:
+    """Gathers what the provenance has of a step, without the digits in which two machines' arithmetic differs."""
     record = result.record()
     names = ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa", "proven_bound", "gap")
-    return {name: _settled(record[name], GAP_DIGITS if name == "gap" else DIGITS) for name in names}
-
-
-def _settled(value: Any, digits: int) -> Any:
-    """Rounds away the digits of a figure that differ from one machine's arithmetic to another's."""
-    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+    digits = {"gap": GAP_DIGITS}
+    return {
+        name: float(f"{value:.{digits.get(name, DIGITS)}g}") if isinstance(value := record[name], float) else value
+        for name in names
+    }

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import astuple, dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from optimizer.search import genetic, sqp
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import Bound, Result
 from optimizer.search.sqp import Ending
-from optimizer.synthesis.checkpoint import Checkpoint
+from optimizer.synthesis.checkpoint import Checkpoint, remembered
 from optimizer.synthesis.infeasible import explain, explain_proved
 
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
@@ -51,26 +51,14 @@ class Progress(NamedTuple):
     certifying: int = 0
 
 
-Facts = TypeVar("Facts", dict[str, Any], dict[str, Any] | None)
+class Outcome(NamedTuple):
+    """What a phase adds to its problem and method: fields of `Result`, in their order."""
 
-
-def remembered(store: Checkpoint | None, phase: str, solve: Callable[[], Facts]) -> dict[str, Any] | Facts:
-    """Takes what a phase came to from a store, or solves the phase and keeps that.
-
-    Args:
-        store: Keeps phases; None keeps nothing.
-        phase: Name of the phase.
-        solve: Solves it; None where it was stopped, which is not kept.
-
-    Returns:
-        Plain data, or None.
-    """
-    kept = store.finished(phase) if store else None
-    if kept is None:
-        kept = solve()
-        if store is not None and kept is not None:
-            store.finish(phase, kept)
-    return kept
+    design_mm: tuple[float, ...]
+    status: str
+    evaluations: int
+    starts: tuple[Ending, ...]
+    proof: Bound | None
 
 
 @dataclass
@@ -150,7 +138,7 @@ class Run:
         before = done[-1] if done else None
         if self.method == "proven":
             return self._phase(problem, self._by_effort("proven"), lambda: self._proven(problem, reached, done))
-        proves = self.prove and proving.available()
+        proves, effort = self.prove and proving.available(), (self.seed, self.effort)
         known = np.empty((0, len(problem.free)))
         if before is not None:  # what the step before found, its cube cut down to what this step allows
             known = problem.scaled(before.design_mm)[None]
@@ -165,16 +153,18 @@ class Run:
                 self.report(Progress(problem.step, "conflict", 0, 0, math.nan))
             error = explain(self.given, problem, reached, self.seed)
             if error is not None:
-                proved = proves and self._optimum(problem).status == "infeasible"
+                tell = partial(self._tell_proof, problem)
+                proved = proves and proving.solve(problem, *effort, tell, self.stop).status == "infeasible"
                 if self.stop():
                     return replace(result, status="interrupted")
                 raise error.as_proved() if proved else error
         if proves and result.feasible and not result.tiny and result.status != "interrupted":
             # what a search of step 1 reached bounds nothing: the proof is within bounds_mm, or what step 1 proved
             within = step_problem(self.given, 2, _bound(before)) if problem.step == 2 else problem
-            unbounded = result
+            tell = partial(self._tell_proof, within)
             self._found([*done, result], f"the proof of step {problem.step} is still to come")
-            result = self._phase(problem, self._by_effort("bound"), lambda: self._bounded(within, unbounded))
+            bounded = partial(proving.with_bound, result, *effort, tell, self.stop, within)
+            result = self._phase(problem, self._by_effort("bound"), bounded)
         return result
 
     def _by_effort(self, name: str) -> str:
@@ -185,14 +175,14 @@ class Run:
         """Takes the result of a phase from the store, or solves it and keeps it, unless the run was stopped."""
         solved: list[Result] = []
 
-        def compute() -> dict[str, Any] | None:
+        def compute() -> Outcome | None:
             solved.append(solve())
-            return None if self.stop() else _kept(solved[0])
+            return None if self.stop() else Outcome(*(getattr(solved[0], field) for field in Outcome._fields))
 
-        kept = remembered(self.store, f"{problem.step}/{name}", compute)
+        kept = remembered(self.store, f"{problem.step}/{name}", compute, Outcome)
         if kept is None:
             return replace(solved[0], status="interrupted")
-        return solved[0] if solved else _result(problem, self.method, kept)
+        return solved[0] if solved else Result(problem, self.method, *kept)
 
     def _proven(self, problem: Problem, reached: float | None, done: list[Result]) -> Result:
         known = done[-1].design_mm if done and done[-1].feasible else None
@@ -211,38 +201,22 @@ class Run:
             raise explain_proved(self.given, problem, reached, self.seed)
         return result
 
-    def _optimum(self, problem: Problem) -> Result:
-        return proving.solve(problem, self.seed, self.effort, partial(self._tell_proof, problem), self.stop)
-
-    def _bounded(self, within: Problem, result: Result) -> Result:
-        tell = partial(self._tell_proof, within)
-        return proving.with_bound(result, self.seed, self.effort, tell, self.stop, within)
-
     def _tell_proof(self, problem: Problem, now: Now) -> None:
         if self.report is not None:
             at = (now.boxes, self.effort.boxes, now.best, now.bound, now.certifying)
             self.report(Progress(problem.step, "proof", *at))
 
     def _genetic(self, problem: Problem, known: np.ndarray) -> Result:
-        phase = f"{problem.step}/ga"
-
         def report(done: int, total: int, best: float) -> None:
             self._tell(problem, "ga", done, total, -best)
 
-        last = genetic.evolve(
-            problem,
-            self.seed,
-            self.population,
-            self.generations,
-            known,
-            self.store.generations(phase) if self.store else (),
-            partial(self.store.keep, phase) if self.store else None,
-            report,
-            self.stop,
-        )
+        def memo(x: np.ndarray, compute: Callable[[], genetic.Scores]) -> genetic.Scores:
+            return remembered(self.store, f"{problem.step}/ga/generation", compute, genetic.Scores, x.tobytes())
+
+        sizes = self.population, self.generations
+        last = genetic.evolve(problem, self.seed, *sizes, known, memo, report, self.stop)
         x = best_holding(problem, last)
-        history = tuple(_objective(problem, -value) for value in last.history)
-        result = Result(problem, self.method, problem.lengths_mm(x), "sampled", last.evaluations, {"ga": history})
+        result = Result(problem, self.method, problem.lengths_mm(x), "sampled", last.evaluations)
         if not result.feasible:
             result = replace(result, status="between the samples" if last.violation[0] == 0 else "no feasible design")
         return result
@@ -257,15 +231,12 @@ class Run:
             self._tell(problem, "sqp", done, total, best)
 
         outcome = sqp.search(problem, starts, report, self.stop)
-        evaluations, history = outcome.evaluations, {}
-        if start is not None:
-            evaluations, history = evaluations + start.evaluations, dict(start.history)
+        evaluations = outcome.evaluations + (0 if start is None else start.evaluations)
         best = outcome.best
         status = "not improved" if best is None else "converged"
         ending = best or max(outcome.endings, key=lambda e: e.level)
-        history["sqp"] = tuple(_objective(problem, level) for level in ending.history)
         design = problem.lengths_mm(ending.x)
-        result = Result(problem, self.method, design, status, evaluations, history, tuple(outcome.endings))
+        result = Result(problem, self.method, design, status, evaluations, tuple(outcome.endings))
         if start is not None and not result.better_than(start):
             result = replace(result, design_mm=start.design_mm, status="not improved")
         return result
@@ -280,10 +251,6 @@ def best_holding(problem: Problem, last: genetic.Population) -> np.ndarray:
 
     A cube of steps 1 and 2 that does not is made smaller, about the middle of its bottom face, until it does: it then
     lies inside the old one, so that no margin gets worse.
-
-    Args:
-        problem: The step.
-        last: The generation.
 
     Returns:
         (free variables) scaled; the first of the generation if none holds.
@@ -338,26 +305,3 @@ def _objective(problem: Problem, level: float) -> float:
         return 1.0 / level if level > 0.0 else np.nan
     low, high = problem.lower[SIDE], problem.upper[SIDE]
     return low + level * (high - low) if np.isfinite(level) else np.nan
-
-
-def _kept(result: Result) -> dict[str, Any]:
-    return {
-        "design_mm": list(result.design_mm),
-        "status": result.status,
-        "evaluations": result.evaluations,
-        "history": {name: [None if np.isnan(v) else v for v in values] for name, values in result.history.items()},
-        "starts": [list(start) for start in result.starts],
-        "proof": None if result.proof is None else list(result.proof),
-    }
-
-
-def _result(problem: Problem, method: str, kept: dict[str, Any]) -> Result:
-    history = {n: tuple(np.nan if v is None else float(v) for v in values) for n, values in kept["history"].items()}
-    starts = tuple(
-        Ending(tuple(start), tuple(x), level, converged, reason, tuple(past))
-        for start, x, level, converged, reason, past in kept["starts"]
-    )
-    proof = None if kept["proof"] is None else Bound(*kept["proof"])
-    return Result(
-        problem, method, tuple(kept["design_mm"]), kept["status"], kept["evaluations"], history, starts, proof
-    )

@@ -38,8 +38,8 @@ from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.atlas.grid import load_grid
 from optimizer.certify.certificate import Certificate, CertificateError, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
-from optimizer.certify.gravity import GravityError, share_of_masses
-from optimizer.codesign.journal import Journal, as_json
+from optimizer.certify.gravity import GravityError, allowance_of_masses
+from optimizer.codesign.journal import Journal
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import reference
 from optimizer.codesign.pages.machines import standing
@@ -54,8 +54,7 @@ from optimizer.problem.requirements import (
     requirements_hash,
 )
 from optimizer.problem.validation import MOST_TOLD
-from optimizer.search.genetic import Generation
-from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
+from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, as_json
 from optimizer.synthesis.output import DesignFile, OtherDesignError
 from tests.committed import BEST, ROOT
 from tests.endurance.mutation import csv_text, damaged, json_text, mutated, strange, toml_text
@@ -146,7 +145,7 @@ def _searched(path: Path) -> None:
     journal = Journal(path, KEY, True)
     try:
         for step, (of, made, kind) in STEPS.items():
-            journal.once(step, of, lambda made=made: made, kind)
+            journal.memoize(step, of, lambda made=made: made, kind)
     finally:
         journal.close()
 
@@ -225,9 +224,8 @@ def readers(folder: Path) -> list[Reader]:
             np.array([[0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1]]), 3,
         )
     )  # fmt: skip
-    generation = Generation(np.array([1.0, 2.0]), np.array([[0.1, 0.2], [0.3, -0.4]]))
-    lists = {name: values.tolist() for name, values in generation._asdict().items()}
-    kept = [{"phase": "ga", "generation": lists}, {"phase": "ga", "result": {"design_mm": [1.0], "status": "done"}}]
+    scores = [[1.0, 2.0], [[0.1, 0.2], [0.3, -0.4]]]
+    kept = [{"step": "ga", "of": "a", "result": scores}, {"step": "1/ga", "of": "b", "result": [[1.0], "done"]}]
     row = dict.fromkeys(FIELDS, 0) | {"index": 3, "inputs": {"a": 1}, "steps": [{"step": 1}], "conflict": []}
     recording = Recording(np.arange(5.0), np.ones((5, 3)), np.zeros((5, 3)))
     for name in ("whole.csv", "whole.npz"):
@@ -303,7 +301,7 @@ def _more_readers(design: Design, weights: Path, folder: Path, task: dict[str, A
         Reader("design with a panel", "p.json", _of_tree(panel, json_text), load_design, (DesignError,)),
         Reader("brief with a panel", "p.toml", _of_tree(behind, toml_text), load_brief, (RequirementsError,)),
         Reader("masses for gravity", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
-               lambda p: share_of_masses(p, design, 1e-5), (GravityError,),
+               lambda p: allowance_of_masses(p, design, 1e-5), (GravityError,),
                (optimizer_cli.main, lambda p: ["certify", "--design", str(BEST), "--mass-properties", str(p),
                                                "--out", str(p) + ".out"])),
         Reader("search's journal", "s.jsonl", _lines(_steps()), _searched, (CheckpointError,)),

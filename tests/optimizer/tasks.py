@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from optimizer.problem.evaluator import fold_points, shared_points
 from optimizer.problem.requirements import Requirements, requirements_from_dict
-from optimizer.search.genetic import Generation
+from optimizer.synthesis.checkpoint import Checkpoint
 
 Range = tuple[float, float]
 
@@ -60,25 +59,14 @@ JOINTS = {"friction_N_m": 0.012, "ball_upright_N": 0.05, "ball_level_N": 0.08, "
 """About what its joints rub and tell."""
 
 
-class Memory:
-    """A store that keeps everything as JSON text, as a file would."""
+class Memory(Checkpoint):
+    """A store that keeps everything as JSON, as a file would."""
 
     def __init__(self) -> None:
-        self.done: dict[str, str] = {}
-        self.kept: dict[str, list[str]] = {}
+        self._done = {}
 
-    def finished(self, phase: str) -> dict[str, Any] | None:
-        return json.loads(self.done[phase]) if phase in self.done else None
-
-    def finish(self, phase: str, data: dict[str, Any]) -> None:
-        self.done[phase] = json.dumps(data, allow_nan=False)
-
-    def generations(self, phase: str) -> Sequence[Generation]:
-        return [Generation(*map(np.array, json.loads(text))) for text in self.kept.get(phase, [])]
-
-    def keep(self, phase: str, generation: Generation) -> None:
-        lists = [generation.objective.tolist(), generation.margins.tolist()]
-        self.kept.setdefault(phase, []).append(json.dumps(lists, allow_nan=False))
+    def append(self, record: dict[str, Any]) -> None:
+        self.take(json.loads(json.dumps(record, allow_nan=False)))
 
 
 def sample_points(designs: np.ndarray, n: int) -> np.ndarray:

@@ -14,7 +14,7 @@ from delta_cad.drive.masses import load_masses
 from delta_cad.report.page import SOUGHT
 from optimizer.certify.certificate import Certificate, certify, limits_of
 from optimizer.certify.file import certificate_text
-from optimizer.certify.gravity import share_of_masses
+from optimizer.certify.gravity import allowance_of_masses
 from optimizer.codesign.pages.figures import FIGURES, binding, results_of, set_limits
 from optimizer.codesign.tried import Tried, Verdict
 from optimizer.codesign.variants.costs import Cost
@@ -60,7 +60,7 @@ def certificate_of(design: Design, masses: Path) -> Certificate:
         design: The design.
         masses: `mass_properties.json` of its build.
     """
-    share = share_of_masses(masses, design)
+    share = allowance_of_masses(masses, design)
     inertia = load_masses(masses, design).handle_inertia
     return certify(design, limits_of(design, share, inertia), gravity=share)
 

@@ -17,8 +17,11 @@ def call(*arguments: str | Path) -> int:
     return cli.main([str(argument) for argument in arguments])
 
 
-def changed(tmp_path: Path, cube: dict[str, float] | None = None, **requirements: Any) -> Path:
+def changed(
+    tmp_path: Path, cube: dict[str, float] | None = None, mechanism: dict[str, float] | None = None, **requirements: Any
+) -> Path:
     data = design_to_dict(load_design(PUBLISHED))
+    data["mechanism"] |= mechanism or {}
     data["requirements"] = {
         "envelope_width_mm": 270.0,
         "envelope_depth_mm": 220.0,

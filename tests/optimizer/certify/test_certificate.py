@@ -1,8 +1,6 @@
 """Certificates: made, written, read, replayed; and what is done to them is noticed."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -19,25 +17,12 @@ from optimizer.certify.file import (
     write_certificate,
 )
 from tests.delta_cad.mechanism.stated_limits import limits
+from tests.designs import minimal
 from tests.optimizer.messages import refuses
-
-PUBLISHED = {
-    "schema": "delta-design/1",
-    "name": "published",
-    "mechanism": {
-        "base_radius_mm": 40.0,
-        "platform_radius_mm": 30.0,
-        "upper_arm_length_mm": 82.0,
-        "forearm_length_mm": 112.079,
-        "parallelogram_width_mm": 48.0,
-    },
-    "cube": {"bottom_height_mm": 57.112, "half_side_mm": 37.5},
-    "requirements": {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 3.0, "joint_torque_N_m": 0.8},
-}
 
 
 def design_of(mechanism=None, cube=None, **requirements):
-    data = json.loads(json.dumps(PUBLISHED))
+    data = minimal()
     data["mechanism"] |= mechanism or {}
     data["cube"] |= cube or {}
     data["requirements"] |= requirements
@@ -214,7 +199,7 @@ def test_coarser_leaves_are_still_proved_and_only_cost_time(proved):
 
 def test_another_design_is_noticed(proved):
     longer = design_of({"forearm_length_mm": 112.08})
-    with pytest.raises(CertificateError, match="published"):
+    with pytest.raises(CertificateError, match="dashboard-joystick"):
         verify(proved, longer)
     with pytest.raises(CertificateError, match="dimensions"):
         verify(proved, design_of(cube={"half_side_mm": 37.6}))
@@ -263,29 +248,11 @@ def test_a_wrong_verdict_is_noticed(proved, refuted):
         verify(replace(proved, findings=proved.findings[:1]))
 
 
-def test_a_file_that_was_changed_is_refused(tmp_path, proved):
+def test_what_is_no_certificate_is_refused(tmp_path, proved):
     data = json.loads(json.dumps(certificate_to_dict(proved)))
-    cases = [
-        (data | {"limits": data["limits"] | {"kappa_max": 9.0}}, "digest"),
-        (data | {"leaves": data["leaves"][1:]}, "digest"),
-        (data | {"schema": "delta-certificate/2"}, "schema: "),
-        (data | {"note": 1}, "note: "),
-        ({k: v for k, v in data.items() if k != "cube"}, "cube: "),
-        (data | {"leaves": [[0, 0, 0, 0, 0, 2**70]]}, "leaves.0.5: "),
-        (data | {"leaves": [[0, 0, 0]]}, "leaves.0.3: "),
-        ([], "the file: "),
-    ]
-    for case, message in cases:
-        with pytest.raises(CertificateError, match=message) as caught:
+    for case, message in (({k: v for k, v in data.items() if k != "cube"}, "cube: "), ([], "the file: ")):
+        with pytest.raises(UnreadableError, match=message):
             certificate_from_dict(case)
-        assert isinstance(caught.value, UnreadableError) == ("digest" not in message)
-    for change, message in (
-        ({"verdict": "refuted"}, "verdict is refuted"),
-        ({"cube": data["cube"] | {"top_height_m": 0.2}}, "top_height_m"),
-        ({"geometry": data["geometry"] | {"forearm_length_m": -1.0}}, r"forearm_length .*-1\.0"),
-    ):
-        with pytest.raises(CertificateError, match=message):
-            certificate_from_dict(redigested(data | change))
     path = tmp_path / "c.json"
     path.write_text("{")
     with refuses(UnreadableError, "c.json"):
@@ -294,32 +261,6 @@ def test_a_file_that_was_changed_is_refused(tmp_path, proved):
         read_certificate(tmp_path / "none.json")
 
 
-def redigested(data):
-    """What a forger does who knows the format: a digest that fits."""
-    import hashlib
-
-    rest = {key: value for key, value in data.items() if key != "digest"}
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-    return rest | {"digest": hashlib.sha256(text.encode()).hexdigest()}
-
-
-@pytest.mark.slow
-def test_a_forged_file_with_a_fitting_digest_is_read_but_does_not_verify(proved):
-    data = json.loads(json.dumps(certificate_to_dict(proved)))
-    laxer = data | {"limits": data["limits"] | {"kappa_max": 2.2}}
-    with pytest.raises(CertificateError, match=r"^kappa: "):
-        verify(certificate_from_dict(redigested(laxer)))
-    findings = [f | {"limit": 2.2} if f["condition"] == "kappa" else f for f in data["findings"]]
-    forged = certificate_from_dict(redigested(laxer | {"findings": findings}))
-    with pytest.raises(CertificateError, match=r"^kappa: "):
-        verify(forged)
-
-
 def test_impossible_limits_are_refused(design):
     with refuses(GeometryError, "kappa_max", "0.5"):
         certify(design, limits(kappa_max=0.5))
-
-
-def test_verifying_does_not_load_the_compiler():
-    code = "import sys, optimizer.certify.file; sys.exit('numba' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -20,8 +20,14 @@ from delta_cad.mechanism.limits.holding_torque import gravity_torque
 from delta_cad.mechanism.placement import LinkPlacement
 from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
-from optimizer.certify.gravity import GravityError, GravityShare, given_share, share_of_masses
+from optimizer.certify.gravity import (
+    GravityAllowance,
+    GravityError,
+    allowance_of_masses,
+    given_allowance,
+)
 from tests.delta_cad.mechanism.stated_limits import limits
+from tests.designs import minimal
 from tests.optimizer.messages import refuses
 
 NUMERIC_N_M = 2e-9
@@ -29,30 +35,10 @@ NUMERIC_N_M = 2e-9
 
 
 def design_with(drive: str = "capstan", gravity: tuple[float, ...] = (0.0, 0.0, -9.81), **requirements: Any) -> Design:
-    hardware = {"drive": drive, "motor": "maxon-re30-310007" if drive == "capstan" else "maxon-ec60flat-408057"}
-    return design_from_dict(
-        {
-            "schema": "delta-design/1",
-            "name": "published",
-            "mechanism": {
-                "base_radius_mm": 40.0,
-                "platform_radius_mm": 30.0,
-                "upper_arm_length_mm": 82.0,
-                "forearm_length_mm": 112.079,
-                "parallelogram_width_mm": 48.0,
-            },
-            "cube": {"bottom_height_mm": 57.112, "half_side_mm": 37.5},
-            "requirements": {
-                "envelope_width_mm": 270.0,
-                "envelope_depth_mm": 220.0,
-                "force_N": 3.0,
-                "joint_torque_N_m": 0.8,
-                "gravity_m_s2": list(gravity),
-            }
-            | requirements,
-            "hardware": hardware,
-        }
-    )
+    motor = "maxon-re30-310007" if drive == "capstan" else "maxon-ec60flat-408057"
+    data = minimal()
+    asked = data["requirements"] | {"gravity_m_s2": list(gravity)} | requirements
+    return design_from_dict(data | {"requirements": asked, "hardware": {"drive": drive, "motor": motor}})
 
 
 def masses_file(path: Path, bodies: dict[str, Any], home: Any = (0.0, 0.0, 94.612), **more: Any) -> Path:
@@ -92,7 +78,7 @@ def points_of(n: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def held(tmp_path: Path, design: Design, bodies: dict[str, Any], tolerance: float = 0.0) -> HeldMasses:
-    masses = share_of_masses(masses_file(tmp_path / "m.json", bodies), design, tolerance).masses
+    masses = allowance_of_masses(masses_file(tmp_path / "m.json", bodies), design, tolerance).masses
     assert masses is not None
     return masses
 
@@ -171,7 +157,7 @@ def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_pa
     for gravity in ((0.0, 0.0, -9.81), (3.0, -5.0, -7.0)):
         design = design_with(gravity=gravity)
         bodies = random_bodies(rng)
-        share = share_of_masses(masses_file(tmp_path / "m.json", bodies), design)
+        share = allowance_of_masses(masses_file(tmp_path / "m.json", bodies), design)
         points = points_of(4000, rng)
         total = np.abs(oracle(design, bodies, points)) + worst_joint_torque(design.geometry, points, 3.0)
         low, high = 0.01, 5.0  # the least torque that is proved
@@ -183,9 +169,9 @@ def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_pa
         assert high <= (1.05 if gravity[1] == 0.0 else 1.5) * total.max()  # no nonsense of a bound either
 
 
-def shares() -> tuple[Design, GravityShare]:
+def shares() -> tuple[Design, GravityAllowance]:
     design = design_with()
-    return design, given_share(design, 0.11)
+    return design, given_allowance(design, 0.11)
 
 
 def test_a_share_given_by_hand_is_taken_off_and_replayed() -> None:
@@ -205,7 +191,7 @@ def test_a_share_given_by_hand_is_taken_off_and_replayed() -> None:
 def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
     design = design_with()
     bodies = random_bodies(np.random.default_rng(2))
-    share = share_of_masses(masses_file(tmp_path / "m.json", bodies), design)
+    share = allowance_of_masses(masses_file(tmp_path / "m.json", bodies), design)
     certificate = certify(design, gravity=share)
     assert "holding_torque" in verify(certificate, design).proved
     assert certificate_from_dict(json.loads(json.dumps(certificate_to_dict(certificate)))).gravity == share
@@ -224,7 +210,7 @@ def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
     with pytest.raises(CertificateError, match=r"^torque: "):
         verify(light, design)
     without = certify(design, limits())
-    for given in (share, given_share(design, 0.11)):
+    for given in (share, given_allowance(design, 0.11)):
         with pytest.raises(CertificateError, match="torque"):
             verify(replace(without, gravity=given))
     data = certificate_to_dict(certificate)
@@ -252,7 +238,7 @@ def test_gravity_that_takes_all_of_the_torque_is_refused() -> None:
     design, share = shares()
     for reserve in (0.8, -0.1, float("nan"), float("inf")):
         with refuses(GravityError, "0", "requirements.joint_torque_N_m", "0.8"):
-            given_share(design, reserve)
+            given_allowance(design, reserve)
     with refuses(GravityError, "0.9", "0.8"):
         certify(design, gravity=replace(share, reserve=0.9))
 
@@ -287,15 +273,15 @@ BODIES = {name: {"mass_kg": 0.01, "centre_m": [0.01, 0.0, 0.0]} for name in KNOW
 def test_mass_properties_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
     path = masses_file(tmp_path / "m.json", **({"bodies": BODIES} | change))
     with refuses(GravityError, "m.json: ", words):
-        share_of_masses(path, design_with())
+        allowance_of_masses(path, design_with())
 
 
 def test_mass_properties_that_cannot_be_read(tmp_path: Path) -> None:
     with refuses(GravityError, "none.json"):
-        share_of_masses(tmp_path / "none.json", design_with())
+        allowance_of_masses(tmp_path / "none.json", design_with())
     (tmp_path / "m.json").write_text("{")
     with refuses(GravityError, "m.json"):
-        share_of_masses(tmp_path / "m.json", design_with())
+        allowance_of_masses(tmp_path / "m.json", design_with())
 
 
 def test_a_pinion_is_not_needed(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from delta_cad.mechanism.proof import extremes, judgement
 from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.certify.certificate import certify, limits_of
-from optimizer.certify.gravity import share_of_masses
+from optimizer.certify.gravity import allowance_of_masses
 from optimizer.commands.certify import inertia_of
 from tests.committed import COMMITTED
 from tests.designs import minimal
@@ -83,7 +83,7 @@ def verdicts(design: Design, path: Path) -> dict[str, dict[str, bool]]:
     rows = limit_rows(design, known_masses(data, design))
     named = {f.words: f.name or kind.name for kind in judgement.POSE_LIMITS for f in kind.figures}
     d: Any = SimpleNamespace(design=design, stops_rad=(-math.pi, math.pi), forearm=FREE)
-    share = share_of_masses(path, design)
+    share = allowance_of_masses(path, design)
     proved = certify(design, limits_of(design, share, inertia_of(design, path)), gravity=share)
     figures = {kind.name: [f.name or kind.name for f in kind.figures] for kind in judgement.POSE_LIMITS}
     checks = check_ranges(design.geometry, check_limits(d, data))

@@ -21,9 +21,9 @@ from optimizer.search.result import Result
 from optimizer.synthesis.output import DesignFile, design_of
 from optimizer.synthesis.three_step import Run
 from tests.committed import ROOT
+from tests.optimizer.problem.requirements import ROPE
 
 JOYSTICK = (ROOT / "tests/references/joystick.toml").read_text(encoding="utf-8")
-ROPE = "id,diameter_mm,breaking_load_N\nmine,0.5,150\n"
 
 
 def task(folder: Path, hardware: str) -> Path:

@@ -2,33 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 from optimizer.problem.requirements import Requirements
-from optimizer.search.genetic import GENERATIONS, Generation
+from optimizer.search.genetic import GENERATIONS
 from optimizer.search.result import Result
 from optimizer.synthesis.three_step import Run
-
-
-class Memory:
-    """A store that forgets everything at the end: GA+SQP takes up the GA that was run alone."""
-
-    def __init__(self) -> None:
-        self._done: dict[str, dict[str, Any]] = {}
-
-    def finished(self, phase: str) -> dict[str, Any] | None:
-        return self._done.get(phase)
-
-    def finish(self, phase: str, data: dict[str, Any]) -> None:
-        self._done[phase] = data
-
-    def generations(self, phase: str) -> Sequence[Generation]:
-        assert phase
-        return ()
-
-    def keep(self, phase: str, generation: Generation) -> None:
-        assert len(generation.objective), phase
+from tests.optimizer.tasks import Memory
 
 
 def trial(

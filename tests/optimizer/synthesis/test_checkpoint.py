@@ -59,7 +59,7 @@ def test_every_cut_and_every_wrong_byte_is_refused_or_leaves_whole_records(tmp_p
     "line",
     [
         "[" * 100_000, '{"record":' * 100_000, "9" * 5000, "\x00", "null", "[]", '{"record":{}}',
-        '{"crc32":0,"record":{"phase":"1/ga","result":3}}', '{"crc32":0,"record":NaN}',
+        '{"crc32":0,"record":{"step":"1/ga","result":3}}', '{"crc32":0,"record":NaN}',
         '{"crc32":"\\ud800","record":1}',
     ],
     ids=range(10),
@@ -101,11 +101,7 @@ def test_opening_changes_nothing_and_a_torn_line_is_cut_away_by_the_next(tmp_pat
 @pytest.mark.parametrize(
     "record",
     [
-        [], 3, {}, {"phase": "a"}, {"phase": "a", "result": 3}, {"phase": "a", "generation": []},
-        {"phase": "a", "generation": {"objective": [1.0]}},
-        {"phase": "a", "generation": {"objective": [1.0], "margins": [[1.0], []]}},
-        {"phase": "a", "generation": {"objective": ["x"], "margins": [[1.0]]}},
-        {"phase": "a", "generation": {"objective": [10**400], "margins": [[1.0]]}},
+        [], 3, {}, {"step": "a"}, {"step": "a", "of": "b"}, {"step": "a", "result": 3},
         {"index": 3}, dict.fromkeys(sorted(FIELDS)), dict.fromkeys(sorted(FIELDS)) | {"index": "x"},
     ],
     ids=named,
