@@ -19,7 +19,8 @@ import numpy as np
 from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import (
+from optimizer.codesign.corrections import KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
+from optimizer.codesign.hardware import (
     PINION_MM,
     SECTOR,
     SECTOR_ROOM_MM,
@@ -30,7 +31,6 @@ from optimizer.codesign.choice import (
     ratios_of,
 )
 from optimizer.codesign.lengths import WIDE_MM, lasting_torque_N_m, posed
-from optimizer.codesign.lessons import KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES

@@ -20,9 +20,9 @@ from delta_cad.mechanism import DeltaGeometry, cube_extremes
 from delta_cad.mechanism.limits import EffectiveMass, HoldingTorque, Outline, Torque
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import Cube, CubeSearch
-from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
-from optimizer.codesign.lessons import WEIGHED_AGAIN, Lessons, Weighed
-from optimizer.codesign.variants.estimates import Estimate, estimates
+from optimizer.codesign.corrections import WEIGHED_AGAIN, Lessons, Weighed
+from optimizer.codesign.estimates import Estimate, estimates
+from optimizer.codesign.hardware import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
 from optimizer.problem.brief import DesignBrief, Objective
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import SIDE

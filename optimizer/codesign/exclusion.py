@@ -13,9 +13,9 @@ from dataclasses import replace
 from delta_cad import catalogue
 from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.bound import STARTS, Kind, allowed_drives, kept_limits
-from optimizer.codesign.choice import Choice, drives, motor_of, ratios_of
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.hardware import Choice, drives, motor_of, ratios_of
 from optimizer.codesign.lengths import posed
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.step import SIDE, Problem, step_problem

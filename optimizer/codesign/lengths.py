@@ -15,8 +15,8 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import PEAK_SPARE
-from optimizer.codesign.choice import Choice, motor_of, price_EUR
-from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Lessons
+from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Lessons
+from optimizer.codesign.hardware import Choice, motor_of, price_EUR
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_from_dict

@@ -12,18 +12,28 @@ from delta_cad.dimensions import CLEARANCE_MOST_MM
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, effective_mass_kg, reported
-from optimizer.codesign.choice import SMALL, WIDTHS, Choice, cheapest, drives, hopeless, motor_of, neighbours, ratios_of
 from optimizer.codesign.exclusion import excluded
-from optimizer.codesign.learning import (
+from optimizer.codesign.hardware import (
+    SMALL,
+    WIDTHS,
+    Choice,
+    cheapest,
+    drives,
+    hopeless,
+    motor_of,
+    neighbours,
+    ratios_of,
+)
+from optimizer.codesign.lengths import ENOUGH, ROUGHLY, Found
+from optimizer.codesign.search_log import Posed
+from optimizer.codesign.settling import Candidates, Lengths
+from optimizer.codesign.updates import (
     COUPLE_STEP,
     ELBOW_STEP_DEG,
     LEVER_STEPS,
     GaveUpError,
     from_checks,
 )
-from optimizer.codesign.lengths import ENOUGH, ROUGHLY, Found
-from optimizer.codesign.settling import Candidates, Lengths
-from optimizer.codesign.tried import Posed
 from optimizer.problem.brief import DesignBrief
 from optimizer.search.clock import HalfTimeError
 

@@ -12,9 +12,12 @@ from delta_cad.dimensions import DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, hung, refused, rubbed, weigh, worst_torque
-from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.corrections import TORQUE_SPARE, TORQUE_SPARE_N_M, WEIGHED_AGAIN, Held, Lessons, Weighed
+from optimizer.codesign.hardware import Choice, motor_of
 from optimizer.codesign.journal import at_once
-from optimizer.codesign.learning import (
+from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
+from optimizer.codesign.search_log import Posed, Tried
+from optimizer.codesign.updates import (
     PULLED,
     GaveUpError,
     StuckError,
@@ -29,9 +32,6 @@ from optimizer.codesign.learning import (
     with_outline,
     with_room,
 )
-from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
-from optimizer.codesign.lessons import TORQUE_SPARE, TORQUE_SPARE_N_M, WEIGHED_AGAIN, Held, Lessons, Weighed
-from optimizer.codesign.tried import Posed, Tried
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.search.clock import HalfTimeError, OutOfTimeError

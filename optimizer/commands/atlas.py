@@ -13,9 +13,9 @@ from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
-    from optimizer.atlas.atlas import Failure
-    from optimizer.atlas.file import RowFile
-    from optimizer.atlas.grid import Grid
+    from optimizer.study.atlas_file import RowFile
+    from optimizer.study.cluster import Failure
+    from optimizer.study.grid import Grid
 
 NAME = "atlas"
 TEXT = "many sets of requirements on this machine or a Dask cluster"
@@ -45,15 +45,15 @@ def run(given: argparse.Namespace) -> int:
         return refuse("--workers is of this machine; a cluster given with --scheduler has its own", BAD_INPUT)
     if given.workers == 0:
         return refuse("--workers = 0: must be at least 1", BAD_INPUT)
-    from optimizer.atlas.grid import load_grid
     from optimizer.problem.requirements import RequirementsError
+    from optimizer.study.grid import load_grid
 
     try:
         grid = load_grid(given.grid)
     except RequirementsError as error:
         return refuse_all(error.lines, BAD_INPUT)
-    from optimizer.atlas.atlas import key_of
-    from optimizer.atlas.file import RowFile
+    from optimizer.study.atlas_file import RowFile
+    from optimizer.study.cluster import key_of
     from optimizer.synthesis.checkpoint import CheckpointError
 
     folder = given.out / "atlas" / grid.name
@@ -69,7 +69,7 @@ def run(given: argparse.Namespace) -> int:
 
 def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
     """Solves what is not solved yet, and writes the atlas once all is."""
-    from optimizer.atlas.atlas import ClusterError, collect, given_cluster, local_cluster, workers_here
+    from optimizer.study.cluster import ClusterError, collect, given_cluster, local_cluster, workers_here
 
     todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
@@ -102,9 +102,9 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
 def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
     from delta_cad.common.files import write_all
-    from optimizer.atlas.file import csv_text, design_files, record
-    from optimizer.atlas.page import mapped, page
-    from optimizer.pictures.atlas import png
+    from optimizer.study.atlas_file import csv_text, design_files, record
+    from optimizer.study.atlas_page import mapped, page
+    from optimizer.study.pictures.atlas import png
 
     ordered = [rows.rows[one.index] for one in grid.sets]
     picture = folder / "atlas.png"

@@ -25,9 +25,9 @@ from delta_cad.common.console import (
 )
 
 if TYPE_CHECKING:
-    from optimizer.codesign.builder import Builder
     from optimizer.codesign.journal import Journal
-    from optimizer.codesign.tried import End, Tried, Verdict
+    from optimizer.codesign.run import Builder
+    from optimizer.codesign.search_log import End, Tried, Verdict
     from optimizer.problem.brief import DesignBrief
 
 NAME = "design"
@@ -106,7 +106,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     """Searches, builds and prints the verdict with what shows it; returns the exit code."""
     from delta_cad.common.beside import Beside
     from delta_cad.mechanism.proof import beforehand
-    from optimizer.codesign.tried import Tried, Verdict
+    from optimizer.codesign.search_log import Tried, Verdict
     from optimizer.search.clock import OutOfTimeError
 
     clock, limit_s = _clock(), 60.0 * given.minutes
@@ -119,7 +119,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
         try:
             with Beside(beforehand.__name__, behind=True) as compiling:
                 compiling.give(None)
-                from optimizer.codesign.builder import Builder, Run, nearest_machine
+                from optimizer.codesign.run import Builder, Run, nearest_machine
 
                 command = f"python -m optimizer design {given.requirements.name} --seed {given.seed}"
                 run = Run(given.out, given.seed, command, limit_s, clock, journal.once, line.show, line.keep)
@@ -141,7 +141,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     if end == "done" and clock() <= limit_s:
         journal.remove()
     if given.json:
-        from optimizer.codesign.pages.output import no_facts
+        from optimizer.codesign.report import no_facts
 
         record = facts or no_facts(brief.name, ends, tried, near)
         if ends is Verdict.INFEASIBLE:
@@ -160,8 +160,8 @@ def _say(given: argparse.Namespace, text: str) -> None:
 
 def _judged(given: argparse.Namespace, tried: Tried, end: End, facts: dict[str, Any]) -> Verdict:
     """Prints the verdict on a search, first, and what shows it; with `--json` nothing of a machine that stands."""
-    from optimizer.codesign.pages.output import shown
-    from optimizer.codesign.tried import verdict
+    from optimizer.codesign.report import shown
+    from optimizer.codesign.search_log import verdict
 
     ends, why = verdict(tried, end, bool(facts))
     why = shown(facts) if facts else f"{given.requirements.name}: {why}"

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from delta_cad.design import Design
-    from optimizer.front.convergence import Trace
-    from optimizer.front.front import FrontPoint
-    from optimizer.front.trade import Trade
     from optimizer.problem.requirements import Requirements
+    from optimizer.study.convergence import Trace
+    from optimizer.study.front import FrontPoint
+    from optimizer.study.trade import Trade
 
     Drawing = tuple[str, str, Callable[[], Any]]
 
@@ -88,9 +88,9 @@ def run(given: argparse.Namespace) -> int:
         return run_machines(given)
     from delta_cad.design import DesignError, load_design
     from delta_cad.mechanism import MechanismError
-    from optimizer.front.maps import require_held
     from optimizer.paper.evaluation import mechanism_of
     from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
+    from optimizer.study.maps import require_held
 
     try:
         task = load_requirements(given.requirements, given.catalogue)
@@ -104,7 +104,7 @@ def run(given: argparse.Namespace) -> int:
             return refuse(f"{given.design}: {error}", BAD_INPUT)
     if find_spec("matplotlib") is None:
         return refuse(not_installed("matplotlib", "optimize"), BAD_INPUT)
-    from optimizer.front.front import FrontError
+    from optimizer.study.front import FrontError
     from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
     from optimizer.synthesis.infeasible import InfeasibleError
 
@@ -156,13 +156,13 @@ class _Run:
 
     def run(self) -> int:
         """Traces, proves, draws and writes; returns the exit code."""
-        from optimizer.front.convergence import traces
-        from optimizer.front.front import Tracer
-        from optimizer.front.limits import at_side
-        from optimizer.front.page import record
-        from optimizer.front.proof import proved
-        from optimizer.front.published import published_designs
-        from optimizer.front.trade import trade as trades
+        from optimizer.study.convergence import traces
+        from optimizer.study.front import Tracer
+        from optimizer.study.front_page import record
+        from optimizer.study.limits import at_side
+        from optimizer.study.proof import proved
+        from optimizer.study.published import published_designs
+        from optimizer.study.trade import trade as trades
 
         given, show = self.given, self.line.show
 
@@ -202,10 +202,10 @@ class _Run:
 
     def _drawings(self, trade: Trade, published: Any, runs: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
         """Lists name, caption and drawing of every picture."""
-        from optimizer.front.maps import slices
         from optimizer.paper.evaluation import mechanism_of
-        from optimizer.pictures import convergence, front, maps, workspace
-        from optimizer.pictures import trade as trades
+        from optimizer.study.maps import slices
+        from optimizer.study.pictures import convergence, front, maps, workspace
+        from optimizer.study.pictures import trade as trades
 
         chosen = None if self.design is not None else pictured(trade)
         force, task = self.task.requirements.force_N, self.task.name
@@ -237,8 +237,8 @@ class _Run:
     def _write(self, place: Path, trade: Trade, facts: dict[str, Any], published: Any, drawings: list[Drawing]) -> None:
         """Puts a complete folder in its place, or raises `_StoppedError` between two pictures."""
         from delta_cad.common.files import whole_folder
-        from optimizer.front.page import files, page
-        from optimizer.pictures.style import save
+        from optimizer.study.front_page import files, page
+        from optimizer.study.pictures.style import save
 
         with whole_folder(place) as folder:
             for name, _, draw in drawings:
@@ -253,7 +253,7 @@ class _Run:
     def _tell(self, trade: Trade, facts: dict[str, Any]) -> int:
         from shutil import rmtree
 
-        from optimizer.front.page import telling
+        from optimizer.study.front_page import telling
 
         rmtree(self.partial, ignore_errors=True)
         if self.given.json:

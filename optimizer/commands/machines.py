@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from optimizer.codesign.variants.front import MachinePoint
+    from optimizer.study.machines import MachinePoint
 
 
 def run(given: argparse.Namespace) -> int:
@@ -28,12 +28,12 @@ def run(given: argparse.Namespace) -> int:
 
     folder = given.out / f"{brief.name}-machines"
     require_room(folder, folder=True)
-    from optimizer.codesign.lessons import reference
-    from optimizer.codesign.pages.machines import build_front, record
+    from optimizer.codesign.corrections import reference
     from optimizer.codesign.search import Search
-    from optimizer.codesign.tried import verdict
-    from optimizer.codesign.variants.front import front, marked
+    from optimizer.codesign.search_log import verdict
     from optimizer.search.clock import OutOfTimeError
+    from optimizer.study.machines import front, marked
+    from optimizer.study.machines_page import build_front, record
 
     def nothing(_: object) -> None:
         raise AssertionError  # a front builds no machine
@@ -76,7 +76,7 @@ def run(given: argparse.Namespace) -> int:
 def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
     """Puts the complete folder in its place."""
     from delta_cad.common.files import whole_folder
-    from optimizer.codesign.pages.machines import DESIGNS, PAGE, design_files, machines_page, record, standing
+    from optimizer.study.machines_page import DESIGNS, PAGE, design_files, machines_page, record, standing
 
     with whole_folder(place) as folder:
         (folder / DESIGNS).mkdir()

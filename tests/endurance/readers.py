@@ -34,15 +34,12 @@ from haptics.calibration.record import CalibrationError, calibration_of, load_ca
 from haptics.commands import cli as haptics_cli
 from haptics.devices.protocol import Packet, PacketError, PacketKind, decode, encode
 from haptics.devices.recording import Recording, RecordingError, load_recording, save_recording
-from optimizer.atlas.file import FIELDS, RowFile
-from optimizer.atlas.grid import load_grid
 from optimizer.certify.certificate import Certificate, CertificateError, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
 from optimizer.certify.gravity import GravityError, share_of_masses
+from optimizer.codesign.corrections import reference
 from optimizer.codesign.journal import Journal, as_json
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import reference
-from optimizer.codesign.pages.machines import standing
 from optimizer.codesign.settling import Rubbing
 from optimizer.commands import cli as optimizer_cli
 from optimizer.commands.init import preset_text
@@ -55,6 +52,9 @@ from optimizer.problem.requirements import (
 )
 from optimizer.problem.validation import MOST_TOLD
 from optimizer.search.genetic import Generation
+from optimizer.study.atlas_file import FIELDS, RowFile
+from optimizer.study.grid import load_grid
+from optimizer.study.machines_page import standing
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from optimizer.synthesis.output import DesignFile, OtherDesignError
 from tests.committed import BEST, ROOT

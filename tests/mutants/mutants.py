@@ -177,10 +177,10 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("optimizer/search/genetic.py", "better comes before feasible",
          "np.lexsort((breeder.objective, violation))", "np.lexsort((violation, breeder.objective))"),
     ),
-    "tests/optimizer/front/test_torques.py": (
-        ("optimizer/front/trade.py", "gravity takes its share of a given torque",
+    "tests/optimizer/study/test_torques.py": (
+        ("optimizer/study/trade.py", "gravity takes its share of a given torque",
          "total = level + given.limits.gravity_torque_N_m", "total = level"),
-        ("optimizer/front/trade.py", "a front is drawn for a torque that its smallest cube needs",
+        ("optimizer/study/trade.py", "a front is drawn for a torque that its smallest cube needs",
          "if low < level < high", "if low <= level < high"),
     ),
     "tests/haptics/calibration/test_fit.py": (

@@ -16,9 +16,9 @@ from haptics.commands.cli import main
 from haptics.feel.field import Drive
 from haptics.feel.holds import holds
 from optimizer.codesign.candidate import design_for
-from optimizer.codesign.choice import Choice
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.hardware import Choice
 from optimizer.codesign.lengths import lasting_torque_N_m
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import brief_from_dict
 from tests.committed import DATA
 from tests.delta_cad.catalogue.test_own import MOTOR, written

@@ -17,9 +17,9 @@ from delta_cad.design import Design
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.bound import GAP, Bound, Family, Interval, bounded
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.hardware import Choice, motor_of
 from optimizer.codesign.lengths import best_lengths, lasting_torque_N_m, posed
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.step import SIDE, step_problem

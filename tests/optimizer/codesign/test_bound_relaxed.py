@@ -19,9 +19,9 @@ from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.limits.effective_mass import HandleInertia, effective_mass
 from optimizer.codesign.bound import Family, Interval
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.hardware import Choice
 from optimizer.codesign.lengths import lasting_torque_N_m, posed
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.requirements import Requirements
 

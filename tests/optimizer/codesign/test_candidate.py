@@ -11,7 +11,7 @@ from delta_cad.design import Design
 from delta_cad.drive.masses import Masses
 from delta_cad.export.mass_properties import mass_report
 from optimizer.codesign.candidate import hung, weighed_of
-from optimizer.codesign.lessons import Lessons, Weighed, reference
+from optimizer.codesign.corrections import Lessons, Weighed, reference
 
 WEIGHED = Weighed(
     Masses(

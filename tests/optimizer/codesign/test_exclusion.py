@@ -11,10 +11,10 @@ import pytest
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import load_design
-from optimizer.codesign.choice import Choice
+from optimizer.codesign.corrections import Lessons, reference
 from optimizer.codesign.exclusion import excluded, relaxed
+from optimizer.codesign.hardware import Choice
 from optimizer.codesign.lengths import best_lengths
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict, load_brief
 from optimizer.problem.evaluator import VARIABLES

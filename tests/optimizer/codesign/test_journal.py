@@ -11,10 +11,10 @@ import pytest
 
 from delta_cad.checks.report import CheckResult
 from optimizer.codesign.candidate import Start
-from optimizer.codesign.choice import Choice
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.hardware import Choice
 from optimizer.codesign.journal import Journal
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
 from optimizer.codesign.settling import Rubbing
 from optimizer.problem.brief import brief_from_dict

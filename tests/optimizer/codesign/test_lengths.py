@@ -11,9 +11,9 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import CoupleIndex
 from delta_cad.mechanism.workspace import CubeSearch
-from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.corrections import KNOB_MM, Lessons, reference
+from optimizer.codesign.hardware import Choice, motor_of
 from optimizer.codesign.lengths import Found, best_lengths, lasting_torque_N_m, posed
-from optimizer.codesign.lessons import KNOB_MM, Lessons, reference
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.brief import DesignBrief, brief_from_dict, load_brief
 from optimizer.problem.evaluator import VARIABLES

@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from optimizer.codesign.bound import Bound, Kind
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.pages.design import design_page
-from optimizer.codesign.pages.figures import FIGURES
-from optimizer.codesign.pages.plot import round_values
-from optimizer.codesign.tried import Posed, Tried
-from optimizer.codesign.variants.costs import Cost
+from optimizer.codesign.costs import Cost
+from optimizer.codesign.design_page import design_page
+from optimizer.codesign.figures import FIGURES
+from optimizer.codesign.hardware import Choice
+from optimizer.codesign.plot import round_values
+from optimizer.codesign.search_log import Posed, Tried
 from optimizer.problem.brief import brief_from_dict
 from tests.delta_cad.report.reading import Page
 

@@ -17,13 +17,13 @@ from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
 from optimizer.codesign import settling
 from optimizer.codesign.candidate import Candidate, refused
-from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
-from optimizer.codesign.learning import KERNEL_TRIES, StuckError
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.hardware import SMALL, Choice, motor_of, neighbours
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
+from optimizer.codesign.search_log import Verdict, verdict
 from optimizer.codesign.settling import LEAST_SIDE_MM
-from optimizer.codesign.tried import Verdict, verdict
+from optimizer.codesign.updates import KERNEL_TRIES, StuckError
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.search.clock import HalfTimeError, OutOfTimeError
 from tests.committed import changed

@@ -17,11 +17,11 @@ from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign import search as module
 from optimizer.codesign import settling
 from optimizer.codesign.candidate import Candidate, effective_mass_kg
-from optimizer.codesign.choice import Choice, drives
-from optimizer.codesign.learning import GaveUpError, StuckError
-from optimizer.codesign.lessons import Lessons, Weighed, reference
+from optimizer.codesign.corrections import Lessons, Weighed, reference
+from optimizer.codesign.hardware import Choice, drives
 from optimizer.codesign.search import Search
-from optimizer.codesign.tried import End, Tried, Verdict, verdict
+from optimizer.codesign.search_log import End, Tried, Verdict, verdict
+from optimizer.codesign.updates import GaveUpError, StuckError
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.search.clock import OutOfTimeError
 from tests.optimizer.codesign.test_search import MOTORS, PASSED, Paper, brief

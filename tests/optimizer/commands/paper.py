@@ -18,13 +18,13 @@ from delta_cad.common.ours import write_record
 from delta_cad.design import Design, design_hash, load_design
 from delta_cad.export.mass_properties import mass_report
 from optimizer.certify.certificate import Certificate
+from optimizer.codesign import report
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.pages import output
-from optimizer.codesign.pages.figures import FIGURES
-from optimizer.codesign.pages.output import certificate_of
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.figures import FIGURES
+from optimizer.codesign.hardware import Choice
+from optimizer.codesign.report import certificate_of
 from optimizer.codesign.search import Search
 from optimizer.commands import cli
 from tests.committed import BEST
@@ -71,9 +71,9 @@ def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(pipeline, "build", build)
     monkeypatch.setattr(pipeline, "poor_figures", lambda *_: [])
     monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 1.01, side))
-    monkeypatch.setattr("optimizer.codesign.variants.costs.costs", lambda *_: [])
-    monkeypatch.setattr(output, "results_of", lambda _: values)
-    monkeypatch.setattr(output, "certificate_of", certified)
+    monkeypatch.setattr("optimizer.codesign.costs.costs", lambda *_: [])
+    monkeypatch.setattr(report, "results_of", lambda _: values)
+    monkeypatch.setattr(report, "certificate_of", certified)
 
 
 def bound_of(family: Family, factor: float, side_mm: float) -> Bound:

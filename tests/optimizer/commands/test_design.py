@@ -23,19 +23,17 @@ from delta_cad.design import Design, load_design
 from delta_cad.dimensions import dimensions
 from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
-from optimizer.codesign import candidate
+from optimizer.codesign import candidate, relaxation, report
 from optimizer.codesign.bound import Bound, Family
-from optimizer.codesign.builder import NO_BOUND
 from optimizer.codesign.candidate import Candidate, Start
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.pages import output
-from optimizer.codesign.pages.figures import results_of
-from optimizer.codesign.pages.output import certificate_of
+from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.costs import costs
+from optimizer.codesign.figures import results_of
+from optimizer.codesign.hardware import Choice
+from optimizer.codesign.relaxation import Relief
+from optimizer.codesign.report import certificate_of
+from optimizer.codesign.run import NO_BOUND
 from optimizer.codesign.search import Search
-from optimizer.codesign.variants import nearest
-from optimizer.codesign.variants.costs import costs
-from optimizer.codesign.variants.nearest import Relief
 from tests.committed import BEST
 from tests.delta_cad.report.reading import Page
 from tests.optimizer.commands.paper import BRIEF, CHOICE, LENGTHS, bound_of, build_on_paper, call, finds, interrupt
@@ -58,9 +56,9 @@ def test_what_was_found_stands_in_its_folder(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """What limits cost, results and certificate are those of the committed machine."""
-    monkeypatch.setattr("optimizer.codesign.variants.costs.costs", costs)
-    monkeypatch.setattr(output, "results_of", results_of)
-    monkeypatch.setattr(output, "certificate_of", certificate_of)
+    monkeypatch.setattr("optimizer.codesign.costs.costs", costs)
+    monkeypatch.setattr(report, "results_of", results_of)
+    monkeypatch.setattr(report, "certificate_of", certificate_of)
     finds(monkeypatch)
     assert call(file, "--out", tmp_path / "out", "--json") == 0
     told = json.loads(capsys.readouterr().out)
@@ -108,7 +106,7 @@ def test_a_build_takes_over_the_machine_whose_moving_parts_were_looked_at(
     monkeypatch.setattr(candidate, "solid", lambda *_: machine)
     monkeypatch.setattr(pipeline, "check_moving", lambda *_: Moved([], clearance))
     monkeypatch.setattr(pipeline, "build", build)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
     monkeypatch.setattr(Search, "best", best)
     call(file, "--out", tmp_path / "out")
     assert given["clearance"] is clearance
@@ -129,7 +127,7 @@ def test_what_fails_its_checks_keeps_its_design_file(
         return outcome
 
     monkeypatch.setattr(pipeline, "build", build)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
     assert call(file, "--out", tmp_path / "out") == 4
     assert capsys.readouterr().out.startswith("not found in time: ")
     folder = tmp_path / "out" / "synthesized.rejected"
@@ -208,7 +206,7 @@ def test_what_cannot_be_is_told_with_every_reason(
         search.tried.stuck |= {"a capstan": "too weak", "b direct": "too wide"}
 
     monkeypatch.setattr(Search, "best", best)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     told = json.loads(said.out)
@@ -280,7 +278,7 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
         Search, "refined", lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, Lessons(reference()), 0.0)
     )
     monkeypatch.setattr(Search, "built", built)
-    monkeypatch.setattr(nearest, "reliefs", reliefs)
+    monkeypatch.setattr(relaxation, "reliefs", reliefs)
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     told = json.loads(said.out)
@@ -306,7 +304,7 @@ def test_the_verdict_is_printed_before_the_nearest_machine_is_sought(
         return []
 
     monkeypatch.setattr(Search, "best", lambda search: search.tried.impossible.append("force_N must be at most 20 N"))
-    monkeypatch.setattr(nearest, "reliefs", reliefs)
+    monkeypatch.setattr(relaxation, "reliefs", reliefs)
     assert call(file, "--out", tmp_path / "out") == 1
     assert said[0].startswith("infeasible: task.toml: ")
     assert said[1:] == ["force_N must be at most 20 N"]

@@ -13,11 +13,10 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
+from optimizer.codesign import relaxation, report
 from optimizer.codesign.bound import Bound, Family
-from optimizer.codesign.builder import GRACE_S, HURRIED, NO_BOUND
-from optimizer.codesign.pages import output
+from optimizer.codesign.run import GRACE_S, HURRIED, NO_BOUND
 from optimizer.codesign.search import Search
-from optimizer.codesign.variants import nearest
 from optimizer.commands import design as command
 from optimizer.search.clock import OutOfTimeError
 from tests.optimizer.commands.paper import BRIEF, bound_of, build_on_paper, call, finds
@@ -50,7 +49,7 @@ def test_what_a_search_did_not_settle_is_not_infeasible(
         raise OutOfTimeError if end == "time" else KeyboardInterrupt
 
     monkeypatch.setattr(Search, "best", best)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
     assert call(file, "--out", tmp_path / "out") == 4
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("stopped: " if end == "stopped" else "not found in time: ")
@@ -119,7 +118,7 @@ def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """Of five minutes: of the first build nothing is known; it takes 7 s after its bound, which the second leaves."""
-    seconds, stops, written = [200.0], list[list[bool]](), output.write_beside
+    seconds, stops, written = [200.0], list[list[bool]](), report.write_beside
 
     def bounded(family: Family, side_mm: float, stop: Callable[[], bool], *_: object) -> Bound:
         looks = []
@@ -132,7 +131,7 @@ def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
         written(*given)
         seconds[0] += 7.0
 
-    monkeypatch.setattr(output, "write_beside", write_beside)
+    monkeypatch.setattr(report, "write_beside", write_beside)
     monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
     monkeypatch.setattr(command, "_clock", lambda: lambda: seconds[0])
     finds(monkeypatch, times=2)

@@ -17,11 +17,11 @@ import pytest
 
 from delta_cad.design import load_design
 from optimizer.commands import cli, front
-from optimizer.front.front import Curve, FrontPoint
-from optimizer.front.limits import at_side
-from optimizer.front.trade import Trade
 from optimizer.paper.evaluation import mechanism_of
 from optimizer.search.result import Result
+from optimizer.study.front import Curve, FrontPoint
+from optimizer.study.limits import at_side
+from optimizer.study.trade import Trade
 from tests.optimizer.front_tasks import JOYSTICK, joystick
 from tests.terminal import said
 
@@ -92,8 +92,8 @@ def test_json_csv_and_page_say_the_same(done: tuple[Path, dict[str, Any]]) -> No
 @pytest.fixture(scope="module")
 def bare() -> Iterator[pytest.MonkeyPatch]:
     """The command with the front as required alone and without drawing."""
-    from optimizer.front import trade
-    from optimizer.pictures import style
+    from optimizer.study import trade
+    from optimizer.study.pictures import style
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(trade, "OUTLINES", ())

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.commands import cli
+from optimizer.study.atlas_file import FIELDS, RowFile
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, Records
 from tests.designs import named
 
