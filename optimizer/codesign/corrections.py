@@ -12,7 +12,7 @@ from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
 
 ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
-HANGING_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm
+GRAVITY_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
 COUPLE_MOST = 0.75  # that is asked for at most: more costs nearly all of the cube
@@ -29,7 +29,7 @@ KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's s
 
 
 @dataclass(frozen=True)
-class Weighed:
+class MassEstimate:
     """Masses of a machine that was made solid, with what they depend on.
 
     Attributes:
@@ -64,7 +64,7 @@ class Weighed:
         return HandleInertia(carried, m.rod_elbow * rods, m.rod_cross * rods, arm + rotor)
 
 
-def reference() -> Weighed:
+def reference() -> MassEstimate:
     """Gives masses to begin from, of a machine of 86 mm and 3 N, rounded: nothing that is told rests on them."""
     masses = Masses(
         platform=0.065,
@@ -76,10 +76,10 @@ def reference() -> Weighed:
         rod_wrist=0.0038,
         rotor_inertia=8e-5,
     )
-    return Weighed(masses, gravity_torque_N_m=0.036, upper_arm_mm=91.0, forearm_mm=143.0, ratio=4.8)
+    return MassEstimate(masses, gravity_torque_N_m=0.036, upper_arm_mm=91.0, forearm_mm=143.0, ratio=4.8)
 
 
-class Crowded(NamedTuple):
+class ChainInterference(NamedTuple):
     """A machine whose chains were in the way of one another.
 
     Attributes:
@@ -95,19 +95,19 @@ class Crowded(NamedTuple):
     least_mm: float
 
 
-HELD = "couple_index_min", "couple_per_mm", "elbow_angle_deg"
-Held = tuple[float, float, float]
+RAISED = "couple_index_min", "couple_per_mm", "elbow_angle_deg"
+RaisedLimits = tuple[float, float, float]
 """Couple index, the same for each mm of a lever, angle at the elbow, deg."""
 
 
 @dataclass(frozen=True)
-class Lessons:
+class Corrections:
     """Bounds for the lengths of the next candidate.
 
     Attributes:
-        weighed: Of the last machine that was made solid.
+        mass_estimate: Of the last machine that was made solid.
         least_mm: Length (as `[bounds_mm]` names it) -> the least that hardware lets pass.
-        crowded: Machines whose chains were in the way of one another.
+        interferences: Machines whose chains were in the way of one another.
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
         couple_index_min: Least couple index to ask for.
         couple_per_mm: The same for each mm of a knob's lever behind a panel, which the cube's side goes into; 0 where
@@ -126,9 +126,9 @@ class Lessons:
         why: What each was taught by, a line each.
     """
 
-    weighed: Weighed
+    mass_estimate: MassEstimate
     least_mm: Mapping[str, float] = field(default_factory=dict)
-    crowded: tuple[Crowded, ...] = ()
+    interferences: tuple[ChainInterference, ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     couple_index_min: float = COUPLE_INDEX
     couple_per_mm: float = 0.0
@@ -153,14 +153,14 @@ class Lessons:
 
         Of a width of which a machine was looked at, the last one tells.
         """
-        own = [one for one in self.crowded if one.width_mm == width_mm]
+        own = [one for one in self.interferences if one.width_mm == width_mm]
         known = (
             one.least_mm + (NARROWER if width_mm < one.width_mm else WIDER) * (one.width_mm - width_mm)
-            for one in own[-1:] or self.crowded
+            for one in own[-1:] or self.interferences
         )
         return max((self.least("base_radius"), *known))
 
-    def apart(self, width_mm: float, base_radius_mm: float, short_mm: float, why: str) -> Lessons:
+    def with_chains_apart(self, width_mm: float, base_radius_mm: float, short_mm: float, why: str) -> Corrections:
         """The same with chains that are farther apart.
 
         What they need grows with the base radius, as the other lengths follow it: where another machine of the same
@@ -173,7 +173,7 @@ class Lessons:
             why: What told so.
         """
         more = short_mm
-        before = next((one for one in reversed(self.crowded) if one.width_mm == width_mm), None)
+        before = next((one for one in reversed(self.interferences) if one.width_mm == width_mm), None)
         grows = (
             before is not None and short_mm >= before.short_mm + LACKED_MM
         )  # a longer one is of no use: another width
@@ -185,40 +185,40 @@ class Lessons:
         ):
             slope = 1.0 + (short_mm - before.short_mm) / (base_radius_mm - before.radius_mm)
             more = max(more, short_mm / max(1.0 - slope, 1.0 / FARTHEST))
-        told = Crowded(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
-        return self.taught(why, crowded=(*self.crowded, told))
+        told = ChainInterference(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
+        return self.updated(why, interferences=(*self.interferences, told))
 
     @property
     def held_torque_N_m(self) -> float:
         """What of a joint's torque is not for the force."""
-        return self.weighed.gravity_torque_N_m + self.spare_torque_N_m
+        return self.mass_estimate.gravity_torque_N_m + self.spare_torque_N_m
 
-    def hanging(self, upper_arm_mm: float) -> Lessons:
+    def at_arm_length(self, upper_arm_mm: float) -> Corrections:
         """The same with what gravity takes of a joint where arms are not so long as those that were weighed."""
-        share = upper_arm_mm / self.weighed.upper_arm_mm
-        if not self.weighed.own or abs(share - 1.0) <= WEIGHED_AGAIN:
+        share = upper_arm_mm / self.mass_estimate.upper_arm_mm
+        if not self.mass_estimate.own or abs(share - 1.0) <= WEIGHED_AGAIN:
             return self
-        torque = self.weighed.gravity_torque_N_m * share**HANGING_EXPONENT
-        return replace(self, weighed=replace(self.weighed, gravity_torque_N_m=torque))
+        torque = self.mass_estimate.gravity_torque_N_m * share**GRAVITY_EXPONENT
+        return replace(self, mass_estimate=replace(self.mass_estimate, gravity_torque_N_m=torque))
 
     @property
-    def held(self) -> Held:
-        """What closed forms asked of the limits in `HELD`."""
+    def raised_limits(self) -> RaisedLimits:
+        """What closed forms asked of the limits in `RAISED`."""
         return self.couple_index_min, self.couple_per_mm, self.elbow_angle_deg
 
-    def holding(self, least: Held) -> Lessons:
+    def with_raised_limits(self, least: RaisedLimits) -> Corrections:
         """The same with at least so much asked of each of them."""
-        return replace(self, **dict(zip(HELD, map(max, self.held, least), strict=True)))
+        return replace(self, **dict(zip(RAISED, map(max, self.raised_limits, least), strict=True)))
 
-    def raised(self, length: str, least_mm: float, why: str) -> Lessons:
+    def raised(self, length: str, least_mm: float, why: str) -> Corrections:
         """The same with a length that is at least so much."""
-        return self.taught(why, least_mm={**self.least_mm, length: max(least_mm, self.least(length))})
+        return self.updated(why, least_mm={**self.least_mm, length: max(least_mm, self.least(length))})
 
-    def with_shares_of(self, other: Lessons) -> Lessons:
+    def with_shares_of(self, other: Corrections) -> Corrections:
         """The same with outline and masses, and the room left for them, of another."""
         names = (
-            "weighed",
-            "crowded",
+            "mass_estimate",
+            "interferences",
             "overhead_mm",
             "mass_share",
             "friction_share",
@@ -229,7 +229,7 @@ class Lessons:
         )
         return replace(self, **{name: getattr(other, name) for name in names})
 
-    def taught(self, reason: str, **changes: Any) -> Lessons:
+    def updated(self, reason: str, **changes: Any) -> Corrections:
         """The same with other bounds, and why."""
         return replace(self, **changes, why=(*self.why, reason))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.corrections import Lessons
-from optimizer.codesign.lengths import ENOUGH, SETTLED, best_lengths
+from optimizer.codesign.corrections import Corrections
+from optimizer.codesign.lengths import CONVERGED, ENOUGH, best_lengths
 from optimizer.problem.brief import DesignBrief
 
 WIDER = {
@@ -21,7 +21,7 @@ WIDER = {
     "limits.lean_max_deg": (1.0, 2.0),
     "limits.outline_radius_max_mm": (1.0, 2.0),
 }
-RESOLUTION = max(ENOUGH, SETTLED)  # share of a score to which lengths are found
+RESOLUTION = max(ENOUGH, CONVERGED)  # share of a score to which lengths are found
 
 
 @dataclass(frozen=True)
@@ -41,26 +41,26 @@ class Cost:
     gain: float
 
 
-def costs(brief: DesignBrief, candidate: Candidate, lessons: Lessons) -> list[Cost]:
+def costs(brief: DesignBrief, candidate: Candidate, corrections: Corrections) -> list[Cost]:
     """Estimates what each stated limit costs, with the hardware of a machine and what was learnt of it.
 
     Args:
         brief: What the customer asks.
         candidate: The machine.
-        lessons: What is known of it.
+        corrections: What is known of it.
 
     Returns:
         The limits that cost more than the search resolves, the dearest first.
     """
     start = candidate.lengths_mm
-    now = best_lengths(brief, candidate.choice, lessons, start)
+    now = best_lengths(brief, candidate.choice, corrections, start)
     found: list[Cost] = []
     for field, (factor, added) in WIDER.items():
         asked = brief.value(field)
         if now is None or asked is None:
             continue
         wider = asked * factor + added
-        better = best_lengths(brief.with_values({field: wider}), candidate.choice, lessons, start)
+        better = best_lengths(brief.with_values({field: wider}), candidate.choice, corrections, start)
         if better is not None and better.score - now.score > RESOLUTION * abs(now.score):
             found.append(Cost(field, asked, wider, better.score - now.score))
     return sorted(found, key=lambda cost: -cost.gain)

@@ -12,7 +12,7 @@ from delta_cad.report.page import ASSETS, FILE_NAME, page_policy
 from optimizer.codesign.costs import Cost
 from optimizer.codesign.figures import FIGURES, binding
 from optimizer.codesign.plot import Scale
-from optimizer.codesign.search_log import Posed, Tried
+from optimizer.codesign.search_log import SearchLog, Trial
 
 if TYPE_CHECKING:
     from optimizer.codesign.bound import Bound
@@ -36,7 +36,7 @@ meter { width: 12rem; }
 def design_page(
     brief: DesignBrief,
     told: dict[str, Any],
-    tried: Tried,
+    log: SearchLog,
     why: Sequence[str],
     notes: Sequence[str],
     costs: Sequence[Cost],
@@ -48,7 +48,7 @@ def design_page(
     Args:
         brief: The requirements.
         told: The facts of the run.
-        tried: What the search went through, this machine last.
+        log: What the search went through, this machine last.
         why: What was learnt of its hardware.
         notes: Of the requirements.
         costs: What each limit costs.
@@ -60,8 +60,8 @@ def design_page(
         STYLE,
         told=told,
         cards=_cards(told),
-        plot=_plot(tried.posed, bound, unit),
-        stuck=tried.stuck,
+        plot=_plot(log.trials, bound, unit),
+        stuck=log.no_progress,
         bound=bound,
         binding=binding(brief, told),
         poor=poor_verdict(told["poor"]),
@@ -111,17 +111,17 @@ def _cards(told: dict[str, Any]) -> list[tuple[str, str, str, str]]:
     return cards
 
 
-def _plot(posed: Sequence[Posed], bound: Bound | None, unit: str) -> dict[str, Any]:
+def _plot(trials: Sequence[Trial], bound: Bound | None, unit: str) -> dict[str, Any]:
     """Sets out the candidates, a row a motor, those first that come farthest."""
     best: dict[str, float] = {}
-    for one in posed:
+    for one in trials:
         name = f"{one.choice.motor} {one.choice.drive}"
         best[name] = max(one.score, best.get(name, -math.inf))
     rows = {name: TOP + ROW * k for k, name in enumerate(sorted(best, key=lambda name: -best[name]))}
-    values = [abs(one.score) for one in posed] + ([] if bound is None else [bound.side_mm])
+    values = [abs(one.score) for one in trials] + ([] if bound is None else [bound.side_mm])
     across = Scale(values, LEFT, WIDTH - 20)
     dots = []
-    for one in sorted(posed, key=lambda one: (one.failed is not None, one.failed == ())):  # what passes on top
+    for one in sorted(trials, key=lambda one: (one.failed is not None, one.failed == ())):  # what passes on top
         kind = "posed" if one.failed is None else "failed" if one.failed else "passed"
         hardware = f"{one.choice.motor} {one.choice.drive}"
         words = f"{hardware} at {one.choice.ratio:g}:1, {one.choice.width_mm:g} mm wide: {abs(one.score):.4g} {unit}"

@@ -13,9 +13,9 @@ from dataclasses import replace
 from delta_cad import catalogue
 from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.bound import STARTS, Kind, allowed_drives, kept_limits
-from optimizer.codesign.corrections import Lessons, reference
-from optimizer.codesign.hardware import Choice, drives, motor_of, ratios_of
-from optimizer.codesign.lengths import posed
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection, drives, motor_of, ratios_of
+from optimizer.codesign.lengths import to_requirements
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.step import SIDE, Problem, step_problem
@@ -104,7 +104,7 @@ def relaxed(brief: DesignBrief) -> Problem:
     Returns:
         Step 2 of a problem whose feasible lengths contain those of every machine that meets the requirements.
     """
-    light = Lessons(
+    light = Corrections(
         replace(reference(), gravity_torque_N_m=0.0),
         overhead_mm=(0.0, 0.0),
         mass_share=1.0,
@@ -116,9 +116,9 @@ def relaxed(brief: DesignBrief) -> Problem:
     each = []
     for motor, drive in drives(brief):
         low, high = ratios_of(brief) if drive == "capstan" else (1.0, 1.0)
-        near, far = (Choice(motor, drive, ratio, _width_mm(brief)) for ratio in (low, high))
+        near, far = (Selection(motor, drive, ratio, _width_mm(brief)) for ratio in (low, high))
         inertia = HandleInertia(NEXT_TO_NONE_KG, 0.0, 0.0, motor_of(brief, motor).rotor_inertia_kg_m2 * low**2)
-        each.append(posed(brief, near, light, inertia, far=far))
+        each.append(to_requirements(brief, near, light, inertia, far=far))
     first = each[0]
     assert first.inertia is not None
     joints = [one.joints for one in each if one.joints is not None]

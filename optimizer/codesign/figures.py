@@ -92,7 +92,7 @@ FIGURES = (
 
 
 @dataclass(frozen=True)
-class Held:
+class ResultAtLimit:
     """A result beside a limit.
 
     Attributes:
@@ -176,7 +176,7 @@ def height_mm(d: Dimensions) -> float:
     return d.design.cube.bottom_height_mm + 2.0 * d.design.cube.half_side_mm + knob - floor
 
 
-def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[Held]:
+def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[ResultAtLimit]:
     """Lists the results of which the requirements file sets a limit, in the order of `FIGURES`.
 
     Args:
@@ -184,7 +184,7 @@ def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[H
         values: Key of a figure -> result; None where it is not known.
     """
     return [
-        Held(one, value, limit)
+        ResultAtLimit(one, value, limit)
         for one in FIGURES
         if one.field in brief.stated
         and (limit := brief.value(one.field)) is not None
@@ -192,6 +192,6 @@ def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[H
     ]
 
 
-def binding(brief: DesignBrief, values: Mapping[str, float | None]) -> list[Held]:
+def binding(brief: DesignBrief, values: Mapping[str, float | None]) -> list[ResultAtLimit]:
     """Lists the set limits that bind: those within a hundredth of which the machine is."""
     return [one for one in set_limits(brief, values) if abs(one.margin) <= BINDS]

@@ -42,7 +42,7 @@ SIZED = ("upper_arm_length", "forearm_length", "base_radius")
 
 
 @dataclass(frozen=True)
-class Choice:
+class Selection:
     """What a candidate is made of, beside its lengths.
 
     Attributes:
@@ -61,11 +61,11 @@ class Choice:
     entries: Mapping[str, Any] = field(default_factory=dict)
     wider_mm: float = 0.0
 
-    def with_(self, **changes: Any) -> Choice:
+    def with_(self, **changes: Any) -> Selection:
         """The same with other fields."""
         return replace(self, **changes)
 
-    def with_entry(self, name: str, value: Any) -> Choice:
+    def with_entry(self, name: str, value: Any) -> Selection:
         """The same with another entry of the hardware."""
         return replace(self, entries={**self.entries, name: value})
 
@@ -117,7 +117,7 @@ class Choice:
         return int(self.ratio * efficiency * row.nominal_torque_N_m * digits) / digits
 
 
-def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
+def neighbours(brief: DesignBrief, now: Selection, halved: int) -> list[Selection]:
     """Lists the hardware near by: another ratio and width of the parallelograms, or pinion, each by itself.
 
     Small steps leave the width as it is, for which solids told what room keys need, and go to other pinions instead,
@@ -129,7 +129,7 @@ def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
         halved: How often the steps are.
     """
     step, wide, wider = (one / 2.0**halved for one in (RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM))
-    found: list[Choice] = []
+    found: list[Selection] = []
     if brief.limits.parallelogram_width_mm is None and halved < SMALL:
         found += [now.with_(width_mm=now.width_mm + w) for w in (-wide, wide) if now.width_mm + w > 0.0]
     if now.drive == "capstan":
@@ -147,7 +147,7 @@ def neighbours(brief: DesignBrief, now: Choice, halved: int) -> list[Choice]:
     return found
 
 
-def hopeless(brief: DesignBrief, choice: Choice, failed: Iterable[Choice]) -> bool:
+def dominated(brief: DesignBrief, choice: Selection, failed: Iterable[Selection]) -> bool:
     """Decides whether hardware without any lengths does all that another does, as far as an estimate sees.
 
     Args:
@@ -193,7 +193,7 @@ def default_of(entry: str) -> Any:
     return BASE_ENTRIES.get(entry, Hardware.model_fields[entry].default)
 
 
-def price_EUR(brief: DesignBrief, choice: Choice, lengths_mm: Sequence[float]) -> float:
+def price_EUR(brief: DesignBrief, choice: Selection, lengths_mm: Sequence[float]) -> float:
     """Estimates the price of one machine, EUR.
 
     Args:
@@ -216,7 +216,7 @@ def cheapest(brief: DesignBrief) -> Mapping[str, Any]:
     return found
 
 
-def _rows_EUR(brief: DesignBrief, choice: Choice, lengths_mm: Sequence[float]) -> float:
+def _rows_EUR(brief: DesignBrief, choice: Selection, lengths_mm: Sequence[float]) -> float:
     """What is bought by rows of the catalogue other than the motors."""
     total, forearm = 0.0, lengths_mm[VARIABLES.index("forearm_length")]
     sensed = choice.stated(brief, "encoder_at") != "motor"

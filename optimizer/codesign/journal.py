@@ -16,7 +16,7 @@ from optimizer.synthesis.checkpoint import Records
 T = TypeVar("T")
 
 
-def at_once(_step: str, _of: object, compute: Callable[[], T], _kind: object) -> T:
+def unmemoized(_step: str, _of: object, compute: Callable[[], T], _kind: object) -> T:
     """Computes a step of a search that nobody keeps."""
     return compute()
 
@@ -35,7 +35,7 @@ class Journal(Records):
         """Takes up a step."""
         self._done[str(record["step"]), str(record["of"])] = (record["result"],)
 
-    def once(self, step: str, of: object, compute: Callable[[], T], kind: Any) -> T:
+    def memoize(self, step: str, of: object, compute: Callable[[], T], kind: Any) -> T:
         """Gives the result of a step, computed only if the file does not have it as this state of the code writes it.
 
         Args:

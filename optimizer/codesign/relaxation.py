@@ -9,10 +9,10 @@ from math import sqrt
 
 from delta_cad.dimensions import CLEARANCE_MOST_MM
 from optimizer.codesign.candidate import Start
-from optimizer.codesign.corrections import Lessons
-from optimizer.codesign.hardware import WIDTHS, Choice, drives, motor_of, ratios_of
+from optimizer.codesign.corrections import Corrections
+from optimizer.codesign.hardware import WIDTHS, Selection, drives, motor_of, ratios_of
 from optimizer.codesign.search import Search
-from optimizer.codesign.search_log import Tried
+from optimizer.codesign.search_log import SearchLog
 from optimizer.problem.brief import DesignBrief
 from optimizer.search.clock import OutOfTimeError
 
@@ -41,7 +41,7 @@ FINE = 1.05  # factor to which it is found how much is enough
 
 
 @dataclass(frozen=True)
-class Relief:
+class Relaxation:
     """One limit, or those of one outline, that would be enough to give.
 
     Attributes:
@@ -74,7 +74,7 @@ class Relief:
         return max(max(a / b, b / a) for a, b in zip(self.enough, self.asked, strict=True))
 
 
-def reliefs(search: Search) -> list[Relief]:
+def minimal_relaxations(search: Search) -> list[Relaxation]:
     """Finds the limits of which each alone would be enough to give, with how much, the least change first.
 
     Closed forms have a machine with any one of them given up. Where no limit alone is enough within `MOST`, some that
@@ -87,22 +87,22 @@ def reliefs(search: Search) -> list[Relief]:
     groups = [fields for fields in EASED if all(_gives(search.brief, name) for name in fields)]
     beyond = search.brief.requirements.clearance_min_mm > CLEARANCE_MOST_MM  # which no other limit makes up for
     only = [(CLEARANCE,)] if beyond else groups
-    found: list[Relief] = []
+    found: list[Relaxation] = []
     with suppress(OutOfTimeError):
         for fields in only:
-            found += [one for one in (_relief(search, fields, hardware),) if one is not None]
+            found += [one for one in (_relaxation(search, fields, hardware),) if one is not None]
         if not found and len(groups) > 1:
             found += [one for one in (_together(search, groups, hardware),) if one is not None]
     return sorted(found, key=lambda one: one.share)
 
 
-def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choice]) -> Relief | None:
+def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Selection]) -> Relaxation | None:
     """Limits that are enough where they give together, none of which can be left out; None where all are not."""
 
     def fields(of: list[tuple[str, ...]]) -> tuple[str, ...]:
         return tuple(name for group in of for name in group)
 
-    def able(of: list[tuple[str, ...]]) -> list[Choice]:
+    def able(of: list[tuple[str, ...]]) -> list[Selection]:
         """The hardware from the first on that does."""
         task = _eased(search.brief, fields(of), _asked(search, fields(of)), MOST)
         first = next((k for k, choice in enumerate(hardware) if _possible(search, task, choice) is not None), None)
@@ -113,30 +113,30 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Choi
     for group in list(groups):  # what is not needed is left out; of two both are, since none alone is enough
         if len(groups) > 2 and (does := able(rest := [one for one in groups if one != group])):
             groups, left = rest, does
-    return _relief(search, fields(groups), left)
+    return _relaxation(search, fields(groups), left)
 
 
-def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> Relief | None:
+def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selection]) -> Relaxation | None:
     """Finds how much is enough of limits that give together, of the hardware that needs least; None: more than MOST."""
     search.begin(f"what {' and '.join(fields)} cost")
     asked = _asked(search, fields)
-    relief: Relief | None = None
+    relaxation: Relaxation | None = None
 
-    def tried(choice: Choice, factor: float, near: Start | None = None) -> bool:
-        nonlocal relief
+    def feasible(choice: Selection, factor: float, near: Start | None = None) -> bool:
+        nonlocal relaxation
         task = _eased(search.brief, fields, asked, factor)
         if (found := _possible(search, task, choice, near)) is not None:
             enough = tuple(float(task.value(name) or 0.0) for name in fields)
-            relief = Relief(fields, asked, enough, task, found)
+            relaxation = Relaxation(fields, asked, enough, task, found)
         return found is not None
 
     high, steps = MOST, WIDER if fields in (OUTLINE, LEAN) else ()
     with suppress(OutOfTimeError):
         for choice in hardware:
-            least = high if relief is None else high / FINE  # of another hardware: only what needs less
+            least = high if relaxation is None else high / FINE  # of another hardware: only what needs less
             low = 1.0
             for factor in (*(step for step in steps if step < least), least):
-                if factor > 1.0 and tried(choice, factor):
+                if factor > 1.0 and feasible(choice, factor):
                     break
                 low = factor
             else:
@@ -144,11 +144,13 @@ def _relief(search: Search, fields: tuple[str, ...], hardware: list[Choice]) -> 
             high = factor
             while high / low > FINE:
                 middle = sqrt(low * high)
-                low, high = (low, middle) if tried(choice, middle, relief and relief.start) else (middle, high)
-    return relief
+                low, high = (
+                    (low, middle) if feasible(choice, middle, relaxation and relaxation.start) else (middle, high)
+                )
+    return relaxation
 
 
-def strongest(brief: DesignBrief) -> Iterator[Choice]:
+def strongest(brief: DesignBrief) -> Iterator[Selection]:
     """Gives the hardware that stands for all that is allowed: with the most torque, and with the lightest rotor."""
     low, high = ratios_of(brief)
     width = brief.limits.parallelogram_width_mm or WIDTHS[0]
@@ -158,7 +160,7 @@ def strongest(brief: DesignBrief) -> Iterator[Choice]:
         if motors:
             most = max(motors, key=lambda name: motor_of(brief, name).nominal_torque_N_m)
             lightest = min(motors, key=lambda name: motor_of(brief, name).rotor_inertia_kg_m2)
-            yield from (Choice(motor, drive, ratio, width) for motor in dict.fromkeys((most, lightest)))
+            yield from (Selection(motor, drive, ratio, width) for motor in dict.fromkeys((most, lightest)))
 
 
 def _gives(brief: DesignBrief, name: str) -> bool:
@@ -185,12 +187,12 @@ def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...]
     return brief.with_values(eased)
 
 
-def of_task(search: Search, brief: DesignBrief, known: dict[tuple[str, str], Lessons]) -> Search:
+def of_task(search: Search, brief: DesignBrief, known: dict[tuple[str, str], Corrections]) -> Search:
     """Gives the search of another task with what is known of hardware; nothing was tried in it."""
-    return replace(search, brief=brief, tried=Tried(), lessons=known, standing=None)
+    return replace(search, brief=brief, log=SearchLog(), corrections=known, built_candidate=None)
 
 
-def _possible(search: Search, brief: DesignBrief, choice: Choice, near: Start | None = None) -> Start | None:
+def _possible(search: Search, brief: DesignBrief, choice: Selection, near: Start | None = None) -> Start | None:
     """A machine of a task in closed forms, of the hardware as they change it; None where there is none.
 
     Args:
@@ -199,10 +201,10 @@ def _possible(search: Search, brief: DesignBrief, choice: Choice, near: Start | 
         choice: Hardware.
         near: One of an easier task, from which it begins: that most often lacks what this one lacks.
     """
-    known = {} if near is None else {(choice.motor, choice.drive): near.lessons}
+    known = {} if near is None else {(choice.motor, choice.drive): near.corrections}
 
     def compute() -> Start | None:
-        found = of_task(search, brief, known).settled(choice, near and near.lengths_mm, weighing=False)
-        return None if found is None else Start(found.choice, found.lengths_mm, found.lessons)
+        found = of_task(search, brief, known).fixed_point(choice, near and near.lengths_mm, weighing=False)
+        return None if found is None else Start(found.choice, found.lengths_mm, found.corrections)
 
-    return search.once("possible", (brief, choice, near), compute, Start | None)
+    return search.memoize("possible", (brief, choice, near), compute, Start | None)

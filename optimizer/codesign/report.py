@@ -17,19 +17,14 @@ from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import share_of_masses
 from optimizer.codesign.costs import Cost
 from optimizer.codesign.figures import FIGURES, binding, results_of, set_limits
-from optimizer.codesign.search_log import Tried, Verdict
+from optimizer.codesign.search_log import SearchLog, Verdict
 from optimizer.problem.brief import DesignBrief, brief_hash
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
     from optimizer.codesign.bound import Bound
 
-UNITS = {
-    "cube_side": "mm of cube",
-    "outline": "mm of width and depth",
-    "effective_mass": "kg felt",
-    "cost": "EUR",
-}
+UNITS = {"cube_side": "mm of cube", "outline": "mm of width and depth", "effective_mass": "kg felt", "cost": "EUR"}
 NO_BOUND = "none"  # of a bound that is not proved
 
 
@@ -79,13 +74,13 @@ def write_beside(folder: Path, design: Design, text: str, page: str, certificate
     (folder / "certificate.json").write_text(text, encoding="utf-8")
 
 
-def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | None) -> dict[str, Any]:
+def facts_of(brief: DesignBrief, outcome: Outcome, log: SearchLog, bound: Bound | None) -> dict[str, Any]:
     """Gives what came of a run as JSON types.
 
     Args:
         brief: What was asked.
         outcome: The machine that passed.
-        tried: What the search went through.
+        log: What the search went through.
         bound: What is proved of the machine's family; None where the cube is not what is sought.
     """
     design, values = outcome.design, results_of(outcome)
@@ -108,8 +103,8 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | 
         "binding": [one.figure.field for one in binding(brief, values)],
         "poor": outcome.poor,
         "folder": None if outcome.folder is None else str(outcome.folder),
-        "tried": tried.candidates,
-        "built": len(tried.built),
+        "tried": log.candidates,
+        "built": len(log.built),
         "nearest": None,
     }
 
@@ -118,17 +113,17 @@ EMPTY = ("cube_side_mm", "bound_mm", "gap", *(one.key for one in FIGURES), "outl
 """Keys of the facts that have no value where no machine stands."""
 
 
-def no_facts(name: str, ends: Verdict, tried: Tried, nearest: dict[str, Any]) -> dict[str, Any]:
+def no_facts(name: str, ends: Verdict, log: SearchLog, nearest: dict[str, Any]) -> dict[str, Any]:
     """Gives what came of a run without a machine as JSON types.
 
     Args:
         name: Of the requirements.
         ends: The verdict.
-        tried: What the search went through.
+        log: What the search went through.
         nearest: Facts of the machine of the nearest requirements that have one; {} for none.
     """
     facts: dict[str, Any] = {"name": name, "verdict": str(ends), "passed": False} | dict.fromkeys(EMPTY)
-    return facts | {"binding": [], "poor": [], "tried": tried.candidates, "nearest": nearest or None}
+    return facts | {"binding": [], "poor": [], "tried": log.candidates, "nearest": nearest or None}
 
 
 def headline(facts: dict[str, Any]) -> str:
@@ -180,7 +175,7 @@ def _price(cost_EUR: float | None) -> str:
 def report(
     brief: DesignBrief,
     told: dict[str, Any],
-    tried: Tried,
+    log: SearchLog,
     why: Iterable[str],
     notes: Iterable[str],
     costs: Iterable[Cost],
@@ -219,9 +214,9 @@ def report(
         *(
             f"- {2.0 * design.cube.half_side_mm:.2f} mm with {design.hardware.motor}: "
             + (f"fails {', '.join(failed)}" if failed else "passes every check")
-            for design, failed in tried.built
+            for design, failed in log.built
         ),
-        *(f"- {hardware}: given up, {reason}" for hardware, reason in tried.stuck.items()),
+        *(f"- {hardware}: given up, {reason}" for hardware, reason in log.no_progress.items()),
         "",
         *(("## What was learnt on the way", "") if why else ()),
         *(f"- {reason}" for reason in why),

@@ -16,7 +16,7 @@ from delta_cad.common.console import Request
 from delta_cad.design import NAME_LONGEST, Design, DesignError, design_hash, load_design
 from optimizer.codesign import bound, candidate, costs, relaxation, report
 from optimizer.codesign.bound import Bound, Family
-from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.design_page import design_page
 from optimizer.codesign.search import Search
 from optimizer.codesign.search_log import Built
@@ -44,7 +44,7 @@ class Run:
         command: The one that gives the same design.
         limit_s: The time that it has.
         clock: Seconds that count, since it began.
-        once: Keeps what was computed, as `Journal.once` does.
+        memoize: Keeps what was computed, as `Journal.memoize` does.
         show: Progress: what is being done.
         keep: Progress: what was found.
         closing_s: The longest that a build of it took after its bound, as measured.
@@ -55,7 +55,7 @@ class Run:
     command: str
     limit_s: float
     clock: Callable[[], float]
-    once: Callable[..., Any]
+    memoize: Callable[..., Any]
     show: Callable[[str], None]
     keep: Callable[[str], None]
     closing_s: float = 0.0
@@ -96,7 +96,7 @@ class Builder:
             hurried=self._hurried,
             report=run.show,
             tell=run.keep,
-            once=run.once,
+            memoize=run.memoize,
         )
 
     def _hurried(self) -> bool:
@@ -114,7 +114,7 @@ class Builder:
             self._moved = {of: pipeline.check_moving(candidate.solid(design, begin), begin)}
             return self._moved[of].results
 
-        return self._run.once("moving", of, compute, list[CheckResult])
+        return self._run.memoize("moving", of, compute, list[CheckResult])
 
     def _bound(self, family: Family, side_mm: float) -> Bound | None:
         """What none of the family exceeds, as far as there is time for it; None where that says nothing."""
@@ -162,7 +162,7 @@ class Builder:
             built.results = outcome.results
             return built
 
-        built = run.once("built", design_hash(stated), compute, Built)
+        built = run.memoize("built", design_hash(stated), compute, Built)
         if built.facts and not begun and not (built.remarks == remarks and _stands(folder, stated)):
             built = compute()
         self.facts.update(built.facts)
@@ -172,26 +172,28 @@ class Builder:
 
     def _write(self, stated: Design, built: Built, folder: Path, outcome: Outcome) -> None:
         """Writes the design among the files of a build and, of one that passes, bound, certificate and pages."""
-        run, brief, search, standing = self._run, self._brief, self.search, self.search.standing
-        if not outcome.passed or standing is None:
+        run, brief, search, built_candidate = self._run, self._brief, self.search, self.search.built_candidate
+        if not outcome.passed or built_candidate is None:
             report.write_design(folder, report.placed(stated, brief, folder))  # to build it again and see what fails
             return
         run.show("what each limit costs")
-        key = standing.choice.motor, standing.choice.drive
-        known, tried = search.lessons[key], search.tried.with_passed(standing, stated)
-        cost = costs.costs(brief, standing, known)
+        key = built_candidate.choice.motor, built_candidate.choice.drive
+        known, log = search.corrections[key], search.log.with_passed(built_candidate, stated)
+        cost = costs.costs(brief, built_candidate, known)
         run.show("certificate")
         certificate = report.certificate_of(stated, folder / "mass_properties.json")
         proved = None
         if brief.objective == "cube_side" and self._bounding:
-            family = Family(brief, standing, search.lessons | {key: with_least_radius(standing, known)})
-            if (proved := self._bound(family, standing.side_mm)) is None:
+            family = Family(
+                brief, built_candidate, search.corrections | {key: with_least_radius(built_candidate, known)}
+            )
+            if (proved := self._bound(family, built_candidate.side_mm)) is None:
                 built.remarks.append(NO_BOUND)
         self._closes_s = run.clock()
-        built.facts = report.facts_of(brief, outcome, tried, proved)
+        built.facts = report.facts_of(brief, outcome, log, proved)
         notes, unit = (*brief.notes, *built.remarks), report.UNITS[brief.objective]
-        text = report.report(brief, built.facts, tried, known.why, notes, cost, proved)
-        page = design_page(brief, built.facts, tried, known.why, notes, cost, proved, unit)
+        text = report.report(brief, built.facts, log, known.why, notes, cost, proved)
+        page = design_page(brief, built.facts, log, known.why, notes, cost, proved, unit)
         report.write_beside(folder, report.placed(stated, brief, run.out / brief.name), text, page, certificate)
 
 
@@ -215,18 +217,21 @@ def nearest_machine(
         eased: Gets what would be enough, a line each.
         facts: Gets those of the machine that was built.
     """
-    found = relaxation.reliefs(search)
+    found = relaxation.minimal_relaxations(search)
     eased += map(str, found)
     for one in eased:
         say(f"closed forms have a machine with {one}")
-    lessons: dict[tuple[str, ...], dict[tuple[str, str], Lessons]] = {}  # what failed teaches holds of the next
+    corrections: dict[tuple[str, ...], dict[tuple[str, str], Corrections]] = {}  # what failed teaches holds of the next
     name = f"{search.brief.name[: NAME_LONGEST - len(NEAREST_NAME)]}{NEAREST_NAME}"
     with suppress(OutOfTimeError):
         for one, factor in [(one, factor) for factor in EASIER for one in found[:NEAREST]]:
             builder = Builder(run, one.further(factor).model_copy(update={"name": name}), bounding=False)
-            choice, known = one.start.choice, replace(one.start.lessons, why=())
+            choice, known = one.start.choice, replace(one.start.corrections, why=())
             near, builder.facts = builder.search, facts
-            near.finely, near.lessons = False, lessons.setdefault(one.fields, {(choice.motor, choice.drive): known})
+            near.finely, near.corrections = (
+                False,
+                corrections.setdefault(one.fields, {(choice.motor, choice.drive): known}),
+            )
             near.built(choice, -math.inf, one.start.lengths_mm)
             if facts:
                 say(f"the nearest machine stands in {facts['folder']}")

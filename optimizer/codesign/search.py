@@ -16,24 +16,18 @@ from optimizer.codesign.exclusion import excluded
 from optimizer.codesign.hardware import (
     SMALL,
     WIDTHS,
-    Choice,
+    Selection,
     cheapest,
+    dominated,
     drives,
-    hopeless,
     motor_of,
     neighbours,
     ratios_of,
 )
 from optimizer.codesign.lengths import ENOUGH, ROUGHLY, Found
-from optimizer.codesign.search_log import Posed
+from optimizer.codesign.search_log import Trial
 from optimizer.codesign.settling import Candidates, Lengths
-from optimizer.codesign.updates import (
-    COUPLE_STEP,
-    ELBOW_STEP_DEG,
-    LEVER_STEPS,
-    GaveUpError,
-    from_checks,
-)
+from optimizer.codesign.updates import COUPLE_STEP, ELBOW_STEP_DEG, LEVER_STEPS, InconclusiveError, from_checks
 from optimizer.problem.brief import DesignBrief
 from optimizer.search.clock import HalfTimeError
 
@@ -71,12 +65,12 @@ class Search(Candidates):
             refined = self._refined_in_time(choice)
             if refined is not None and (best is None or self.dearer * refined.score > best[0].score):
                 best = self.built(refined, -np.inf if best is None else best[0].score) or best
-            self.tried.ended(name := f"{choice.motor} {choice.drive}")
-            if best is None and name not in self.tried.stuck:
-                self.tried.gave_up.add(name)
+            self.log.ended(name := f"{choice.motor} {choice.drive}")
+            if best is None and name not in self.log.no_progress:
+                self.log.inconclusive.add(name)
         return best
 
-    def _refined_in_time(self, choice: Choice) -> Candidate | None:
+    def _refined_in_time(self, choice: Selection) -> Candidate | None:
         """Improves hardware as long as there is time for it; then the best that was weighed."""
         self.ready = None
         try:
@@ -92,45 +86,45 @@ class Search(Candidates):
     def _worse(self, refined: Candidate) -> bool:
         """Whether what solids tell of hardware makes it so much worse that another ratio or width may be better."""
         least = refined.score - WORSE * abs(refined.score)
-        again = self.settled(refined.choice, refined.lengths_mm, beats=least)
+        again = self.fixed_point(refined.choice, refined.lengths_mm, beats=least)
         self.ready = again or self.ready
         return again is None
 
-    def ranked(self) -> Iterator[tuple[float, Choice]]:
+    def ranked(self) -> Iterator[tuple[float, Selection]]:
         """The hardware worth building: of the best estimates what their parts leave, the best first, then the rest."""
-        self.tried.left = [f"{motor} {drive}" for motor, drive in drives(self.brief)]
-        self.tried.impossible = list(_impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
-        if self.tried.impossible:
+        self.log.left = [f"{motor} {drive}" for motor, drive in drives(self.brief)]
+        self.log.impossible = list(_impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
+        if self.log.impossible:
             return
-        found: list[tuple[float, Choice]] = []
+        found: list[tuple[float, Selection]] = []
         rest = sorted(self._rough(), key=lambda one: -one[0])
         for score, choice in rest[:RANKED]:
             if found and (self.hurried() or score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break
             self.begin(f"what the parts of {choice.motor} leave")
             del rest[0]
-            if (settled := self._settled_near(choice, weighing=False)) is None:
-                self.tried.ended(f"{choice.motor} {choice.drive}")
+            if (fixed_point := self._fixed_point_near(choice, weighing=False)) is None:
+                self.log.ended(f"{choice.motor} {choice.drive}")
             else:
-                found.append((min(settled.score, score), choice.with_(ratio=settled.choice.ratio)))
+                found.append((min(fixed_point.score, score), choice.with_(ratio=fixed_point.choice.ratio)))
         yield from sorted(found, key=lambda one: -one[0])
         yield from rest
 
-    def _rough(self) -> list[tuple[float, Choice]]:
+    def _rough(self) -> list[tuple[float, Selection]]:
         """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at."""
-        found: list[tuple[float, Choice]] = []
-        failed: list[Choice] = []
+        found: list[tuple[float, Selection]] = []
+        failed: list[Selection] = []
         known: Lengths | None = None  # of another motor: a place to begin from
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
         for motor, drive in sorted(drives(self.brief), key=self._unlikely):
             if found and self.hurried():
                 break
             ratios = self._first_ratios(drive)
-            best: tuple[float, Choice] | None = None
+            best: tuple[float, Selection] | None = None
             for width in self._widths()[: 1 if found else None]:  # a narrower one where nothing fits
                 for ratio in ratios:
-                    choice = Choice(motor, drive, ratio, width, entries)
-                    if hopeless(self.brief, choice, failed):
+                    choice = Selection(motor, drive, ratio, width, entries)
+                    if dominated(self.brief, choice, failed):
                         continue
                     estimate = self._estimate(choice, known)
                     if estimate is None:
@@ -143,8 +137,8 @@ class Search(Candidates):
                 if best is not None:
                     break
             if best is None:
-                self.tried.stuck[name := f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
-                self.tried.ended(name)
+                self.log.no_progress[name := f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
+                self.log.ended(name)
             else:
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
@@ -196,37 +190,37 @@ class Search(Candidates):
         words["effective_mass"] = f"{-score:.4g} kg felt"
         return words.get(self.brief.objective, f"{-score:.2f} mm of width and depth")
 
-    def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
+    def _estimate(self, choice: Selection, start_mm: Lengths | None = None) -> Found | None:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
-        self.tried.candidates += 1
+        self.log.candidates += 1
         self.begin(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
-        lessons = self.lessons.get((choice.motor, choice.drive)) or self._first(choice)
-        return self._lengths(choice, lessons, start_mm, 1)
+        corrections = self.corrections.get((choice.motor, choice.drive)) or self._first(choice)
+        return self._lengths(choice, corrections, start_mm, 1)
 
-    def refined(self, choice: Choice, again: bool = False) -> Candidate | None:
+    def refined(self, choice: Selection, again: bool = False) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
 
         Args:
             choice: Hardware.
             again: Whether it was refined already, and solids told something new: nearer choices are looked at.
         """
-        best = self._settled_near(choice, weighing=not again)
+        best = self._fixed_point_near(choice, weighing=not again)
         if not again:
             self.ready = best
         return best if best is None or not self.finely else self._climbed(best, AGAIN if again else COARSE)
 
     def _polished(self, candidate: Candidate) -> Candidate:
         """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
-        known, self.ready = dict(self.lessons), candidate
+        known, self.ready = dict(self.corrections), candidate
         try:
             finer = self._climbed(candidate, FINE)
             beats = self._as_good(candidate.score)
-            again = None if finer is candidate else self.settled(finer.choice, finer.lengths_mm, beats=beats)
+            again = None if finer is candidate else self.fixed_point(finer.choice, finer.lengths_mm, beats=beats)
         except HalfTimeError:
             again = None
         self.ready = None
         if again is None:
-            self.lessons = known  # what another machine was taught is not this one's
+            self.corrections = known  # what another machine was taught is not this one's
         return again or candidate
 
     def _climbed(self, best: Candidate, halvings: Iterable[int]) -> Candidate:
@@ -243,26 +237,26 @@ class Search(Candidates):
                         better, peak = found, max(peak, found.score)
         return best
 
-    def _beside(self, one: Choice, best: Candidate, peak: float) -> Candidate | None:
+    def _beside(self, one: Selection, best: Candidate, peak: float) -> Candidate | None:
         """What closed forms leave of hardware near the best; None where that is worse, or no better without ties."""
-        index, per_mm, elbow_deg = best.lessons.held
-        held = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
+        index, per_mm, elbow_deg = best.corrections.raised_limits
+        raised = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
         beats = self._as_good(peak) if self._tied else best.score
         beats = None if self.brief.objective == "cost" else beats  # a price is none of lengths
-        found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
+        found = self.fixed_point(one, best.lengths_mm, raised, weighing=False, beats=beats)
         self.begin(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
         return found
 
-    def _settled_near(self, choice: Choice, weighing: bool) -> Candidate | None:
-        """What `settled` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
+    def _fixed_point_near(self, choice: Selection, weighing: bool) -> Candidate | None:
+        """What `fixed_point` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
         ratios = {choice.ratio, *self._first_ratios(choice.drive)}
         for ratio in sorted(ratios, key=lambda ratio: abs(np.log(ratio / choice.ratio))):
-            if (found := self.settled(choice.with_(ratio=ratio), weighing=weighing)) is not None:
+            if (found := self.fixed_point(choice.with_(ratio=ratio), weighing=weighing)) is not None:
                 return found
         return None
 
     def built(
-        self, first: Candidate | Choice, least: float, start: Lengths | None = None
+        self, first: Candidate | Selection, least: float, start: Lengths | None = None
     ) -> tuple[Candidate, Outcome] | None:
         """Builds a machine, and again with what its checks taught, until it passes or is no better than `least`.
 
@@ -273,11 +267,11 @@ class Search(Candidates):
             least: Score to beat.
             start: Lengths to begin from.
         """
-        choice = first if isinstance(first, Choice) else first.choice
-        return self._or_stuck(choice, lambda: self._built(first, choice, least, start))
+        choice = first if isinstance(first, Selection) else first.choice
+        return self._or_log(choice, lambda: self._built(first, choice, least, start))
 
     def _built(
-        self, first: Candidate | Choice, choice: Choice, least: float, start: Lengths | None
+        self, first: Candidate | Selection, choice: Selection, least: float, start: Lengths | None
     ) -> tuple[Candidate, Outcome] | None:
         """As `built`; raises where its checks teach nothing."""
         key = choice.motor, choice.drive
@@ -286,7 +280,7 @@ class Search(Candidates):
             if not turn and isinstance(first, Candidate) and first.weighed and self.hurried():
                 candidate = first
             else:
-                candidate = self.settled(choice, candidate.lengths_mm if candidate else start)
+                candidate = self.fixed_point(choice, candidate.lengths_mm if candidate else start)
                 candidate = self._polished(candidate) if candidate and self.finely and not turn else candidate
             if candidate is None or self.dearer * candidate.score <= least:
                 return None
@@ -297,23 +291,23 @@ class Search(Candidates):
             try:
                 results = self.moving(candidate.design)
             except BuildError as error:  # a solid that cannot be meshed
-                raise GaveUpError(str(error)) from error
+                raise InconclusiveError(str(error)) from error
             if all(result.passed for result in results):
                 self.begin(f"{named}: building")
-                self.standing = candidate
+                self.built_candidate = candidate
                 outcome = self.build(candidate.design)
                 results = outcome.results
             failed = tuple(result.name for result in results if not result.passed)
-            self.tried.built.append((candidate.design, failed))
-            self.tried.posed.append(Posed(candidate.choice, candidate.score, failed))
+            self.log.built.append((candidate.design, failed))
+            self.log.trials.append(Trial(candidate.choice, candidate.score, failed))
             if outcome is not None and not failed:
-                self.tried.stuck.pop(" ".join(key), None)  # of another ratio or width
-                self.tried.ended(" ".join(key))
+                self.log.no_progress.pop(" ".join(key), None)  # of another ratio or width
+                self.log.ended(" ".join(key))
                 self.tell(f"{named} passes every check")
                 return self._reported(candidate, outcome), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
-            self.lessons[key] = from_checks(candidate, self.lessons[key], results)
-        raise GaveUpError(f"{SWEEPS} machines were made, and each failed a check")
+            self.corrections[key] = from_checks(candidate, self.corrections[key], results)
+        raise InconclusiveError(f"{SWEEPS} machines were made, and each failed a check")
 
     def _reported(self, candidate: Candidate, outcome: Outcome) -> Candidate:
         """A machine that passed with the score that is reported of it, where that is not the cube."""

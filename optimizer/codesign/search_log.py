@@ -10,11 +10,11 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.console import CUT_SHORT, DONE, NOT_MET
 from delta_cad.design import Design
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.hardware import Choice
+from optimizer.codesign.hardware import Selection
 
 
 @dataclass(frozen=True)
-class Posed:
+class Trial:
     """A candidate.
 
     Attributes:
@@ -23,7 +23,7 @@ class Posed:
         failed: Of a machine that was made the checks that fail; None: nobody made it.
     """
 
-    choice: Choice
+    choice: Selection
     score: float
     failed: tuple[str, ...] | None = None
 
@@ -44,24 +44,24 @@ class Built:
 
 
 @dataclass
-class Tried:
+class SearchLog:
     """What a search went through; hardware is named "motor drive".
 
     Attributes:
         candidates: Number of candidates that were posed.
-        posed: Those of them that have lengths, and the machines that were made, in order.
+        trials: Those of them that have lengths, and the machines that were made, in order.
         built: Machines that were made: design, and the names of the checks that failed.
-        stuck: Hardware -> why it was given up.
-        gave_up: Hardware of which a candidate failed in a way that shows nothing of others.
+        no_progress: Hardware -> why it was given up.
+        inconclusive: Hardware of which a candidate failed in a way that shows nothing of others.
         left: Hardware that was not looked at to its end.
         impossible: Bounds, by closed form or proof, that no machine of any hardware meets.
     """
 
     candidates: int = 0
-    posed: list[Posed] = field(default_factory=list)
+    trials: list[Trial] = field(default_factory=list)
     built: list[tuple[Design, tuple[str, ...]]] = field(default_factory=list)
-    stuck: dict[str, str] = field(default_factory=dict)
-    gave_up: set[str] = field(default_factory=set)
+    no_progress: dict[str, str] = field(default_factory=dict)
+    inconclusive: set[str] = field(default_factory=set)
     left: list[str] = field(default_factory=list)
     impossible: list[str] = field(default_factory=list)
 
@@ -69,7 +69,7 @@ class Tried:
         """Notes that hardware was looked at to its end."""
         self.left = [one for one in self.left if one != hardware]
 
-    def with_passed(self, machine: Candidate, design: Design) -> Tried:
+    def with_passed(self, machine: Candidate, design: Design) -> SearchLog:
         """Gives the same with a machine that passes every check, last; what made its hardware fail elsewhere is gone.
 
         Args:
@@ -80,14 +80,14 @@ class Tried:
         return replace(
             self,
             built=[*self.built, (design, ())],
-            posed=[*self.posed, Posed(machine.choice, machine.score, ())],
-            stuck={hardware: why for hardware, why in self.stuck.items() if hardware != name},
+            trials=[*self.trials, Trial(machine.choice, machine.score, ())],
+            no_progress={hardware: why for hardware, why in self.no_progress.items() if hardware != name},
         )
 
     @property
     def reasons(self) -> list[str]:
         """Why there is no machine of any hardware that was looked at, a line each."""
-        return self.impossible or [f"{hardware}: {why}" for hardware, why in self.stuck.items()]
+        return self.impossible or [f"{hardware}: {why}" for hardware, why in self.no_progress.items()]
 
 
 class Verdict(Enum):
@@ -111,7 +111,7 @@ End = Literal["done", "time", "stopped"]
 """What ended a search: itself, its time, or Ctrl-C."""
 
 
-def verdict(tried: Tried, end: End, stands: bool) -> tuple[Verdict, str]:
+def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
     """Decides how a search ended.
 
     That no machine exists follows from closed forms, or from a search that went through all hardware to its end and
@@ -119,22 +119,25 @@ def verdict(tried: Tried, end: End, stands: bool) -> tuple[Verdict, str]:
     mend.
 
     Args:
-        tried: What it went through.
+        log: What it went through.
         end: What ended it.
         stands: Whether a machine was built that passes every check.
 
     Returns:
         The verdict, and what shows it, or what was left open; "" where a machine stands.
     """
-    left = f"not looked at to the end: {', '.join(tried.left)}" if tried.left else ""
+    left = f"not looked at to the end: {', '.join(log.left)}" if log.left else ""
     if end == "stopped":
         return Verdict.STOPPED, left
     if stands:
         return Verdict.BUILT, ""
-    if tried.impossible:
+    if log.impossible:
         return Verdict.INFEASIBLE, "a bound on all hardware and lengths shows it"
     if left:
         return Verdict.NOT_FOUND, left
-    if tried.gave_up or not tried.stuck:
-        return Verdict.NOT_FOUND, f"the search knew no further candidate of {', '.join(sorted(tried.gave_up))}"
-    return Verdict.INFEASIBLE, f"the exhausted search shows it: all {len(tried.stuck)} motors and drives were refused"
+    if log.inconclusive or not log.no_progress:
+        return Verdict.NOT_FOUND, f"the search knew no further candidate of {', '.join(sorted(log.inconclusive))}"
+    return (
+        Verdict.INFEASIBLE,
+        f"the exhausted search shows it: all {len(log.no_progress)} motors and drives were refused",
+    )

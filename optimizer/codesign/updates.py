@@ -15,9 +15,9 @@ from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.rules import ARM, BASE, WIDTH
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons, apart_by, folds
+from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Corrections, apart_by, folds
 from optimizer.codesign.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
-from optimizer.codesign.hardware import Choice, default_of
+from optimizer.codesign.hardware import Selection, default_of
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
@@ -50,26 +50,26 @@ SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
 SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
 """Check -> the share of its limit that is asked for."""
-HELD = "torque with gravity"
+GRAVITY_CHECK = "torque with gravity"
 
 
-class StuckError(Exception):
+class NoProgressError(Exception):
     """No further candidate of a choice is left to try: limits, closed forms or parts refuse it, and which."""
 
 
-class GaveUpError(StuckError):
+class InconclusiveError(NoProgressError):
     """A candidate failed in a way that shows nothing of others: the search has no next one, but there may be some."""
 
 
-def from_reasons(
-    brief: DesignBrief, choice: Choice, lessons: Lessons, reasons: Sequence[Estimate], side_mm: float = 0.0
-) -> tuple[Choice, Lessons]:
+def from_refusals(
+    brief: DesignBrief, choice: Selection, corrections: Corrections, reasons: Sequence[Estimate], side_mm: float = 0.0
+) -> tuple[Selection, Corrections]:
     """Learns from the closed forms that refuse a candidate.
 
     Args:
         brief: What the customer asks.
         choice: Hardware that was refused.
-        lessons: What was known.
+        corrections: What was known.
         reasons: Why; all that can be met are.
         side_mm: Of the cube that was refused; of use behind a panel.
 
@@ -77,13 +77,13 @@ def from_reasons(
         What to try next.
 
     Raises:
-        StuckError: None of them can be.
+        NoProgressError: None of them can be.
     """
-    before = choice, lessons
+    before = choice, corrections
     radii = [one.bound for one in reasons if one.field == BASE and one.bound is not None]
-    room = _room_for_arm_mm(brief, choice, lessons, radii)
+    room = _room_for_arm_mm(brief, choice, corrections, radii)
     reasons = [_by_angle(reason, room) for reason in reasons]
-    borne: list[tuple[float, str]] = []
+    overloads: list[tuple[float, str]] = []
     for reason in reasons:
         field, bound = reason.field, reason.bound
         entry = field.rpartition(".")[2]
@@ -92,9 +92,9 @@ def from_reasons(
         if field in LENGTHS and isinstance(bound, float):
             now = reason.value if isinstance(reason.value, float) else bound
             least = math.ceil(min(bound, max(GROWTH * now, now + CREEP_MM)) * SIZE_STEP) / SIZE_STEP
-            if lessons.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
+            if corrections.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
                 least += CREEP_MM
-            lessons = lessons.raised(LENGTHS[field], least, str(reason))
+            corrections = corrections.raised(LENGTHS[field], least, str(reason))
         elif field == WIDTH and isinstance(bound, float):
             away = math.ceil if bound > choice.width_mm else math.floor
             choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
@@ -104,35 +104,39 @@ def from_reasons(
         elif entry in PARTS:
             choice = _another(brief, choice, entry)
         elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):
-            over = list(lessons.overhead_mm)
+            over = list(corrections.overhead_mm)
             shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
             # an outline that is free is posed in whole millimetres: by less it may stay as it is
             over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
-            lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
+            corrections = corrections.updated(str(reason), overhead_mm=(over[0], over[1]))
         elif field == ELBOW_FIELD and isinstance(bound, float):
             least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
-            eased = {name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in lessons.least_mm.items()}
-            lessons = lessons.taught(str(reason), elbow_angle_deg=least, least_mm=eased)
+            eased = {
+                name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in corrections.least_mm.items()
+            }
+            corrections = corrections.updated(str(reason), elbow_angle_deg=least, least_mm=eased)
         elif field == SWING_FIELD and isinstance(bound, float):
-            least = max(lessons.shoulder_low_deg, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
-            lessons = lessons.taught(str(reason), shoulder_low_deg=least)
+            least = max(corrections.shoulder_low_deg, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+            corrections = corrections.updated(str(reason), shoulder_low_deg=least)
         elif (field.startswith("requirements.") or not field) and brief.panel is not None:
-            borne.append((reason.reason.margin or 1.0, str(reason)))
+            overloads.append((reason.reason.margin or 1.0, str(reason)))
         elif field.startswith("requirements.") or not field:
-            lessons = _stiffer(lessons, str(reason))
-    if borne:
-        lessons = _levered(lessons, side_mm, *min(borne))
-    if (choice, lessons) == before:
-        raise StuckError("; ".join(str(reason) for reason in reasons))
-    return choice, lessons
+            corrections = _stiffer(corrections, str(reason))
+    if overloads:
+        corrections = _levered(corrections, side_mm, *min(overloads))
+    if (choice, corrections) == before:
+        raise NoProgressError("; ".join(str(reason) for reason in reasons))
+    return choice, corrections
 
 
-def _room_for_arm_mm(brief: DesignBrief, choice: Choice, lessons: Lessons, radii_mm: Sequence[float]) -> float:
+def _room_for_arm_mm(
+    brief: DesignBrief, choice: Selection, corrections: Corrections, radii_mm: Sequence[float]
+) -> float:
     """The longest upper arm that an outline holds beside the base radius that is asked for."""
     if brief.outline_mm is None:
         return math.inf
-    reach = Outline(*brief.outline_mm, choice.width_mm, lessons.overhead_mm).reach_max_mm
-    return reach - max([lessons.least_radius_mm(choice.width_mm), *radii_mm])
+    reach = Outline(*brief.outline_mm, choice.width_mm, corrections.overhead_mm).reach_max_mm
+    return reach - max([corrections.least_radius_mm(choice.width_mm), *radii_mm])
 
 
 def _by_angle(reason: Estimate, room_mm: float) -> Estimate:
@@ -148,7 +152,7 @@ def _by_angle(reason: Estimate, room_mm: float) -> Estimate:
     return replace(reason, field=field, value=None, bound=least)
 
 
-def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:
+def _another(brief: DesignBrief, choice: Selection, entry: str) -> Selection:
     """Takes the next row of a family that the brief allows."""
     rows = brief.choices[entry]
     first = rows[0] if entry in brief.hardware else default_of(entry)  # as `DesignBrief.hardware_from` takes it
@@ -183,58 +187,58 @@ def utilisation(one: Estimate | CheckResult) -> float:
     return 1.0 / (one.reason.margin or 1.0)
 
 
-def from_pull(lessons: Lessons, sector_mm: float, torque_N_m: float, share: float) -> Lessons:
+def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
     """Learns what a motor's shaft bears of a cable.
 
     Args:
-        lessons: What was known.
+        corrections: What was known.
         sector_mm: Radius of the sector.
         torque_N_m: Of a joint, for a moment.
         share: Of what the shaft bears, that it then bears.
     """
     pull = SPARE * torque_N_m / share / (sector_mm / MM_PER_M)
-    return lessons.taught(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
+    return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
 
-def from_stiffness(lessons: Lessons, least: float, asked: float, design: Design) -> Lessons:
+def from_stiffness(corrections: Corrections, least: float, asked: float, design: Design) -> Corrections:
     """Learns from a knob that is too soft.
 
     Args:
-        lessons: What was known.
+        corrections: What was known.
         least: Stiffness, N/mm.
         asked: The least that is asked.
         design: Whose knob it is.
 
     Raises:
-        StuckError: More hold against turning is not to be had.
+        NoProgressError: More hold against turning is not to be had.
     """
     why = f"stiffness at the knob {least:.3g} N/mm, {asked:g} asked"
     if design.panel is not None:
-        return _levered(lessons, 2.0 * design.cube.half_side_mm, math.sqrt(least / asked), why)
-    found = _stiffer(lessons, why)
-    if found is lessons:
-        raise StuckError(f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {asked:g} asked")
+        return _levered(corrections, 2.0 * design.cube.half_side_mm, math.sqrt(least / asked), why)
+    found = _stiffer(corrections, why)
+    if found is corrections:
+        raise NoProgressError(f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {asked:g} asked")
     return found
 
 
-def _stiffer(lessons: Lessons, why: str) -> Lessons:
+def _stiffer(corrections: Corrections, why: str) -> Corrections:
     """Asks for more hold against turning, which makes rods' forces smaller and the knob stiffer."""
-    index = min(lessons.couple_index_min + COUPLE_STEP, COUPLE_MOST)
-    return lessons if index == lessons.couple_index_min else lessons.taught(why, couple_index_min=index)
+    index = min(corrections.couple_index_min + COUPLE_STEP, COUPLE_MOST)
+    return corrections if index == corrections.couple_index_min else corrections.updated(why, couple_index_min=index)
 
 
-def _levered(lessons: Lessons, side_mm: float, share: float, why: str) -> Lessons:
+def _levered(corrections: Corrections, side_mm: float, share: float, why: str) -> Corrections:
     """Asks for more hold against turning for each mm of a knob's lever behind a panel, or for a shorter lever.
 
     Args:
-        lessons: What was known.
+        corrections: What was known.
         side_mm: Of a cube whose knob loads a part too much.
         share: Of that load that the part bears.
         why: What told so.
     """
     least, most = LEVER_STEPS
-    now = max(lessons.couple_per_mm, lessons.couple_index_min / (side_mm + KNOB_MM))
-    return lessons.taught(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
+    now = max(corrections.couple_per_mm, corrections.couple_index_min / (side_mm + KNOB_MM))
+    return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
 
 
 def _outcome(result: CheckResult) -> str:
@@ -243,11 +247,13 @@ def _outcome(result: CheckResult) -> str:
     return f"{result.name}: {value or 'not proved'}" + (f", limit {limit}" if limit else "")
 
 
-def from_kernel(lessons: Lessons, lengths_mm: tuple[float, ...], error: BuildError | DimensionError) -> Lessons:
+def from_kernel(
+    corrections: Corrections, lengths_mm: tuple[float, ...], error: BuildError | DimensionError
+) -> Corrections:
     """Learns that a solid cannot be made: what the kernel does not give here it may give a little farther out.
 
     Args:
-        lessons: What was known.
+        corrections: What was known.
         lengths_mm: (6) in the order of `VARIABLES`.
         error: What was raised.
 
@@ -255,79 +261,79 @@ def from_kernel(lessons: Lessons, lengths_mm: tuple[float, ...], error: BuildErr
         What is known now.
 
     Raises:
-        GaveUpError: A stock length ends there, chains cannot stand farther out, or it failed as often where they did.
+        InconclusiveError: A stock length ends there, chains cannot be farther apart, or that failed as often.
     """
     if isinstance(error, DimensionError):
-        raise GaveUpError(str(error)) from error
-    return _farther_out(lessons, lengths_mm, str(error))
+        raise InconclusiveError(str(error)) from error
+    return _farther_out(corrections, lengths_mm, str(error))
 
 
-def _farther_out(lessons: Lessons, lengths_mm: tuple[float, ...], why: str) -> Lessons:
-    """Asks for chains a little farther out, so often as that may help; raises `GaveUpError`."""
-    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in lessons.why)
-    if failed >= KERNEL_TRIES or lessons.least("base_radius") > radius + ROUNDED_MM:
-        raise GaveUpError(why)
-    return lessons.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {why}")
+def _farther_out(corrections: Corrections, lengths_mm: tuple[float, ...], why: str) -> Corrections:
+    """Asks for chains a little farther out, so often as that may help; raises `InconclusiveError`."""
+    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in corrections.why)
+    if failed >= KERNEL_TRIES or corrections.least("base_radius") > radius + ROUNDED_MM:
+        raise InconclusiveError(why)
+    return corrections.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {why}")
 
 
-def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
+def from_checks(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
     """Learns from the checks of a machine that was made.
 
     Args:
         candidate: The machine.
-        lessons: What was known.
+        corrections: What was known.
         results: Its checks.
 
     Returns:
         What is known now.
 
     Raises:
-        GaveUpError: A check failed that teaches nothing.
+        InconclusiveError: A check failed that teaches nothing.
     """
     results = list(results)
     failed = [result for result in results if not result.passed]
-    before, lessons = lessons, with_outline(candidate, lessons, results)
+    before, corrections = corrections, with_outline(candidate, corrections, results)
     for result in failed:
         short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
         why = _outcome(result)
         if (share := SHARES.get(result.name)) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
-            lessons = lessons.taught(why, **{share: getattr(lessons, share) * SPARE / max(over, 1.0)})
-        elif result.name == HELD:
-            more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
-            lessons = lessons.taught(why, spare_torque_N_m=more)
+            corrections = corrections.updated(why, **{share: getattr(corrections, share) * SPARE / max(over, 1.0)})
+        elif result.name == GRAVITY_CHECK:
+            more = corrections.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
+            corrections = corrections.updated(why, spare_torque_N_m=more)
         elif result.name.startswith("structure") and candidate.design.panel is not None:
-            known = max(lessons.couple_per_mm, candidate.lessons.couple_per_mm)
-            lessons = _levered(replace(lessons, couple_per_mm=known), candidate.side_mm, 1.0, why)
+            known = max(corrections.couple_per_mm, candidate.corrections.couple_per_mm)
+            corrections = _levered(replace(corrections, couple_per_mm=known), candidate.side_mm, 1.0, why)
         elif result.name.startswith("structure"):
-            lessons = _stiffer(lessons, why)
+            corrections = _stiffer(corrections, why)
         elif result.name in REACHED:
-            lessons = _chains_apart(candidate, lessons, REACHED_STEP_MM, why)
+            corrections = _chains_apart(candidate, corrections, REACHED_STEP_MM, why)
         elif result.name == APART:
-            lessons = _chains_apart(candidate, lessons, short, why)
+            corrections = _chains_apart(candidate, corrections, short, why)
         elif result.name.startswith(SOLID):
-            if lessons.least("base_radius") == before.least("base_radius"):  # once a build
-                lessons = _farther_out(lessons, candidate.lengths_mm, f"{result.name}: {result.detail}")
+            if corrections.least("base_radius") == before.least("base_radius"):  # once a build
+                corrections = _farther_out(corrections, candidate.lengths_mm, f"{result.name}: {result.detail}")
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             pair = " beside ".join(sorted({_kind(name) for name in result.worst_pair or ()}))
             named = f", {pair}" if pair else ""
             why = f"{why}{named}"
-            told = [line for line in lessons.why if line.startswith(f"{result.name}:") and line.endswith(named)]
+            told = [line for line in corrections.why if line.startswith(f"{result.name}:") and line.endswith(named)]
             again = 2.0 ** min(len(told), DOUBLINGS)
             if folds(result.worst_pair or ()):
                 step = ELBOW_STEP_DEG
                 if result.unit == "mm" and result.value is not None:
                     step = min(max((short + PROVEN_MM) / PARTED_MM, ELBOW_LEAST_DEG), ELBOW_STEP_DEG)
                 least = candidate.elbow_deg + step * again
-                lessons = lessons.taught(why, elbow_angle_deg=max(least, lessons.elbow_angle_deg))
+                corrections = corrections.updated(why, elbow_angle_deg=max(least, corrections.elbow_angle_deg))
                 continue
             length, step = apart_by(result.worst_pair or ())
             if result.unit == "mm" and result.value is not None:
                 step = max(step, short)
-            lessons = lessons.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step * again, why)
-    if failed and lessons == before:
-        raise GaveUpError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
-    return lessons
+            corrections = corrections.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step * again, why)
+    if failed and corrections == before:
+        raise InconclusiveError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
+    return corrections
 
 
 def _kind(name: str) -> str:
@@ -335,44 +341,46 @@ def _kind(name: str) -> str:
     return " ".join(word for word in name.split("_") if not word.isdigit())
 
 
-def _chains_apart(candidate: Candidate, lessons: Lessons, short_mm: float, why: str) -> Lessons:
+def _chains_apart(candidate: Candidate, corrections: Corrections, short_mm: float, why: str) -> Corrections:
     """Asks for chains that are farther apart, by what the base radius of a candidate lacks."""
     radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
-    return lessons.apart(candidate.choice.width_mm, radius, short_mm, why)
+    return corrections.with_chains_apart(candidate.choice.width_mm, radius, short_mm, why)
 
 
 def by_weight(check: str) -> bool:
     """Whether a check rests on masses, inertias and what joints rub with."""
-    return check == HELD or check in SHARES
+    return check == GRAVITY_CHECK or check in SHARES
 
 
-def with_outline(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
+def with_outline(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
     """Learns what a machine takes beyond eq. (1) of its outline, more or less than was thought.
 
     Args:
         candidate: The machine.
-        lessons: What was known.
+        corrections: What was known.
         results: Its checks.
     """
     named = {result.name: result.value for result in results}
     width, depth = (named.get(f"envelope {way}") for way in ("width", "depth"))
     if width is None or depth is None:
-        return lessons
+        return corrections
     reach = candidate.lengths_mm[0] + candidate.lengths_mm[2]
     longer, shorter = (float(size) for size in Outline(0.0, 0.0, candidate.choice.width_mm).size_mm(np.array(reach)))
     over = max(width, depth) + SPARE_MM - longer, min(width, depth) + SPARE_MM - shorter
-    if max(abs(a - b) for a, b in zip(over, lessons.overhead_mm, strict=True)) < SPARE_MM:
-        return lessons
+    if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < SPARE_MM:
+        return corrections
     why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
-    return lessons.taught(why, overhead_mm=over)
+    return corrections.updated(why, overhead_mm=over)
 
 
-def with_room(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> tuple[Lessons, float]:
+def with_room(
+    candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]
+) -> tuple[Corrections, float]:
     """Learns how much less of a base radius keys need, where that is what it was made for.
 
     Args:
         candidate: The machine.
-        lessons: What was known.
+        corrections: What was known.
         results: Its checks.
 
     Returns:
@@ -380,18 +388,18 @@ def with_room(candidate: Candidate, lessons: Lessons, results: Iterable[CheckRes
     """
     radius, width = candidate.lengths_mm[VARIABLES.index("base_radius")], candidate.choice.width_mm
     left = -min((one.value or 0.0 for one in results if one.name == APART), default=0.0)
-    asked = lessons.least_radius_mm(width)
-    if left <= 0.0 or radius > asked + UNKNOWN_MM or asked <= lessons.least("base_radius"):
-        return lessons, 0.0
-    return lessons.apart(width, radius, -left, f"{APART}: {left:.2f} mm more than keys need"), left
+    asked = corrections.least_radius_mm(width)
+    if left <= 0.0 or radius > asked + UNKNOWN_MM or asked <= corrections.least("base_radius"):
+        return corrections, 0.0
+    return corrections.with_chains_apart(width, radius, -left, f"{APART}: {left:.2f} mm more than keys need"), left
 
 
-def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
+def with_least_radius(candidate: Candidate, corrections: Corrections) -> Corrections:
     """Learns how much less of a base radius closed forms would let a machine's hardware have.
 
     Args:
         candidate: The machine, which they pass.
-        lessons: What was known.
+        corrections: What was known.
 
     Returns:
         What is known now; nothing more where they ask for no base radius within `LEFT_MM` of the machine's.
@@ -407,9 +415,11 @@ def with_least_radius(candidate: Candidate, lessons: Lessons) -> Lessons:
         return not any(reason.field == BASE for reason in reasons)
 
     if passes(LEFT_MM):
-        return lessons
+        return corrections
     left, most = 0.0, LEFT_MM
     while most - left > SPARE_MM:
         middle = (left + most) / 2.0
         left, most = (middle, most) if passes(middle) else (left, middle)
-    return lessons.apart(width, radius, -most, f"closed forms ask for {radius - most:.2f} mm of base radius")
+    return corrections.with_chains_apart(
+        width, radius, -most, f"closed forms ask for {radius - most:.2f} mm of base radius"
+    )

@@ -27,7 +27,7 @@ from delta_cad.common.console import (
 if TYPE_CHECKING:
     from optimizer.codesign.journal import Journal
     from optimizer.codesign.run import Builder
-    from optimizer.codesign.search_log import End, Tried, Verdict
+    from optimizer.codesign.search_log import End, SearchLog, Verdict
     from optimizer.problem.brief import DesignBrief
 
 NAME = "design"
@@ -106,7 +106,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     """Searches, builds and prints the verdict with what shows it; returns the exit code."""
     from delta_cad.common.beside import Beside
     from delta_cad.mechanism.proof import beforehand
-    from optimizer.codesign.search_log import Tried, Verdict
+    from optimizer.codesign.search_log import SearchLog, Verdict
     from optimizer.search.clock import OutOfTimeError
 
     clock, limit_s = _clock(), 60.0 * given.minutes
@@ -122,19 +122,19 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                 from optimizer.codesign.run import Builder, Run, nearest_machine
 
                 command = f"python -m optimizer design {given.requirements.name} --seed {given.seed}"
-                run = Run(given.out, given.seed, command, limit_s, clock, journal.once, line.show, line.keep)
+                run = Run(given.out, given.seed, command, limit_s, clock, journal.memoize, line.show, line.keep)
                 builder = Builder(run, brief)
                 builder.search.best()
                 if not builder.facts:  # the verdict is known now; the nearest machine takes longer
-                    ends = _judged(given, builder.search.tried, end, {})
+                    ends = _judged(given, builder.search.log, end, {})
                     nearest_machine(run, builder.search, lambda text: _say(given, text), eased, near)
         except OutOfTimeError:
             end = "time"
         except KeyboardInterrupt:
             end = "stopped"
-    tried, facts = (builder.search.tried, builder.facts) if builder else (Tried(), {})
+    log, facts = (builder.search.log, builder.facts) if builder else (SearchLog(), {})
     if ends is None:
-        ends = _judged(given, tried, end, facts)
+        ends = _judged(given, log, end, facts)
     elif end != "done":
         cut = "time over" if end == "time" else "stopped"
         _say(given, f"{cut} before a nearest machine was built; {_command(given, given.seed, resume=True)}")
@@ -143,10 +143,10 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     if given.json:
         from optimizer.codesign.report import no_facts
 
-        record = facts or no_facts(brief.name, ends, tried, near)
+        record = facts or no_facts(brief.name, ends, log, near)
         if ends is Verdict.INFEASIBLE:
-            record["contradiction"] = eased or tried.reasons
-        print(json.dumps(record | {"verdict": str(ends), "left": tried.left}, indent=1))
+            record["contradiction"] = eased or log.reasons
+        print(json.dumps(record | {"verdict": str(ends), "left": log.left}, indent=1))
     return ends.code
 
 
@@ -158,23 +158,23 @@ def _say(given: argparse.Namespace, text: str) -> None:
         print(text, flush=True)
 
 
-def _judged(given: argparse.Namespace, tried: Tried, end: End, facts: dict[str, Any]) -> Verdict:
+def _judged(given: argparse.Namespace, log: SearchLog, end: End, facts: dict[str, Any]) -> Verdict:
     """Prints the verdict on a search, first, and what shows it; with `--json` nothing of a machine that stands."""
     from optimizer.codesign.report import shown
     from optimizer.codesign.search_log import verdict
 
-    ends, why = verdict(tried, end, bool(facts))
+    ends, why = verdict(log, end, bool(facts))
     why = shown(facts) if facts else f"{given.requirements.name}: {why}"
-    first, open_ = f"{ends}: {why}".removesuffix(": "), end != "done" and bool(tried.left)
+    first, open_ = f"{ends}: {why}".removesuffix(": "), end != "done" and bool(log.left)
     lines = [f"{AMBER}{first}{PLAIN}" if facts.get("poor") and sys.stdout.isatty() else first]
     if ends.code == CUT_SHORT or open_:
         lines.append(_command(given, given.seed if end != "done" else given.seed + 1, resume=end != "done"))
     if facts:
-        left = f"not looked at to the end: {', '.join(tried.left)}"
+        left = f"not looked at to the end: {', '.join(log.left)}"
         page = (Path(facts["folder"]) / "design.md").read_text(encoding="utf-8")
         lines += [left] * open_ + ([] if given.json else page.splitlines()) + [f"files in {facts['folder']}"]
     else:
-        lines += tried.reasons
+        lines += log.reasons
     for line in [] if given.json and facts and ends.code != CUT_SHORT else lines:
         _say(given, line)
     return ends

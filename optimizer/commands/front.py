@@ -253,13 +253,13 @@ class _Run:
     def _tell(self, trade: Trade, facts: dict[str, Any]) -> int:
         from shutil import rmtree
 
-        from optimizer.study.front_page import telling
+        from optimizer.study.front_page import notable_points
 
         rmtree(self.partial, ignore_errors=True)
         if self.given.json:
             print(json.dumps(facts, indent=1, allow_nan=False))
             return DONE
-        for what, point in telling(trade):
+        for what, point in notable_points(trade):
             print(f"{what}: {_described(point)}")
         beyond = " and ".join(trade.main.beyond) or "not found"
         print(f"1 % beyond the largest contradict each other: {beyond}")

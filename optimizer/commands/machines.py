@@ -59,8 +59,8 @@ def run(given: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             interrupted = True
     if not points and not interrupted:
-        ends, why = verdict(search.tried, "done", stands=False)
-        return refuse_all([f"{ends}: {given.requirements.name}: {why}", *search.tried.reasons], ends.code)
+        ends, why = verdict(search.log, "done", stands=False)
+        return refuse_all([f"{ends}: {given.requirements.name}: {why}", *search.log.reasons], ends.code)
     if given.json:
         print(json.dumps(record(points, brief.name), indent=1, allow_nan=False))
     elif points:
@@ -76,13 +76,13 @@ def run(given: argparse.Namespace) -> int:
 def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
     """Puts the complete folder in its place."""
     from delta_cad.common.files import whole_folder
-    from optimizer.study.machines_page import DESIGNS, PAGE, design_files, machines_page, record, standing
+    from optimizer.study.machines_page import DESIGNS, PAGE, design_files, existing_builds, machines_page, record
 
     with whole_folder(place) as folder:
         (folder / DESIGNS).mkdir()
         for file, text in design_files(points).items():
             (folder / DESIGNS / file).write_text(text, encoding="utf-8")
-        built = standing({point.name: point.design for point in points}, place.parent)
+        built = existing_builds({point.name: point.design for point in points}, place.parent)
         text = machines_page(points, name, place.as_posix(), built)
         (folder / PAGE).write_text(text, encoding="utf-8")
         facts = json.dumps(record(points, name), indent=1, allow_nan=False) + "\n"

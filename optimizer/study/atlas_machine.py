@@ -31,7 +31,7 @@ def machine_of(one: Mapping[str, Any]) -> dict[str, Any]:
     search = Search(brief, _nothing, _nothing, reference(), one["seed"])
     point = best_machine(search)
     if point is None:
-        return {"message": "; ".join(search.tried.reasons), "machine": None}
+        return {"message": "; ".join(search.log.reasons), "machine": None}
     name = f"{brief.name[:NAME_ROOM]}-set-{one['index']}"
     design = design_to_json(point.design.model_copy(update={"name": name}))
     return {"feasible": True, "machine": _columns(point), "steps": [_step(brief, point)], "design": design}

@@ -41,7 +41,7 @@ def row(curve: str, point: FrontPoint) -> dict[str, Any]:
     return dict(zip(COLUMNS, (curve, *numbers, list(point.active)), strict=True))
 
 
-def telling(trade: Trade) -> list[tuple[str, FrontPoint]]:
+def notable_points(trade: Trade) -> list[tuple[str, FrontPoint]]:
     """Selects the points that say most: ends, knee, the requirements' cube, changes of what binds."""
     points, wanted = trade.main.points, trade.main.given.step_3.half_side_mm
     chosen: list[tuple[str, FrontPoint]] = []
@@ -81,7 +81,7 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
             }
             for curve in trade.curves
         ],
-        "telling": [{"what": what, "half_side_mm": point.half_side} for what, point in telling(trade)],
+        "telling": [{"what": what, "half_side_mm": point.half_side} for what, point in notable_points(trade)],
         "published": [
             {
                 **{name: getattr(design.run, name) for name in ("table", "row", "method")},
@@ -138,7 +138,7 @@ def page(trade: Trade, published: Sequence[PublishedDesign], pictures: Sequence[
         f"No design has a larger cube and a smaller kappa than one of a front. {left:.4g} N m of each joint are there "
         f"for {task.force_N:g} N; gravity's share is taken off.",
         markdown_table(FRONTS, [_front(curve) for curve in trade.curves]),
-        markdown_table(TABLE, [_cells(what, point) for what, point in telling(trade)]),
+        markdown_table(TABLE, [_cells(what, point) for what, point in notable_points(trade)]),
     ]
     if published:
         table = markdown_table(PUBLISHED, [_beside(main, design) for design in published])

@@ -18,7 +18,7 @@ from delta_cad.mechanism.limits import EffectiveMass, Friction, Kappa
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.hardware import Choice
+from optimizer.codesign.hardware import Selection
 from optimizer.codesign.relaxation import of_task
 from optimizer.codesign.search import MOTORS, Lengths, Search
 from optimizer.problem.brief import DesignBrief
@@ -95,7 +95,7 @@ class MachinePoint:
 
     axis: str
     limit: float | None
-    choice: Choice
+    choice: Selection
     design: Design
     figures: Figures
     on_front: bool = True
@@ -120,7 +120,7 @@ def front(search: Search, points: list[MachinePoint]) -> None:
         if number >= MOTORS and points:
             break
         candidate = search.refined(choice)
-        search.tried.ended(f"{choice.motor} {choice.drive}")
+        search.log.ended(f"{choice.motor} {choice.drive}")
         if candidate is None:
             continue
         points.append(_point(search, "asked", None, candidate, search.brief))
@@ -140,15 +140,15 @@ def best_machine(search: Search) -> MachinePoint | None:
         if best is not None and (number >= MOTORS or score <= best.score):
             break
         found = search.refined(choice)
-        search.tried.ended(f"{choice.motor} {choice.drive}")
+        search.log.ended(f"{choice.motor} {choice.drive}")
         if found is not None and (best is None or found.score > best.score):
             best = found
     return None if best is None else _point(search, "asked", None, best, search.brief)
 
 
-def hardware_of(points: Iterable[MachinePoint]) -> list[Choice]:
+def hardware_of(points: Iterable[MachinePoint]) -> list[Selection]:
     """Gives the different hardware of points, in their order."""
-    found: list[Choice] = []
+    found: list[Selection] = []
     for point in points:
         found += [point.choice] if point.choice not in found else []
     return found
@@ -167,8 +167,8 @@ def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Ca
         moved = [float(value) * factor for value in values if value is not None]
         brief = search.brief.with_values(dict(zip(axis.fields, moved, strict=True)))
         search.begin(f"{candidate.choice.motor}, {axis.name} {moved[0]:.4g}")
-        trial = of_task(search, brief, dict(search.lessons))
-        found = trial.settled(candidate.choice, start, weighing=False)
+        trial = of_task(search, brief, dict(search.corrections))
+        found = trial.fixed_point(candidate.choice, start, weighing=False)
         if found is None and axis.figure is not None:
             return
         if found is not None:
@@ -176,13 +176,13 @@ def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Ca
             yield _point(trial, axis.name, moved[0], replace(found, choice=candidate.choice), brief)
 
 
-def _name(choice: Choice, axis: str, limit: float | None) -> str:
+def _name(choice: Selection, axis: str, limit: float | None) -> str:
     size = "" if limit is None else f"-{limit:.4g}"
     return f"{choice.motor}-{choice.drive}-{axis}{size}".replace(".", "_")
 
 
 def _point(search: Search, axis: str, limit: float | None, candidate: Candidate, brief: DesignBrief) -> MachinePoint:
-    known = search.lessons[candidate.choice.motor, candidate.choice.drive]
+    known = search.corrections[candidate.choice.motor, candidate.choice.drive]
     own = _name(candidate.choice, axis, limit)
     name = f"{brief.name[: NAME_LONGEST - 1 - len(own)]}-{own}"  # of its folder when it is built
     design = candidate.design.model_copy(update={"name": name})
@@ -200,7 +200,7 @@ def figures_of(design: Design, candidate: Candidate, ball_friction_N: tuple[floa
     from delta_cad.structure.report import stiffness
 
     choice, lengths = candidate.choice, candidate.lengths_mm
-    inertia = candidate.lessons.weighed.inertia(lengths[0], lengths[1], choice.ratio)
+    inertia = candidate.corrections.mass_estimate.inertia(lengths[0], lengths[1], choice.ratio)
     limits = EffectiveMass(ANY, inertia), Friction(ANY, drive_friction_N_m(design)[1], *ball_friction_N), Kappa(ANY)
     search, g = CubeSearch(design.workspace), design.geometry
     mass, friction, kappa = (worst_of(search, g, limit, limit.figures[0]).value for limit in limits)

@@ -73,7 +73,7 @@ def limit_of(point: MachinePoint) -> str:
 
 
 @dataclass(frozen=True)
-class Standing:
+class ExistingBuild:
     """A machine of the front that was built.
 
     Attributes:
@@ -85,7 +85,7 @@ class Standing:
     failed: tuple[str, ...]
 
 
-def standing(designs: Mapping[str, Design], out: Path) -> dict[str, Standing]:
+def existing_builds(designs: Mapping[str, Design], out: Path) -> dict[str, ExistingBuild]:
     """Finds machines that `delta_cad build` has made already.
 
     Args:
@@ -104,7 +104,7 @@ def standing(designs: Mapping[str, Design], out: Path) -> dict[str, Standing]:
             except (ReadError, LookupError, TypeError):  # none, or a file of something else
                 continue
             if same and (out / folder / FILE_NAME).is_file():
-                found[name] = Standing(f"../{folder}/{FILE_NAME}", failed)
+                found[name] = ExistingBuild(f"../{folder}/{FILE_NAME}", failed)
     return found
 
 
@@ -123,7 +123,7 @@ def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Line
     place = out / f"{name}-machines"
     best = {point.name: point.design for point in points if point.on_front}
     for count, (number, design) in enumerate(best.items(), 1):
-        if number in standing({number: design}, out):
+        if number in existing_builds({number: design}, out):
             continue
 
         def tell(phase: str, count: int = count, number: str = number) -> None:
@@ -134,12 +134,12 @@ def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Line
         except geometry_errors() as error:
             line.keep(f"{number}: {error}")
             continue
-        built = standing({point.name: point.design for point in points}, out)
+        built = existing_builds({point.name: point.design for point in points}, out)
         text = machines_page(points, name, place.as_posix(), built)
         write_all({place / PAGE: text, place / RECORD: record_with(place, {PAGE: text.encode()})})
 
 
-def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built: Mapping[str, Standing]) -> str:
+def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built: Mapping[str, ExistingBuild]) -> str:
     """Writes the page.
 
     Args:
@@ -167,7 +167,7 @@ def _hardware(choice: Any) -> str:
     return f"{choice.motor}, {choice.drive} {choice.ratio:g}:1"
 
 
-def _row(point: MachinePoint, folder: str, built: Standing | None) -> dict[str, Any]:
+def _row(point: MachinePoint, folder: str, built: ExistingBuild | None) -> dict[str, Any]:
     """One machine of a table."""
     f = point.figures
     width, depth = f.outline_mm
@@ -186,7 +186,7 @@ def _row(point: MachinePoint, folder: str, built: Standing | None) -> dict[str, 
 def _plot(
     axis: tuple[str, str, Callable[[Figures], float]],
     points: Sequence[MachinePoint],
-    built: Mapping[str, Standing],
+    built: Mapping[str, ExistingBuild],
 ) -> dict[str, Any]:
     """Sets out the cube over one figure."""
     name, label, value = axis

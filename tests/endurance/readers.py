@@ -40,7 +40,7 @@ from optimizer.certify.gravity import GravityError, share_of_masses
 from optimizer.codesign.corrections import reference
 from optimizer.codesign.journal import Journal, as_json
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.settling import Rubbing
+from optimizer.codesign.settling import SolidResults
 from optimizer.commands import cli as optimizer_cli
 from optimizer.commands.init import preset_text
 from optimizer.problem.brief import load_brief
@@ -54,7 +54,7 @@ from optimizer.problem.validation import MOST_TOLD
 from optimizer.search.genetic import Generation
 from optimizer.study.atlas_file import FIELDS, RowFile
 from optimizer.study.grid import load_grid
-from optimizer.study.machines_page import standing
+from optimizer.study.machines_page import existing_builds
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from optimizer.synthesis.output import DesignFile, OtherDesignError
 from tests.committed import BEST, ROOT
@@ -70,7 +70,7 @@ RESULTS = [CheckResult("clearance", False, 1.9, 2.0, "mm", (1.0, 2.0, 3.0), ("ro
 STEPS: dict[str, tuple[str, Any, Any]] = {
     "lengths": ("a", Found((91.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7.0), Found | None),
     "moving": ("b", RESULTS, list[CheckResult]),
-    "weighed": ("c", (reference(), RESULTS, (0.1, 0.2)), Rubbing),
+    "weighed": ("c", (reference(), RESULTS, (0.1, 0.2)), SolidResults),
 }
 COMMANDS_EVERY = 20  # one of so many refused files goes through its command, too
 
@@ -146,7 +146,7 @@ def _searched(path: Path) -> None:
     journal = Journal(path, KEY, True)
     try:
         for step, (of, made, kind) in STEPS.items():
-            journal.once(step, of, lambda made=made: made, kind)
+            journal.memoize(step, of, lambda made=made: made, kind)
     finally:
         journal.close()
 
@@ -297,7 +297,7 @@ def _more_readers(design: Design, weights: Path, folder: Path, task: dict[str, A
         place.mkdir(exist_ok=True)
         (place / "report.html").write_text("")
         path.replace(place / "checks.json")
-        standing({"one": design}, path.parent)
+        existing_builds({"one": design}, path.parent)
 
     found = [
         Reader("design with a panel", "p.json", _of_tree(panel, json_text), load_design, (DesignError,)),

@@ -10,10 +10,10 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design
 from delta_cad.drive.masses import Masses
 from delta_cad.export.mass_properties import mass_report
-from optimizer.codesign.candidate import hung, weighed_of
-from optimizer.codesign.corrections import Lessons, Weighed, reference
+from optimizer.codesign.candidate import mass_estimate_of, with_gravity_torque
+from optimizer.codesign.corrections import Corrections, MassEstimate, reference
 
-WEIGHED = Weighed(
+WEIGHED = MassEstimate(
     Masses(
         platform=0.06,
         arm_along=0.0,
@@ -33,13 +33,15 @@ WEIGHED = Weighed(
 
 def test_gravity_is_known_at_least_before_anything_is_weighed(best: Design, best_assembly: Assembly) -> None:
     """Of masses of another machine too little is learnt, of more nothing; no more than solids tell, nor much less."""
-    solid = weighed_of(best, mass_report(best_assembly)).gravity_torque_N_m
-    light, heavy = (Lessons(replace(reference(), gravity_torque_N_m=share * solid)) for share in (0.5, 1.0))
-    learnt = hung(best, light)
-    assert learnt.weighed == replace(light.weighed, gravity_torque_N_m=learnt.weighed.gravity_torque_N_m)
-    assert 0.75 * solid < learnt.weighed.gravity_torque_N_m < solid
-    assert hung(best, learnt) is learnt
-    assert hung(best, heavy) is heavy
+    solid = mass_estimate_of(best, mass_report(best_assembly)).gravity_torque_N_m
+    light, heavy = (Corrections(replace(reference(), gravity_torque_N_m=share * solid)) for share in (0.5, 1.0))
+    learnt = with_gravity_torque(best, light)
+    assert learnt.mass_estimate == replace(
+        light.mass_estimate, gravity_torque_N_m=learnt.mass_estimate.gravity_torque_N_m
+    )
+    assert 0.75 * solid < learnt.mass_estimate.gravity_torque_N_m < solid
+    assert with_gravity_torque(best, learnt) is learnt
+    assert with_gravity_torque(best, heavy) is heavy
 
 
 def test_a_rotor_is_felt_by_the_square_of_its_ratio() -> None:

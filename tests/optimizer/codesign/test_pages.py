@@ -10,9 +10,9 @@ from optimizer.codesign.bound import Bound, Kind
 from optimizer.codesign.costs import Cost
 from optimizer.codesign.design_page import design_page
 from optimizer.codesign.figures import FIGURES
-from optimizer.codesign.hardware import Choice
+from optimizer.codesign.hardware import Selection
 from optimizer.codesign.plot import round_values
-from optimizer.codesign.search_log import Posed, Tried
+from optimizer.codesign.search_log import SearchLog, Trial
 from optimizer.problem.brief import brief_from_dict
 from tests.delta_cad.report.reading import Page
 
@@ -43,23 +43,23 @@ BRIEF = brief_from_dict(
     }
 )
 POSED = [
-    Posed(Choice("large", "capstan", 4.0, 50.0), 70.0),
-    Posed(Choice("small", "capstan", 5.0, 50.0), 82.0),
-    Posed(Choice("small", "capstan", 5.1, 50.0), 82.9, ("clearance", BAD)),
-    Posed(Choice("small", "capstan", 5.03, 50.0), 82.52, ()),
+    Trial(Selection("large", "capstan", 4.0, 50.0), 70.0),
+    Trial(Selection("small", "capstan", 5.0, 50.0), 82.0),
+    Trial(Selection("small", "capstan", 5.1, 50.0), 82.9, ("clearance", BAD)),
+    Trial(Selection("small", "capstan", 5.03, 50.0), 82.52, ()),
 ]
 
 
 def page(
-    posed: list[Posed],
+    posed: list[Trial],
     bound: Bound | None,
     unit: str = "mm of cube",
     why: tuple[str, ...] = ("it was tight",),
     **told: Any,
 ) -> Page:
-    tried = Tried(31, posed, [], {f"weak {BAD}": "too weak"})
+    log = SearchLog(31, posed, [], {f"weak {BAD}": "too weak"})
     cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
-    return Page(design_page(BRIEF, TOLD | told, tried, why, [], cost, bound, unit))
+    return Page(design_page(BRIEF, TOLD | told, log, why, [], cost, bound, unit))
 
 
 def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
@@ -96,8 +96,8 @@ def test_where_nothing_failed_no_lesson_is_announced() -> None:
     assert "Lessons" not in "".join(e.text for e in [*found.all("h2"), *found.all("a")])
 
 
-@pytest.mark.parametrize("posed", [[], POSED[:1], [Posed(POSED[0].choice, -0.34)]])
-def test_few_candidates_and_those_of_which_less_is_better_are_drawn(posed: list[Posed]) -> None:
+@pytest.mark.parametrize("posed", [[], POSED[:1], [Trial(POSED[0].choice, -0.34)]])
+def test_few_candidates_and_those_of_which_less_is_better_are_drawn(posed: list[Trial]) -> None:
     dots = page(posed, None, "kg felt").all("circle")
     for one, dot in zip(posed, dots, strict=False):  # those of the key come after them
         assert f"{abs(one.score):.4g} kg felt" in dot.text

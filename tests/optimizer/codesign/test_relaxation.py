@@ -9,9 +9,9 @@ import pytest
 
 from delta_cad.design import Design
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.corrections import Lessons, reference
-from optimizer.codesign.hardware import Choice
-from optimizer.codesign.relaxation import FINE, MOST, Relief, reliefs, strongest
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
+from optimizer.codesign.relaxation import FINE, MOST, Relaxation, minimal_relaxations, strongest
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 
@@ -24,17 +24,17 @@ def brief(felt: dict[str, float] | None = None, **requirements: float) -> Design
     return brief_from_dict(data)
 
 
-def told(monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[DesignBrief], bool]) -> list[Relief]:
+def told(monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[DesignBrief], bool]) -> list[Relaxation]:
     """What is found where a task has a machine exactly if `able` says so."""
 
-    def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
+    def fixed_point(search: Search, choice: Selection, *_: object, **__: object) -> Candidate | None:
         if choice.motor != MOTORS[0] or not able(search.brief):
             return None
         lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 25.0)
-        return Candidate(cast(Design, None), choice, lengths, Lessons(reference()), 50.0)
+        return Candidate(cast(Design, None), choice, lengths, Corrections(reference()), 50.0)
 
-    monkeypatch.setattr(Search, "settled", settled)
-    return reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
+    monkeypatch.setattr(Search, "fixed_point", fixed_point)
+    return minimal_relaxations(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
 
 
 def test_each_limit_that_would_be_enough_is_told_with_how_much_the_least_change_first(
@@ -62,13 +62,15 @@ def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest
     """A direct drive, which is tried first, would do with a far smaller force; the capstan with a little less."""
     enough = {MOTORS[0]: 2.5, MOTORS[1]: 1.1}
 
-    def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
+    def fixed_point(search: Search, choice: Selection, *_: object, **__: object) -> Candidate | None:
         if search.brief.requirements.force_N > enough[choice.motor]:
             return None
-        return Candidate(cast(Design, None), choice, (90.0, 140.0, 30.0, 20.0, 70.0, 25.0), Lessons(reference()), 50.0)
+        return Candidate(
+            cast(Design, None), choice, (90.0, 140.0, 30.0, 20.0, 70.0, 25.0), Corrections(reference()), 50.0
+        )
 
-    monkeypatch.setattr(Search, "settled", settled)
-    (one,) = reliefs(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
+    monkeypatch.setattr(Search, "fixed_point", fixed_point)
+    (one,) = minimal_relaxations(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
     assert one.start.choice.motor == MOTORS[0]
     assert 2.5 / FINE < one.enough[0] <= 2.5
 
@@ -155,14 +157,14 @@ def test_of_all_hardware_that_counts_which_needs_least(monkeypatch: pytest.Monke
     least = {choices[0].motor: 200.0, choices[-1].motor: 140.0}
     assert len(least) == len(choices) == 2
 
-    def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
+    def fixed_point(search: Search, choice: Selection, *_: object, **__: object) -> Candidate | None:
         if (search.brief.requirements.envelope_width_mm or 0.0) < least[choice.motor]:
             return None
         lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 25.0)
-        return Candidate(cast(Design, None), choice, lengths, Lessons(reference()), 50.0)
+        return Candidate(cast(Design, None), choice, lengths, Corrections(reference()), 50.0)
 
-    monkeypatch.setattr(Search, "settled", settled)
-    (outline,) = reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
+    monkeypatch.setattr(Search, "fixed_point", fixed_point)
+    (outline,) = minimal_relaxations(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
     assert outline.start.choice.motor == choices[-1].motor
     assert 140.0 <= outline.enough[0] < 140.0 * FINE
 
@@ -171,21 +173,21 @@ def test_what_did_with_less_is_where_more_is_tried_from(monkeypatch: pytest.Monk
     """Closed forms teach again what they taught of the easier task, and lengths begin from its."""
     begun: list[tuple[float, tuple[float, ...] | None, float]] = []
 
-    def settled(
-        search: Search, choice: Choice, start: tuple[float, ...] | None = None, **_: object
+    def fixed_point(
+        search: Search, choice: Selection, start: tuple[float, ...] | None = None, **_: object
     ) -> Candidate | None:
-        force, known = search.brief.requirements.force_N, search.lessons.get((choice.motor, choice.drive))
+        force, known = search.brief.requirements.force_N, search.corrections.get((choice.motor, choice.drive))
         begun.append((force, start, known.elbow_angle_deg if known else 0.0))
         if choice.motor != MOTORS[0] or force > 1.2:
             return None
         lengths = (90.0, 140.0, 30.0, 20.0, 70.0, 1.0 / force)
-        return Candidate(cast(Design, None), choice, lengths, Lessons(reference(), elbow_angle_deg=force), 50.0)
+        return Candidate(cast(Design, None), choice, lengths, Corrections(reference(), elbow_angle_deg=force), 50.0)
 
-    monkeypatch.setattr(Search, "settled", settled)
-    (one,) = reliefs(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
+    monkeypatch.setattr(Search, "fixed_point", fixed_point)
+    (one,) = minimal_relaxations(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
     assert one.enough[0] <= 1.2
     assert one.start.lengths_mm[-1] == 1.0 / one.enough[0]
-    assert one.start.lessons.elbow_angle_deg == one.enough[0]
+    assert one.start.corrections.elbow_angle_deg == one.enough[0]
     warm = [(force, start, known) for force, start, known in begun if start is not None]
     assert len(warm) >= 5
     for force, start, known in warm:

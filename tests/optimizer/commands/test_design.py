@@ -26,11 +26,11 @@ from optimizer.certify.file import read_certificate
 from optimizer.codesign import candidate, relaxation, report
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate, Start
-from optimizer.codesign.corrections import Lessons, reference
+from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.costs import costs
 from optimizer.codesign.figures import results_of
-from optimizer.codesign.hardware import Choice
-from optimizer.codesign.relaxation import Relief
+from optimizer.codesign.hardware import Selection
+from optimizer.codesign.relaxation import Relaxation
 from optimizer.codesign.report import certificate_of
 from optimizer.codesign.run import NO_BOUND
 from optimizer.codesign.search import Search
@@ -106,7 +106,7 @@ def test_a_build_takes_over_the_machine_whose_moving_parts_were_looked_at(
     monkeypatch.setattr(candidate, "solid", lambda *_: machine)
     monkeypatch.setattr(pipeline, "check_moving", lambda *_: Moved([], clearance))
     monkeypatch.setattr(pipeline, "build", build)
-    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     monkeypatch.setattr(Search, "best", best)
     call(file, "--out", tmp_path / "out")
     assert given["clearance"] is clearance
@@ -127,7 +127,7 @@ def test_what_fails_its_checks_keeps_its_design_file(
         return outcome
 
     monkeypatch.setattr(pipeline, "build", build)
-    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     assert call(file, "--out", tmp_path / "out") == 4
     assert capsys.readouterr().out.startswith("not found in time: ")
     folder = tmp_path / "out" / "synthesized.rejected"
@@ -203,10 +203,10 @@ def test_what_cannot_be_is_told_with_every_reason(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     def best(search: Search) -> None:
-        search.tried.stuck |= {"a capstan": "too weak", "b direct": "too wide"}
+        search.log.no_progress |= {"a capstan": "too weak", "b direct": "too wide"}
 
     monkeypatch.setattr(Search, "best", best)
-    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     told = json.loads(said.out)
@@ -238,20 +238,20 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
 ) -> None:
     """A first change that is not enough is followed by a larger one, which knows why; another change does not."""
     asked: list[tuple[float, float | None]] = []
-    key, known = (CHOICE.motor, CHOICE.drive), Lessons(reference(), elbow_angle_deg=30.0)
-    begun, other = Lessons(reference(), elbow_angle_deg=20.0), Lessons(reference(), elbow_angle_deg=10.0)
+    key, known = (CHOICE.motor, CHOICE.drive), Corrections(reference(), elbow_angle_deg=30.0)
+    begun, other = (Corrections(reference(), elbow_angle_deg=20.0), Corrections(reference(), elbow_angle_deg=10.0))
 
-    def reliefs(search: Search) -> list[Relief]:
+    def minimal_relaxations(search: Search) -> list[Relaxation]:
         wide = search.brief.requirements.model_copy(update={"force_N": 2.0})
         return [
-            Relief(
+            Relaxation(
                 ("requirements.force_N",),
                 (3.0,),
                 (2.0,),
                 search.brief.model_copy(update={"requirements": wide}),
                 Start(CHOICE, LENGTHS, replace(begun, why=("of a trial",))),
             ),
-            Relief(
+            Relaxation(
                 ("feel.kappa_max",),
                 (2.27,),
                 (2.4,),
@@ -260,25 +260,27 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
             ),
         ]
 
-    def built(search: Search, choice: Choice, _: float, start: tuple[float, ...]) -> None:
+    def built(search: Search, choice: Selection, _: float, start: tuple[float, ...]) -> None:
         asked.append((search.brief.requirements.force_N, search.brief.feel.kappa_max))
         assert (choice, start) == (CHOICE, LENGTHS)
         if len(asked) == 1:
-            assert search.lessons == {key: begun}
-            search.lessons[key] = known
+            assert search.corrections == {key: begun}
+            search.corrections[key] = known
         elif len(asked) == 2:
-            assert search.lessons == {key: other}
+            assert search.corrections == {key: other}
         else:
-            assert search.lessons[key] is known
-            search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, Lessons(reference()), 86.33)
-            search.build(search.standing.design.model_copy(update={"name": search.brief.name}))
+            assert search.corrections[key] is known
+            search.built_candidate = Candidate(load_design(BEST), CHOICE, LENGTHS, Corrections(reference()), 86.33)
+            search.build(search.built_candidate.design.model_copy(update={"name": search.brief.name}))
 
-    monkeypatch.setattr(Search, "best", lambda search: search.tried.stuck.update({"a capstan": "too weak"}))
+    monkeypatch.setattr(Search, "best", lambda search: search.log.no_progress.update({"a capstan": "too weak"}))
     monkeypatch.setattr(
-        Search, "refined", lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, Lessons(reference()), 0.0)
+        Search,
+        "refined",
+        lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, Corrections(reference()), 0.0),
     )
     monkeypatch.setattr(Search, "built", built)
-    monkeypatch.setattr(relaxation, "reliefs", reliefs)
+    monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     told = json.loads(said.out)
@@ -297,14 +299,14 @@ def test_the_verdict_is_printed_before_the_nearest_machine_is_sought(
     """Ctrl-C then ends what comes after it, and the verdict stays."""
     said = list[str]()
 
-    def reliefs(_: Search) -> list[Relief]:
+    def minimal_relaxations(_: Search) -> list[Relaxation]:
         said.extend(capsys.readouterr().out.splitlines())
         if stopped:
             raise KeyboardInterrupt
         return []
 
-    monkeypatch.setattr(Search, "best", lambda search: search.tried.impossible.append("force_N must be at most 20 N"))
-    monkeypatch.setattr(relaxation, "reliefs", reliefs)
+    monkeypatch.setattr(Search, "best", lambda search: search.log.impossible.append("force_N must be at most 20 N"))
+    monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
     assert call(file, "--out", tmp_path / "out") == 1
     assert said[0].startswith("infeasible: task.toml: ")
     assert said[1:] == ["force_N must be at most 20 N"]

@@ -41,15 +41,15 @@ def test_what_a_search_did_not_settle_is_not_infeasible(
     """The time ends, Ctrl-C comes or a candidate is left that the search cannot mend: none shows that there is none."""
 
     def best(search: Search) -> None:
-        search.tried.stuck["a capstan"] = "too weak"
+        search.log.no_progress["a capstan"] = "too weak"
         if end == "gave up":
-            search.tried.gave_up.add("a capstan")
+            search.log.inconclusive.add("a capstan")
             return
-        search.tried.left = ["b direct"]
+        search.log.left = ["b direct"]
         raise OutOfTimeError if end == "time" else KeyboardInterrupt
 
     monkeypatch.setattr(Search, "best", best)
-    monkeypatch.setattr(relaxation, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     assert call(file, "--out", tmp_path / "out") == 4
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("stopped: " if end == "stopped" else "not found in time: ")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from delta_cad.design import design_from_dict, load_design
-from optimizer.codesign.hardware import Choice
+from optimizer.codesign.hardware import Selection
 from optimizer.codesign.search import Search
 from optimizer.study import atlas_machine as module
 from optimizer.study.atlas_file import csv_text, design_files
@@ -34,11 +34,11 @@ def paper(search: Search) -> MachinePoint | None:
     """A machine the larger the less is asked; none at 0.5 N of friction and 3 N."""
     friction, force = search.brief.feel.friction_max_N, search.brief.requirements.force_N
     if (friction, force) == (0.5, 3.0):
-        search.tried.stuck[f"{MOTOR} capstan"] = "its torque, masses and rods' springs leave no cube"
+        search.log.no_progress[f"{MOTOR} capstan"] = "its torque, masses and rods' springs leave no cube"
         return None
     side = 60.0 + 20.0 * friction - force
     figures = Figures(side, (250.0, 220.0), 0.3, friction, 20.0, 2.2)
-    return MachinePoint("asked", None, Choice(MOTOR, "capstan", 5.0, 50.0), load_design(BEST), figures)
+    return MachinePoint("asked", None, Selection(MOTOR, "capstan", 5.0, 50.0), load_design(BEST), figures)
 
 
 def test_each_set_becomes_a_row_and_a_design_file_that_can_be_built(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -133,8 +133,8 @@ def test_design_that_misses_a_constraint_is_cut_about_the_same_centre(curve: Cur
     assert cut.feasible
     assert cut.design_mm[5] >= side - 1e-6
     assert cut.design_mm[4] + cut.design_mm[5] == pytest.approx(bottom + side)
-    hopeless = Result(problem, "sqp", (*lengths, bottom, 2.0 * side), "converged")
-    assert front._held(hopeless) is hopeless
+    dominated = Result(problem, "sqp", (*lengths, bottom, 2.0 * side), "converged")
+    assert front._held(dominated) is dominated
 
 
 @pytest.mark.parametrize("asked", [3, 8])

@@ -14,7 +14,7 @@ from optimizer.search.result import Result
 from optimizer.study import proof as front_proof
 from optimizer.study.convergence import Trace
 from optimizer.study.front import Curve, FrontPoint
-from optimizer.study.front_page import COLUMNS, files, page, record, telling
+from optimizer.study.front_page import COLUMNS, files, notable_points, page, record
 from optimizer.study.limits import at_side
 from optimizer.study.proof import proved
 from optimizer.study.published import published_designs
@@ -76,7 +76,7 @@ def test_facts_are_json_without_numbers_that_are_none(trade: Trade) -> None:
 
 
 def test_telling_points_are_the_ends_the_wanted_cube_the_knee_and_new_limits(trade: Trade) -> None:
-    found = telling(trade)
+    found = notable_points(trade)
     assert [point for _, point in found] == list(trade.main.points)
     assert found[0][0] == "smallest"
     assert "the requirements' cube" in found[1][0]
@@ -90,7 +90,7 @@ def test_page_tells_points_fronts_published_designs_and_pictures(trade: Trade) -
     tables = [part.splitlines() for part in text.split("\n\n") if part.startswith("| ")]
     shown = [[[cell.strip() for cell in line.strip("|").split("|")] for line in table[2:]] for table in tables]
     fronts, points, beside = shown
-    for cells, (what, point) in zip(points, telling(trade), strict=True):
+    for cells, (what, point) in zip(points, notable_points(trade), strict=True):
         assert (cells[0], cells[-1]) == (what, ", ".join(point.active))
         expected = [2.0 * point.half_side, point.kappa, point.torque, *point.result.design_mm[:5]]
         assert [float(cell) for cell in cells[1:-1]] == pytest.approx(expected, rel=1e-3)  # four digits

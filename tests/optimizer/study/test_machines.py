@@ -15,17 +15,17 @@ from delta_cad.common.files import require_room, whole_folder
 from delta_cad.design import NAME_LONGEST, Design, design_hash, load_design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.corrections import Lessons, reference
-from optimizer.codesign.hardware import Choice
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
 from optimizer.codesign.search import Search
 from optimizer.commands import cli
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.study.machines import AXES, Figures, MachinePoint, figures_of, front, marked
-from optimizer.study.machines_page import PAGE, build_front, design_files, machines_page, record, standing
+from optimizer.study.machines_page import PAGE, build_front, design_files, existing_builds, machines_page, record
 from tests.committed import BEST
 from tests.delta_cad.report.reading import Page
 
-CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+CHOICE = Selection("maxon-re30-310007", "capstan", 4.8, 54.0)
 LENGTHS = (91.0, 143.196, 31.0, 24.0, 64.37, 43.165)
 FIGURES = Figures(80.0, (270.0, 220.0), 0.3, 0.6, 20.0, 2.2)
 
@@ -40,7 +40,7 @@ def point(**changes: float) -> MachinePoint:
 
 
 def test_figures_are_those_of_the_handle_over_the_cube(best: Design) -> None:
-    candidate = Candidate(best, CHOICE, LENGTHS, Lessons(reference()), 86.33)
+    candidate = Candidate(best, CHOICE, LENGTHS, Corrections(reference()), 86.33)
     found = figures_of(best, candidate, (0.1, 0.15))
     inertia = reference().inertia(91.0, 143.196, 4.8)
     axis = np.linspace(-43.165e-3, 43.165e-3, 31)
@@ -71,18 +71,18 @@ def traced(
 
     def candidate(side: float) -> Candidate:
         cube = best.cube.model_copy(update={"half_side_mm": side / 2.0})
-        return Candidate(best.model_copy(update={"cube": cube}), CHOICE, LENGTHS, Lessons(reference()), side)
+        return Candidate(best.model_copy(update={"cube": cube}), CHOICE, LENGTHS, Corrections(reference()), side)
 
-    def settled(search: Search, *_: object, **__: object) -> Candidate | None:
+    def fixed_point(search: Search, *_: object, **__: object) -> Candidate | None:
         seen.append(search.brief)
         most = search.brief.feel.effective_mass_max_kg
         return None if most < 0.2 else candidate(70.0 + 10.0 * most)
 
-    monkeypatch.setattr(Search, "settled", settled)
+    monkeypatch.setattr(Search, "fixed_point", fixed_point)
     monkeypatch.setattr(Search, "ranked", lambda _: [(80.0, CHOICE)])
     monkeypatch.setattr(Search, "refined", lambda _, __: candidate(80.0))
     search = Search(task, lambda _: None, lambda _: [], reference())  # type: ignore[arg-type,return-value]
-    search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference())
+    search.corrections[CHOICE.motor, CHOICE.drive] = Corrections(reference())
     points: list[MachinePoint] = []
     front(search, points)
     return marked(points), seen
@@ -159,7 +159,7 @@ def test_each_point_of_the_page_opens_its_machine(
         (place / "report.html").touch()
         told = {"input_sha256": "of another" if number == other else design_hash(designs[number]), "failed": failed}
         (place / "checks.json").write_text(json.dumps(told), encoding="utf-8")
-    built = standing(designs, tmp_path)
+    built = existing_builds(designs, tmp_path)
     assert set(built) == {passes, fails}
     read = Page(machines_page(points, "b", "out/b-machines", built))
     links = [link.attributes["href"] for link in read.all("a")][2:]  # after those to the sections
@@ -181,7 +181,7 @@ def test_checks_that_are_none_of_a_build_are_no_machine(best: Design, tmp_path: 
     place.mkdir()
     (place / "report.html").touch()
     (place / "checks.json").write_text(content.replace("HASH", design_hash(best)), encoding="utf-8")
-    assert standing({"one": best}, tmp_path) == {}
+    assert existing_builds({"one": best}, tmp_path) == {}
 
 
 def test_what_none_beats_is_built_once_and_linked(
