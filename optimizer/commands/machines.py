@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, Line, Request, refuse, refuse_all
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from optimizer.study.machines import MachinePoint
 
 
@@ -32,8 +29,7 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.codesign.search import Search
     from optimizer.codesign.search_log import verdict
     from optimizer.search.clock import OutOfTimeError
-    from optimizer.study.machines import front, marked
-    from optimizer.study.machines_page import build_front, record
+    from optimizer.study.machines import build_front, front, marked, record, write_front
 
     def nothing(_: object) -> None:
         raise AssertionError  # a front builds no machine
@@ -51,7 +47,7 @@ def run(given: argparse.Namespace) -> int:
     if points:
         with Line() as line:
             line.show("files")
-            _write(points, brief.name, folder)
+            write_front(points, brief.name, folder)
     if given.build and points and not interrupted:
         try:
             with Line() as line:
@@ -71,19 +67,3 @@ def run(given: argparse.Namespace) -> int:
             f"interrupted; {len(points)} machines stand in {folder}" if points else "interrupted", INTERRUPTED
         )
     return DONE
-
-
-def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
-    """Puts the complete folder in its place."""
-    from delta_cad.common.files import whole_folder
-    from optimizer.study.machines_page import DESIGNS, PAGE, design_files, existing_builds, machines_page, record
-
-    with whole_folder(place) as folder:
-        (folder / DESIGNS).mkdir()
-        for file, text in design_files(points).items():
-            (folder / DESIGNS / file).write_text(text, encoding="utf-8")
-        built = existing_builds({point.name: point.design for point in points}, place.parent)
-        text = machines_page(points, name, place.as_posix(), built)
-        (folder / PAGE).write_text(text, encoding="utf-8")
-        facts = json.dumps(record(points, name), indent=1, allow_nan=False) + "\n"
-        (folder / "machines.json").write_text(facts, encoding="utf-8")

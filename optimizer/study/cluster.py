@@ -20,12 +20,11 @@ from threading import Thread
 from time import process_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from optimizer.study.grid import MACHINES, Grid, Set
+from optimizer.study.grid import MACHINES, AtlasRow, Grid, Set
 
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
 
-AtlasRow = dict[str, Any]
 CONNECT_S = 10  # longest wait for a scheduler to answer and for its first worker to be there
 RETRIES = 2  # further tries of a task that raised; one whose worker died the scheduler gives away three times
 LOOK_S = 0.2  # time between two looks at Ctrl-C
@@ -58,15 +57,15 @@ def solve(one: Mapping[str, Any]) -> AtlasRow:
     Returns:
         Plain data: `index`, `inputs`, `method`, `seed`; `feasible`; `steps`, the records of the steps' results;
         `conflict`, names of the constraints that cannot be met together, with `conflict_step` and `message`; processor
-        `seconds`; of a brief also `machine` and `design`, as `machine_of` has them.
+        `seconds`; of a brief also `machine` and `design`, as `machine_row` has them.
     """
     row: AtlasRow = {name: one[name] for name in ("index", "inputs", "method", "seed")}
     row |= {"feasible": False, "steps": [], "conflict": [], "conflict_step": None, "message": ""}
     if one["method"] == MACHINES:
-        from optimizer.study.atlas_machine import machine_of
+        from optimizer.study.atlas import machine_row
 
         start = process_time()
-        return row | machine_of(one) | {"seconds": process_time() - start}
+        return row | machine_row(one) | {"seconds": process_time() - start}
     from optimizer.problem.requirements import requirements_from_dict
     from optimizer.synthesis.infeasible import InfeasibleError
     from optimizer.synthesis.three_step import Run
@@ -240,7 +239,7 @@ def given_cluster(address: str) -> Iterator[Client]:
 
 def key_of(grid: Grid) -> dict[str, Any]:
     """Gives the key of an atlas's checkpoint: what makes it the same atlas."""
-    return {"atlas": 1, "sha256": grid.sha256, "sets": len(grid.sets)}
+    return {"atlas": 2, "sha256": grid.sha256, "sets": len(grid.sets)}
 
 
 @contextmanager

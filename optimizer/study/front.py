@@ -1,4 +1,4 @@
-"""The front of cube size against the worst condition number: step 3 at one half side after another.
+"""The front of cube size against the worst condition number: step 3 at one half side after another, each proved.
 
 A smaller cube on the same bottom face lies inside a larger one, so what holds for a design with the larger cube holds
 with the smaller, and its kappa is no worse: the front never falls. Each half side is started from its neighbours on
@@ -16,15 +16,17 @@ from typing import Any
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
+from optimizer.globalopt.optimum import prove_optimum
+from optimizer.paper.published import PublishedRun, published_runs
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import design_worst
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, outline_of, step_problem
 from optimizer.search import sqp
-from optimizer.search.result import Result
-from optimizer.study.limits import BEYOND, RANGE_MIN, at_side, beyond, no_cube
+from optimizer.search.active_set import ROUNDING
+from optimizer.search.result import Result, finite
 from optimizer.synthesis.checkpoint import Checkpoint
-from optimizer.synthesis.infeasible import explain
+from optimizer.synthesis.infeasible import InfeasibleError, explain
 from optimizer.synthesis.three_step import remembered
 
 COARSE = 9  # half sides that are started cold as well, evenly spaced; between them lie what neighbours started
@@ -41,6 +43,15 @@ ACTIVE = 1e-6
 CUT = 0.05
 CUTS = 24  # halvings of that part: to 3e-9 of L
 STARTS = "not improved"  # ending of a point that is a neighbour's design; a key of `result.ADVICE`
+# Part of the largest half side: less is no range of sizes but one size; part of its upper bound: less is no cube.
+RANGE_MIN = 1e-3
+# Larger by this part than the largest half side: there the contradicting constraints are searched.
+BEYOND = 0.01
+GAP = 1e-4  # gap at which each proof ends, as a share of the objective
+# Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is.
+BOXES = 12_000
+# Tables of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP.
+TABLES = (7, 8, 10, 11, 12)
 
 
 class FrontError(ValueError):
@@ -112,14 +123,6 @@ class Curve:
     beyond: tuple[str, ...] = ()
     finished: bool = True
     largest_bound: float | None = None
-
-    def kappa_at(self, half_side: float) -> float | None:
-        """Computes the front's kappa at a half side in mm, on the line between two points; None outside the front."""
-        for low, high in pairwise(self.points):
-            if low.half_side <= half_side <= high.half_side:
-                share = (half_side - low.half_side) / (high.half_side - low.half_side)
-                return low.kappa + share * (high.kappa - low.kappa)
-        return None
 
 
 # Called after each point with the name of the curve, how many points it has, and the newest.
@@ -337,3 +340,122 @@ def _held(result: Result) -> Result:
 
 def _cold(problem: Problem, seed: int) -> np.ndarray:
     return sqp.start_points(problem, seed, COLD)
+
+
+def proved(
+    curve: Curve,
+    report: Callable[[int, int], None] | None = None,
+    stop: Callable[[], bool] = bool,
+    store: Checkpoint | None = None,
+    seconds: float = math.inf,
+) -> Curve:
+    """Adds a proven bound to every point of a front, and to its largest cube.
+
+    Args:
+        curve: The front.
+        report: Called after each proof: how many are done, and how many there are.
+        stop: Called before and in each proof; True ends with the bounds there are.
+        store: Keeps each proof; None keeps nothing.
+        seconds: Time after which each proof ends with what it reached.
+
+    Returns:
+        The same front with its bounds; None where a proof came to none.
+    """
+    if not curve.points:
+        return curve
+    problems = [("largest", step_problem(curve.given, 2), curve.points[-1].result)]
+    problems += [(repr(point.half_side), point.result.problem, point.result) for point in curve.points]
+    bounds: list[float | None] = []
+    for key, problem, result in problems:
+
+        def solve(problem: Problem = problem, known: tuple[float, ...] = result.design_mm) -> dict[str, Any] | None:
+            found = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=known, seconds=seconds, stop=stop)
+            # as far as a stopped proof came is no fact to keep; without an incumbent nothing stands beside the bound
+            return None if stop() else {"bound": finite(found.bound) if found.design_mm else None}
+
+        kept = None if stop() else remembered(store, f"{curve.name}/proof/{key}/{seconds!r}", solve)
+        bounds.append(None if kept is None else kept["bound"])
+        if report is not None:
+            report(len(bounds), len(problems))
+    points = tuple(replace(point, bound=bound) for point, bound in zip(curve.points, bounds[1:], strict=True))
+    return replace(curve, points=points, largest_bound=bounds[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedDesign(FrontPoint):
+    """One published design, recomputed; `active` holds the constraints and bounds that it does not meet.
+
+    Attributes:
+        run: As it is printed.
+    """
+
+    run: PublishedRun
+
+
+def published_designs(given: Requirements) -> list[PublishedDesign]:
+    """Recomputes the designs of `TABLES` that have a result, with the force of requirements that they may miss."""
+    designs = []
+    for run in published_runs(TABLES):
+        if run.result is not None:
+            result = Result(at_side(given, run.result[SIDE]), "published", run.result, "converged")
+            designs.append(PublishedDesign(result=result, active=misses(given, result), run=run))
+    return designs
+
+
+def misses(given: Requirements, result: Result) -> tuple[str, ...]:
+    """Names what of the requirements a design does not meet: constraints by name, then bounds with the value."""
+    named = [name for name, value in result.violations.items() if value > ROUNDING and name != "half_side"]
+    for name, value in zip(VARIABLES, result.design_mm, strict=True):
+        low, high = getattr(given.bounds_mm, name)
+        if not low <= value <= high:
+            named.append(f"{name} {value:g} mm")
+    return tuple(named)
+
+
+def at_side(given: Requirements, side: float) -> Problem:
+    """Poses step 3 at a half side in mm, whatever `bounds_mm.half_side` says."""
+    step_3 = given.step_3.model_copy(update={"half_side_mm": side})
+    return step_problem(given.model_copy(update={"step_3": step_3}), 3)
+
+
+def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
+    """Finds the smallest set of constraints that cannot be met together 1 % beyond the largest half side.
+
+    Args:
+        given: The requirements.
+        largest: Largest half side, mm.
+        seed: Seed of the feasibility searches.
+
+    Returns:
+        The constraints, described; none where the searches found a larger cube feasible.
+    """
+    problem, bound = at_side(given, largest * (1.0 + BEYOND)), given.bounds_mm.half_side[1]
+    if problem.upper[SIDE] > bound:
+        return (f"half side <= {bound:g} mm (bounds_mm.half_side)",)
+    return described_conflict(problem, explain(problem.requirements, problem, None, seed))
+
+
+def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
+    """Finds what contradicts every cube that has a size, where only one without is left: kappa of 1 holds in a point.
+
+    Args:
+        given: The requirements.
+        seed: Seed of the feasibility searches.
+
+    Returns:
+        The contradiction with a half side of `RANGE_MIN` of its upper bound; None where that can be met.
+    """
+    problem = at_side(given, RANGE_MIN * given.bounds_mm.half_side[1])
+    error = explain(problem.requirements, problem, None, seed)
+    if error is None:
+        return None
+    return InfeasibleError(2, error.conflict, described_conflict(problem, error), error.shortfall)
+
+
+def described_conflict(problem: Problem, error: InfeasibleError | None) -> tuple[str, ...]:
+    """Describes the members of a contradiction, the half side by its number."""
+    if error is None:
+        return ()
+    side = f"half side {problem.lower[SIDE]:.4g} mm"
+    named = zip(error.conflict, error.words, strict=True)
+    return tuple(side if name == "half_side" and problem.lower[SIDE] > 0.0 else words for name, words in named)

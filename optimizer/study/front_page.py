@@ -1,36 +1,36 @@
-"""The front as files: a table of all points, the facts as JSON, and a short page with the points that tell most."""
+"""The front as files: the record as JSON, a table of all points, and a short page with the points that tell most."""
 
 from __future__ import annotations
 
-import csv
 import importlib.metadata
-import io
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from optimizer.paper.page import markdown_table
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import requirements_hash
 from optimizer.search.result import finite
 from optimizer.study.convergence import Trace
-from optimizer.study.front import Curve, FrontPoint
-from optimizer.study.published import PublishedDesign
+from optimizer.study.front import FrontPoint, PublishedDesign
+from optimizer.study.table import csv_text, json_text
 from optimizer.study.trade import Trade
 
+LENGTHS = tuple(f"{name}_mm" for name in VARIABLES)
 # Columns of `front.csv`, and names of a point's numbers in `front.json`.
 COLUMNS = (
     *("curve", "cube_side_mm", "half_side_mm", "max_kappa", "proven_bound", "max_torque_N_m"),
-    *("outline_radius_mm", "outline_width_mm", "outline_depth_mm"),
-    *(f"{name}_mm" for name in VARIABLES[:5]),
-    "active",
+    *("outline_radius_mm", "outline_width_mm", "outline_depth_mm", *LENGTHS[:5], "active"),
 )
+SHOWN = ("cube_side_mm", "max_kappa", "max_torque_N_m", *LENGTHS[:5])
 TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
 FRONTS = (
     *("front", "what changes", "points", "largest side mm", "proved: none above mm", "kappa there"),
     *("kappa proved within", "torque N m", "outline mm", "torque binds from mm", "too much together 1 % beyond"),
 )
 PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses")
+Row = Mapping[str, Any]
 
 
 def row(curve: str, point: FrontPoint) -> dict[str, Any]:
@@ -85,7 +85,7 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
         "published": [
             {
                 **{name: getattr(design.run, name) for name in ("table", "row", "method")},
-                **{f"{name}_mm": value for name, value in zip(VARIABLES, design.result.design_mm, strict=True)},
+                **dict(zip(LENGTHS, design.result.design_mm, strict=True)),
                 "max_kappa": finite(design.kappa),
                 "max_torque_N_m": finite(design.torque),
                 "misses": list(design.active),
@@ -104,78 +104,89 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
     }
 
 
-def files(facts: dict[str, Any], text: str) -> dict[str, str]:
+def files(facts: Row, text: str) -> dict[str, str]:
     """Writes the files of a front without its pictures: name -> content.
 
     Args:
         facts: What `record` gives.
         text: The page.
     """
-    lines = [point | {"active": "; ".join(point["active"])} for curve in facts["curves"] for point in curve["points"]]
-    table = io.StringIO()
-    writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(lines)
-    json_text = json.dumps(facts, indent=1, allow_nan=False) + "\n"
-    return {"front.csv": table.getvalue(), "front.json": json_text, "front.md": text}
+    points = [point for curve in facts["curves"] for point in curve["points"]]
+    return {"front.csv": csv_text(COLUMNS, points), "front.json": json_text(facts), "front.md": text}
 
 
-def page(trade: Trade, published: Sequence[PublishedDesign], pictures: Sequence[tuple[str, str]]) -> str:
+def page(facts: Row, force_N: float, pictures: Sequence[tuple[str, str]]) -> str:
     """Writes the page as Markdown.
 
     Args:
-        trade: The fronts.
-        published: Designs beside them.
+        facts: What `record` gives.
+        force_N: Force that the torques are for.
         pictures: Name of each picture's file and what it shows.
     """
-    main, given = trade.main, trade.main.given
-    parts = [f"# {given.name}: cube, conditioning, torque, outline"]
-    if not trade.finished:
+    parts = [f"# {facts['name']}: cube, conditioning, torque, outline"]
+    if facts["status"] == "interrupted":
         parts.append("**Interrupted: what follows is as far as the run came.**")
-    task, limits = given.requirements, given.limits
-    left = task.joint_torque_N_m - limits.gravity_torque_N_m
     parts += [
-        f"No design has a larger cube and a smaller kappa than one of a front. {left:.4g} N m of each joint are there "
-        f"for {task.force_N:g} N; gravity's share is taken off.",
-        markdown_table(FRONTS, [_front(curve) for curve in trade.curves]),
-        markdown_table(TABLE, [_cells(what, point) for what, point in notable_points(trade)]),
+        f"No design has a larger cube and a smaller kappa than one of a front. {facts['torque_available_N_m']:.4g} N m "
+        f"of each joint are there for {force_N:g} N; gravity's share is taken off.",
+        markdown_table(FRONTS, [_front_cells(curve) for curve in facts["curves"]]),
+        markdown_table(TABLE, [[what, *_cells(SHOWN, point, "active")] for what, point in _notable(facts)]),
     ]
-    if published:
-        table = markdown_table(PUBLISHED, [_beside(main, design) for design in published])
-        parts += ["## Published designs by our equations", table]
+    if facts["published"]:
+        cells = [_published_cells(facts["curves"][0]["points"], design) for design in facts["published"]]
+        parts += ["## Published designs by our equations", markdown_table(PUBLISHED, cells)]
     return "\n\n".join([*parts, *(f"![{what}]({name})" for name, what in pictures)]) + "\n"
 
 
-def _cells(what: str, point: FrontPoint) -> list[str]:
-    numbers = (2.0 * point.half_side, point.kappa, point.torque, *point.result.design_mm[:5])
-    return [what, *(f"{value:.4g}" for value in numbers), ", ".join(point.active) or "nothing"]
+def summary(facts: Row) -> list[str]:
+    """Gives the lines that a person reads in the terminal."""
+    beyond = " and ".join(facts["curves"][0]["beyond"]) or "not found"
+    lines = [f"{what}: {described(point)}" for what, point in _notable(facts)]
+    return [*lines, f"1 % beyond the largest contradict each other: {beyond}"]
 
 
-def _front(curve: Curve) -> list[str]:
+def described(point: Row) -> str:
+    """Describes a row of a front in one line."""
+    binds = f"; binds: {', '.join(point['active'])}" if point["active"] else ""
+    side, kappa, torque = (point[name] for name in SHOWN[:3])
+    return f"cube of {side:.4g} mm, worst kappa {kappa:.4g}, torque {torque:.4g} N m{binds}"
+
+
+def _notable(facts: Row) -> list[tuple[str, Row]]:
+    points = {point["half_side_mm"]: point for point in facts["curves"][0]["points"]}
+    return [(one["what"], points[one["half_side_mm"]]) for one in facts["telling"]]
+
+
+def _cells(names: Sequence[str], point: Row, last: str) -> list[str]:
+    return [*(f"{point[name]:.4g}" for name in names), ", ".join(point[last]) or "nothing"]
+
+
+def _front_cells(curve: Row) -> list[str]:
     """Lists what a front comes to; what is not known, or not proved, is left empty."""
-    beyond, points = " and ".join(curve.beyond), curve.points
+    beyond, points = " and ".join(curve["beyond"]), curve["points"]
     if not points:
-        return [curve.name, curve.words, "0", *[""] * 7, beyond]
-    last = points[-1]
-    width, depth = last.outline
-    most = "" if curve.largest_bound is None else f"{2.0 * curve.largest_bound:.6g}"
-    gap = max((1.0 - point.bound / point.kappa for point in points if point.bound is not None), default=None)
-    binds = next((f"{2.0 * point.half_side:.4g}" for point in points if "torque" in point.active), "")
+        return [curve["name"], curve["words"], "0", *[""] * 7, beyond]
+    last, proven = points[-1], curve["proven_half_side_mm"]
+    most = "" if proven is None else f"{2.0 * proven:.6g}"
+    gap = max((1.0 - p["proven_bound"] / p["max_kappa"] for p in points if p["proven_bound"] is not None), default=None)
+    binds = next((f"{point['cube_side_mm']:.4g}" for point in points if "torque" in point["active"]), "")
+    side, kappa, torque = (f"{last[name]:.4g}" for name in SHOWN[:3])
     return [
-        *(curve.name, curve.words, str(len(points)), f"{2.0 * last.half_side:.4g}", most, f"{last.kappa:.4g}"),
-        *("" if gap is None else f"{100.0 * gap:.2g} %", f"{last.torque:.4g}", f"{width:.0f} x {depth:.0f}"),
-        *(binds, beyond),
+        *(curve["name"], curve["words"], str(len(points)), side, most, kappa),
+        *("" if gap is None else f"{100.0 * gap:.2g} %", torque),
+        *(f"{last['outline_width_mm']:.0f} x {last['outline_depth_mm']:.0f}", binds, beyond),
     ]
 
 
-def _beside(main: Curve, design: PublishedDesign) -> list[str]:
-    own = main.kappa_at(design.half_side)
-    return [
-        f"{design.run.table}, {design.run.row}",
-        design.run.method,
-        f"{2 * design.half_side:.4g}",
-        f"{design.kappa:.4g}",
-        "beyond the front" if own is None else f"{own:.4g}",
-        f"{design.torque:.4g}",
-        ", ".join(design.active) or "nothing",
-    ]
+def _published_cells(points: Sequence[Row], design: Row) -> list[str]:
+    """Lists a published design beside the front's kappa at its cube, on the line between two points."""
+    side = design["half_side_mm"]
+    sides, kappas = ([point[name] for point in points] for name in ("half_side_mm", "max_kappa"))
+    on_front = bool(points) and sides[0] <= side <= sides[-1]
+    own = f"{np.interp(side, sides, kappas):.4g}" if on_front else "beyond the front"
+    worst = {
+        "cube_side_mm": 2 * side,
+        **{name: np.nan if design[name] is None else design[name] for name in SHOWN[1:3]},
+    }
+    size, kappa, torque, misses = _cells(SHOWN[:3], worst | {"misses": design["misses"]}, "misses")
+    return [f"{design['table']}, {design['row']}", design["method"], size, kappa, own, torque, misses]

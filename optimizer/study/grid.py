@@ -36,6 +36,7 @@ SPACINGS = ("linspace", "geomspace")
 TABLES = ("requirements", "bounds_mm", "limits", "step_3")
 MACHINES = "design"  # method of an atlas whose sets are briefs and whose rows are machines
 BRIEF_TABLES = ("requirements", "feel", "limits", "bounds_mm")
+AtlasRow = dict[str, Any]  # what came of one set, as plain data; see `cluster.solve`
 OF_STEPS = ("steps", "population", "generations")
 
 

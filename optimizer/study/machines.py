@@ -1,54 +1,117 @@
 """The front of machines: what more or less of one limit makes of all else, each point a design that parts allow.
 
 For each hardware worth building, weighed by solids of its own, the customer's limits are eased and tightened one after
-the other; what closed forms pass becomes a design file with all its figures, which `delta_cad build` makes.
+the other; what closed forms pass becomes a design file with all its figures, which `delta_cad build` makes. A page
+sets the points out; each opens its machine where that was built already.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from delta_cad.design import NAME_LONGEST, Design
+from delta_cad.common.console import Line
+from delta_cad.common.files import whole_folder, write_all
+from delta_cad.common.ours import RECORD, record_with
+from delta_cad.common.reading import ReadError, read_json
+from delta_cad.design import NAME_LONGEST, Design, design_hash, design_to_json
 from delta_cad.dimensions import dimensions
 from delta_cad.drive.friction import drive_friction_N_m
 from delta_cad.mechanism.limits import EffectiveMass, Friction, Kappa
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
+from delta_cad.report.page import FILE_NAME
 from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.design_page import rendered
 from optimizer.codesign.hardware import Selection
+from optimizer.codesign.plot import Scale
 from optimizer.codesign.relaxation import of_task
 from optimizer.codesign.search import MOTORS, Lengths, Search
 from optimizer.problem.brief import DesignBrief
+from optimizer.study.table import json_text
 
 ANY = 2.0  # limit that figures are asked for with: their values do not depend on it
+REQUIRED = "asked"  # axis of the points whose limits are as required
+PAGE, DESIGNS = "machines.html", "designs"
+WIDTH, HEIGHT, LEFT, BELOW = 460, 340, 44, 300
+COLOURS = ("#2a78c2", "#c8501e", "#1a8f68", "#a8559a", "#b98500", "#3aa0b8")  # on white and on black
+STYLE = """
+.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 420px), 1fr)); gap: 1rem; }
+.plot { width: 100%; height: auto; }
+.plot text { font-size: 12px; fill: var(--ink); }
+.plot .grid { stroke: var(--line); }
+.plot polyline { fill: none; stroke-width: 1.4; }
+.plot circle { stroke-width: 1.6; fill-opacity: 0.85; }
+.plot .beaten { fill: var(--paper); }
+.plot .failed { stroke-dasharray: 2 2; }
+.plot a:hover circle, .plot a:focus circle { stroke: var(--ink); stroke-width: 3; }
+.key { display: inline-block; width: 0.8rem; height: 0.8rem; border-radius: 50%; vertical-align: -0.1rem; }
+tr:target { background: color-mix(in srgb, #d05a10 22%, var(--paper)); }
+"""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A limit that is moved.
+    """A limit that is moved, and the figure that the cube is plotted over.
 
     Attributes:
         name: Of the axis, and of its files.
         fields: Table and field of the limits that move together.
-        figure: Field of `Figures` from which it begins where nothing is asked.
+        unit: Of a limit.
         factors: By which it is multiplied, from the easiest; the first at which there is no machine ends it.
+        figure: Field of `Figures` from which it begins where nothing is asked; "" for none.
+        label: Of the abscissa of its plot, with the unit; "" for no plot.
     """
 
     name: str
     fields: tuple[str, ...]
-    figure: str | None
+    unit: str
     factors: tuple[float, ...]
+    figure: str = ""
+    label: str = ""
+
+    def value(self, figures: Figures) -> float:
+        """Gives the abscissa of a machine in the plot of this axis."""
+        return getattr(figures, self.figure) if self.figure else figures.outline_mm[0]
 
 
 AXES = (
-    Axis("effective_mass", ("feel.effective_mass_max_kg",), "effective_mass_kg", (0.9, 0.75, 0.6, 0.5, 0.4, 0.3)),
-    Axis("friction", ("feel.friction_max_N",), "friction_N", (0.9, 0.8, 0.7, 0.6, 0.5)),
-    Axis("stiffness", ("feel.stiffness_min_N_mm",), "stiffness_N_mm", (1.15, 1.3, 1.5, 1.75, 2.0)),
-    Axis("outline", ("requirements.envelope_width_mm", "requirements.envelope_depth_mm"), None, (1.2, 1.1, 0.9, 0.8)),
-    Axis("cube", ("requirements.cube_side_mm",), None, (0.7, 0.85, 1.15, 1.3)),
+    Axis(
+        "effective_mass",
+        ("feel.effective_mass_max_kg",),
+        "kg",
+        (0.9, 0.75, 0.6, 0.5, 0.4, 0.3),
+        "effective_mass_kg",
+        "effective mass, heaviest direction, kg",
+    ),
+    Axis(
+        "friction",
+        ("feel.friction_max_N",),
+        "N",
+        (0.9, 0.8, 0.7, 0.6, 0.5),
+        "friction_N",
+        "friction at the handle, N",
+    ),
+    Axis(
+        "stiffness",
+        ("feel.stiffness_min_N_mm",),
+        "N/mm",
+        (1.15, 1.3, 1.5, 1.75, 2.0),
+        "stiffness_N_mm",
+        "stiffness at the knob, softest direction, N/mm",
+    ),
+    Axis(
+        "outline",
+        ("requirements.envelope_width_mm", "requirements.envelope_depth_mm"),
+        "mm wide",
+        (1.2, 1.1, 0.9, 0.8),
+        label="outline, width, mm",
+    ),
+    Axis("cube", ("requirements.cube_side_mm",), "mm", (0.7, 0.85, 1.15, 1.3)),
 )
 
 
@@ -85,7 +148,7 @@ class MachinePoint:
     """One machine of the front.
 
     Attributes:
-        axis: The limit that was moved; "asked" for what the customer asks.
+        axis: The limit that was moved; `REQUIRED` for what the customer asks.
         limit: Its value; None for that.
         choice: Hardware.
         design: The machine.
@@ -123,7 +186,7 @@ def front(search: Search, points: list[MachinePoint]) -> None:
         search.log.ended(f"{choice.motor} {choice.drive}")
         if candidate is None:
             continue
-        points.append(_point(search, "asked", None, candidate, search.brief))
+        points.append(_point(search, REQUIRED, None, candidate, search.brief))
         for axis in AXES:
             for point in _along(search, axis, points, candidate):
                 points.append(point)
@@ -143,7 +206,7 @@ def best_machine(search: Search) -> MachinePoint | None:
         search.log.ended(f"{choice.motor} {choice.drive}")
         if found is not None and (best is None or found.score > best.score):
             best = found
-    return None if best is None else _point(search, "asked", None, best, search.brief)
+    return None if best is None else _point(search, REQUIRED, None, best, search.brief)
 
 
 def hardware_of(points: Iterable[MachinePoint]) -> list[Selection]:
@@ -156,9 +219,9 @@ def hardware_of(points: Iterable[MachinePoint]) -> list[Selection]:
 
 def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Candidate) -> Iterator[MachinePoint]:
     """The points of one hardware along one axis."""
-    (asked,) = (p for p in points if p.axis == "asked" and p.choice == candidate.choice)
+    (asked,) = (p for p in points if p.axis == REQUIRED and p.choice == candidate.choice)
     values = [search.brief.value(name) for name in axis.fields]
-    if axis.figure is not None:
+    if axis.figure:
         values = [getattr(asked.figures, axis.figure)]
     if any(value is None for value in values):
         return
@@ -169,7 +232,7 @@ def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Ca
         search.begin(f"{candidate.choice.motor}, {axis.name} {moved[0]:.4g}")
         trial = of_task(search, brief, dict(search.corrections))
         found = trial.fixed_point(candidate.choice, start, weighing=False)
-        if found is None and axis.figure is not None:
+        if found is None and axis.figure:
             return
         if found is not None:
             start = found.lengths_mm
@@ -210,10 +273,197 @@ def figures_of(design: Design, candidate: Candidate, ball_friction_N: tuple[floa
 
 
 def marked(points: list[MachinePoint]) -> list[MachinePoint]:
-    """Tells which points no other beats."""
+    """Marks the points that no other dominates."""
     merits = np.array([point.figures.merits for point in points])
-    told = []
-    for point, own in zip(points, merits, strict=True):
-        beaten = (merits >= own).all(axis=1) & (merits > own).any(axis=1)
-        told.append(replace(point, on_front=not beaten.any()))
-    return told
+    dominated = [((merits >= own).all(axis=1) & (merits > own).any(axis=1)).any() for own in merits]
+    return [replace(point, on_front=not beaten) for point, beaten in zip(points, dominated, strict=True)]
+
+
+def record(points: Sequence[MachinePoint], name: str) -> dict[str, Any]:
+    """Gives the points as JSON types."""
+    rows = []
+    for point in points:
+        figures = {**asdict(point.figures), "outline_mm": list(point.figures.outline_mm)}
+        hardware = {"motor": point.choice.motor, "drive": point.choice.drive, "ratio": point.choice.ratio}
+        place = {"design": f"{DESIGNS}/{point.name}.json", "on_front": point.on_front}
+        rows.append({"axis": point.axis, "limit": point.limit, **hardware, **figures, **place})
+    return {"schema": "delta-machines/1", "name": name, "points": rows}
+
+
+def design_files(points: Sequence[MachinePoint]) -> dict[str, str]:
+    """Gives name and text of every design file."""
+    return {f"{point.name}.json": design_to_json(point.design) for point in points}
+
+
+def in_order(points: Sequence[MachinePoint]) -> list[MachinePoint]:
+    """Sorts points as tables list them: what was asked first, then axis after axis by the limit."""
+    order = [REQUIRED, *(axis.name for axis in AXES)]
+    return sorted(points, key=lambda p: (order.index(p.axis), p.limit or 0.0))
+
+
+def limit_of(point: MachinePoint) -> str:
+    """Names the limit that was moved, and its value."""
+    if point.limit is None:
+        return "as required"
+    unit = next(axis.unit for axis in AXES if axis.name == point.axis)
+    return f"{point.axis.replace('_', ' ')} {point.limit:.4g} {unit}"
+
+
+@dataclass(frozen=True)
+class ExistingBuild:
+    """A machine of the front that was built.
+
+    Attributes:
+        report: Its report.html, from the page's folder.
+        failed: Checks that it fails.
+    """
+
+    report: str
+    failed: tuple[str, ...]
+
+
+def existing_builds(designs: Mapping[str, Design], out: Path) -> dict[str, ExistingBuild]:
+    """Finds machines that `delta_cad build` has made already.
+
+    Args:
+        designs: Name of a point -> its design.
+        out: Where builds go; the page's own folder stands there, too.
+
+    Returns:
+        Name -> what stands there, of the very same design.
+    """
+    found = {}
+    for name, design in designs.items():
+        for folder in (design.name, f"{design.name}.rejected"):
+            try:
+                record = read_json(out / folder / "checks.json")
+                same, failed = record["input_sha256"] == design_hash(design), tuple(map(str, record["failed"]))
+            except (ReadError, LookupError, TypeError):  # none, or a file of something else
+                continue
+            if same and (out / folder / FILE_NAME).is_file():
+                found[name] = ExistingBuild(f"../{folder}/{FILE_NAME}", failed)
+    return found
+
+
+def write_front(points: Sequence[MachinePoint], name: str, place: Path) -> None:
+    """Puts the complete folder of a front in its place.
+
+    Args:
+        points: The front.
+        name: Of the brief.
+        place: The folder, beside which builds stand.
+    """
+    with whole_folder(place) as folder:
+        (folder / DESIGNS).mkdir()
+        for file, text in design_files(points).items():
+            (folder / DESIGNS / file).write_text(text, encoding="utf-8")
+        built = existing_builds({point.name: point.design for point in points}, place.parent)
+        (folder / PAGE).write_text(machines_page(points, name, place.as_posix(), built), encoding="utf-8")
+        (folder / "machines.json").write_text(json_text(record(points, name)), encoding="utf-8")
+
+
+def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Line) -> None:
+    """Builds what no other machine beats and does not stand yet; the page links each as soon as it stands.
+
+    Args:
+        points: The front, its page written.
+        name: Of the brief.
+        out: Where builds go; the page's own folder stands there, too.
+        line: Told of progress, and of machines whose geometry could not be made.
+    """
+    from delta_cad.commands.machine import geometry_errors
+    from delta_cad.commands.pipeline import build
+
+    place = out / f"{name}-machines"
+    best = {point.name: point.design for point in points if point.on_front}
+    for count, (number, design) in enumerate(best.items(), 1):
+        if number in existing_builds({number: design}, out):
+            continue
+
+        def tell(phase: str, count: int = count, number: str = number) -> None:
+            line.show(f"machine {count} of {len(best)}, {number}: {phase}")
+
+        try:
+            build(design, out, tell)
+        except geometry_errors() as error:
+            line.keep(f"{number}: {error}")
+            continue
+        built = existing_builds({point.name: point.design for point in points}, out)
+        text = machines_page(points, name, place.as_posix(), built)
+        write_all({place / PAGE: text, place / RECORD: record_with(place, {PAGE: text.encode()})})
+
+
+def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built: Mapping[str, ExistingBuild]) -> str:
+    """Writes the page.
+
+    Args:
+        points: The front.
+        name: Of the requirements.
+        folder: Where the files stand, as commands name it.
+        built: Name of a point -> its machine, of those that stand already.
+    """
+    tables = []
+    for k, choice in enumerate(hardware_of(points)):
+        own = [_row(point, folder, built.get(point.name)) for point in in_order(points) if point.choice == choice]
+        tables.append({"title": _hardware(choice), "colour": COLOURS[k % len(COLOURS)], "rows": own})
+    return rendered(
+        "machines.html",
+        STYLE,
+        name=name,
+        count=(len(points), sum(point.on_front for point in points), len(built)),
+        plots=[_plot(axis, points, built) for axis in AXES if axis.label],
+        size=(WIDTH, HEIGHT, LEFT, BELOW),
+        tables=tables,
+    )
+
+
+def _hardware(choice: Any) -> str:
+    return f"{choice.motor}, {choice.drive} {choice.ratio:g}:1"
+
+
+def _row(point: MachinePoint, folder: str, built: ExistingBuild | None) -> dict[str, Any]:
+    """One machine of a table."""
+    f = point.figures
+    width, depth = f.outline_mm
+    values = f"{f.cube_side_mm:.2f}", f"{width:.0f} × {depth:.0f}", f"{f.effective_mass_kg:.3f}", f"{f.friction_N:.2f}"
+    return {
+        "id": point.name,
+        "limit": limit_of(point),
+        "on_front": point.on_front,
+        "values": (*values, f"{f.stiffness_N_mm:.1f}", f"{f.kappa:.2f}"),
+        "design": f"{DESIGNS}/{point.name}.json",
+        "built": built,
+        "command": f"python -m delta_cad build --design {folder}/{DESIGNS}/{point.name}.json",
+    }
+
+
+def _plot(axis: Axis, points: Sequence[MachinePoint], built: Mapping[str, ExistingBuild]) -> dict[str, Any]:
+    """Sets out the cube over one figure."""
+    label, value = axis.label, axis.value
+    across = Scale([value(point.figures) for point in points], LEFT, WIDTH - 12)
+    up = Scale([point.figures.cube_side_mm for point in points], BELOW, 10)
+    hardware = hardware_of(points)
+    lines = []
+    for k, choice in enumerate(hardware):
+        own = [p.figures for p in points if p.choice == choice and p.axis in (axis.name, REQUIRED)]
+        places = [f"{across.at(value(f))},{up.at(f.cube_side_mm)}" for f in sorted(own, key=value)]
+        lines.append({"colour": COLOURS[k % len(COLOURS)], "places": " ".join(places)})
+    dots = []
+    for point in points:
+        there = built.get(point.name)
+        failed = () if there is None else there.failed
+        kind = ("" if point.on_front else "beaten ") + ("failed" if failed else "")
+        verdict = f"; fails {', '.join(failed)}" if failed else "; passes every check" if there is not None else ""
+        dots.append(
+            {
+                "kind": kind.strip(),
+                "x": across.at(value(point.figures)),
+                "y": up.at(point.figures.cube_side_mm),
+                "r": 7 if point.axis == REQUIRED else 4.5,
+                "colour": COLOURS[hardware.index(point.choice) % len(COLOURS)],
+                "href": f"#{point.name}" if there is None else there.report,
+                "words": f"{_hardware(point.choice)}, {limit_of(point)}: cube {point.figures.cube_side_mm:.2f} mm, "
+                f"{label.rpartition(', ')[0]} {value(point.figures):.3g} {label.rpartition(', ')[2]}{verdict}",
+            }
+        )
+    return {"label": label, "across": across.ticks(), "up": up.ticks(), "lines": lines, "dots": dots}

@@ -13,8 +13,7 @@ import numpy as np
 
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import outline_of, step_problem
-from optimizer.study.front import POINTS_MIN, Curve, FrontPoint, Tracer
-from optimizer.study.limits import described_conflict
+from optimizer.study.front import POINTS_MIN, Curve, FrontPoint, Tracer, described_conflict
 from optimizer.synthesis.infeasible import InfeasibleError
 
 OUTLINES = (0.9, 1.1)  # sizes of the outline beside the required one, as parts of its largest R + L_A

@@ -52,9 +52,8 @@ from optimizer.problem.requirements import (
 )
 from optimizer.problem.validation import MOST_TOLD
 from optimizer.search.genetic import Generation
-from optimizer.study.atlas_file import FIELDS, RowFile
 from optimizer.study.grid import load_grid
-from optimizer.study.machines_page import existing_builds
+from optimizer.study.machines import existing_builds
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from optimizer.synthesis.output import DesignFile, OtherDesignError
 from tests.committed import BEST, ROOT
@@ -137,8 +136,8 @@ def _lines(records: list[Any]) -> Callable[[Random], bytes]:
     return make
 
 
-def _resumed(kind: type[Checkpoint | RowFile]) -> Callable[[Path], object]:
-    return lambda path: kind(path, KEY, resume=True).close()
+def _resumed(path: Path) -> None:
+    Checkpoint(path, KEY, resume=True).close()
 
 
 def _searched(path: Path) -> None:
@@ -228,7 +227,6 @@ def readers(folder: Path) -> list[Reader]:
     generation = Generation(np.array([1.0, 2.0]), np.array([[0.1, 0.2], [0.3, -0.4]]))
     lists = {name: values.tolist() for name, values in generation._asdict().items()}
     kept = [{"phase": "ga", "generation": lists}, {"phase": "ga", "result": {"design_mm": [1.0], "status": "done"}}]
-    row = dict.fromkeys(FIELDS, 0) | {"index": 3, "inputs": {"a": 1}, "steps": [{"step": 1}], "conflict": []}
     recording = Recording(np.arange(5.0), np.ones((5, 3)), np.zeros((5, 3)))
     for name in ("whole.csv", "whole.npz"):
         save_recording(recording, folder / name)
@@ -248,8 +246,7 @@ def readers(folder: Path) -> list[Reader]:
                (CertificateError,), (optimizer_cli.main, lambda p: ["verify", str(p)])),
         Reader("certificate's words", "p.json", _of_tree(certificate | {"design_hash": design_hash(design)}, json_text),
                lambda p: told(design, p), ()),
-        Reader("checkpoint", "c.jsonl", _lines(kept), _resumed(Checkpoint), (CheckpointError,)),
-        Reader("atlas rows", "rows.jsonl", _lines([row, row | {"index": 4}]), _resumed(RowFile), (CheckpointError,)),
+        Reader("checkpoint", "c.jsonl", _lines(kept), _resumed, (CheckpointError,)),
         Reader("recording csv", "r.csv", _of_tree(_table(folder / "whole.csv"), csv_text), load_recording,
                (RecordingError,)),
         Reader("recording npz", "r.npz", _packed((folder / "whole.npz").read_bytes()), load_recording,

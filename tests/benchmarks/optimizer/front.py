@@ -32,8 +32,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
         RuntimeError: The command failed, or a point or a bound is missing.
     """
     from optimizer.problem.requirements import load_requirements
-    from optimizer.study.front import Tracer
-    from optimizer.study.proof import proved
+    from optimizer.study.front import Tracer, proved
 
     given = load_requirements(ROOT / "examples/synthesized.toml")
     say(f"front command, {POINTS} points, with the fronts beside it, proofs, seeds and pictures")
@@ -81,7 +80,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 def _cold(given: Requirements, curve: Curve, say: Callable[[str], None]) -> float:
     """By how much cold starts are better than the front at most, %; negative where they never are."""
     from optimizer.search import sqp
-    from optimizer.study.limits import at_side
+    from optimizer.study.front import at_side
 
     say("cold starts at five points")
     best = -100.0

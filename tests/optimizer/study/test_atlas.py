@@ -26,12 +26,11 @@ from delta_cad.common.refusal import not_installed
 from optimizer.commands import cli
 from optimizer.problem.requirements import load_requirements
 from optimizer.study import cluster
-from optimizer.study.atlas_file import RowFile, csv_text, flat
-from optimizer.study.atlas_page import mapped, page
-from optimizer.study.cluster import AtlasRow, ClusterError, Failure, collect, given_cluster, key_of, local_cluster
-from optimizer.study.grid import Grid, grid_from_dict, load_grid
-from optimizer.study.pictures.atlas import atlas_map, cells, png
-from optimizer.synthesis.checkpoint import CheckpointError
+from optimizer.study.atlas import atlas_files, flat, mapped, page
+from optimizer.study.cluster import ClusterError, Failure, collect, given_cluster, key_of, local_cluster
+from optimizer.study.grid import AtlasRow, Grid, grid_from_dict, load_grid
+from optimizer.study.pictures import atlas_map, cells, png
+from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from tests.optimizer.messages import holds
 from tests.terminal import said
 
@@ -201,16 +200,16 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(
     assert bare(told(tmp_path)) == bare(serial)
     seconds = {row["index"]: row["seconds"] for row in told(tmp_path)}
     for line in lines[1:-1]:  # taken over, not solved again
-        row = json.loads(line)["record"]
+        row = json.loads(line)["record"]["result"]
         assert seconds[row["index"]] == row["seconds"]
 
 
 def test_a_finished_checkpoint_needs_no_cluster(
     file: Path, grid: Grid, serial: list[AtlasRow], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rows = RowFile(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=False)
+    rows = Checkpoint(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=False)
     for row in reversed(serial):
-        rows.add(row)
+        rows.finish(f"set/{row['index']}", row)
     rows.close()
     monkeypatch.setattr(cluster, "local_cluster", None)
     assert call("atlas", file, "--out", tmp_path, "--resume") == 0
@@ -232,8 +231,8 @@ def test_sets_that_fail_exit_1_and_are_kept_for_resume(
         "2 sets came to no result, the first, set 5: OSError: disk full; "
         "1 of 6 sets are kept; run again with --resume to go on\n"
     )
-    rows = RowFile(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=True)
-    assert list(rows.rows) == [0]
+    rows = Checkpoint(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=True)
+    assert [rows.finished(f"set/{k}") is not None for k in range(6)] == [True, *[False] * 5]
     rows.remove()
 
 
@@ -323,17 +322,17 @@ def test_checkpoint_of_another_atlas_or_no_checkpoint_is_refused(
     file: Path, grid: Grid, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "atlas" / "tiny" / "rows.jsonl"
-    RowFile(path, key_of(grid) | {"sets": 5}, resume=False).close()
+    Checkpoint(path, key_of(grid) | {"sets": 5}, resume=False).close()
     assert call("atlas", file, "--out", tmp_path, "--resume") == 2
-    assert capsys.readouterr().err.startswith("rows.jsonl: is of another atlas: its grid differs; run without --resume")
+    assert capsys.readouterr().err.startswith("rows.jsonl: is of another run: ")
     for text in ("nonsense\n", "[]\n", "{}\n", json.dumps({"key": key_of(grid)}) + "\n3\n"):
         path.write_text(text)
         with pytest.raises(CheckpointError, match=r"line \d"):
-            RowFile(path, key_of(grid), resume=True)
+            Checkpoint(path, key_of(grid), resume=True)
 
 
-def test_csv_holds_every_row_and_number(serial: list[AtlasRow]) -> None:
-    lines = list(csv.DictReader(io.StringIO(csv_text(serial))))
+def test_csv_holds_every_row_and_number(grid: Grid, serial: list[AtlasRow]) -> None:
+    lines = list(csv.DictReader(io.StringIO(str(atlas_files(grid, serial, Path(), bytes)[Path("atlas.csv")]))))
     assert len(lines) == 6
     assert lines[0]["conflict"] == "outline"
     assert lines[0]["step_2_half_side_mm"] == lines[0]["upper_arm_length_mm"] == ""
@@ -354,7 +353,7 @@ def test_page_and_map_say_what_is_met(grid: Grid, serial: list[AtlasRow]) -> Non
     better["steps"][1]["objective"] += 1.0
     worse["steps"][1]["objective"] -= 1.0
     assert cells(grid, [worse, better, serial[3]], "step_2_half_side_mm")[1, 0] == expected[0] + 1.0
-    assert png(grid, serial).startswith(b"\x89PNG")
+    assert png(atlas_map(grid, serial)).startswith(b"\x89PNG")
     shown, empty = atlas_map(grid, serial), atlas_map(grid, serial[:3] * 2)
     numbers = [[text.get_text() for text in ax.texts] for ax in shown.axes[:2]]
     assert numbers[1] == [f"{value:.4g}" for value in expected]  # one for each set that is met

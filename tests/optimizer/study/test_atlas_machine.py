@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,13 +12,12 @@ import pytest
 from delta_cad.design import design_from_dict, load_design
 from optimizer.codesign.hardware import Selection
 from optimizer.codesign.search import Search
-from optimizer.study import atlas_machine as module
-from optimizer.study.atlas_file import csv_text, design_files
-from optimizer.study.atlas_page import mapped, page
+from optimizer.study import atlas as module
+from optimizer.study.atlas import atlas_files, page
 from optimizer.study.cluster import solve
 from optimizer.study.grid import MACHINES, Grid, grid_from_dict
 from optimizer.study.machines import Figures, MachinePoint
-from optimizer.study.pictures.atlas import cells, png
+from optimizer.study.pictures import atlas_map, cells, png
 from tests.committed import BEST
 
 MOTOR = "maxon-re30-310007"
@@ -46,18 +46,22 @@ def test_each_set_becomes_a_row_and_a_design_file_that_can_be_built(monkeypatch:
     found = grid()
     rows = [json.loads(json.dumps(solve(asdict(one)))) for one in found.sets]
     assert [row["feasible"] for row in rows] == [True, False, True, True]
-    files = design_files(rows)
-    assert sorted(files) == ["designs/set-0.json", "designs/set-2.json", "designs/set-3.json"]
-    made = design_from_dict(json.loads(files["designs/set-2.json"]))
+    files = {
+        str(path): text
+        for path, text in atlas_files(found, rows, Path("d"), lambda: png(atlas_map(found, rows))).items()
+    }
+    assert sorted(files) == [
+        *(f"d/atlas.{end}" for end in ("csv", "json", "md", "png")), *(f"d/designs/set-{k}.json" for k in (0, 2, 3)),
+    ]  # fmt: skip
+    made = design_from_dict(json.loads(files["d/designs/set-2.json"]))
     assert made.name == "b-set-2"
     assert made.geometry == load_design(BEST).geometry
-    head, *lines = csv_text(rows).splitlines()
+    head, *lines = str(files["d/atlas.csv"]).splitlines()
     assert {"motor", "ratio", "effective_mass_kg", "stiffness_N_mm", "base_radius_mm"} <= set(head.split(","))
     assert len(lines) == 4
-    assert mapped(found)
     sides = cells(found, rows, "step_design_cube_side_mm")
     assert sides[1].tolist() == [74.0, 73.0]
-    assert png(found, rows).startswith(b"\x89PNG")
+    assert bytes(files["d/atlas.png"]).startswith(b"\x89PNG")
     text = page(found, rows, None, "out/atlas/b")
     assert "set 1 has none: maxon-re30-310007 capstan: its torque, masses and rods' springs leave no cube" in text
     assert "python -m delta_cad build --design out/atlas/b/designs/set-N.json" in text

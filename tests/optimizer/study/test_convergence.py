@@ -12,7 +12,7 @@ from optimizer.problem.step import Problem
 from optimizer.search import genetic, sqp
 from optimizer.study import convergence
 from optimizer.study.convergence import Trace, band, traces
-from optimizer.study.limits import at_side
+from optimizer.study.front import at_side
 from optimizer.synthesis.checkpoint import Checkpoint
 from tests.optimizer.front_tasks import joystick
 

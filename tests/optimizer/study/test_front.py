@@ -12,9 +12,7 @@ from optimizer.problem.step import step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
 from optimizer.study import front
-from optimizer.study import limits as front_limits
-from optimizer.study.front import Curve, FrontError, Tracer
-from optimizer.study.limits import at_side
+from optimizer.study.front import Curve, FrontError, Tracer, at_side
 from optimizer.study.trade import with_torque
 from optimizer.synthesis.checkpoint import Checkpoint
 from optimizer.synthesis.infeasible import InfeasibleError, explain
@@ -215,11 +213,11 @@ def test_kappa_of_1_holds_in_no_cube(monkeypatch: pytest.MonkeyPatch) -> None:
     with refuses(InfeasibleError, "2", "limits.kappa_max", "1.0", "0.1") as e:
         Tracer(given, 5).curve()
     assert set(e.value.conflict) == {"kappa", "half_side"}
-    assert front_limits.described_conflict(step_problem(given, 2), e.value) == (
+    assert front.described_conflict(step_problem(given, 2), e.value) == (
         "limits.kappa_max = 1.0",
         "half side 0.1 mm",
     )
-    assert front_limits.no_cube(joystick(), 0) is None
+    assert front.no_cube(joystick(), 0) is None
 
 
 def test_search_that_finds_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,16 +11,13 @@ from pathlib import Path
 import pytest
 
 from optimizer.search.result import Result
-from optimizer.study import proof as front_proof
+from optimizer.study import front
 from optimizer.study.convergence import Trace
-from optimizer.study.front import Curve, FrontPoint
+from optimizer.study.front import Curve, FrontPoint, at_side, proved, published_designs
 from optimizer.study.front_page import COLUMNS, files, notable_points, page, record
-from optimizer.study.limits import at_side
-from optimizer.study.proof import proved
-from optimizer.study.published import published_designs
 from optimizer.study.trade import Trade
 from optimizer.synthesis.checkpoint import Checkpoint
-from tests.optimizer.front_tasks import joystick
+from tests.optimizer.front_tasks import joystick, kappa_at
 
 DESIGNS = (
     ((82.0, 107.54, 40.0, 30.0, 46.33, 30.0), ("outline",)),
@@ -86,7 +83,7 @@ def test_telling_points_are_the_ends_the_wanted_cube_the_knee_and_new_limits(tra
 
 def test_page_tells_points_fronts_published_designs_and_pictures(trade: Trade) -> None:
     published = published_designs(trade.main.given)
-    text = page(trade, published, [("front.png", "the front")])
+    text = page(record(trade, 0, published, []), 3.0, [("front.png", "the front")])
     tables = [part.splitlines() for part in text.split("\n\n") if part.startswith("| ")]
     shown = [[[cell.strip() for cell in line.strip("|").split("|")] for line in table[2:]] for table in tables]
     fronts, points, beside = shown
@@ -105,7 +102,7 @@ def test_page_tells_points_fronts_published_designs_and_pictures(trade: Trade) -
         assert [float(cells[k]) for k in (2, 3, 5)] == pytest.approx(
             [2.0 * found.half_side, found.kappa, found.torque], rel=1e-3
         )
-        own = trade.main.kappa_at(found.half_side)
+        own = kappa_at(trade.main, found.half_side)
         assert cells[4] == "beyond the front" if own is None else float(cells[4]) == pytest.approx(own, rel=1e-3)
     assert {line.count("|") for line in tables[2]} == {8}
     assert "![the front](front.png)" in text
@@ -114,9 +111,8 @@ def test_page_tells_points_fronts_published_designs_and_pictures(trade: Trade) -
 
 def test_page_of_an_interrupted_run_says_so(trade: Trade) -> None:
     stopped = dataclasses.replace(trade, finished=False, main=dataclasses.replace(trade.main, points=(), beyond=()))
-    text = page(stopped, [], [])
-    assert "**Interrupted" in text
     empty = record(stopped, 0, [], [])
+    assert "**Interrupted" in page(empty, 3.0, [])
     assert files(empty, "")["front.csv"].splitlines()[0] == ",".join(COLUMNS)
 
 
@@ -131,7 +127,7 @@ def test_bounds_are_proved_kept_and_told(trade: Trade, tmp_path: Path) -> None:
         # lengths are rounded to 0.01 mm here, which costs kappa up to 0.1 %
         assert 0.998 * point.kappa < point.bound <= point.kappa
     assert found.largest_bound == pytest.approx(42.4371, rel=2e-4)
-    text = page(dataclasses.replace(trade, main=found), [], [])
+    text = page(record(dataclasses.replace(trade, main=found), 0, [], []), 3.0, [])
     gaps = [1.0 - (point.bound or 0.0) / point.kappa for point in found.points]
     assert f"| {2.0 * (found.largest_bound or 0.0):.6g} | " in text
     assert f"| {100.0 * max(gaps):.2g} % | " in text
@@ -152,7 +148,7 @@ def test_stopped_proofs_leave_no_bound_behind(trade: Trade, tmp_path: Path) -> N
 
 
 def test_bound_without_an_incumbent_is_none(trade: Trade, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(front_proof, "BOXES", 0)
+    monkeypatch.setattr(front, "BOXES", 0)
     far = dataclasses.replace(trade.main.points[0].result, design_mm=(82.0, 80.0, 40.0, 30.0, 150.0, 42.6))
     point = FrontPoint(dataclasses.replace(far, problem=at_side(joystick(), 42.6)), ())
     assert proved(dataclasses.replace(trade.main, points=(point,))).points[0].bound is None

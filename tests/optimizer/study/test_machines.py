@@ -20,8 +20,20 @@ from optimizer.codesign.hardware import Selection
 from optimizer.codesign.search import Search
 from optimizer.commands import cli
 from optimizer.problem.brief import DesignBrief, brief_from_dict
-from optimizer.study.machines import AXES, Figures, MachinePoint, figures_of, front, marked
-from optimizer.study.machines_page import PAGE, build_front, design_files, existing_builds, machines_page, record
+from optimizer.study.machines import (
+    AXES,
+    PAGE,
+    Figures,
+    MachinePoint,
+    build_front,
+    design_files,
+    existing_builds,
+    figures_of,
+    front,
+    machines_page,
+    marked,
+    record,
+)
 from tests.committed import BEST
 from tests.delta_cad.report.reading import Page
 

@@ -17,13 +17,11 @@ from matplotlib.figure import Figure
 from delta_cad.mechanism import Cube, DeltaGeometry
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.search.result import Result
+from optimizer.study import pictures
 from optimizer.study.convergence import Trace
-from optimizer.study.front import Curve, FrontPoint
-from optimizer.study.limits import at_side
+from optimizer.study.front import Curve, FrontPoint, at_side, published_designs
 from optimizer.study.maps import slices
-from optimizer.study.pictures import convergence, front, maps, trade, workspace
-from optimizer.study.pictures.style import pretty, save
-from optimizer.study.published import published_designs
+from optimizer.study.pictures import pretty, save
 from optimizer.study.trade import Trade
 from tests.optimizer.front_tasks import joystick
 
@@ -63,11 +61,11 @@ def drawings(traces: list[Trace]) -> dict[str, Callable[[], Figure]]:
         torque, points=tuple(dataclasses.replace(p, active=("torque",)) for p in torque.points)
     )
     return {
-        "workspace": lambda: workspace.workspace(G, CUBE, "a design"),
-        "maps": lambda: maps.maps(slices(G, CUBE, 3.0, 31), 3.0, "a design"),
-        "convergence": lambda: convergence.convergence(traces, 2.075, "a problem"),
-        "front": lambda: front.front(main, published_designs(main.given), main.points[-1], "a task"),
-        "trade": lambda: trade.trade(Trade(main, (empty, curve("outline 1.1")), (torque,)), "a task"),
+        "workspace": lambda: pictures.workspace(G, CUBE, "a design"),
+        "maps": lambda: pictures.maps(slices(G, CUBE, 3.0, 31), 3.0, "a design"),
+        "convergence": lambda: pictures.convergence(traces, 2.075, "a problem"),
+        "front": lambda: pictures.front(main, published_designs(main.given), main.points[-1], "a task"),
+        "trade": lambda: pictures.trade(Trade(main, (empty, curve("outline 1.1")), (torque,)), "a task"),
     }
 
 
@@ -125,7 +123,7 @@ def test_every_axis_has_its_unit(traces: list[Trace]) -> None:
 
 def test_front_draws_points_published_designs_and_what_is_impossible() -> None:
     main = curve(bounds=True)
-    found = front.front(main, published_designs(main.given), None, "a task")
+    found = pictures.front(main, published_designs(main.given), None, "a task")
     quality = found.axes[0]
     drawn = np.array(quality.lines[0].get_xydata())
     assert drawn == pytest.approx(np.array([[2 * p.half_side, p.kappa] for p in main.points]))
@@ -142,7 +140,7 @@ def test_front_draws_points_published_designs_and_what_is_impossible() -> None:
 
 def test_legend_of_the_front_covers_nothing_of_it() -> None:
     main = curve(bounds=True)
-    figure = front.front(main, published_designs(main.given), main.points[-1], "a task")
+    figure = pictures.front(main, published_designs(main.given), main.points[-1], "a task")
     figure.draw_without_rendering()
     for ax in figure.axes[:2]:
         legend = ax.get_legend()
@@ -154,7 +152,7 @@ def test_legend_of_the_front_covers_nothing_of_it() -> None:
 
 
 def test_front_without_limits_proofs_or_published_designs_has_no_word_of_them() -> None:
-    said = texts(front.front(curve(kappa_max=None), [], None, "a task"))
+    said = texts(pictures.front(curve(kappa_max=None), [], None, "a task"))
     assert "kappa_max" not in said
     assert "proved" not in said
     assert "published" not in said
@@ -168,7 +166,7 @@ def test_trade_tells_where_the_torque_binds_and_what_is_impossible(traces: list[
 
 
 def test_convergence_of_one_method_alone_is_drawn(traces: list[Trace]) -> None:
-    said = texts(convergence.convergence([t for t in traces if t.method == "sqp"], 2.075, "a problem"))
+    said = texts(pictures.convergence([t for t in traces if t.method == "sqp"], 2.075, "a problem"))
     assert "SQP" in said
     assert "the paper's parameters" not in said
     assert "of 2 seeds" in said
@@ -187,11 +185,11 @@ def test_published_designs_are_the_papers_by_our_equations() -> None:
 
 
 def test_condition_numbers_far_apart_are_drawn_on_a_logarithmic_scale() -> None:
-    near = front.front(curve(), [], None, "a task").axes[0]
+    near = pictures.front(curve(), [], None, "a task").axes[0]
     assert near.get_yscale() == "linear"
     main = curve(kappa_max=None)
     steep = Result(at_side(joystick(), 42.0), "sqp", (82.0, 122.0, 40.0, 30.0, 40.0, 42.0), "converged")
     assert 20.0 < steep.max_kappa < math.inf
     wide = dataclasses.replace(main, points=(*main.points, FrontPoint(steep, ())))
-    assert front.front(wide, [], None, "a task").axes[0].get_yscale() == "log"
-    assert trade.trade(Trade(wide), "a task").axes[0].get_yscale() == "log"
+    assert pictures.front(wide, [], None, "a task").axes[0].get_yscale() == "log"
+    assert pictures.trade(Trade(wide), "a task").axes[0].get_yscale() == "log"

@@ -10,11 +10,10 @@ import pytest
 
 from optimizer.problem.step import outline_of
 from optimizer.search import sqp
-from optimizer.study.front import Curve, Tracer
-from optimizer.study.limits import at_side
+from optimizer.study.front import Curve, Tracer, at_side
 from optimizer.study.trade import Trade, further, largest_reach, scaled_outline, torque_levels, with_torque
 from optimizer.study.trade import trade as traced
-from tests.optimizer.front_tasks import check, joystick
+from tests.optimizer.front_tasks import check, joystick, kappa_at
 
 pytestmark = pytest.mark.slow  # the fixture draws five fronts
 
@@ -35,7 +34,7 @@ def test_larger_outline_has_a_better_front_and_a_smaller_one_a_worse(trade: Trad
     assert small.largest < trade.main.largest < large.largest
     for curve, sign in ((small, 1.0), (large, -1.0)):
         for point in curve.points:
-            own = trade.main.kappa_at(point.half_side)
+            own = kappa_at(trade.main, point.half_side)
             if own is not None:
                 assert sign * (point.kappa - own) > 0.02
 
@@ -136,11 +135,3 @@ def test_stopped_in_the_first_front_there_are_no_others() -> None:
     assert not found.finished
     assert found.curves == (found.main,)
     assert len(found.main.points) == 3
-
-
-def test_kappa_between_two_points_is_on_their_line(trade: Trade) -> None:
-    low, high = trade.main.points[1:3]
-    middle = trade.main.kappa_at((low.half_side + high.half_side) / 2.0)
-    assert middle == pytest.approx((low.kappa + high.kappa) / 2.0)
-    assert trade.main.kappa_at(low.half_side) == pytest.approx(low.kappa)
-    assert trade.main.kappa_at(trade.main.largest + 0.1) is None
