@@ -1,4 +1,4 @@
-"""Of which limits closed forms have a machine: of each alone how far it would have to give, or of several together."""
+"""Relaxed limits: how far one, or several together, must give for a machine, and what each set limit costs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 from delta_cad.dimensions import CLEARANCE_MOST_MM
-from optimizer.codesign.candidate import Start
+from optimizer.codesign.candidate import Candidate, Start
 from optimizer.codesign.corrections import Corrections
 from optimizer.codesign.hardware import WIDTHS, Selection, drives, motor_of, ratios_of
+from optimizer.codesign.lengths import CONVERGED, ENOUGH, best_lengths
 from optimizer.codesign.search import Search
 from optimizer.codesign.search_log import SearchLog
 from optimizer.problem.brief import DesignBrief
@@ -36,8 +37,21 @@ EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spar
 }
 """Fields that give together -> whether a larger value is easier to keep."""
 MOST = 10.0  # times a limit is eased at most
-WIDER = 1.5, 2.25, 3.4  # times, tried before that: the largest cube of a huge outline asks too much of a motor
+FIRST_FACTORS = 1.5, 2.25, 3.4  # times, tried before that: the largest cube of a huge outline asks too much of a motor
 FINE = 1.05  # factor to which it is found how much is enough
+COSTED = {
+    # table and field -> factor, and what is added
+    "requirements.envelope_width_mm": (1.0, 5.0),
+    "requirements.envelope_depth_mm": (1.0, 5.0),
+    "requirements.force_N": (0.9, 0.0),
+    "requirements.cube_side_mm": (0.95, 0.0),
+    "feel.kappa_max": (1.05, 0.0),
+    "feel.effective_mass_max_kg": (1.25, 0.0),
+    "feel.couple_index_min": (0.9, 0.0),
+    "limits.lean_max_deg": (1.0, 2.0),
+    "limits.outline_radius_max_mm": (1.0, 2.0),
+}
+RESOLUTION = max(ENOUGH, CONVERGED)  # share of a score to which lengths are found
 
 
 @dataclass(frozen=True)
@@ -130,7 +144,7 @@ def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selectio
             relaxation = Relaxation(fields, asked, enough, task, found)
         return found is not None
 
-    high, steps = MOST, WIDER if fields in (OUTLINE, LEAN) else ()
+    high, steps = MOST, FIRST_FACTORS if fields in (OUTLINE, LEAN) else ()
     with suppress(OutOfTimeError):
         for choice in hardware:
             least = high if relaxation is None else high / FINE  # of another hardware: only what needs less
@@ -208,3 +222,45 @@ def _possible(search: Search, brief: DesignBrief, choice: Selection, near: Start
         return None if found is None else Start(found.choice, found.lengths_mm, found.corrections)
 
     return search.memoize("possible", (brief, choice, near), compute, Start | None)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a limit costs.
+
+    Attributes:
+        field: Table and field of the requirements.
+        asked: Its value.
+        wider: Another, which is easier to keep.
+        gain: By which what is sought would be better then; mm or kg.
+    """
+
+    field: str
+    asked: float
+    wider: float
+    gain: float
+
+
+def costs(brief: DesignBrief, candidate: Candidate, corrections: Corrections) -> list[Cost]:
+    """Estimates what each stated limit costs, with the hardware of a machine and what was learnt of it.
+
+    Args:
+        brief: What the customer asks.
+        candidate: The machine.
+        corrections: What is known of it.
+
+    Returns:
+        The limits that cost more than the search resolves, the dearest first.
+    """
+    start = candidate.lengths_mm
+    now = best_lengths(brief, candidate.choice, corrections, start)
+    found: list[Cost] = []
+    for field, (factor, added) in COSTED.items():
+        asked = brief.value(field)
+        if now is None or asked is None:
+            continue
+        wider = asked * factor + added
+        better = best_lengths(brief.with_values({field: wider}), candidate.choice, corrections, start)
+        if better is not None and better.score - now.score > RESOLUTION * abs(now.score):
+            found.append(Cost(field, asked, wider, better.score - now.score))
+    return sorted(found, key=lambda cost: -cost.gain)

@@ -14,10 +14,9 @@ from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Moved, Outcome
 from delta_cad.common.console import Request
 from delta_cad.design import NAME_LONGEST, Design, DesignError, design_hash, load_design
-from optimizer.codesign import bound, candidate, costs, relaxation, report
+from optimizer.codesign import bound, candidate, relaxation, report
 from optimizer.codesign.bound import Bound, Family
-from optimizer.codesign.corrections import Corrections, reference
-from optimizer.codesign.design_page import design_page
+from optimizer.codesign.corrections import Corrections
 from optimizer.codesign.search import Search
 from optimizer.codesign.search_log import Built
 from optimizer.codesign.updates import with_least_radius
@@ -90,7 +89,6 @@ class Builder:
             brief=brief,
             build=self._built,
             moving=self._moving,
-            first=reference(),
             seed=run.seed,
             stop=run.over,
             hurried=self._hurried,
@@ -179,7 +177,7 @@ class Builder:
         run.show("what each limit costs")
         key = built_candidate.choice.motor, built_candidate.choice.drive
         known, log = search.corrections[key], search.log.with_passed(built_candidate, stated)
-        cost = costs.costs(brief, built_candidate, known)
+        costs = relaxation.costs(brief, built_candidate, known)
         run.show("certificate")
         certificate = report.certificate_of(stated, folder / "mass_properties.json")
         proved = None
@@ -191,10 +189,9 @@ class Builder:
                 built.remarks.append(NO_BOUND)
         self._closes_s = run.clock()
         built.facts = report.facts_of(brief, outcome, log, proved)
-        notes, unit = (*brief.notes, *built.remarks), report.UNITS[brief.objective]
-        text = report.report(brief, built.facts, log, known.why, notes, cost, proved)
-        page = design_page(brief, built.facts, log, known.why, notes, cost, proved, unit)
-        report.write_beside(folder, report.placed(stated, brief, run.out / brief.name), text, page, certificate)
+        notes = *brief.notes, *built.remarks
+        found = report.DesignReport(brief, built.facts, log, known.why, notes, costs, proved)
+        found.write(folder, report.placed(stated, brief, run.out / brief.name), certificate)
 
 
 def _stands(folder: Path, design: Design) -> bool:

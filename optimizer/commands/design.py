@@ -25,9 +25,8 @@ from delta_cad.common.console import (
 )
 
 if TYPE_CHECKING:
-    from optimizer.codesign.journal import Journal
     from optimizer.codesign.run import Builder
-    from optimizer.codesign.search_log import End, SearchLog, Verdict
+    from optimizer.codesign.search_log import End, Journal, SearchLog, Verdict
     from optimizer.problem.brief import DesignBrief
 
 NAME = "design"
@@ -80,7 +79,7 @@ def run(given: argparse.Namespace) -> int:
         require_room(given.out / brief.name, folder=True)
     except OSError as error:
         return refuse_folder(given.out, error)
-    from optimizer.codesign.journal import Journal
+    from optimizer.codesign.search_log import Journal
     from optimizer.synthesis.checkpoint import CheckpointError
 
     own_parts = sha256(repr(brief.own_parts).encode()).hexdigest()  # the file names their folder, not their rows

@@ -25,16 +25,12 @@ def run(given: argparse.Namespace) -> int:
 
     folder = given.out / f"{brief.name}-machines"
     require_room(folder, folder=True)
-    from optimizer.codesign.corrections import reference
     from optimizer.codesign.search import Search
     from optimizer.codesign.search_log import verdict
     from optimizer.search.clock import OutOfTimeError
     from optimizer.study.machines import build_front, front, marked, record, write_front
 
-    def nothing(_: object) -> None:
-        raise AssertionError  # a front builds no machine
-
-    search = Search(brief, nothing, nothing, reference(), given.seed)  # type: ignore[arg-type]
+    search = Search(brief, seed=given.seed)
     found: list[MachinePoint] = []
     interrupted = False
     try:

@@ -26,9 +26,8 @@ from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
 from delta_cad.report.page import FILE_NAME
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.design_page import rendered
 from optimizer.codesign.hardware import Selection
-from optimizer.codesign.plot import Scale
+from optimizer.codesign.page import Scale, rendered
 from optimizer.codesign.relaxation import of_task
 from optimizer.codesign.search import MOTORS, Lengths, Search
 from optimizer.problem.brief import DesignBrief

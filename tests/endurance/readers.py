@@ -38,9 +38,9 @@ from optimizer.certify.certificate import Certificate, CertificateError, limits_
 from optimizer.certify.file import certificate_to_dict, read_certificate
 from optimizer.certify.gravity import GravityError, share_of_masses
 from optimizer.codesign.corrections import reference
-from optimizer.codesign.journal import Journal, as_json
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.settling import SolidResults
+from optimizer.codesign.search import SolidResults
+from optimizer.codesign.search_log import Journal, as_json
 from optimizer.commands import cli as optimizer_cli
 from optimizer.commands.init import preset_text
 from optimizer.problem.brief import load_brief

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import load_design
+from optimizer.codesign.bound import excluded, relaxed
 from optimizer.codesign.corrections import Corrections, reference
-from optimizer.codesign.exclusion import excluded, relaxed
 from optimizer.codesign.hardware import Selection
 from optimizer.codesign.lengths import best_lengths
 from optimizer.codesign.search import Search
@@ -102,7 +102,7 @@ def test_nothing_is_excluded_where_the_outline_is_free_or_a_machine_stands() -> 
 
 
 def test_a_search_ends_at_once_with_what_is_excluded() -> None:
-    search = Search(brief(80, 70), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief(80, 70))
     assert search.best() is None
     assert search.log.candidates == 0
     (reason,) = search.log.impossible

@@ -16,7 +16,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism.statics import worst_joint_torque
-from optimizer.codesign.figures import FIGURES, binding, force_N, height_mm, results_of, set_limits
+from optimizer.codesign.report import FIGURES, binding, force_N, height_mm, results_of, set_limits
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
@@ -13,10 +13,9 @@ from delta_cad.checks.report import CheckResult
 from optimizer.codesign.candidate import Start
 from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.hardware import Selection
-from optimizer.codesign.journal import Journal
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.search import Search
-from optimizer.codesign.settling import SolidResults
+from optimizer.codesign.search import Search, SolidResults
+from optimizer.codesign.search_log import Journal
 from optimizer.problem.brief import brief_from_dict
 from optimizer.synthesis.checkpoint import CheckpointError
 
@@ -105,7 +104,7 @@ def test_a_journal_of_another_run_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_search_asks_for_no_lengths_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from optimizer.codesign import settling as module
+    from optimizer.codesign import search as module
 
     calls: list[Any] = []
     monkeypatch.setattr(module, "best_lengths", lambda *given: calls.append(given) or FOUND)
@@ -113,7 +112,7 @@ def test_a_search_asks_for_no_lengths_twice(tmp_path: Path, monkeypatch: pytest.
     choice, corrections = Selection("maxon-re30-310007", "capstan", 4.8, 50.0), Corrections(reference())
     for resume in (False, True):
         journal = Journal(tmp_path / "j.jsonl", KEY, resume)
-        search = Search(brief, lambda _: cast(Any, None), lambda _: [], reference(), memoize=journal.memoize)
+        search = Search(brief, memoize=journal.memoize)
         assert search._lengths(choice, corrections, None, 1) == FOUND
         assert search._lengths(choice, corrections.updated("why, which changes nothing"), None, 1) == FOUND
         journal.close()

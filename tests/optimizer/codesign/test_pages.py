@@ -7,11 +7,10 @@ from typing import Any
 import pytest
 
 from optimizer.codesign.bound import Bound, Kind
-from optimizer.codesign.costs import Cost
-from optimizer.codesign.design_page import design_page
-from optimizer.codesign.figures import FIGURES
 from optimizer.codesign.hardware import Selection
-from optimizer.codesign.plot import round_values
+from optimizer.codesign.page import round_values
+from optimizer.codesign.relaxation import Cost
+from optimizer.codesign.report import FIGURES, DesignReport
 from optimizer.codesign.search_log import SearchLog, Trial
 from optimizer.problem.brief import brief_from_dict
 from tests.delta_cad.report.reading import Page
@@ -53,13 +52,14 @@ POSED = [
 def page(
     posed: list[Trial],
     bound: Bound | None,
-    unit: str = "mm of cube",
+    objective: str = "cube_side",
     why: tuple[str, ...] = ("it was tight",),
     **told: Any,
 ) -> Page:
     log = SearchLog(31, posed, [], {f"weak {BAD}": "too weak"})
     cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
-    return Page(design_page(BRIEF, TOLD | told, log, why, [], cost, bound, unit))
+    facts = TOLD | told | {"objective": objective}
+    return Page(DesignReport(BRIEF, facts, log, why, [], cost, bound).html())
 
 
 def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
@@ -98,7 +98,7 @@ def test_where_nothing_failed_no_lesson_is_announced() -> None:
 
 @pytest.mark.parametrize("posed", [[], POSED[:1], [Trial(POSED[0].choice, -0.34)]])
 def test_few_candidates_and_those_of_which_less_is_better_are_drawn(posed: list[Trial]) -> None:
-    dots = page(posed, None, "kg felt").all("circle")
+    dots = page(posed, None, "effective_mass").all("circle")
     for one, dot in zip(posed, dots, strict=False):  # those of the key come after them
         assert f"{abs(one.score):.4g} kg felt" in dot.text
 

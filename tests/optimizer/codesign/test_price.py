@@ -17,9 +17,9 @@ from delta_cad.export.shop.cost.cost import machine_cost
 from optimizer.codesign import search as search_module
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import Corrections, reference
-from optimizer.codesign.costs import RESOLUTION, costs
 from optimizer.codesign.hardware import Selection, cheapest, price_EUR
 from optimizer.codesign.lengths import Found, best_lengths
+from optimizer.codesign.relaxation import RESOLUTION, costs
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, Goal, brief_from_dict
 from tests.committed import changed
@@ -185,6 +185,6 @@ def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.M
         more = (asked.feel.kappa_max != task.feel.kappa_max, asked.requirements.force_N != task.requirements.force_N)
         return Found(lengths, -400.0 + sum(gain for gain, eased in zip(gains.values(), more, strict=True) if eased))
 
-    monkeypatch.setattr("optimizer.codesign.costs.best_lengths", sought)
+    monkeypatch.setattr("optimizer.codesign.relaxation.best_lengths", sought)
     (one,) = costs(asked, candidate, Corrections(reference()))
     assert (one.field, one.gain) == ("feel.kappa_max", pytest.approx(gains["feel.kappa_max"]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import cast
 
 import pytest
 
@@ -34,7 +34,7 @@ def told(monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[Des
         return Candidate(cast(Design, None), choice, lengths, Corrections(reference()), 50.0)
 
     monkeypatch.setattr(Search, "fixed_point", fixed_point)
-    return minimal_relaxations(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
+    return minimal_relaxations(Search(task))
 
 
 def test_each_limit_that_would_be_enough_is_told_with_how_much_the_least_change_first(
@@ -70,7 +70,7 @@ def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest
         )
 
     monkeypatch.setattr(Search, "fixed_point", fixed_point)
-    (one,) = minimal_relaxations(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
+    (one,) = minimal_relaxations(Search(brief()))
     assert one.start.choice.motor == MOTORS[0]
     assert 2.5 / FINE < one.enough[0] <= 2.5
 
@@ -164,7 +164,7 @@ def test_of_all_hardware_that_counts_which_needs_least(monkeypatch: pytest.Monke
         return Candidate(cast(Design, None), choice, lengths, Corrections(reference()), 50.0)
 
     monkeypatch.setattr(Search, "fixed_point", fixed_point)
-    (outline,) = minimal_relaxations(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
+    (outline,) = minimal_relaxations(Search(task))
     assert outline.start.choice.motor == choices[-1].motor
     assert 140.0 <= outline.enough[0] < 140.0 * FINE
 
@@ -184,7 +184,7 @@ def test_what_did_with_less_is_where_more_is_tried_from(monkeypatch: pytest.Monk
         return Candidate(cast(Design, None), choice, lengths, Corrections(reference(), elbow_angle_deg=force), 50.0)
 
     monkeypatch.setattr(Search, "fixed_point", fixed_point)
-    (one,) = minimal_relaxations(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
+    (one,) = minimal_relaxations(Search(brief()))
     assert one.enough[0] <= 1.2
     assert one.start.lengths_mm[-1] == 1.0 / one.enough[0]
     assert one.start.corrections.elbow_angle_deg == one.enough[0]

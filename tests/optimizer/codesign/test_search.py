@@ -15,14 +15,12 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import UnreachableError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
-from optimizer.codesign import settling
 from optimizer.codesign.candidate import Candidate, refused
 from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.hardware import SMALL, Selection, motor_of, neighbours
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.search import Search
+from optimizer.codesign.search import LEAST_SIDE_MM, Search
 from optimizer.codesign.search_log import Verdict, verdict
-from optimizer.codesign.settling import LEAST_SIDE_MM
 from optimizer.codesign.updates import KERNEL_TRIES, NoProgressError
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.search.clock import HalfTimeError, OutOfTimeError
@@ -58,7 +56,7 @@ class Paper:
 
 def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.MonkeyPatch, **asked: float) -> Search:
     """A search whose estimates and candidates are given: the last score of a motor stays."""
-    search = Search(brief(**asked), paper.build, paper.moving, reference())
+    search = Search(brief(**asked), paper.build, paper.moving)
 
     def fixed_point(choice: Selection, *_: object, weighing: bool = True, **__: object) -> Candidate:
         left = scores[choice.motor] if weighing else [ESTIMATES[choice.motor]]
@@ -157,7 +155,7 @@ def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(mo
 
 
 def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief())
     weighed: list[Design] = []
 
     def fails(design: Design) -> Any:
@@ -178,10 +176,10 @@ def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.Mon
     lengths = Found((90.0, 140.0, 32.0, 22.0, 70.0, side / 2.0), side)
     one = Selection(MOTORS[0], "capstan", 5.0, 50.0)
     for asked, found in (({}, False), ({"cube_side_mm": side}, True)):
-        search = Search(brief(**asked), cast(Any, None), cast(Any, None), reference())
+        search = Search(brief(**asked))
         monkeypatch.setattr(search, "_lengths", lambda *_: lengths)
-        monkeypatch.setattr(settling, "refused", lambda _: ())
-        monkeypatch.setattr(settling, "too_soft", lambda _: None)
+        monkeypatch.setattr(module, "refused", lambda _: ())
+        monkeypatch.setattr(module, "too_soft", lambda _: None)
         assert (search.fixed_point(one, weighing=False) is not None) == found
         assert ("5.0 mm" in search.log.no_progress.get(f"{MOTORS[0]} capstan", "")) != found
         assert search._estimate(one) is lengths
@@ -216,7 +214,7 @@ def test_a_design_that_comes_again_is_refused_once(monkeypatch: pytest.MonkeyPat
 
 def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of machines that are best at 4.86:1 and a pinion 0.17 mm wider, from 5:1."""
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief())
     search.corrections[MOTORS[0], "capstan"] = Corrections(reference())
     weighed: list[Selection] = []
 
@@ -242,7 +240,7 @@ def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pyt
 
 def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """By closed forms 4.9:1 is better; its solids ask for a longer base, and leave less."""
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief())
     key = MOTORS[0], "capstan"
     search.corrections[key] = known = Corrections(reference())
 
@@ -284,7 +282,7 @@ def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_force_beyond_every_spring_is_refused_before_any_motor_is_tried() -> None:
-    search = Search(brief(force_N=60.0), cast(Any, None), cast(Any, None), reference(), tell=lambda _: None)
+    search = Search(brief(force_N=60.0), tell=lambda _: None)
     assert search.best() is None
     assert search.log.no_progress == {}
     assert [reason.split(" = ")[0] for reason in search.log.impossible] == ["requirements.force_N"]
@@ -295,7 +293,7 @@ class Estimates:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, fails: set[str], **hardware: Any) -> None:
         asked = {"name": "b", "requirements": {"cube_side_mm": 60.0}, "hardware": hardware, "feel": {}}
-        self.search = Search(brief_from_dict(asked), lambda _: None, lambda _: [], reference())  # type: ignore[arg-type]
+        self.search = Search(brief_from_dict(asked))
         self.asked: list[str] = []
 
         def estimate(choice: Selection, *_: object) -> Found | None:
@@ -334,16 +332,16 @@ def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.M
     def lengths(_brief: object, _choice: object, corrections: Corrections, *_: object) -> None:
         taken.append(corrections.spare_torque_N_m)
 
-    monkeypatch.setattr(settling, "best_lengths", lengths)
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    monkeypatch.setattr(module, "best_lengths", lengths)
+    search = Search(brief())
     for motor, ratio in (("maxon-re50-370354", 6.0), ("maxon-re30-310007", 3.0)):
         assert search.fixed_point(Selection(motor, "capstan", ratio, 50.0), weighing=False) is None
     assert taken == [pytest.approx(2.3328e-3), 4e-4]
 
 
 def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(settling, "best_lengths", lambda *_: pytest.fail("was estimated"))
-    search = Search(brief(clearance_min_mm=2.5), cast(Any, None), cast(Any, None), reference())
+    monkeypatch.setattr(module, "best_lengths", lambda *_: pytest.fail("was estimated"))
+    search = Search(brief(clearance_min_mm=2.5))
     assert search.best() is None
     (why,) = search.log.impossible
     assert "requirements.clearance_min_mm = 2.5 must be at most 2.4 mm" in why
@@ -354,10 +352,10 @@ def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(mo
 
 
 def test_a_force_that_no_spring_holds_is_refused_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(settling, "best_lengths", lambda *_: pytest.fail("was estimated"))
+    monkeypatch.setattr(module, "best_lengths", lambda *_: pytest.fail("was estimated"))
     most = force_most_N()
     for forces, name in (({"force_N": 1.01 * most}, "force_N"), ({"peak_force_N": 1.01 * most}, "peak_force_N")):
-        search = Search(brief(**forces), cast(Any, None), cast(Any, None), reference())
+        search = Search(brief(**forces))
         assert search.best() is None
         (why,) = search.log.impossible
         assert why.startswith(f"requirements.{name} = ")
@@ -366,7 +364,7 @@ def test_a_force_that_no_spring_holds_is_refused_before_anything_is_estimated(mo
 
 def test_what_gravity_takes_is_posed_before_anything_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
     first = replace(reference(), gravity_torque_N_m=0.001)
-    search = Search(brief(), cast(Any, None), cast(Any, None), first)
+    search = Search(brief(), first=first)
     torques: list[float] = []
     lengths = search._lengths
 

@@ -15,7 +15,6 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign import search as module
-from optimizer.codesign import settling
 from optimizer.codesign.candidate import Candidate, effective_mass_kg
 from optimizer.codesign.corrections import Corrections, MassEstimate, reference
 from optimizer.codesign.hardware import Selection, drives
@@ -76,7 +75,7 @@ class Timed:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, minutes_s: float, half_s: float, steps: int = 4) -> None:
         self.now, self.paper, self.weighed = 0.0, Paper({motor: [[PASSED]] for motor in MOTORS}), list[float]()
-        self.search = search = Search(brief(), self.paper.build, self.paper.moving, reference())
+        self.search = search = Search(brief(), self.paper.build, self.paper.moving)
         search.stop = lambda: self.now > minutes_s
         search.hurried = lambda: self.now > half_s and not self.paper.built
         search.report = self.step
@@ -130,8 +129,8 @@ def test_hardware_that_the_time_did_not_reach_is_named(monkeypatch: pytest.Monke
 
 def test_an_estimate_that_was_cut_off_is_no_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
     """The time ends within the first motor: nothing is known of it, nor of the other."""
-    left, search = [2], Search(brief(), cast(Any, None), cast(Any, None), reference())
-    monkeypatch.setattr(settling, "best_lengths", lambda *_: None)
+    left, search = [2], Search(brief())
+    monkeypatch.setattr(module, "best_lengths", lambda *_: None)
 
     def stop() -> bool:
         left[0] -= 1
@@ -146,7 +145,7 @@ def test_an_estimate_that_was_cut_off_is_no_refusal(monkeypatch: pytest.MonkeyPa
 
 def test_a_step_ends_between_the_starts_of_its_lengths() -> None:
     """The time is over while lengths are sought: after one more start of SQP it ends."""
-    search, asked = Search(brief(), cast(Any, None), cast(Any, None), reference()), [0]
+    search, asked = Search(brief()), [0]
 
     def stop() -> bool:
         asked[0] += 1
@@ -160,7 +159,7 @@ def test_a_step_ends_between_the_starts_of_its_lengths() -> None:
 
 @pytest.mark.parametrize("error", [NoProgressError("too soft"), InconclusiveError("no agreement")])
 def test_only_refusals_of_all_hardware_are_infeasible(monkeypatch: pytest.MonkeyPatch, error: NoProgressError) -> None:
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief())
 
     def fails(*_: object) -> Candidate:
         raise error
@@ -181,7 +180,7 @@ def test_hardware_beyond_the_likeliest_is_gone_through_before_there_is_no_machin
     monkeypatch.setattr(module, "RANKED", 2)
     monkeypatch.setattr(module, "MOTORS", 1)
     monkeypatch.setattr(module, "effective_mass_kg", lambda _: 1.0)
-    search = Search(brief_of_all(), cast(Any, None), lambda _: [PASSED], reference())
+    search = Search(brief_of_all(), moving=lambda _: [PASSED])
     search.build = lambda design: cast(Any, SimpleNamespace(results=[PASSED], design=design))
 
     def fixed_point(choice: Selection, *_: object, **__: object) -> Candidate:
@@ -208,7 +207,7 @@ def test_of_machines_as_small_the_lightest_is_taken(monkeypatch: pytest.MonkeyPa
 
     The mass grows with what varies, down to 4:1 or 40 mm, below which the machine is larger.
     """
-    search, least = Search(brief_of_all(), cast(Any, None), cast(Any, None), reference()), (4.0, 40.0)
+    search, least = Search(brief_of_all()), (4.0, 40.0)
     k = ("ratio", "width_mm").index(varies)
 
     def share(choice: Selection) -> float:
@@ -243,7 +242,7 @@ def test_the_effective_mass_of_a_candidate_is_that_of_its_masses_at_its_ratio(be
 
 
 def test_a_larger_cube_is_not_given_for_a_lower_ratio(monkeypatch: pytest.MonkeyPatch) -> None:
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief())
     monkeypatch.setattr(search, "fixed_point", lambda choice, *_, **__: found(choice, 80.0 + 0.01 * choice.ratio))
     best = search._climbed(found(Selection(MOTORS[0], "capstan", 6.23, 50.0), 80.0623), range(3))
     assert best.choice.ratio == 6.23

@@ -22,9 +22,8 @@ from optimizer.codesign import report
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import Corrections, reference
-from optimizer.codesign.figures import FIGURES
 from optimizer.codesign.hardware import Selection
-from optimizer.codesign.report import certificate_of
+from optimizer.codesign.report import FIGURES, certificate_of
 from optimizer.codesign.search import Search
 from optimizer.commands import cli
 from tests.committed import BEST
@@ -71,7 +70,7 @@ def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(pipeline, "build", build)
     monkeypatch.setattr(pipeline, "poor_figures", lambda *_: [])
     monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 1.01, side))
-    monkeypatch.setattr("optimizer.codesign.costs.costs", lambda *_: [])
+    monkeypatch.setattr("optimizer.codesign.relaxation.costs", lambda *_: [])
     monkeypatch.setattr(report, "results_of", lambda _: values)
     monkeypatch.setattr(report, "certificate_of", certified)
 

@@ -27,11 +27,9 @@ from optimizer.codesign import candidate, relaxation, report
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate, Start
 from optimizer.codesign.corrections import Corrections, reference
-from optimizer.codesign.costs import costs
-from optimizer.codesign.figures import results_of
 from optimizer.codesign.hardware import Selection
-from optimizer.codesign.relaxation import Relaxation
-from optimizer.codesign.report import certificate_of
+from optimizer.codesign.relaxation import Relaxation, costs
+from optimizer.codesign.report import certificate_of, results_of
 from optimizer.codesign.run import NO_BOUND
 from optimizer.codesign.search import Search
 from tests.committed import BEST
@@ -56,7 +54,7 @@ def test_what_was_found_stands_in_its_folder(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """What limits cost, results and certificate are those of the committed machine."""
-    monkeypatch.setattr("optimizer.codesign.costs.costs", costs)
+    monkeypatch.setattr("optimizer.codesign.relaxation.costs", costs)
     monkeypatch.setattr(report, "results_of", results_of)
     monkeypatch.setattr(report, "certificate_of", certificate_of)
     finds(monkeypatch)

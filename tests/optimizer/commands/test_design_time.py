@@ -118,7 +118,7 @@ def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """Of five minutes: of the first build nothing is known; it takes 7 s after its bound, which the second leaves."""
-    seconds, stops, written = [200.0], list[list[bool]](), report.write_beside
+    seconds, stops, written = [200.0], list[list[bool]](), report.DesignReport.write
 
     def bounded(family: Family, side_mm: float, stop: Callable[[], bool], *_: object) -> Bound:
         looks = []
@@ -127,11 +127,11 @@ def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
         stops.append(looks)
         return bound_of(family, 1.01, side_mm)
 
-    def write_beside(*given: Any) -> None:
+    def write(*given: Any) -> None:
         written(*given)
         seconds[0] += 7.0
 
-    monkeypatch.setattr(report, "write_beside", write_beside)
+    monkeypatch.setattr(report.DesignReport, "write", write)
     monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
     monkeypatch.setattr(command, "_clock", lambda: lambda: seconds[0])
     finds(monkeypatch, times=2)

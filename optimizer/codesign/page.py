@@ -1,13 +1,34 @@
-"""Plots of pages without a script: where a value stands, and the round values beside an axis."""
+"""What pages without a script share: their template and style, and a plot's edge with round values."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from delta_cad.report.page import ASSETS, page_policy
 
 TICKS = 8  # at most
 ALIKE = 1e-6  # values that differ by less, as a share of them, are one
 ROOM = 0.05  # share of the range that is left free at both ends
+
+
+def rendered(template: str, own_style: str, **given: Any) -> str:
+    """Fills one of the templates in `pages/` in; the style is that of report.html and what the page adds.
+
+    Args:
+        template: Name of the file.
+        own_style: What the page adds.
+        given: What its fields are filled with.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
+
+    style = (ASSETS / "page.css").read_text(encoding="utf-8") + own_style
+    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
+    environment = Environment(loader=FileSystemLoader(Path(__file__).parent / "pages"), autoescape=True, **tidy)
+    return environment.get_template(template).render(**given, policy=page_policy((), style), style=Markup(style))
 
 
 class Scale:
