@@ -501,9 +501,6 @@ def _width_mm(brief: DesignBrief) -> float:
 def relaxed(brief: DesignBrief) -> Problem:
     """Poses the lengths of a machine of the best of all hardware that may be used.
 
-    Args:
-        brief: The requirements.
-
     Returns:
         Step 2 of a problem whose feasible lengths contain those of every machine that meets the requirements.
     """

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
 CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -184,12 +186,7 @@ def _peak_torque(
 
 
 def worst_torque(lengths: Mapping[str, float], force: float) -> float:
-    """Computes the largest torque of a joint over a cube for a force in any direction, N m.
-
-    Args:
-        lengths: By name, mm.
-        force: N.
-    """
+    """Computes the largest joint torque over a cube, N m, for a force (N) in any direction; lengths by name, mm."""
     names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
     g = DeltaGeometry(**{name: lengths[name] / MM_PER_M for name in names})
     limit = Torque(force, 1.0)
@@ -208,10 +205,6 @@ def effective_mass_kg(candidate: Candidate) -> float:
 def with_gravity_torque(design: Design, corrections: Corrections) -> Corrections:
     """Learns what gravity takes of a joint of a design that closed forms pass, rather too little, before it is weighed.
 
-    Args:
-        design: The design.
-        corrections: What is known: the masses of another machine.
-
     Returns:
         The same where that is no more than what is taken for it.
     """
@@ -228,10 +221,6 @@ def with_gravity_torque(design: Design, corrections: Corrections) -> Corrections
 def weigh(design: Design, begin: Callable[[str], None]) -> tuple[MassEstimate, list[CheckResult]]:
     """Makes the solids of a design, weighs them and takes their outline; loads the CAD kernel.
 
-    Args:
-        design: One that closed forms pass.
-        begin: Called before each part that is made.
-
     Returns:
         weighed: What they weigh.
         results: The checks that this decides.
@@ -245,42 +234,34 @@ def weigh(design: Design, begin: Callable[[str], None]) -> tuple[MassEstimate, l
     return mass_estimate_of(design, machine.masses), check_weighed(machine)
 
 
-_REFUSED: dict[str, tuple[Estimate, ...]] = {}
-"""Why the design asked about last is refused, by its hash: what does not bind it may be raised several times."""
+def _last(memo: dict[str, T], design: Design, compute: Callable[[], T]) -> T:
+    """Computes something of a design, once for one after the other that are equal."""
+    key = design_hash(design)
+    if key not in memo:
+        found = compute()
+        memo.clear()
+        memo[key] = found
+    return memo[key]
+
+
+_REFUSED: dict[str, tuple[Estimate, ...]] = {}  # what does not bind a design may be raised several times
+_MADE: dict[str, BuiltMachine] = {}  # what is weighed is looked at next
 
 
 def refused(design: Design) -> tuple[Estimate, ...]:
-    """Gives why closed forms refuse a design of a search, with estimates, once for one after the other that are equal.
+    """Gives why closed forms refuse a design of a search, with estimates.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
-    key = design_hash(design)
-    if key not in _REFUSED:
-        found = estimates(design)
-        _REFUSED.clear()
-        _REFUSED[key] = found
-    return _REFUSED[key]
-
-
-_MADE: dict[str, BuiltMachine] = {}
-"""The machine made last, by its design's hash: what is weighed is looked at next."""
+    return _last(_REFUSED, design, lambda: estimates(design))
 
 
 def solid(design: Design, begin: Callable[[str], None]) -> BuiltMachine:
-    """Makes the solids of a design, once for one after the other that are equal; raises as `make_machine`, and `begin`.
-
-    Args:
-        design: The design.
-        begin: Called before each part that is made.
-    """
+    """Makes the solids of a design; `begin` is called before each part. Raises as `make_machine` and `begin` do."""
     from delta_cad.commands.pipeline import make_machine
 
-    key = design_hash(design)
-    if key not in _MADE:
-        _MADE.clear()
-        _MADE[key] = make_machine(design, begin)
-    return _MADE[key]
+    return _last(_MADE, design, lambda: make_machine(design, begin))
 
 
 def ball_joint_friction(design: Design) -> tuple[float, float]:
@@ -290,12 +271,7 @@ def ball_joint_friction(design: Design) -> tuple[float, float]:
 
 
 def mass_estimate_of(design: Design, report: Mapping[str, Any]) -> MassEstimate:
-    """Reads the masses of a machine that was made.
-
-    Args:
-        design: The design.
-        report: Result of `mass_report`.
-    """
+    """Reads the masses of a machine that was made."""
     m, g = design.mechanism, design.geometry
     masses = masses_from_dict(report, g.forearm_length, drive_torque(design))
     held = held_masses(design.name, report["bodies"], design)
@@ -310,10 +286,6 @@ def mass_estimate_of(design: Design, report: Mapping[str, Any]) -> MassEstimate:
 
 def reported(objective: Objective, outcome: Outcome) -> float | None:
     """Gives what is reported of a machine that was built, of what is to be least.
-
-    Args:
-        objective: What is sought.
-        outcome: The machine.
 
     Returns:
         Width and depth of the swept machine together, mm; its worst effective mass, kg; its price, EUR. None where the

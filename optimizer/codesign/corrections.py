@@ -49,13 +49,7 @@ class MassEstimate:
     own: bool = False
 
     def inertia(self, upper_arm_mm: float, forearm_mm: float, ratio: float) -> HandleInertia:
-        """Estimates the inertia at the handle of a machine not far from this one.
-
-        Args:
-            upper_arm_mm: Its L_A.
-            forearm_mm: Its L_B.
-            ratio: Of its drive.
-        """
+        """Estimates the inertia at the handle of a machine not far from this one."""
         m = self.masses
         arm = m.arm_inertia * (upper_arm_mm / self.upper_arm_mm) ** ARM_EXPONENT
         rotor = m.rotor_inertia * (ratio / self.ratio) ** 2

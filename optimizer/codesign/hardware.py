@@ -75,11 +75,7 @@ class Selection:
         return SECTOR_ROOM_MM + (PINION_MM + self.wider_mm) * self.ratio / 2.0 if self.drive == "capstan" else 0.0
 
     def hardware(self, row: catalogue.Motor) -> dict[str, Any]:
-        """Gives the entries of a design's hardware; the sector is as large as the pinion asks for.
-
-        Args:
-            row: The motor.
-        """
+        """Gives the entries of a design's hardware; the sector is as large as the pinion asks for."""
         entries: dict[str, Any] = {"motor": self.motor, "drive": self.drive}
         if self.drive == "capstan":
             pinion = PINION_MM + max(row.shaft_diameter_mm - SHAFT_MM, 0.0) / 2 + self.wider_mm
@@ -122,11 +118,6 @@ def neighbours(brief: DesignBrief, now: Selection, halved: int) -> list[Selectio
 
     Small steps leave the width as it is, for which solids told what room keys need, and go to other pinions instead,
     and to other ratios with the same sector.
-
-    Args:
-        brief: What the customer asks, who may have fixed any of them.
-        now: Hardware.
-        halved: How often the steps are.
     """
     step, wide, wider = (one / 2.0**halved for one in (RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM))
     found: list[Selection] = []
@@ -148,13 +139,7 @@ def neighbours(brief: DesignBrief, now: Selection, halved: int) -> list[Selectio
 
 
 def dominated(brief: DesignBrief, choice: Selection, failed: Iterable[Selection]) -> bool:
-    """Decides whether hardware without any lengths does all that another does, as far as an estimate sees.
-
-    Args:
-        brief: What the customer asks.
-        choice: Hardware.
-        failed: What has no lengths.
-    """
+    """Decides whether hardware without any lengths does all that another does, as far as an estimate sees."""
     feel, own = brief.feel, motor_of(brief, choice.motor)
     for other in failed:
         row = motor_of(brief, other.motor)
@@ -194,13 +179,7 @@ def default_of(entry: str) -> Any:
 
 
 def price_EUR(brief: DesignBrief, choice: Selection, lengths_mm: Sequence[float]) -> float:
-    """Estimates the price of one machine, EUR.
-
-    Args:
-        brief: What the customer asks, whose own parts may have prices.
-        choice: Hardware.
-        lengths_mm: (6) in the order of `VARIABLES`.
-    """
+    """Estimates the price of one machine of (6) lengths in the order of `VARIABLES`, EUR."""
     size = sum(lengths_mm[VARIABLES.index(name)] for name in SIZED)
     motors = len(CHAINS) * row_price("motor", motor_of(brief, choice.motor)).one_EUR
     return motors + _rows_EUR(brief, choice, lengths_mm) + REST_EUR + MADE_EUR[choice.drive] + MADE_EUR_mm2 * size**2

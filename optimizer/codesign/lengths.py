@@ -174,11 +174,6 @@ def to_requirements(
 def continuous_torque_N_m(brief: DesignBrief, choice: Selection, corrections: Corrections) -> float:
     """Computes the torque of a joint for the lasting force beside the weight, N m: what is for ever, and no more than
     what leaves enough for the peak force, which goes with it.
-
-    Args:
-        brief: What the customer asks.
-        choice: Hardware.
-        corrections: What is known of it.
     """
     asked, row = brief.requirements, motor_of(brief, choice.motor)
     lasting = min(choice.torque_N_m(row), asked.joint_torque_N_m or math.inf)

@@ -15,13 +15,7 @@ ROOM = 0.05  # share of the range that is left free at both ends
 
 
 def rendered(template: str, own_style: str, **given: Any) -> str:
-    """Fills one of the templates in `pages/` in; the style is that of report.html and what the page adds.
-
-    Args:
-        template: Name of the file.
-        own_style: What the page adds.
-        given: What its fields are filled with.
-    """
+    """Fills one of the templates in `pages/` in; the style is that of report.html and what the page adds."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 

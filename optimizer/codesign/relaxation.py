@@ -244,11 +244,6 @@ class Cost:
 def costs(brief: DesignBrief, candidate: Candidate, corrections: Corrections) -> list[Cost]:
     """Estimates what each stated limit costs, with the hardware of a machine and what was learnt of it.
 
-    Args:
-        brief: What the customer asks.
-        candidate: The machine.
-        corrections: What is known of it.
-
     Returns:
         The limits that cost more than the search resolves, the dearest first.
     """

@@ -149,9 +149,6 @@ class ResultAtLimit:
 def results_of(outcome: Outcome) -> dict[str, float]:
     """Computes the results of a machine that was built, whatever limits are set.
 
-    Args:
-        outcome: What came of it, with its masses.
-
     Returns:
         Key of a figure -> value, the worst over the cube; those of checks are theirs.
     """
@@ -174,11 +171,6 @@ def results_of(outcome: Outcome) -> dict[str, float]:
 
 def force_N(design: Design, masses: Mapping[str, Any], torque_N_m: float) -> float:
     """Computes the force that a torque of the joints gives beside the weight, in any direction, anywhere in the cube.
-
-    Args:
-        design: The machine.
-        masses: Result of `mass_report`.
-        torque_N_m: Of each joint.
 
     Returns:
         The force, N; 0 where the weight takes all of the torque.
@@ -208,12 +200,7 @@ def height_mm(d: Dimensions) -> float:
 
 
 def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[ResultAtLimit]:
-    """Lists the results of which the requirements file sets a limit, in the order of `FIGURES`.
-
-    Args:
-        brief: The requirements.
-        values: Key of a figure -> result; None where it is not known.
-    """
+    """Lists the results of which the requirements file sets a limit, in the order of `FIGURES`."""
     return [
         ResultAtLimit(one, value, limit)
         for one in FIGURES
@@ -249,26 +236,14 @@ def placed(design: Design, brief: DesignBrief, folder: Path) -> Design:
 
 
 def certificate_of(design: Design, masses: Path) -> Certificate:
-    """Certifies a machine that was built, with its own masses.
-
-    Args:
-        design: The design.
-        masses: `mass_properties.json` of its build.
-    """
+    """Certifies a machine that was built, with its own masses."""
     share = share_of_masses(masses, design)
     inertia = load_masses(masses, design).handle_inertia
     return certify(design, limits_of(design, share, inertia), gravity=share)
 
 
 def facts_of(brief: DesignBrief, outcome: Outcome, log: SearchLog, bound: Bound | None) -> dict[str, Any]:
-    """Gives what came of a run as JSON types.
-
-    Args:
-        brief: What was asked.
-        outcome: The machine that passed.
-        log: What the search went through.
-        bound: What is proved of the machine's family; None where the cube is not what is sought.
-    """
+    """Gathers what came of a run as JSON types; without a bound where the cube is not the objective."""
     design, values = outcome.design, results_of(outcome)
     drive = drive_torque(design)
     return {
@@ -300,14 +275,7 @@ EMPTY = ("cube_side_mm", "bound_mm", "gap", *(one.key for one in FIGURES), "outl
 
 
 def no_facts(name: str, ends: Verdict, log: SearchLog, nearest: dict[str, Any]) -> dict[str, Any]:
-    """Gives what came of a run without a machine as JSON types.
-
-    Args:
-        name: Of the requirements.
-        ends: The verdict.
-        log: What the search went through.
-        nearest: Facts of the machine of the nearest requirements that have one; {} for none.
-    """
+    """Gives what came of a run without a machine as JSON types."""
     facts: dict[str, Any] = {"name": name, "verdict": str(ends), "passed": False} | dict.fromkeys(EMPTY)
     return facts | {"binding": [], "poor": [], "tried": log.candidates, "nearest": nearest or None}
 

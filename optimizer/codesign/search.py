@@ -138,9 +138,6 @@ class Search:
     def begin(self, step: str) -> None:
         """Reports a step, or ends what goes on where there is no time for it.
 
-        Args:
-            step: What is being done.
-
         Raises:
             OutOfTimeError: The time is over.
             HalfTimeError: Half of it is over, and of the candidates that could be built none is.

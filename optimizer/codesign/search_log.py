@@ -80,12 +80,7 @@ class SearchLog:
         self.left = [one for one in self.left if one != hardware]
 
     def with_passed(self, machine: Candidate, design: Design) -> SearchLog:
-        """Gives the same with a machine that passes every check, last; what made its hardware fail elsewhere is gone.
-
-        Args:
-            machine: The machine.
-            design: Its design, as it is written.
-        """
+        """Adds a machine that passes every check, last, with its design as written; its hardware is no longer stuck."""
         name = f"{machine.choice.motor} {machine.choice.drive}"
         return replace(
             self,
@@ -127,11 +122,6 @@ def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
     That no machine exists follows from closed forms, or from a search that went through all hardware to its end and
     was refused all of it; neither from time that was over, nor from candidates that the search did not know how to
     mend.
-
-    Args:
-        log: What it went through.
-        end: What ended it.
-        stands: Whether a machine was built that passes every check.
 
     Returns:
         The verdict, and what shows it, or what was left open; "" where a machine stands.

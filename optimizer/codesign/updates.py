@@ -164,9 +164,6 @@ def _another(brief: DesignBrief, choice: Selection, entry: str) -> Selection:
 def too_soft(design: Design) -> tuple[float, float] | None:
     """Computes the least stiffness at the knob of a design, in closed form.
 
-    Args:
-        design: One whose parts can be dimensioned.
-
     Returns:
         That stiffness and what is asked, N/mm; None where it is stiff enough or nothing is asked.
     """
@@ -188,26 +185,13 @@ def utilisation(one: Estimate | CheckResult) -> float:
 
 
 def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
-    """Learns what a motor's shaft bears of a cable.
-
-    Args:
-        corrections: What was known.
-        sector_mm: Radius of the sector.
-        torque_N_m: Of a joint, for a moment.
-        share: Of what the shaft bears, that it then bears.
-    """
+    """Corrects the cable force that a motor's shaft bears, of which a peak joint torque takes a share."""
     pull = SPARE * torque_N_m / share / (sector_mm / MM_PER_M)
     return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
 
 def from_stiffness(corrections: Corrections, least: float, asked: float, design: Design) -> Corrections:
     """Learns from a knob that is too soft.
-
-    Args:
-        corrections: What was known.
-        least: Stiffness, N/mm.
-        asked: The least that is asked.
-        design: Whose knob it is.
 
     Raises:
         NoProgressError: More hold against turning is not to be had.
@@ -228,14 +212,7 @@ def _stiffer(corrections: Corrections, why: str) -> Corrections:
 
 
 def _levered(corrections: Corrections, side_mm: float, share: float, why: str) -> Corrections:
-    """Asks for more hold against turning for each mm of a knob's lever behind a panel, or for a shorter lever.
-
-    Args:
-        corrections: What was known.
-        side_mm: Of a cube whose knob loads a part too much.
-        share: Of that load that the part bears.
-        why: What told so.
-    """
+    """Raises the couple index per mm of a knob's lever behind a panel, by the share of its load that a part bears."""
     least, most = LEVER_STEPS
     now = max(corrections.couple_per_mm, corrections.couple_index_min / (side_mm + KNOB_MM))
     return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
@@ -251,11 +228,6 @@ def from_kernel(
     corrections: Corrections, lengths_mm: tuple[float, ...], error: BuildError | DimensionError
 ) -> Corrections:
     """Learns that a solid cannot be made: what the kernel does not give here it may give a little farther out.
-
-    Args:
-        corrections: What was known.
-        lengths_mm: (6) in the order of `VARIABLES`.
-        error: What was raised.
 
     Returns:
         What is known now.
@@ -278,11 +250,6 @@ def _farther_out(corrections: Corrections, lengths_mm: tuple[float, ...], why: s
 
 def from_checks(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
     """Learns from the checks of a machine that was made.
-
-    Args:
-        candidate: The machine.
-        corrections: What was known.
-        results: Its checks.
 
     Returns:
         What is known now.
@@ -353,13 +320,7 @@ def by_weight(check: str) -> bool:
 
 
 def with_outline(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
-    """Learns what a machine takes beyond eq. (1) of its outline, more or less than was thought.
-
-    Args:
-        candidate: The machine.
-        corrections: What was known.
-        results: Its checks.
-    """
+    """Learns what a machine takes beyond eq. (1) of its outline, more or less than was thought."""
     named = {result.name: result.value for result in results}
     width, depth = (named.get(f"envelope {way}") for way in ("width", "depth"))
     if width is None or depth is None:
@@ -378,11 +339,6 @@ def with_room(
 ) -> tuple[Corrections, float]:
     """Learns how much less of a base radius keys need, where that is what it was made for.
 
-    Args:
-        candidate: The machine.
-        corrections: What was known.
-        results: Its checks.
-
     Returns:
         What is known, and by how much the base radius may be shorter, mm.
     """
@@ -396,10 +352,6 @@ def with_room(
 
 def with_least_radius(candidate: Candidate, corrections: Corrections) -> Corrections:
     """Learns how much less of a base radius closed forms would let a machine's hardware have.
-
-    Args:
-        candidate: The machine, which they pass.
-        corrections: What was known.
 
     Returns:
         What is known now; nothing more where they ask for no base radius within `LEFT_MM` of the machine's.

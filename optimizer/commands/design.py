@@ -180,13 +180,7 @@ def _judged(given: argparse.Namespace, log: SearchLog, end: End, facts: dict[str
 
 
 def _command(given: argparse.Namespace, seed: int, resume: bool) -> str:
-    """Writes the command that goes on with a run.
-
-    Args:
-        given: Its arguments.
-        seed: Of the next one.
-        resume: Whether it takes up what was computed.
-    """
+    """Writes the command that goes on with a run."""
     words = ["python -m optimizer design", quote(str(given.requirements))]
     words += [] if given.out == OUT else ["--out", quote(str(given.out))]
     words += ["--seed", str(seed)] if seed else []

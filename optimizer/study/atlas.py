@@ -29,9 +29,6 @@ NAME_ROOM = 40  # letters of a brief's name in those of its machines: with a set
 def machine_row(one: Mapping[str, Any]) -> AtlasRow:
     """Finds the machine of one set: what closed forms pass with masses of its own solids.
 
-    Args:
-        one: A `grid.Set` whose requirements are a brief, as plain data.
-
     Returns:
         What its row of the atlas says of it; `machine`: hardware and figures by column, None where there is none;
         `design`: text of its design file.

@@ -51,9 +51,6 @@ class Failure(NamedTuple):
 def solve(one: Mapping[str, Any]) -> AtlasRow:
     """Solves one set; what runs on the workers.
 
-    Args:
-        one: A `grid.Set` as plain data.
-
     Returns:
         Plain data: `index`, `inputs`, `method`, `seed`; `feasible`; `steps`, the records of the steps' results;
         `conflict`, names of the constraints that cannot be met together, with `conflict_step` and `message`; processor
@@ -133,9 +130,6 @@ def _reason(future: Future) -> str:
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Client]:
     """Starts processes of this machine, one thread each, without Dask's own page and with nothing open to the network.
-
-    Args:
-        workers: How many.
 
     Yields:
         Its client.

@@ -421,11 +421,6 @@ def at_side(given: Requirements, side: float) -> Problem:
 def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
     """Finds the smallest set of constraints that cannot be met together 1 % beyond the largest half side.
 
-    Args:
-        given: The requirements.
-        largest: Largest half side, mm.
-        seed: Seed of the feasibility searches.
-
     Returns:
         The constraints, described; none where the searches found a larger cube feasible.
     """
@@ -437,10 +432,6 @@ def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
 
 def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
     """Finds what contradicts every cube that has a size, where only one without is left: kappa of 1 holds in a point.
-
-    Args:
-        given: The requirements.
-        seed: Seed of the feasibility searches.
 
     Returns:
         The contradiction with a half side of `RANGE_MIN` of its upper bound; None where that can be met.

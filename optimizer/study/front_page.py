@@ -105,12 +105,7 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
 
 
 def files(facts: Row, text: str) -> dict[str, str]:
-    """Writes the files of a front without its pictures: name -> content.
-
-    Args:
-        facts: What `record` gives.
-        text: The page.
-    """
+    """Writes the files of a front without its pictures: name -> content."""
     points = [point for curve in facts["curves"] for point in curve["points"]]
     return {"front.csv": csv_text(COLUMNS, points), "front.json": json_text(facts), "front.md": text}
 

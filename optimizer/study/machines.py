@@ -192,11 +192,7 @@ def front(search: Search, points: list[MachinePoint]) -> None:
 
 
 def best_machine(search: Search) -> MachinePoint | None:
-    """Finds the machine of a task that closed forms pass, of the best hardware; nothing is built.
-
-    Args:
-        search: One of the task; its reports and its journal are used.
-    """
+    """Finds the machine of a task that closed forms pass, of the best hardware; nothing is built."""
     best: Candidate | None = None
     for number, (score, choice) in enumerate(search.ranked()):
         if best is not None and (number >= MOTORS or score <= best.score):
@@ -252,12 +248,9 @@ def _point(search: Search, axis: str, limit: float | None, candidate: Candidate,
 
 
 def figures_of(design: Design, candidate: Candidate, ball_friction_N: tuple[float, float]) -> Figures:
-    """Computes what a machine is like, with the masses of the last machine of its hardware that was weighed.
+    """Computes the figures of a machine with the masses last weighed for its hardware.
 
-    Args:
-        design: The machine.
-        candidate: What it was made from.
-        ball_friction_N: What its ball joints rub with at the knob: along z, and square to it.
+    The ball joints' friction is that at the knob: along z, and square to it, N.
     """
     from delta_cad.structure.report import stiffness
 
@@ -345,13 +338,7 @@ def existing_builds(designs: Mapping[str, Design], out: Path) -> dict[str, Exist
 
 
 def write_front(points: Sequence[MachinePoint], name: str, place: Path) -> None:
-    """Puts the complete folder of a front in its place.
-
-    Args:
-        points: The front.
-        name: Of the brief.
-        place: The folder, beside which builds stand.
-    """
+    """Puts the complete folder of a front in its place."""
     with whole_folder(place) as folder:
         (folder / DESIGNS).mkdir()
         for file, text in design_files(points).items():

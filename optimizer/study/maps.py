@@ -19,10 +19,6 @@ MARGIN = 0.2  # margin around the cube that a map shows, as a part of the half s
 def require_held(g: DeltaGeometry, cube: Cube) -> None:
     """Refuses a cube that has no maps.
 
-    Args:
-        g: The mechanism.
-        cube: Its cube.
-
     Raises:
         UnreachableError: A chain cannot be closed in a point of the cube's surface.
         SingularError: The platform is not above the elbows in the whole surface.

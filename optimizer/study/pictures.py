@@ -125,13 +125,7 @@ def save(figure: Figure, folder: Path, name: str) -> None:
 
 @styled
 def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint | None, title: str) -> Figure:
-    """Draws it.
-
-    Args:
-        curve: The front.
-        published: Designs to set beside it.
-        chosen: The point that the other pictures show; None for another design.
-        title: Name of the requirements.
+    """Draws a front, designs beside it, and the chosen point, which the other pictures show; None for another design.
 
     Returns:
         The figure, 9.6 x 8 inches.
@@ -250,10 +244,6 @@ def _legend(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoi
 def trade(fronts: Trade, title: str) -> Figure:
     """Draws both families over the front as required, one picture each.
 
-    Args:
-        fronts: The fronts.
-        title: Name of the requirements.
-
     Returns:
         The figure, 11 x 5 inches.
     """
@@ -303,11 +293,6 @@ def _label(curve: Curve) -> str:
 def convergence(traces: list[Trace], optimum: float, title: str) -> Figure:
     """Draws the median and the range over the seeds of the best objective so far.
 
-    Args:
-        traces: Runs of both methods from the same seeds.
-        optimum: Worst kappa of the front at this cube.
-        title: Which problem.
-
     Returns:
         The figure, 11 x 4.6 inches.
     """
@@ -355,12 +340,7 @@ def convergence(traces: list[Trace], optimum: float, title: str) -> Figure:
 
 @styled
 def workspace(g: DeltaGeometry, cube: Cube, title: str) -> Figure:
-    """Draws it.
-
-    Args:
-        g: The mechanism.
-        cube: Its cube.
-        title: Name of the design.
+    """Draws the workspace of a mechanism with its cube.
 
     Returns:
         The figure, 12 x 5.6 inches.
@@ -457,11 +437,6 @@ def _square(left: float, lower: float, right: float, upper: float) -> Rectangle:
 def maps(slices: list[Slice], force: float, title: str) -> Figure:
     """Draws both figures of merit over every slice, a row each, with one scale a row.
 
-    Args:
-        slices: The maps.
-        force: That the torque is for, N.
-        title: Name of the design.
-
     Returns:
         The figure, 12.4 x 7 inches.
     """
@@ -519,10 +494,6 @@ def _marks(ax: Axes, plane: Slice, value: np.ndarray, form: str, worst: float) -
 def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
     """Draws the map: one panel a step, the first axis upwards.
 
-    Args:
-        grid: A grid that can be `mapped`.
-        rows: One for each set.
-
     Returns:
         The figure, 4.2 inches high.
     """
@@ -540,11 +511,6 @@ def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
 
 def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
     """Finds the best objective of each pair of values, over the seeds.
-
-    Args:
-        grid: A grid of two axes.
-        rows: One for each set.
-        column: As `objective_column` names it.
 
     Returns:
         (values of the first axis, values of the second); NaN where no seed met the step.

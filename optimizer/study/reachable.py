@@ -46,9 +46,6 @@ def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:
 def contours_in_mirror_plane(g: DeltaGeometry) -> list[np.ndarray]:
     """Computes the workspace's boundary above the base plane in the plane y = 0, in which chain 0 moves.
 
-    Args:
-        g: The mechanism.
-
     Returns:
         Pieces of the boundary, each (K, 3) points, m; chain 2's are chain 1's.
     """

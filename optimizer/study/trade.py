@@ -64,9 +64,6 @@ class Trade:
 def trade(tracer: Tracer) -> Trade:
     """Traces the front as required and the further ones beside it.
 
-    Args:
-        tracer: Tracer of the front as required.
-
     Returns:
         The fronts, as far as they came if the run was stopped.
 
