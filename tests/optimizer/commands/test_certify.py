@@ -401,15 +401,7 @@ def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     assert shown.endswith(b"\r\x1b[K")
 
 
-def test_help_and_verify_load_no_compiler(tmp_path: Path) -> None:
-    for command in ("certify", "verify"):
-        code = (
-            "import sys\nfrom optimizer.commands.cli import main\ntry:\n"
-            f"    main(['{command}', '--help'])\nexcept SystemExit:\n"
-            "    print([m for m in ('numpy', 'scipy', 'numba', 'pydantic', 'cadquery') if m in sys.modules])"
-        )
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        assert run.stdout.splitlines()[-1] == "[]"
+def test_verify_loads_no_compiler(tmp_path: Path) -> None:
     assert call("certify", "--design", changed(tmp_path), "--out", tmp_path / "c.json") == 0
     code = (
         "import sys\nfrom optimizer.commands.cli import main\n"

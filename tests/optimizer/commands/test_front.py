@@ -241,14 +241,3 @@ def test_without_matplotlib_it_is_refused_before_anything_is_done(
     monkeypatch.setattr(front, "find_spec", lambda name: None if name == "matplotlib" else true(name))
     assert "matplotlib is not installed" in refused(capsys, task, "--out", tmp_path)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_help_loads_nothing_heavy() -> None:
-    code = (
-        "import sys\nfrom optimizer.commands import cli\n"
-        "try:\n cli.main(['front', '--help'])\nexcept SystemExit: pass\n"
-        "print(sorted(set(sys.modules) & {'numpy', 'scipy', 'matplotlib', 'numba', 'pydantic'}))"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert "--seeds" in run.stdout
-    assert run.stdout.endswith("[]\n")

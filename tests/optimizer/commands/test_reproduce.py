@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -106,13 +105,3 @@ def test_exit_code_1_where_a_proof_or_method_fails(
     err = capsys.readouterr().err
     assert err == "the optimum of table 8 row 1 is not proved; GA+SQP fails on table 8 row 1\n"
     assert (tmp_path / "reproduce.md").exists()
-
-
-def test_help_loads_no_solver() -> None:
-    code = (
-        "import sys\nfrom optimizer.commands.cli import main\n"
-        "try:\n    main(['reproduce', '--help'])\nexcept SystemExit:\n"
-        "    print([m for m in ('numpy', 'scipy', 'pymoo', 'numba', 'pydantic', 'cadquery') if m in sys.modules])"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.splitlines()[-1] == "[]"

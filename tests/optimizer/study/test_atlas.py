@@ -309,15 +309,6 @@ def test_without_its_extra_one_line_names_it(name: str, file: Path) -> None:
     assert (run.returncode, said(run.stderr)) == (2, not_installed(name, "optimize,atlas") + "\n")
 
 
-def test_help_loads_nothing_heavy() -> None:
-    code = (
-        "import sys\nfrom optimizer.commands.cli import main\ntry:\n    main(['atlas', '--help'])\nexcept SystemExit:\n"
-        "    print([m for m in ('numpy', 'scipy', 'numba', 'dask', 'distributed', 'matplotlib') if m in sys.modules])"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.splitlines()[-1] == "[]"
-
-
 def test_checkpoint_of_another_atlas_or_no_checkpoint_is_refused(
     file: Path, grid: Grid, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
