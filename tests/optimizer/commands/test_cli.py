@@ -158,7 +158,10 @@ def test_wrong_usage_exits_2_in_one_line(arguments: list[str], words: str, capsy
     ("more", "words"),
     [
         (["--steps", "3"], "joystick.toml: step 3 needs step_3.half_side_mm or what step 2 reached"),
-        (["--population", "2"], "joystick.toml: 4 free variables, 2 individuals, 100 generations: at least 1, 4 and 1"),
+        *(
+            (["--population", n], f"joystick.toml: 4 free variables, {n} individuals, 100 generations: at least 1, 4")
+            for n in ("0", "2", "3")
+        ),
     ],
 )
 def test_runs_that_make_no_sense_exit_2(
@@ -287,10 +290,6 @@ def test_checkpoint_of_another_run_or_no_checkpoint_is_refused(
         Checkpoint(path, KEY | {"seed": 2}, resume=True)
     assert call("synthesize", JOYSTICK, "--out", tmp_path / "b.json", "--resume") == 2
     assert capsys.readouterr().err.startswith("b.json.checkpoint.jsonl: is of another run: requirements, method, seed")
-    for text in ("nonsense\n", "[]\n", '{"key":{"seed":1,"steps":[1,2]}}\n{"phase":"1/ga"}\n'):
-        path.write_text(text)
-        with pytest.raises(CheckpointError):
-            Checkpoint(path, KEY, resume=True)
 
 
 def test_design_of_a_result_carries_the_limits_and_refuses_what_the_design_file_refuses(tmp_path: Path) -> None:
@@ -381,12 +380,6 @@ def test_a_cube_below_a_micrometre_is_one_line(
     assert list(tmp_path.iterdir()) == [tmp_path / "t.toml"]
 
 
-@pytest.mark.parametrize("population", [0, 3])
-def test_too_small_a_population_is_refused(population: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("synthesize", JOYSTICK, "--population", str(population), "--out", tmp_path / "b.json") == 2
-    assert f"{population} individuals" in capsys.readouterr().err
-
-
 def test_two_runs_never_share_a_checkpoint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "b.json.checkpoint.jsonl"
     first = Checkpoint(path, KEY, resume=False)
@@ -404,18 +397,3 @@ def test_two_runs_never_share_a_checkpoint(tmp_path: Path, capsys: pytest.Captur
     first.remove()  # was closed: what is there now is another's
     assert path.exists()
     again.remove()
-
-
-def test_the_lock_of_a_killed_run_is_released(tmp_path: Path) -> None:
-    path = tmp_path / "c.jsonl"
-    code = (
-        "import sys, time\nfrom pathlib import Path\nfrom optimizer.synthesis.checkpoint import Checkpoint\n"
-        "store = Checkpoint(Path(sys.argv[1]), {'seed': 1}, False)\nprint('open', flush=True)\ntime.sleep(60)"
-    )
-    with subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True) as run:
-        assert run.stdout is not None
-        assert run.stdout.readline() == "open\n"
-        with pytest.raises(CheckpointError, match="another run"):
-            Checkpoint(path, {"seed": 1}, resume=True)
-        run.kill()
-    Checkpoint(path, {"seed": 1}, resume=True).remove()

@@ -13,7 +13,6 @@ from typing import Any, cast
 
 import pytest
 
-from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.clearance.clearance import MeshClearance
 from delta_cad.checks.range.feel import poor_figures
 from delta_cad.checks.report import CheckResult
@@ -34,19 +33,7 @@ from optimizer.codesign.run import NO_BOUND
 from optimizer.codesign.search import Search
 from tests.committed import BEST
 from tests.delta_cad.report.reading import Page
-from tests.optimizer.commands.paper import BRIEF, CHOICE, LENGTHS, bound_of, build_on_paper, call, finds, interrupt
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "task.toml"
-    path.write_text(BRIEF, encoding="utf-8")
-    return path
-
-
-@pytest.fixture
-def paper_build(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
-    build_on_paper(best_assembly, monkeypatch)
+from tests.optimizer.commands.paper import BRIEF, CHOICE, LENGTHS, bound_of, call, finds, interrupt
 
 
 @pytest.mark.usefixtures("paper_build")

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from delta_cad.assembly.machine import Assembly
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
@@ -19,19 +18,7 @@ from optimizer.codesign.run import GRACE_S, HURRIED, NO_BOUND
 from optimizer.codesign.search import Search
 from optimizer.commands import design as command
 from optimizer.search.clock import OutOfTimeError
-from tests.optimizer.commands.paper import BRIEF, bound_of, build_on_paper, call, finds
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "task.toml"
-    path.write_text(BRIEF, encoding="utf-8")
-    return path
-
-
-@pytest.fixture
-def paper_build(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
-    build_on_paper(best_assembly, monkeypatch)
+from tests.optimizer.commands.paper import bound_of, call, finds
 
 
 @pytest.mark.parametrize("end", ["time", "stopped", "gave up"])

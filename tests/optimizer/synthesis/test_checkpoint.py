@@ -121,19 +121,6 @@ def test_a_whole_record_of_another_shape_is_refused(record: Any, tmp_path: Path)
     Checkpoint(path, KEY, resume=False).close()  # its lock was given back
 
 
-def test_a_checkpoint_that_another_run_writes_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "rows.jsonl"
-    store = Checkpoint(path, KEY, resume=False)
-    with pytest.raises(CheckpointError, match="another run"):
-        Checkpoint(path, KEY, resume=False)
-    store.finish("set/4", {"index": 4})
-    store.close()
-    again = Checkpoint(path, KEY, resume=True)
-    assert (again.finished("set/4"), again.finished("set/3")) == ({"index": 4}, None)
-    again.remove()
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_kill_while_a_resumed_run_opens_its_checkpoint_loses_nothing(tmp_path: Path) -> None:
     """SIGKILL at each call that opens, locks, lists or renames a file: what was kept is there afterwards."""
     path = tmp_path / "c.jsonl"
