@@ -169,7 +169,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
          "max(over - SPARE_MM, 0.0)", "max(over + SPARE_MM, 0.0)"),
         (f"{CODESIGN}/lengths.py", "friction of a drive at another ratio",
          "coulomb_N_m(motor, choice.ratio)[1]", "coulomb_N_m(motor, best.ratio)[1]"),
-        (f"{CODESIGN}/choice.py", "sectors need twice the room", "* self.ratio / 2.0 if", "* self.ratio if"),
+        (f"{CODESIGN}/hardware.py", "sectors need twice the room", "* self.ratio / 2.0 if", "* self.ratio if"),
     ),
     "tests/optimizer/search/test_genetic.py": (
         ("optimizer/search/genetic.py", "a history takes what breaks a limit",

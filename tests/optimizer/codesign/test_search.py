@@ -15,13 +15,14 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import UnreachableError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
+from optimizer.codesign import updates
 from optimizer.codesign.candidate import Candidate, refused
 from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.hardware import SMALL, Selection, motor_of, neighbours
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.search import LEAST_SIDE_MM, Search
 from optimizer.codesign.search_log import Verdict, verdict
-from optimizer.codesign.updates import KERNEL_TRIES, NoProgressError
+from optimizer.codesign.updates import NoProgressError
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.search.clock import HalfTimeError, OutOfTimeError
 from tests.committed import changed
@@ -163,10 +164,11 @@ def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(mon
         raise BuildError("encoder_cheek", "body", "the solid is not valid")
 
     monkeypatch.setattr(search, "_weighed", fails)
+    monkeypatch.setattr(updates, "KERNEL_TRIES", 1)
     assert search.fixed_point(Selection(MOTORS[0], "capstan", 6.0, 50.0)) is None
     assert "the solid is not valid" in search.log.no_progress[f"{MOTORS[0]} capstan"]
     radii = [design.mechanism.base_radius_mm for design in weighed]
-    assert len(radii) == KERNEL_TRIES + 1
+    assert len(radii) == 2
     assert all(0.05 < b - a < 0.5 for a, b in pairwise(radii))
 
 
@@ -279,13 +281,6 @@ def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> N
     with pytest.raises(OutOfTimeError):
         search.best()
     assert paper.moved == []
-
-
-def test_a_force_beyond_every_spring_is_refused_before_any_motor_is_tried() -> None:
-    search = Search(brief(force_N=60.0), tell=lambda _: None)
-    assert search.best() is None
-    assert search.log.no_progress == {}
-    assert [reason.split(" = ")[0] for reason in search.log.impossible] == ["requirements.force_N"]
 
 
 class Estimates:
