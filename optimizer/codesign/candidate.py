@@ -203,7 +203,7 @@ def effective_mass_kg(candidate: Candidate) -> float:
 
 
 def with_gravity_torque(design: Design, corrections: Corrections) -> Corrections:
-    """Learns what gravity takes of a joint of a design that closed forms pass, rather too little, before it is weighed.
+    """Raises the gravity torque to the lower bound that closed-form masses give, before solids exist.
 
     Returns:
         The same where that is no more than what is taken for it.

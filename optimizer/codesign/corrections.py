@@ -1,4 +1,4 @@
-"""What candidates and machines have taught of one choice of hardware: bounds on lengths, masses, gravity's share."""
+"""Corrections of the closed-form model for one hardware selection, from refusals, solids and checks (space mapping)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's s
 
 @dataclass(frozen=True)
 class MassEstimate:
-    """Masses of a machine that was made solid, with what they depend on.
+    """Masses of the solids of one machine, with the lengths and the ratio that they scale with.
 
     Attributes:
         masses: Of its solids.
@@ -74,7 +74,7 @@ def reference() -> MassEstimate:
 
 
 class ChainInterference(NamedTuple):
-    """A machine whose chains were in the way of one another.
+    """Interference between neighbouring chains, found in one machine.
 
     Attributes:
         width_mm: Its parallelograms'.
@@ -158,13 +158,13 @@ class Corrections:
         """The same with chains that are farther apart.
 
         What they need grows with the base radius, as the other lengths follow it: where another machine of the same
-        width told what it needs, the radius is gone to at which the line through both needs no more.
+        width showed what it needs, the radius is gone to at which the line through both needs no more.
 
         Args:
             width_mm: A parallelogram's width.
             base_radius_mm: Of a machine whose chains are in the way of one another.
             short_mm: What its base radius lacks; less than 0: what it leaves.
-            why: What told so.
+            why: The check or refusal that showed it.
         """
         more = short_mm
         before = next((one for one in reversed(self.interferences) if one.width_mm == width_mm), None)
@@ -179,8 +179,8 @@ class Corrections:
         ):
             slope = 1.0 + (short_mm - before.short_mm) / (base_radius_mm - before.radius_mm)
             more = max(more, short_mm / max(1.0 - slope, 1.0 / FARTHEST))
-        told = ChainInterference(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
-        return self.updated(why, interferences=(*self.interferences, told))
+        found = ChainInterference(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
+        return self.updated(why, interferences=(*self.interferences, found))
 
     @property
     def held_torque_N_m(self) -> float:

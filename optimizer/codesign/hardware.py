@@ -43,7 +43,7 @@ SIZED = ("upper_arm_length", "forearm_length", "base_radius")
 
 @dataclass(frozen=True)
 class Selection:
-    """What a candidate is made of, beside its lengths.
+    """A selection of hardware: what a candidate has beside its lengths.
 
     Attributes:
         motor: Id in the catalogue.
@@ -139,7 +139,7 @@ def neighbours(brief: DesignBrief, now: Selection, halved: int) -> list[Selectio
 
 
 def dominated(brief: DesignBrief, choice: Selection, failed: Iterable[Selection]) -> bool:
-    """Decides whether hardware without any lengths does all that another does, as far as an estimate sees."""
+    """Decides whether hardware is dominated by hardware without lengths: no torque, rotor or count is better."""
     feel, own = brief.feel, motor_of(brief, choice.motor)
     for other in failed:
         row = motor_of(brief, other.motor)

@@ -72,7 +72,7 @@ class Figure:
         field: Table and field of the requirements that limits it; "" for none.
         least: Whether that is the least it may be; else the most.
         check: Name of the check that finds it, if it is among the checks; "" where none does.
-        head: Whether it is one of those that are always told first.
+        head: Whether it is in the headline.
     """
 
     key: str
@@ -217,14 +217,14 @@ def binding(brief: DesignBrief, values: Mapping[str, float | None]) -> list[Resu
 
 def with_provenance(design: Design, brief: DesignBrief, command: str, seed: int) -> Design:
     """Gives a design that says where it comes from."""
-    told = {
+    provenance = {
         "program": "optimizer design",
         "version": importlib.metadata.version("delta-haptics"),
         "command": command,
         "seed": seed,
         "requirements_sha256": brief_hash(brief),
     }
-    return design.model_copy(update={"provenance": told})
+    return design.model_copy(update={"provenance": provenance})
 
 
 def placed(design: Design, brief: DesignBrief, folder: Path) -> Design:

@@ -76,7 +76,7 @@ if TYPE_CHECKING:
 RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
 COARSE, AGAIN, FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # how often steps are halved
-REFINED = 2  # times at most that hardware is refined with what solids told
+REFINED = 2  # times at most that hardware is refined with the masses of its solids
 WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
 LIGHTER = 1e-2  # share of the effective mass by which one of two machines as good as one another is lighter
@@ -108,7 +108,7 @@ class Search:
         first: Masses to begin from.
         seed: Of everything random.
         stop: True ends the search: no step begins any more.
-        hurried: True builds what there is: nothing passed yet, and half of the time is over.
+        hurried: True skips refinement and builds the current candidate: nothing passed yet, half of the time is over.
         report: Told what is being done.
         tell: Told what was found.
         built_candidate: The candidate that the last `build` is of.
@@ -472,7 +472,7 @@ class Search:
 
         Args:
             choice: Hardware.
-            again: Whether it was refined already, and solids told something new: nearer choices are looked at.
+            again: Whether it was refined before and solids changed its corrections: nearer choices are looked at.
         """
         best = self._fixed_point_near(choice, weighing=not again)
         if not again:
@@ -592,8 +592,8 @@ def _impossible(brief: DesignBrief) -> Iterator[str]:
     """Says what is asked that no hardware and no lengths give, by closed forms alone."""
     asked = brief.requirements
     if asked.clearance_min_mm > CLEARANCE_MOST_MM:
-        told = f"requirements.clearance_min_mm = {asked.clearance_min_mm:g} must be at most {CLEARANCE_MOST_MM:g} mm"
-        yield f"{told} in any machine"
+        most = f"{CLEARANCE_MOST_MM:g} mm in any machine"
+        yield f"requirements.clearance_min_mm = {asked.clearance_min_mm:g} must be at most {most}"
     for name, force in (("force_N", asked.force_N), ("peak_force_N", asked.peak_force_N)):
         if force is not None and force > force_most_N():
             most = f"{force_most_N():.4g} N: no spring holds rods on their balls"

@@ -1,4 +1,4 @@
-"""What a refusal or a failed check teaches: a bound for the next candidate, another part, or that nothing will do."""
+"""Updates of the corrections by a refusal or a failed check: a bound, another part, or that no progress is possible."""
 
 from __future__ import annotations
 
@@ -285,8 +285,8 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
             pair = " beside ".join(sorted({_kind(name) for name in result.worst_pair or ()}))
             named = f", {pair}" if pair else ""
             why = f"{why}{named}"
-            told = [line for line in corrections.why if line.startswith(f"{result.name}:") and line.endswith(named)]
-            again = 2.0 ** min(len(told), DOUBLINGS)
+            earlier = [line for line in corrections.why if line.startswith(f"{result.name}:") and line.endswith(named)]
+            again = 2.0 ** min(len(earlier), DOUBLINGS)
             if folds(result.worst_pair or ()):
                 step = ELBOW_STEP_DEG
                 if result.unit == "mm" and result.value is not None:
