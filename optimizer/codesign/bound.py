@@ -1,4 +1,7 @@
-"""A bound that no machine of a family exceeds: motors, drives, ratios and arms in intervals, each of them proved.
+"""Proofs over hardware: a bound that no machine of a family exceeds, and requirements that no machine meets.
+
+For the bound motors, drives, ratios and arms stand in intervals, each of them proved; what cannot be is shown with the
+best of all hardware at once, before any is searched.
 
 In an interval all that helps is taken at its best: the torque and the encoder's step of the largest ratio, the rotor
 and the friction of the least, the inertia of the shortest arm, rods without tubes. What no machine of the family has
@@ -16,21 +19,30 @@ from itertools import pairwise, repeat
 
 import numpy as np
 
+from delta_cad import catalogue
 from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import (
+from optimizer.codesign.corrections import (
+    KAPPA,
+    LEAN_DEG,
+    ROD_SHARE,
+    SHOULDER_DEG,
+    Corrections,
+    MassEstimate,
+    reference,
+)
+from optimizer.codesign.hardware import (
     PINION_MM,
     SECTOR,
     SECTOR_ROOM_MM,
     SECTORS_MM,
-    Choice,
+    Selection,
     drives,
     motor_of,
     ratios_of,
 )
-from optimizer.codesign.lengths import WIDE_MM, lasting_torque_N_m, posed
-from optimizer.codesign.lessons import KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
+from optimizer.codesign.lengths import WIDE_MM, continuous_torque_N_m, to_requirements
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -54,6 +66,11 @@ LOSSES = (
     "parts, friction, outline and pinion at the best of the family",
     "other ratios and motors, and what was left open when the search for the bound ended",
 )
+BOXES = 8_000  # of designs in one proof, a second at most
+HALVINGS = 3  # of the interval between a value that is excluded and one that is not
+WIDER = 1.5  # factor by which an outline that is too small is widened at most
+LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
+NEXT_TO_NONE_KG = 1e-6
 ARM = VARIABLES.index("upper_arm_length")
 
 
@@ -184,21 +201,21 @@ class Family:
     Args:
         brief: What the customer asks.
         machine: One that was made.
-        lessons: Of each motor and drive that was looked at: its base and platform radius are no smaller.
+        corrections: Of each motor and drive that was looked at: its base and platform radius are no smaller.
     """
 
-    def __init__(self, brief: DesignBrief, machine: Candidate, lessons: dict[tuple[str, str], Lessons]) -> None:
-        self._brief, self._machine, self._lessons = brief, machine, dict(lessons)
+    def __init__(self, brief: DesignBrief, machine: Candidate, corrections: dict[tuple[str, str], Corrections]) -> None:
+        self._brief, self._machine, self._corrections = brief, machine, dict(corrections)
         key = machine.choice.motor, machine.choice.drive
-        own = self._lessons[key] = _with(machine, lessons[key])
+        own = self._corrections[key] = _with(machine, corrections[key])
         longer, shorter = (max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
         self._overhead = longer, shorter
         self._least = {
-            length: min(one.least(length) for one in self._lessons.values())
+            length: min(one.least(length) for one in self._corrections.values())
             for length in ("base_radius", "platform_radius")
         }
         width = machine.choice.width_mm
-        self._crowded = min(self._lessons.values(), key=lambda one: one.least_radius_mm(width)).crowded
+        self._interferences = min(self._corrections.values(), key=lambda one: one.least_radius_mm(width)).interferences
         self._proved: dict[tuple[object, ...], float] = {}
         self._balls = tuple(LIGHT * force for force in own.ball_friction_N)
 
@@ -226,7 +243,7 @@ class Family:
     def _radius_mm(self) -> float:
         """The least base radius of a machine of this one's motor, beside what sectors ask for."""
         choice = self._machine.choice
-        return self._lessons[choice.motor, choice.drive].least_radius_mm(choice.width_mm)
+        return self._corrections[choice.motor, choice.drive].least_radius_mm(choice.width_mm)
 
     def intervals(self) -> Iterator[Interval]:
         """Gives one for each motor and drive."""
@@ -251,11 +268,11 @@ class Family:
         Returns:
             What none exceeds, mm: between both.
         """
-        choice, far, lessons = self._relaxed(one)
-        if lessons.held_torque_N_m >= lasting_torque_N_m(self._brief, far, lessons):
+        choice, far, corrections = self._relaxed(one)
+        if corrections.held_torque_N_m >= continuous_torque_N_m(self._brief, far, corrections):
             return least_mm  # the weight takes all of it
         inertia = self._inertia(self._lightest(one), one)
-        problem = step_problem(posed(self._brief, choice, lessons, inertia, far=far), 2)
+        problem = step_problem(to_requirements(self._brief, choice, corrections, inertia, far=far), 2)
         lower, upper = list(problem.lower), list(problem.upper)
         lower[ARM], upper[ARM] = one.arms_mm
         problem = replace(problem, lower=tuple(lower), upper=tuple(upper))
@@ -264,16 +281,16 @@ class Family:
             self._proved[key] = self._largest(problem, one, least_mm, most_mm, stop)
         return min(self._proved[key], most_mm)
 
-    def _relaxed(self, one: Interval) -> tuple[Choice, Choice, Lessons]:
+    def _relaxed(self, one: Interval) -> tuple[Selection, Selection, Corrections]:
         """The hardware of an interval at its least and at its largest, and what holds of all its machines."""
         chosen = self._machine.choice
-        choice = Choice(one.motor, one.drive, one.ratios[0], chosen.width_mm, chosen.entries)
-        known = self._lessons.get((one.motor, one.drive))
+        choice = Selection(one.motor, one.drive, one.ratios[0], chosen.width_mm, chosen.entries)
+        known = self._corrections.get((one.motor, one.drive))
         weighed = self._lightest(one)
-        lessons = Lessons(
+        corrections = Corrections(
             replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
             known.least_mm if known else self._least,
-            known.crowded if known else self._crowded,
+            known.interferences if known else self._interferences,
             self._overhead,
             mass_share=1.0,
             friction_share=1.0,
@@ -282,20 +299,20 @@ class Family:
             spare_torque_N_m=0.0,
             pull_N=known.pull_N / LIGHT if known else math.inf,
         )
-        return choice, self._strongest(one), lessons
+        return choice, self._strongest(one), corrections
 
     def losses(self, side_mm: float, bound_mm: float) -> tuple[tuple[str, float], ...]:
         """Tells what lies between a machine's cube and a bound, mm each: what it keeps, the parts, the rest."""
-        machine, known = self._machine, self._lessons[self._machine.choice.motor, self._machine.choice.drive]
+        machine, known = self._machine, self._corrections[self._machine.choice.motor, self._machine.choice.drive]
         choice, lengths = machine.choice, machine.lengths_mm
         one = Interval(choice.motor, choice.drive, (choice.ratio, choice.ratio), (lengths[0], lengths[0]))
         near, far, relaxed = self._relaxed(one)
         exact = replace(known, mass_share=1.0, friction_share=1.0, step_share=1.0, spare_torque_N_m=0.0)
-        inertia = machine.lessons.weighed.inertia(lengths[0], lengths[1], choice.ratio)
+        inertia = machine.corrections.mass_estimate.inertia(lengths[0], lengths[1], choice.ratio)
         found = [side_mm]
         for posed_as in (
-            posed(self._brief, choice, exact, inertia, far=choice),
-            posed(self._brief, near, relaxed, self._inertia(self._lightest(one), one), far=far),
+            to_requirements(self._brief, choice, exact, inertia, far=choice),
+            to_requirements(self._brief, near, relaxed, self._inertia(self._lightest(one), one), far=far),
         ):
             problem = step_problem(posed_as, 2)
             best = sqp.search(problem, problem.scaled(lengths)[None]).best
@@ -324,7 +341,7 @@ class Family:
                 return min(side, most_mm)
         return most_mm
 
-    def _strongest(self, one: Interval) -> Choice:
+    def _strongest(self, one: Interval) -> Selection:
         """The hardware of an interval with its largest ratio, and the largest sector beside its arms in the outline."""
         chosen, most = self._machine.choice, SECTORS_MM[1]
         entries = {name: value for name, value in chosen.entries.items() if name != SECTOR}
@@ -332,16 +349,16 @@ class Family:
             reach = Outline(*self._brief.outline_mm, chosen.width_mm, self._overhead).reach_max_mm
             most = min(most, 2.0 * (reach - one.arms_mm[0] - SECTOR_ROOM_MM))
         wider = max(most / one.ratios[1] - PINION_MM, 0.0)
-        return Choice(one.motor, one.drive, one.ratios[1], chosen.width_mm, entries, wider)
+        return Selection(one.motor, one.drive, one.ratios[1], chosen.width_mm, entries, wider)
 
-    def _lightest(self, one: Interval) -> Weighed:
+    def _lightest(self, one: Interval) -> MassEstimate:
         """The machine's own weights, with the rotor of another motor at the least ratio of an interval."""
-        weighed, row = self._machine.lessons.weighed, motor_of(self._brief, one.motor)
+        weighed, row = self._machine.corrections.mass_estimate, motor_of(self._brief, one.motor)
         rotor = row.rotor_inertia_kg_m2 * one.ratios[0] ** 2
         return replace(weighed, masses=replace(weighed.masses, rotor_inertia=rotor), ratio=one.ratios[0])
 
     @staticmethod
-    def _inertia(weighed: Weighed, one: Interval) -> HandleInertia:
+    def _inertia(weighed: MassEstimate, one: Interval) -> HandleInertia:
         """The least inertia at the handle of an interval: of its shortest arm, and of rods that have no length."""
         m = replace(weighed.masses, rotor_inertia=0.0)
         bare = replace(weighed, masses=m).inertia(one.arms_mm[0], weighed.forearm_mm, one.ratios[0])
@@ -354,13 +371,13 @@ class Family:
         )
 
 
-def _with(machine: Candidate, known: Lessons) -> Lessons:
+def _with(machine: Candidate, known: Corrections) -> Corrections:
     """What was learnt of a machine's hardware, as far as the machine keeps it: it is one of its family."""
     own: dict[str, float] = dict(zip(VARIABLES, machine.lengths_mm, strict=True))
     width = machine.choice.width_mm
     kept = replace(known, least_mm={name: min(least, own[name]) for name, least in known.least_mm.items()})
     radius = own["base_radius"]
-    return kept if kept.least_radius_mm(width) <= radius else kept.apart(width, radius, 0.0, "it passes")
+    return kept if kept.least_radius_mm(width) <= radius else kept.with_chains_apart(width, radius, 0.0, "it passes")
 
 
 def bounded(
@@ -412,3 +429,109 @@ def bounded(
             look_at(-value, one.halves())
     side = max([target, *(-value for value, _ in open_)])
     return Bound(side, side / side_mm - 1.0, count, family.kind, family.described(), family.losses(side_mm, side))
+
+
+def excluded(brief: DesignBrief, stop: Callable[[], bool] = bool) -> str:
+    """Finds out whether the cube and the outline that are asked exclude one another, with a bound on the cube, or else
+    on the outline.
+
+    Args:
+        brief: The requirements.
+        stop: True ends a proof without a result.
+
+    Returns:
+        Fields, values, the bound and the machines that it holds for; "" where nothing is excluded, or the outline is
+        free.
+    """
+    if brief.outline_mm is None or not _none(brief, stop):
+        return ""
+    task = brief.requirements
+
+    def widened(factor: float) -> DesignBrief:
+        width, depth = (factor * side for side in brief.outline_mm or ())
+        return _requiring(brief, envelope_width_mm=width, envelope_depth_mm=depth)
+
+    none = f"with less, it is proved, there is no machine with {kind(brief).words}"
+    if (side := task.cube_side_mm) is not None and (found := _largest_mm(brief)) > 0.0:
+        bound = _edge(side, found, lambda cube: _none(_requiring(brief, cube_side_mm=cube), stop))
+        none = none.replace("less", "more", 1)
+        return f"requirements.cube_side_mm = {side:g}: must be < {bound:.4g} mm in this outline: {none}"
+    factor = _edge(1.0, WIDER, lambda factor: _none(widened(factor), stop))
+    asked, least = (" and ".join(f"{one:.4g}" for one in widened(by).outline_mm or ()) for by in (1.0, factor))
+    return f"requirements.envelope_width_mm and envelope_depth_mm = {asked}: must be > {least} mm: {none}"
+
+
+def _edge(excluded_at: float, able: float, none: Callable[[float], bool]) -> float:
+    """Comes closer from a value that is excluded to one that is not, and gives the last that is excluded."""
+    for _ in range(HALVINGS):
+        middle = math.sqrt(excluded_at * able)
+        excluded_at, able = (middle, able) if none(middle) else (excluded_at, middle)
+    return excluded_at
+
+
+def _requiring(brief: DesignBrief, **changed: float) -> DesignBrief:
+    return brief.model_copy(update={"requirements": brief.requirements.model_copy(update=changed)})
+
+
+def _largest_mm(brief: DesignBrief) -> float:
+    """The largest cube that a search finds with the best of all hardware, mm; 0 where it finds none."""
+    problem = relaxed(
+        brief.model_copy(update={"requirements": brief.requirements.model_copy(update={"cube_side_mm": None})})
+    )
+    best = sqp.search(problem, sqp.start_points(problem, 0, STARTS)).best
+    return 0.0 if best is None else 2.0 * problem.lengths_mm(best.x)[SIDE]
+
+
+def _none(brief: DesignBrief, stop: Callable[[], bool]) -> bool:
+    return none_feasible(relaxed(brief), BOXES, stop)
+
+
+def kind(brief: DesignBrief) -> Kind:
+    """Describes the machines that are excluded."""
+    wider = brief.limits.parallelogram_width_mm is None
+    return Kind(_width_mm(brief), allowed_drives(brief), kept_limits(brief), wider)
+
+
+def _width_mm(brief: DesignBrief) -> float:
+    """The least width of a parallelogram: a spring is between its rods."""
+    stated = brief.limits.parallelogram_width_mm
+    return stated or min(row.free_length_mm for row in catalogue.tension_spring.rows.values())
+
+
+def relaxed(brief: DesignBrief) -> Problem:
+    """Poses the lengths of a machine of the best of all hardware that may be used.
+
+    Returns:
+        Step 2 of a problem whose feasible lengths contain those of every machine that meets the requirements.
+    """
+    light = Corrections(
+        replace(reference(), gravity_torque_N_m=0.0),
+        overhead_mm=(0.0, 0.0),
+        mass_share=1.0,
+        friction_share=1.0,
+        step_share=1.0,
+        ball_friction_N=(0.0, 0.0),
+        spare_torque_N_m=0.0,
+    )
+    each = []
+    for motor, drive in drives(brief):
+        low, high = ratios_of(brief) if drive == "capstan" else (1.0, 1.0)
+        near, far = (Selection(motor, drive, ratio, _width_mm(brief)) for ratio in (low, high))
+        inertia = HandleInertia(NEXT_TO_NONE_KG, 0.0, 0.0, motor_of(brief, motor).rotor_inertia_kg_m2 * low**2)
+        each.append(to_requirements(brief, near, light, inertia, far=far))
+    first = each[0]
+    assert first.inertia is not None
+    joints = [one.joints for one in each if one.joints is not None]
+    least = {name: min(getattr(one, name) for one in joints) for name in ("friction_N_m", "encoder_count_deg")}
+    rotor = min(one.inertia.joint_inertia_kg_m2 for one in each if one.inertia is not None)
+    best = first.model_copy(
+        update={
+            "requirements": max((one.requirements for one in each), key=lambda task: task.joint_torque_N_m),
+            "inertia": first.inertia.model_copy(update={"joint_inertia_kg_m2": rotor}),
+            "joints": joints[0].model_copy(update=least),
+            "bounds_mm": min((one.bounds_mm for one in each), key=lambda bounds: bounds.base_radius[0]),
+        }
+    )
+    problem = step_problem(best, 2)
+    side = max(problem.lower[SIDE], LEAST_SIDE_MM / 2.0)
+    return replace(problem, lower=(*problem.lower[:SIDE], min(side, problem.upper[SIDE])))

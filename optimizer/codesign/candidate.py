@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from delta_cad.mechanism import DeltaGeometry, cube_extremes
 from delta_cad.mechanism.limits import EffectiveMass, HoldingTorque, Outline, Torque
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import Cube, CubeSearch
-from optimizer.codesign.choice import BASE_ENTRIES, TORQUE_DIGITS, Choice, motor_of
-from optimizer.codesign.lessons import WEIGHED_AGAIN, Lessons, Weighed
-from optimizer.codesign.variants.estimates import Estimate, estimates
+from optimizer.codesign.corrections import WEIGHED_AGAIN, Corrections, MassEstimate
+from optimizer.codesign.estimates import Estimate, estimates
+from optimizer.codesign.hardware import BASE_ENTRIES, TORQUE_DIGITS, Selection, motor_of
 from optimizer.problem.brief import DesignBrief, Objective
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import SIDE
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
 CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -43,15 +45,15 @@ class Candidate:
         design: As its file has it.
         choice: Its hardware.
         lengths_mm: (6) in the order of `VARIABLES`.
-        lessons: What was known of it: what closed forms asked for, and weights, once it is weighed of its own solids.
+        corrections: What closed forms asked for; masses, once it is weighed by its own solids.
         score: What is sought, larger is better.
         weighed: Whether its weights pass, too.
     """
 
     design: Design
-    choice: Choice
+    choice: Selection
     lengths_mm: tuple[float, ...]
-    lessons: Lessons
+    corrections: Corrections
     score: float
     weighed: bool = False
 
@@ -76,16 +78,20 @@ class Start:
     Attributes:
         choice: Hardware.
         lengths_mm: (6) in the order of `VARIABLES`.
-        lessons: What they asked for.
+        corrections: What they asked for.
     """
 
-    choice: Choice
+    choice: Selection
     lengths_mm: tuple[float, ...]
-    lessons: Lessons
+    corrections: Corrections
 
 
 def design_for(
-    brief: DesignBrief, choice: Choice, lengths_mm: tuple[float, ...], lessons: Lessons, folder: Path = Path()
+    brief: DesignBrief,
+    choice: Selection,
+    lengths_mm: tuple[float, ...],
+    corrections: Corrections,
+    folder: Path = Path(),
 ) -> Design:
     """Makes the design of a candidate.
 
@@ -93,7 +99,7 @@ def design_for(
         brief: What the customer asks; its limits become the design's requirements.
         choice: Hardware.
         lengths_mm: (6) in the order of `VARIABLES`.
-        lessons: What is known of it: what gravity takes of a joint, and the machine of its outline.
+        corrections: What is known of it: what gravity takes of a joint, and the machine of its outline.
         folder: Where its file will stand: a folder of own parts is named from there.
 
     Returns:
@@ -106,7 +112,7 @@ def design_for(
     row = motor_of(brief, choice.motor)
     values = brief.values
     fields = {name: values[name] for name in ASKED if values.get(name) is not None}
-    outline = brief.outline_mm or _taken(choice, lengths, lessons.overhead_mm)
+    outline = brief.outline_mm or _taken(choice, lengths, corrections.overhead_mm)
     low, high = brief.limits.shoulder_deg or (None, None)
     torque = brief.requirements.joint_torque_N_m or choice.torque_N_m(row)
     task: dict[str, Any] = {
@@ -118,7 +124,7 @@ def design_for(
         "shoulder_max_deg": high,
     }
     task["peak_torque_N_m"] = brief.requirements.peak_torque_N_m or _peak_torque(
-        brief, lengths, torque, lessons.held_torque_N_m, choice.peak_torque_N_m(row)
+        brief, lengths, torque, corrections.held_torque_N_m, choice.peak_torque_N_m(row)
     )
     data = {
         "schema": "delta-design/1",
@@ -160,7 +166,7 @@ def _allowed(brief: DesignBrief, entries: Mapping[str, Any]) -> dict[str, Any]:
     return {entry: value for entry, value in entries.items() if entry in free or value in stated[entry]}
 
 
-def _taken(choice: Choice, lengths: Mapping[str, float], overhead_mm: tuple[float, float]) -> tuple[float, float]:
+def _taken(choice: Selection, lengths: Mapping[str, float], overhead_mm: tuple[float, float]) -> tuple[float, float]:
     """The outline of a machine, by eq. (1) and what its hardware takes beyond, in whole millimetres."""
     limit = Outline(0.0, 0.0, choice.width_mm, overhead_mm)
     width, depth = limit.size_mm(np.array(lengths["base_radius"] + lengths["upper_arm_length"]))
@@ -180,12 +186,7 @@ def _peak_torque(
 
 
 def worst_torque(lengths: Mapping[str, float], force: float) -> float:
-    """Computes the largest torque of a joint over a cube for a force in any direction, N m.
-
-    Args:
-        lengths: By name, mm.
-        force: N.
-    """
+    """Computes the largest joint torque over a cube, N m, for a force (N) in any direction; lengths by name, mm."""
     names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
     g = DeltaGeometry(**{name: lengths[name] / MM_PER_M for name in names})
     limit = Torque(force, 1.0)
@@ -196,17 +197,13 @@ def worst_torque(lengths: Mapping[str, float], force: float) -> float:
 def effective_mass_kg(candidate: Candidate) -> float:
     """Estimates the largest effective mass at the handle of a candidate over its cube, kg, with the masses known."""
     upper_arm, forearm, *_ = candidate.lengths_mm
-    inertia = candidate.lessons.weighed.inertia(upper_arm, forearm, candidate.choice.ratio)
+    inertia = candidate.corrections.mass_estimate.inertia(upper_arm, forearm, candidate.choice.ratio)
     limit, design = EffectiveMass(1.0, inertia), candidate.design
     return worst_of(CubeSearch(design.workspace), design.geometry, limit, limit.figures[0]).value
 
 
-def hung(design: Design, lessons: Lessons) -> Lessons:
-    """Learns what gravity takes of a joint of a design that closed forms pass, rather too little, before it is weighed.
-
-    Args:
-        design: The design.
-        lessons: What is known: the masses of another machine.
+def with_gravity_torque(design: Design, corrections: Corrections) -> Corrections:
+    """Raises the gravity torque to the lower bound that closed-form masses give, before solids exist.
 
     Returns:
         The same where that is no more than what is taken for it.
@@ -214,19 +211,15 @@ def hung(design: Design, lessons: Lessons) -> Lessons:
     from delta_cad.dimensions import dimensions
     from delta_cad.structure.hardware.overloads import gravity_share_N_m
 
-    least, known = gravity_share_N_m(dimensions(design)), lessons.weighed
+    least, known = gravity_share_N_m(dimensions(design)), corrections.mass_estimate
     if least <= known.gravity_torque_N_m * (1.0 + WEIGHED_AGAIN):
-        return lessons
+        return corrections
     why = f"weight: {least:.3g} N m of a joint at least"
-    return lessons.taught(why, weighed=replace(known, gravity_torque_N_m=least))
+    return corrections.updated(why, mass_estimate=replace(known, gravity_torque_N_m=least))
 
 
-def weigh(design: Design, begin: Callable[[str], None]) -> tuple[Weighed, list[CheckResult]]:
+def weigh(design: Design, begin: Callable[[str], None]) -> tuple[MassEstimate, list[CheckResult]]:
     """Makes the solids of a design, weighs them and takes their outline; loads the CAD kernel.
-
-    Args:
-        design: One that closed forms pass.
-        begin: Called before each part that is made.
 
     Returns:
         weighed: What they weigh.
@@ -238,60 +231,47 @@ def weigh(design: Design, begin: Callable[[str], None]) -> tuple[Weighed, list[C
     from delta_cad.commands.pipeline import check_weighed
 
     machine = solid(design, begin)
-    return weighed_of(design, machine.masses), check_weighed(machine)
+    return mass_estimate_of(design, machine.masses), check_weighed(machine)
 
 
-_REFUSED: dict[str, tuple[Estimate, ...]] = {}
-"""Why the design asked about last is refused, by its hash: what does not bind it may be raised several times."""
+def _last(memo: dict[str, T], design: Design, compute: Callable[[], T]) -> T:
+    """Computes something of a design, once for one after the other that are equal."""
+    key = design_hash(design)
+    if key not in memo:
+        found = compute()
+        memo.clear()
+        memo[key] = found
+    return memo[key]
+
+
+_REFUSED: dict[str, tuple[Estimate, ...]] = {}  # what does not bind a design may be raised several times
+_MADE: dict[str, BuiltMachine] = {}  # what is weighed is looked at next
 
 
 def refused(design: Design) -> tuple[Estimate, ...]:
-    """Gives why closed forms refuse a design of a search, with estimates, once for one after the other that are equal.
+    """Gives why closed forms refuse a design of a search, with estimates.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
-    key = design_hash(design)
-    if key not in _REFUSED:
-        found = estimates(design)
-        _REFUSED.clear()
-        _REFUSED[key] = found
-    return _REFUSED[key]
-
-
-_MADE: dict[str, BuiltMachine] = {}
-"""The machine made last, by its design's hash: what is weighed is looked at next."""
+    return _last(_REFUSED, design, lambda: estimates(design))
 
 
 def solid(design: Design, begin: Callable[[str], None]) -> BuiltMachine:
-    """Makes the solids of a design, once for one after the other that are equal; raises as `make_machine`, and `begin`.
-
-    Args:
-        design: The design.
-        begin: Called before each part that is made.
-    """
+    """Makes the solids of a design; `begin` is called before each part. Raises as `make_machine` and `begin` do."""
     from delta_cad.commands.pipeline import make_machine
 
-    key = design_hash(design)
-    if key not in _MADE:
-        _MADE.clear()
-        _MADE[key] = make_machine(design, begin)
-    return _MADE[key]
+    return _last(_MADE, design, lambda: make_machine(design, begin))
 
 
-def rubbed(design: Design) -> tuple[float, float]:
+def ball_joint_friction(design: Design) -> tuple[float, float]:
     """Bounds what the ball joints of a design rub with at the knob: along z, and square to it, N."""
     found = known_joints(design)["friction"]
     return (0.0, 0.0) if found is None else (found.upright, found.level)
 
 
-def weighed_of(design: Design, report: Mapping[str, Any]) -> Weighed:
-    """Reads the masses of a machine that was made.
-
-    Args:
-        design: The design.
-        report: Result of `mass_report`.
-    """
+def mass_estimate_of(design: Design, report: Mapping[str, Any]) -> MassEstimate:
+    """Reads the masses of a machine that was made."""
     m, g = design.mechanism, design.geometry
     masses = masses_from_dict(report, g.forearm_length, drive_torque(design))
     held = held_masses(design.name, report["bodies"], design)
@@ -299,17 +279,13 @@ def weighed_of(design: Design, report: Mapping[str, Any]) -> Weighed:
     limit, bare = HoldingTorque(force, torque, held), Torque(force, torque)
     search = CubeSearch(design.workspace)
     most, least = (worst_of(search, g, one, one.figures[0]).value for one in (limit, bare))
-    return Weighed(
+    return MassEstimate(
         masses, max(most - least, 0.0), m.upper_arm_length_mm, m.forearm_length_mm, drive_torque(design).ratio, own=True
     )
 
 
 def reported(objective: Objective, outcome: Outcome) -> float | None:
     """Gives what is reported of a machine that was built, of what is to be least.
-
-    Args:
-        objective: What is sought.
-        outcome: The machine.
 
     Returns:
         Width and depth of the swept machine together, mm; its worst effective mass, kg; its price, EUR. None where the

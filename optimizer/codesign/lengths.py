@@ -15,8 +15,8 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import PEAK_SPARE
-from optimizer.codesign.choice import Choice, motor_of, price_EUR
-from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Lessons
+from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Corrections
+from optimizer.codesign.hardware import Selection, motor_of, price_EUR
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_from_dict
@@ -42,10 +42,10 @@ CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a p
 # Left of the mechanism's limits: lengths are rounded to a micrometre, and a proof right at a limit takes long.
 ROOM, ROOM_DEG = 2e-4, 0.005
 ROUNDS = 3  # of lengths and the inertia estimated for them
-SETTLED = 2e-3  # share of the side that the last round changed
+CONVERGED = 2e-3  # share of the side that the last round changed
 STARTS, MORE_STARTS = 3, 2  # of SQP, where no lengths are known, and where those that are lead nowhere
 FAR = 0.02  # margin that stays open near known lengths, from which on no other start is tried
-KNOBS = 12  # values that are tried of what is to be least
+OBJECTIVE_TRIES = 12  # values that are tried of what is to be least
 ENOUGH, ROUGHLY = 2e-3, 2e-2  # share of the cube by which that may be larger than asked, or of the value
 LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 REACH_SHARE = 1.5  # of the side: R + L_A of the first
@@ -76,81 +76,81 @@ class Found:
         return 2.0 * self.lengths_mm[SIDE]
 
 
-def posed(
+def to_requirements(
     brief: DesignBrief,
-    choice: Choice,
-    lessons: Lessons,
+    choice: Selection,
+    corrections: Corrections,
     inertia: HandleInertia,
-    knob: float | None = None,
-    far: Choice | None = None,
+    target: float | None = None,
+    far: Selection | None = None,
 ) -> Requirements:
     """Poses the lengths of a candidate as requirements of the first edition, whose second step finds the largest cube.
 
     Args:
         brief: What the customer asks.
         choice: Hardware.
-        lessons: What is known of it.
+        corrections: What is known of it.
         inertia: Of the machine, estimated.
-        knob: What is to be least, at this value; None where the cube is to be largest.
+        target: What is to be least, at this value; None where the cube is to be largest.
         far: The same hardware at a larger ratio, where all between stand for one: torque and encoder are then its, and
             no room is left of any limit.
     """
     task, limits = brief.requirements, brief.limits
     best, room, room_deg = far or choice, 0.0 if far else ROOM, 0.0 if far else ROOM_DEG
     outline = brief.outline_mm or (FREE_OUTLINE_MM, FREE_OUTLINE_MM)
-    overhead = lessons.overhead_mm if brief.outline_mm else (0.0, 0.0)
+    overhead = corrections.overhead_mm if brief.outline_mm else (0.0, 0.0)
     bounds = {}
     ball = float(choice.stated(brief, "ball_diameter_mm"))
     by_parts = {
         "platform_radius": wrist_radius_min_mm(
             ball / 2 + CUP_MM, choice.width_mm, task.clearance_min_mm + CUPS_APART_MM
         ),
-        "base_radius": max(choice.base_radius_mm, lessons.least_radius_mm(choice.width_mm)),
+        "base_radius": max(choice.base_radius_mm, corrections.least_radius_mm(choice.width_mm)),
     }
     for name in VARIABLES:
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]
         if name == "platform_radius" and getattr(brief.bounds_mm, name) is None and brief.outline_mm:
             high = max(low, min(high, PLATFORM_SHARE * min(brief.outline_mm)))
-        elif name == "platform_radius" and knob is not None and brief.objective != "effective_mass":
-            high = max(low, min(high, INSIDE * knob))
-        least = max(lessons.least(name), by_parts.get(name, 0.0))
+        elif name == "platform_radius" and target is not None and brief.objective != "effective_mass":
+            high = max(low, min(high, INSIDE * target))
+        least = max(corrections.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
-    bounds["half_side"][1] = min(bounds["half_side"][1], lessons.side_most_mm / 2.0)
-    if knob is None and task.cube_side_mm is not None:
+    bounds["half_side"][1] = min(bounds["half_side"][1], corrections.side_most_mm / 2.0)
+    if target is None and task.cube_side_mm is not None:
         bounds["half_side"][0] = task.cube_side_mm / 2.0
     low_deg, high_deg = limits.shoulder_deg or SHOULDER_DEG
     asked: dict[str, Any] = {
         "parallelogram_width_mm": choice.width_mm,
         "outline_overhead_mm": list(overhead),
-        "kappa_max": min(brief.feel.kappa_max or lessons.kappa_max, lessons.kappa_max) * (1.0 - room),
-        "couple_index_min": max(brief.feel.couple_index_min or 0.0, lessons.couple_index_min) * (1.0 + room),
+        "kappa_max": min(brief.feel.kappa_max or corrections.kappa_max, corrections.kappa_max) * (1.0 - room),
+        "couple_index_min": max(brief.feel.couple_index_min or 0.0, corrections.couple_index_min) * (1.0 + room),
         "lean_max_deg": (limits.lean_max_deg or LEAN_DEG) - room_deg,
-        "shoulder_deg": [max(low_deg, lessons.shoulder_low_deg) + room_deg, high_deg - room_deg],
-        "gravity_torque_N_m": lessons.held_torque_N_m,
+        "shoulder_deg": [max(low_deg, corrections.shoulder_low_deg) + room_deg, high_deg - room_deg],
+        "gravity_torque_N_m": corrections.held_torque_N_m,
     }
-    if elbow_deg := max(limits.elbow_angle_min_deg or 0.0, lessons.elbow_angle_deg):
+    if elbow_deg := max(limits.elbow_angle_min_deg or 0.0, corrections.elbow_angle_deg):
         asked["elbow_angle_min_deg"] = elbow_deg + room_deg
     if limits.outline_radius_max_mm is not None:
         asked["outline_radius_max_mm"] = limits.outline_radius_max_mm
     most = brief.feel.effective_mass_max_kg
-    if knob is not None and brief.objective == "effective_mass":
-        most = knob
-    elif knob is not None:
-        asked["outline_radius_max_mm"] = knob
+    if target is not None and brief.objective == "effective_mass":
+        most = target
+    elif target is not None:
+        asked["outline_radius_max_mm"] = target
     if most is not None:
-        asked["effective_mass_max_kg"] = most * lessons.mass_share
+        asked["effective_mass_max_kg"] = most * corrections.mass_share
     if brief.feel.friction_max_N is not None:
-        asked["friction_max_N"] = brief.feel.friction_max_N * lessons.friction_share
+        asked["friction_max_N"] = brief.feel.friction_max_N * corrections.friction_share
     if brief.feel.position_step_max_mm is not None:
-        asked["position_step_max_mm"] = brief.feel.position_step_max_mm * lessons.step_share
-    motor, (upright, level) = motor_of(brief, choice.motor), lessons.ball_friction_N
+        asked["position_step_max_mm"] = brief.feel.position_step_max_mm * corrections.step_share
+    motor, (upright, level) = motor_of(brief, choice.motor), corrections.ball_friction_N
     data: dict[str, Any] = {
         "name": brief.name,
         "requirements": {
             "envelope_width_mm": outline[0],
             "envelope_depth_mm": outline[1],
             "force_N": task.force_N,
-            "joint_torque_N_m": lasting_torque_N_m(brief, best, lessons),
+            "joint_torque_N_m": continuous_torque_N_m(brief, best, corrections),
         },
         "bounds_mm": bounds,
         "limits": asked,
@@ -171,29 +171,24 @@ def posed(
     return requirements_from_dict(data, f"{brief.name} with {choice.motor}")
 
 
-def lasting_torque_N_m(brief: DesignBrief, choice: Choice, lessons: Lessons) -> float:
+def continuous_torque_N_m(brief: DesignBrief, choice: Selection, corrections: Corrections) -> float:
     """Computes the torque of a joint for the lasting force beside the weight, N m: what is for ever, and no more than
     what leaves enough for the peak force, which goes with it.
-
-    Args:
-        brief: What the customer asks.
-        choice: Hardware.
-        lessons: What is known of it.
     """
     asked, row = brief.requirements, motor_of(brief, choice.motor)
     lasting = min(choice.torque_N_m(row), asked.joint_torque_N_m or math.inf)
     if asked.peak_force_N is None:
         return lasting
     stated = min(choice.peak_torque_N_m(row), asked.peak_torque_N_m or math.inf) / PEAK_SPARE
-    pulled = choice.sector_mm(brief) / MM_PER_M * lessons.pull_N if lessons.pull_N < math.inf else math.inf
-    most, held = min(stated, pulled), lessons.held_torque_N_m
+    pulled = choice.sector_mm(brief) / MM_PER_M * corrections.pull_N if corrections.pull_N < math.inf else math.inf
+    most, held = min(stated, pulled), corrections.held_torque_N_m
     return min(lasting, held + (most - held) * asked.force_N / asked.peak_force_N)
 
 
 def best_lengths(
     brief: DesignBrief,
-    choice: Choice,
-    lessons: Lessons,
+    choice: Selection,
+    corrections: Corrections,
     start_mm: Sequence[float] | None = None,
     seed: int = 0,
     rounds: int = ROUNDS,
@@ -208,7 +203,7 @@ def best_lengths(
     Args:
         brief: What the customer asks.
         choice: Hardware.
-        lessons: What is known of it.
+        corrections: What is known of it.
         start_mm: (6) lengths to begin from, in the order of `VARIABLES`; None: points of a hypercube.
         seed: Of these.
         rounds: Of lengths and the inertia estimated for them; one, and no score to beat, is a rough estimate.
@@ -219,13 +214,13 @@ def best_lengths(
         The lengths; None where there are none, or none that beat the score.
     """
     asked = brief.requirements
-    if lessons.held_torque_N_m >= lasting_torque_N_m(brief, choice, lessons):
+    if corrections.held_torque_N_m >= continuous_torque_N_m(brief, choice, corrections):
         return None  # the weight takes all of it
     if max(asked.force_N, asked.peak_force_N or 0.0) > force_most_N():
         return None  # no spring holds rods on their balls
     side = asked.cube_side_mm
     if brief.objective == "cube_side" or side is None:
-        result = _largest(brief, choice, lessons, start_mm, seed, rounds, None, tick)
+        result = _largest(brief, choice, corrections, start_mm, seed, rounds, None, tick)
         if result is None or result.tiny:
             return None
         lengths = _rounded(result)
@@ -233,48 +228,48 @@ def best_lengths(
     by_mass = brief.objective == "effective_mass"
     enough = ENOUGH if rounds > 1 or beats is not None else ROUGHLY
     low, high = (0.0, MOST_MASS_KG) if by_mass else (0.5 * side, FREE_OUTLINE_MM)
-    knob = FIRST_MASS_KG if by_mass else REACH_SHARE * side
+    target = FIRST_MASS_KG if by_mass else REACH_SHARE * side
     if beats is not None:
-        knob = high = -beats if by_mass else _reach_mm(choice, lessons, -beats)
-    first = knob
+        target = high = -beats if by_mass else _reach_mm(choice, corrections, -beats)
+    first = target
     best: tuple[float, Result] | None = None
     known: list[tuple[float, float]] = []
-    for _ in range(KNOBS):
-        result = _largest(brief, choice, lessons, start_mm, seed, rounds, knob, tick)
+    for _ in range(OBJECTIVE_TRIES):
+        result = _largest(brief, choice, corrections, start_mm, seed, rounds, target, tick)
         reached = 0.0 if result is None else 2.0 * result.design_mm[SIDE]
         if result is not None and reached >= side:
-            best, start_mm, high = (knob, result), result.design_mm, knob
+            best, start_mm, high = (target, result), result.design_mm, target
             if reached <= side * (1.0 + enough):
                 break
         else:
-            if beats is not None and knob == first:
+            if beats is not None and target == first:
                 return None
-            tried = known and knob > known[-1][0] and (reached > 0.0 or by_mass or knob > SMALL_MM)
-            if best is None and tried and reached <= known[-1][1] * (1.0 + LITTLE):
+            larger = known and target > known[-1][0] and (reached > 0.0 or by_mass or target > SMALL_MM)
+            if best is None and larger and reached <= known[-1][1] * (1.0 + LITTLE):
                 return None  # more of it buys nothing: something else is in the way
-            low = knob
-        known.append((knob, reached))
-        knob = _between(known[-2:], side, low, high)
+            low = target
+        known.append((target, reached))
+        target = _between(known[-2:], side, low, high)
         if high - low <= enough * high:
             break
     if best is None:
         return None
-    knob, result = best
+    target, result = best
     lengths = (*_rounded(result)[:SIDE], side / 2.0)
     reach = lengths[0] + lengths[2]
-    sought = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, lessons, reach))}
-    return Found(lengths, -sought.get(brief.objective, knob), None if brief.outline_mm else reach)
+    sought = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, corrections, reach))}
+    return Found(lengths, -sought.get(brief.objective, target), None if brief.outline_mm else reach)
 
 
-def _taken_mm(choice: Choice, lessons: Lessons, reach_mm: float) -> tuple[float, float]:
+def _taken_mm(choice: Selection, corrections: Corrections, reach_mm: float) -> tuple[float, float]:
     """Width and depth of a machine, motors and leads included: eq. (1) and what its hardware takes beyond."""
-    width, depth = Outline(0.0, 0.0, choice.width_mm, lessons.overhead_mm).size_mm(np.array(reach_mm))
+    width, depth = Outline(0.0, 0.0, choice.width_mm, corrections.overhead_mm).size_mm(np.array(reach_mm))
     return float(width), float(depth)
 
 
-def _reach_mm(choice: Choice, lessons: Lessons, sides_mm: float) -> float:
+def _reach_mm(choice: Selection, corrections: Corrections, sides_mm: float) -> float:
     """R + L_A of a machine whose width and depth have a sum, which is linear in it."""
-    none, one = (sum(_taken_mm(choice, lessons, reach)) for reach in (0.0, 1.0))
+    none, one = (sum(_taken_mm(choice, corrections, reach)) for reach in (0.0, 1.0))
     return (sides_mm - none) / (one - none)
 
 
@@ -300,12 +295,12 @@ def _between(known: Sequence[tuple[float, float]], side_mm: float, low: float, h
 
 def _largest(
     brief: DesignBrief,
-    choice: Choice,
-    lessons: Lessons,
+    choice: Selection,
+    corrections: Corrections,
     start_mm: Sequence[float] | None,
     seed: int,
     rounds: int,
-    knob: float | None,
+    target: float | None,
     tick: Callable[[], None],
 ) -> Result | None:
     """The largest cube of a choice, what is to be least having a value; None where there is none.
@@ -313,41 +308,41 @@ def _largest(
     Behind a panel the lever of the knob grows with the cube, and with it the hold against turning that is needed: of a
     couple index the cube is the least of what it holds and of what it leaves, and best where both are one.
     """
-    if not lessons.couple_per_mm:
-        return _largest_held(brief, choice, lessons, start_mm, seed, rounds, knob, tick)
-    asked = (knob is None and brief.requirements.cube_side_mm) or 0.0
-    low, high = lessons.couple_index_min, COUPLE_MOST
+    if not corrections.couple_per_mm:
+        return _largest_held(brief, choice, corrections, start_mm, seed, rounds, target, tick)
+    asked = (target is None and brief.requirements.cube_side_mm) or 0.0
+    low, high = corrections.couple_index_min, COUPLE_MOST
     best: Result | None = None
     for _ in range(LEVERS):
         index = (low + high) / 2.0
-        held = index / lessons.couple_per_mm - KNOB_MM
+        held = index / corrections.couple_per_mm - KNOB_MM
         if held <= max(asked, LEVERED_MM):
             low = index
             continue
-        known = replace(lessons, couple_index_min=index, side_most_mm=held)
-        found = _largest_held(brief, choice, known, best.design_mm if best else start_mm, seed, rounds, knob, tick)
+        known = replace(corrections, couple_index_min=index, side_most_mm=held)
+        found = _largest_held(brief, choice, known, best.design_mm if best else start_mm, seed, rounds, target, tick)
         if found is None:
             high = index
             continue
         side = 2.0 * found.design_mm[SIDE]
         if best is None or side > 2.0 * best.design_mm[SIDE]:
             best = found
-        low, high = (index, high) if side >= held * (1.0 - SETTLED) else (low, index)
+        low, high = (index, high) if side >= held * (1.0 - CONVERGED) else (low, index)
     return best
 
 
 def _largest_held(
     brief: DesignBrief,
-    choice: Choice,
-    lessons: Lessons,
+    choice: Selection,
+    corrections: Corrections,
     start_mm: Sequence[float] | None,
     seed: int,
     rounds: int,
-    knob: float | None,
+    target: float | None,
     tick: Callable[[], None],
 ) -> Result | None:
     """The same with one couple index for all sides of the cube."""
-    at = start_mm or (lessons.weighed.upper_arm_mm, lessons.weighed.forearm_mm)
+    at = start_mm or (corrections.mass_estimate.upper_arm_mm, corrections.mass_estimate.forearm_mm)
     start, previous = start_mm, 0.0
     result: Result | None = None
 
@@ -355,9 +350,9 @@ def _largest_held(
         tick()
 
     for _ in range(rounds):
-        inertia = lessons.weighed.inertia(at[0], at[1], choice.ratio)
+        inertia = corrections.mass_estimate.inertia(at[0], at[1], choice.ratio)
         try:
-            problem = step_problem(posed(brief, choice, lessons.hanging(at[0]), inertia, knob), 2)
+            problem = step_problem(to_requirements(brief, choice, corrections.at_arm_length(at[0]), inertia, target), 2)
         except RequirementsError:  # so near the end of a field that none is left of it with what is learnt, or beyond
             return None
         best = None
@@ -374,7 +369,7 @@ def _largest_held(
         result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")
         start = at = result.design_mm
         side = 2.0 * result.design_mm[SIDE]
-        if abs(side - previous) <= SETTLED * side:
+        if abs(side - previous) <= CONVERGED * side:
             break
         previous = side
     return result

@@ -2,30 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
 
-from delta_cad.dimensions import CLEARANCE_MOST_MM
+from delta_cad.checks.report import CheckResult
+from delta_cad.design import Design, DesignError, design_hash
+from delta_cad.dimensions import CLEARANCE_MOST_MM, DimensionError
 from delta_cad.dimensions.joint import force_most_N
+from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
-from optimizer.codesign.candidate import Candidate, effective_mass_kg, reported
-from optimizer.codesign.choice import SMALL, WIDTHS, Choice, cheapest, drives, hopeless, motor_of, neighbours, ratios_of
-from optimizer.codesign.exclusion import excluded
-from optimizer.codesign.learning import (
+from optimizer.codesign.bound import excluded
+from optimizer.codesign.candidate import (
+    Candidate,
+    ball_joint_friction,
+    design_for,
+    effective_mass_kg,
+    refused,
+    reported,
+    weigh,
+    with_gravity_torque,
+    worst_torque,
+)
+from optimizer.codesign.corrections import (
+    TORQUE_SPARE,
+    TORQUE_SPARE_N_M,
+    WEIGHED_AGAIN,
+    Corrections,
+    MassEstimate,
+    RaisedLimits,
+    reference,
+)
+from optimizer.codesign.hardware import (
+    SMALL,
+    WIDTHS,
+    Selection,
+    cheapest,
+    dominated,
+    drives,
+    motor_of,
+    neighbours,
+    ratios_of,
+)
+from optimizer.codesign.lengths import ENOUGH, ROUGHLY, ROUNDS, Found, best_lengths
+from optimizer.codesign.search_log import SearchLog, Trial, unmemoized
+from optimizer.codesign.updates import (
     COUPLE_STEP,
     ELBOW_STEP_DEG,
     LEVER_STEPS,
-    GaveUpError,
+    PULLED,
+    InconclusiveError,
+    NoProgressError,
+    by_weight,
+    from_cable_pull,
     from_checks,
+    from_kernel,
+    from_refusals,
+    from_stiffness,
+    too_soft,
+    utilisation,
+    with_outline,
+    with_room,
 )
-from optimizer.codesign.lengths import ENOUGH, ROUGHLY, Found
-from optimizer.codesign.settling import Candidates, Lengths
-from optimizer.codesign.tried import Posed
 from optimizer.problem.brief import DesignBrief
-from optimizer.search.clock import HalfTimeError
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.search.clock import HalfTimeError, OutOfTimeError
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
@@ -33,16 +76,247 @@ if TYPE_CHECKING:
 RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
 COARSE, AGAIN, FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # how often steps are halved
-REFINED = 2  # times at most that hardware is refined with what solids told
+REFINED = 2  # times at most that hardware is refined with the masses of its solids
 WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
 LIGHTER = 1e-2  # share of the effective mass by which one of two machines as good as one another is lighter
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 SWEEPS = 10  # machines of one choice that are made
+TRIES = 16  # closed forms and weights of one choice, until they agree
+LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
+ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
+
+T = TypeVar("T")
+Lengths = tuple[float, ...]
+"""(6) in the order of `VARIABLES`, mm."""
+SolidResults = tuple[MassEstimate, list[CheckResult], tuple[float, float]]
+"""Masses of the solids, the checks that these decide, and the friction of the ball joints, N."""
 
 
-class Search(Candidates):
-    """One run: from what each motor may do to machines that are built, until one passes every check."""
+def _builds_nothing(_: Design) -> NoReturn:
+    raise AssertionError
+
+
+@dataclass
+class Search:
+    """One run: from what each motor may do to machines that are built, until one passes every check.
+
+    Attributes:
+        brief: What the customer asks.
+        build: (design) -> what came of it.
+        moving: (design) -> the checks of what moves.
+        first: Masses to begin from.
+        seed: Of everything random.
+        stop: True ends the search: no step begins any more.
+        hurried: True skips refinement and builds the current candidate: nothing passed yet, half of the time is over.
+        report: Told what is being done.
+        tell: Told what was found.
+        built_candidate: The candidate that the last `build` is of.
+        memoize: Keeps what lengths and weights came to, as `Journal.memoize` does.
+        dearer: Price of the machine that passed last over its estimate, where prices are compared.
+        finely: Whether ratio, pinion and width are improved before a machine is built, beyond what passes.
+        ready: A candidate that closed forms and its weights pass, which is built where the time is short.
+    """
+
+    brief: DesignBrief
+    build: Callable[[Design], Outcome] = _builds_nothing
+    moving: Callable[[Design], list[CheckResult]] = _builds_nothing
+    first: MassEstimate = field(default_factory=reference)
+    seed: int = 0
+    stop: Callable[[], bool] = bool
+    hurried: Callable[[], bool] = bool
+    report: Callable[[str], None] = lambda _: None
+    tell: Callable[[str], None] = lambda _: None
+    log: SearchLog = field(default_factory=SearchLog)
+    corrections: dict[tuple[str, str], Corrections] = field(default_factory=dict)
+    built_candidate: Candidate | None = None
+    memoize: Callable[..., Any] = unmemoized
+    dearer: float = 1.0
+    finely: bool = True
+    ready: Candidate | None = None
+
+    def begin(self, step: str) -> None:
+        """Reports a step, or ends what goes on where there is no time for it.
+
+        Raises:
+            OutOfTimeError: The time is over.
+            HalfTimeError: Half of it is over, and of the candidates that could be built none is.
+        """
+        self._require_time()
+        self.report(step)
+
+    def _require_time(self) -> None:
+        if self.stop():
+            raise OutOfTimeError
+        if self.ready is not None and self.hurried():
+            raise HalfTimeError
+
+    def _lengths(
+        self,
+        choice: Selection,
+        corrections: Corrections,
+        start_mm: Lengths | None,
+        rounds: int,
+        beats: float | None = None,
+    ) -> Found | None:
+        """The best lengths of a choice with what is known of it; None where none are, or none beat a score."""
+
+        def compute() -> Found | None:
+            return best_lengths(self.brief, choice, corrections, start_mm, self.seed, rounds, beats, self._require_time)
+
+        of = self.brief, choice, replace(corrections, why=()), start_mm, rounds, beats
+        found = self.memoize("lengths", of, compute, Found | None)
+        if found is not None:
+            self.log.trials.append(Trial(choice, found.score))
+        return found
+
+    def _first(self, choice: Selection) -> Corrections:
+        """What is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
+        row = motor_of(self.brief, choice.motor)
+        masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
+        spare = max(TORQUE_SPARE_N_M, TORQUE_SPARE * choice.torque_N_m(row))
+        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=spare)
+
+    def _or_log(self, choice: Selection, find: Callable[[], T | None]) -> T | None:
+        """What is found; None where nothing is, which `log.no_progress` explains."""
+        try:
+            return find()
+        except NoProgressError as error:
+            self.log.no_progress[f"{choice.motor} {choice.drive}"] = str(error)
+            if isinstance(error, InconclusiveError):
+                self.log.inconclusive.add(f"{choice.motor} {choice.drive}")
+            return None
+
+    def fixed_point(
+        self,
+        choice: Selection,
+        start: Lengths | None = None,
+        raised: RaisedLimits = (0.0, 0.0, 0.0),
+        weighing: bool = True,
+        beats: float | None = None,
+    ) -> Candidate | None:
+        """Finds the best lengths of a choice that closed forms pass, with the masses of its own solids.
+
+        Args:
+            choice: Hardware.
+            start: Lengths to begin from.
+            raised: To begin from: near by closed forms asked for it.
+            weighing: Whether solids are made where the masses known are of another machine.
+            beats: A score: a candidate that is no better need not be found.
+
+        Returns:
+            The candidate; None where there is none, which `log.no_progress` explains, or none that beats the score.
+        """
+        return self._or_log(choice, lambda: self._fixed_point(choice, start, raised, weighing, beats))
+
+    def _fixed_point(
+        self, choice: Selection, start: Lengths | None, raised: RaisedLimits, weighing: bool, beats: float | None
+    ) -> Candidate | None:
+        """As `fixed_point`; raises where there is no candidate, and says why."""
+        key = choice.motor, choice.drive
+        built = self.corrections.get(key) or self._first(choice)
+        corrections = built.with_raised_limits(raised)
+        geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
+        roomy = False  # whether an outline was found to have room
+        for _ in range(TRIES):
+            self.log.candidates += 1
+            found = self._lengths(choice, corrections, start, ROUNDS if weighing else 1, beats)
+            if found is None:
+                raise NoProgressError("no lengths meet the limits with its torque, masses and rods' springs")
+            if beats is not None and found.score <= beats:
+                return None
+            start = lengths = found.lengths_mm
+            try:
+                design = design_for(self.brief, choice, lengths, corrections.at_arm_length(lengths[0]))
+                reasons = refused(design)
+                if geared and (pulled := [one for one in reasons if one.part == PULLED]):
+                    bare = replace(
+                        corrections, mass_estimate=replace(corrections.mass_estimate, gravity_torque_N_m=0.0)
+                    )
+                    sector = design.hardware.sector_radius_mm
+                    corrections = from_cable_pull(
+                        corrections, sector, self._moment(bare, lengths), utilisation(pulled[0])
+                    )
+                    reasons = tuple(one for one in reasons if one not in pulled)
+                    if not reasons:
+                        continue
+                if reasons:
+                    choice, corrections = from_refusals(self.brief, choice, corrections, reasons, found.side_mm)
+                    continue
+                if (soft := too_soft(design)) is not None:
+                    corrections = from_stiffness(corrections, *soft, design)
+                    continue
+            except (DesignError, MechanismError) as error:
+                raise InconclusiveError(str(error)) from error
+            candidate = Candidate(design, choice, lengths, corrections, found.score)
+            if self.brief.requirements.cube_side_mm is None and candidate.side_mm < LEAST_SIDE_MM:
+                raise NoProgressError(
+                    f"it leaves a cube of {candidate.side_mm:.1f} mm; under {LEAST_SIDE_MM:g} is no answer"
+                )
+            if not weighing:
+                return candidate
+            if (
+                not corrections.mass_estimate.own
+                and (heavier := with_gravity_torque(design, corrections)) is not corrections
+            ):
+                corrections = heavier
+                continue
+            near = self._known(corrections.mass_estimate, lengths, choice)
+            self.begin(f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1: its masses")
+            try:
+                weighed, results, friction = self._weighed(design)
+            except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
+                corrections = from_kernel(corrections, lengths, error)
+                continue
+            corrections = corrections.updated("weighed", mass_estimate=weighed, ball_friction_N=friction)
+            candidate = replace(candidate, corrections=corrections, weighed=True)
+            when = "" if self.brief.requirements.peak_force_N is None else ", peak"
+            if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
+                sector = design.hardware.sector_radius_mm
+                corrections = from_cable_pull(
+                    corrections, sector, self._moment(corrections, lengths), utilisation(pull)
+                )
+            if near and all(result.passed for result in results):
+                closer = with_outline(candidate, corrections, results)
+                spares = [a - b for a, b in zip(corrections.overhead_mm, closer.overhead_mm, strict=True)]
+                corrections, left = with_room(candidate, closer, results)
+                if roomy or max(*spares, left) < ROOMY_MM:
+                    # what closed forms ask of this choice they do not ask of another
+                    self.corrections[key] = built.with_shares_of(corrections)
+                    return candidate
+                roomy = True
+                continue
+            results = [result for result in results if not (geared and result.name.startswith(f"structure {PULLED}"))]
+            if not near:  # what failed by its weight may do so no longer: that is known now
+                results = [result for result in results if not by_weight(result.name)]
+            corrections = from_checks(candidate, corrections, results)
+            if corrections.interferences != built.interferences:  # of use to other widths, whatever comes of this one
+                built = replace(built, interferences=corrections.interferences)
+                self.corrections[key] = built
+        raise InconclusiveError("closed forms and weights did not come to agree")
+
+    def _weighed(self, design: Design) -> SolidResults:
+        """Weighs a design, and what its ball joints rub with; raises as `weigh`."""
+        return self.memoize(
+            "weighed",
+            design_hash(design),
+            lambda: (*weigh(design, self.begin), ball_joint_friction(design)),
+            SolidResults,
+        )
+
+    def _moment(self, corrections: Corrections, lengths: Lengths) -> float:
+        """The most torque of a joint for a moment, N m."""
+        force = self.brief.requirements.peak_force_N or self.brief.requirements.force_N
+        return (
+            worst_torque(dict(zip(VARIABLES, lengths, strict=True)), force)
+            + corrections.mass_estimate.gravity_torque_N_m
+        )
+
+    @staticmethod
+    def _known(weighed: MassEstimate, lengths: tuple[float, ...], choice: Selection) -> bool:
+        """Whether masses are those of a machine so near that another weighing would change nothing."""
+        pairs = (weighed.upper_arm_mm, lengths[0]), (weighed.forearm_mm, lengths[1]), (weighed.ratio, choice.ratio)
+        return weighed.own and all(abs(a - b) <= WEIGHED_AGAIN * b for a, b in pairs)
 
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
@@ -61,12 +335,12 @@ class Search(Candidates):
             refined = self._refined_in_time(choice)
             if refined is not None and (best is None or self.dearer * refined.score > best[0].score):
                 best = self.built(refined, -np.inf if best is None else best[0].score) or best
-            self.tried.ended(name := f"{choice.motor} {choice.drive}")
-            if best is None and name not in self.tried.stuck:
-                self.tried.gave_up.add(name)
+            self.log.ended(name := f"{choice.motor} {choice.drive}")
+            if best is None and name not in self.log.no_progress:
+                self.log.inconclusive.add(name)
         return best
 
-    def _refined_in_time(self, choice: Choice) -> Candidate | None:
+    def _refined_in_time(self, choice: Selection) -> Candidate | None:
         """Improves hardware as long as there is time for it; then the best that was weighed."""
         self.ready = None
         try:
@@ -82,45 +356,45 @@ class Search(Candidates):
     def _worse(self, refined: Candidate) -> bool:
         """Whether what solids tell of hardware makes it so much worse that another ratio or width may be better."""
         least = refined.score - WORSE * abs(refined.score)
-        again = self.settled(refined.choice, refined.lengths_mm, beats=least)
+        again = self.fixed_point(refined.choice, refined.lengths_mm, beats=least)
         self.ready = again or self.ready
         return again is None
 
-    def ranked(self) -> Iterator[tuple[float, Choice]]:
+    def ranked(self) -> Iterator[tuple[float, Selection]]:
         """The hardware worth building: of the best estimates what their parts leave, the best first, then the rest."""
-        self.tried.left = [f"{motor} {drive}" for motor, drive in drives(self.brief)]
-        self.tried.impossible = list(_impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
-        if self.tried.impossible:
+        self.log.left = [f"{motor} {drive}" for motor, drive in drives(self.brief)]
+        self.log.impossible = list(_impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
+        if self.log.impossible:
             return
-        found: list[tuple[float, Choice]] = []
+        found: list[tuple[float, Selection]] = []
         rest = sorted(self._rough(), key=lambda one: -one[0])
         for score, choice in rest[:RANKED]:
             if found and (self.hurried() or score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break
             self.begin(f"what the parts of {choice.motor} leave")
             del rest[0]
-            if (settled := self._settled_near(choice, weighing=False)) is None:
-                self.tried.ended(f"{choice.motor} {choice.drive}")
+            if (fixed_point := self._fixed_point_near(choice, weighing=False)) is None:
+                self.log.ended(f"{choice.motor} {choice.drive}")
             else:
-                found.append((min(settled.score, score), choice.with_(ratio=settled.choice.ratio)))
+                found.append((min(fixed_point.score, score), choice.with_(ratio=fixed_point.choice.ratio)))
         yield from sorted(found, key=lambda one: -one[0])
         yield from rest
 
-    def _rough(self) -> list[tuple[float, Choice]]:
+    def _rough(self) -> list[tuple[float, Selection]]:
         """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at."""
-        found: list[tuple[float, Choice]] = []
-        failed: list[Choice] = []
+        found: list[tuple[float, Selection]] = []
+        failed: list[Selection] = []
         known: Lengths | None = None  # of another motor: a place to begin from
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
         for motor, drive in sorted(drives(self.brief), key=self._unlikely):
             if found and self.hurried():
                 break
             ratios = self._first_ratios(drive)
-            best: tuple[float, Choice] | None = None
+            best: tuple[float, Selection] | None = None
             for width in self._widths()[: 1 if found else None]:  # a narrower one where nothing fits
                 for ratio in ratios:
-                    choice = Choice(motor, drive, ratio, width, entries)
-                    if hopeless(self.brief, choice, failed):
+                    choice = Selection(motor, drive, ratio, width, entries)
+                    if dominated(self.brief, choice, failed):
                         continue
                     estimate = self._estimate(choice, known)
                     if estimate is None:
@@ -133,8 +407,8 @@ class Search(Candidates):
                 if best is not None:
                     break
             if best is None:
-                self.tried.stuck[name := f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
-                self.tried.ended(name)
+                self.log.no_progress[name := f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
+                self.log.ended(name)
             else:
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
@@ -186,37 +460,37 @@ class Search(Candidates):
         words["effective_mass"] = f"{-score:.4g} kg felt"
         return words.get(self.brief.objective, f"{-score:.2f} mm of width and depth")
 
-    def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
+    def _estimate(self, choice: Selection, start_mm: Lengths | None = None) -> Found | None:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
-        self.tried.candidates += 1
+        self.log.candidates += 1
         self.begin(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
-        lessons = self.lessons.get((choice.motor, choice.drive)) or self._first(choice)
-        return self._lengths(choice, lessons, start_mm, 1)
+        corrections = self.corrections.get((choice.motor, choice.drive)) or self._first(choice)
+        return self._lengths(choice, corrections, start_mm, 1)
 
-    def refined(self, choice: Choice, again: bool = False) -> Candidate | None:
+    def refined(self, choice: Selection, again: bool = False) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
 
         Args:
             choice: Hardware.
-            again: Whether it was refined already, and solids told something new: nearer choices are looked at.
+            again: Whether it was refined before and solids changed its corrections: nearer choices are looked at.
         """
-        best = self._settled_near(choice, weighing=not again)
+        best = self._fixed_point_near(choice, weighing=not again)
         if not again:
             self.ready = best
         return best if best is None or not self.finely else self._climbed(best, AGAIN if again else COARSE)
 
     def _polished(self, candidate: Candidate) -> Candidate:
         """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
-        known, self.ready = dict(self.lessons), candidate
+        known, self.ready = dict(self.corrections), candidate
         try:
             finer = self._climbed(candidate, FINE)
             beats = self._as_good(candidate.score)
-            again = None if finer is candidate else self.settled(finer.choice, finer.lengths_mm, beats=beats)
+            again = None if finer is candidate else self.fixed_point(finer.choice, finer.lengths_mm, beats=beats)
         except HalfTimeError:
             again = None
         self.ready = None
         if again is None:
-            self.lessons = known  # what another machine was taught is not this one's
+            self.corrections = known  # what another machine was taught is not this one's
         return again or candidate
 
     def _climbed(self, best: Candidate, halvings: Iterable[int]) -> Candidate:
@@ -233,26 +507,26 @@ class Search(Candidates):
                         better, peak = found, max(peak, found.score)
         return best
 
-    def _beside(self, one: Choice, best: Candidate, peak: float) -> Candidate | None:
+    def _beside(self, one: Selection, best: Candidate, peak: float) -> Candidate | None:
         """What closed forms leave of hardware near the best; None where that is worse, or no better without ties."""
-        index, per_mm, elbow_deg = best.lessons.held
-        held = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
+        index, per_mm, elbow_deg = best.corrections.raised_limits
+        raised = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
         beats = self._as_good(peak) if self._tied else best.score
         beats = None if self.brief.objective == "cost" else beats  # a price is none of lengths
-        found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
+        found = self.fixed_point(one, best.lengths_mm, raised, weighing=False, beats=beats)
         self.begin(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
         return found
 
-    def _settled_near(self, choice: Choice, weighing: bool) -> Candidate | None:
-        """What `settled` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
+    def _fixed_point_near(self, choice: Selection, weighing: bool) -> Candidate | None:
+        """What `fixed_point` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
         ratios = {choice.ratio, *self._first_ratios(choice.drive)}
         for ratio in sorted(ratios, key=lambda ratio: abs(np.log(ratio / choice.ratio))):
-            if (found := self.settled(choice.with_(ratio=ratio), weighing=weighing)) is not None:
+            if (found := self.fixed_point(choice.with_(ratio=ratio), weighing=weighing)) is not None:
                 return found
         return None
 
     def built(
-        self, first: Candidate | Choice, least: float, start: Lengths | None = None
+        self, first: Candidate | Selection, least: float, start: Lengths | None = None
     ) -> tuple[Candidate, Outcome] | None:
         """Builds a machine, and again with what its checks taught, until it passes or is no better than `least`.
 
@@ -263,11 +537,11 @@ class Search(Candidates):
             least: Score to beat.
             start: Lengths to begin from.
         """
-        choice = first if isinstance(first, Choice) else first.choice
-        return self._or_stuck(choice, lambda: self._built(first, choice, least, start))
+        choice = first if isinstance(first, Selection) else first.choice
+        return self._or_log(choice, lambda: self._built(first, choice, least, start))
 
     def _built(
-        self, first: Candidate | Choice, choice: Choice, least: float, start: Lengths | None
+        self, first: Candidate | Selection, choice: Selection, least: float, start: Lengths | None
     ) -> tuple[Candidate, Outcome] | None:
         """As `built`; raises where its checks teach nothing."""
         key = choice.motor, choice.drive
@@ -276,7 +550,7 @@ class Search(Candidates):
             if not turn and isinstance(first, Candidate) and first.weighed and self.hurried():
                 candidate = first
             else:
-                candidate = self.settled(choice, candidate.lengths_mm if candidate else start)
+                candidate = self.fixed_point(choice, candidate.lengths_mm if candidate else start)
                 candidate = self._polished(candidate) if candidate and self.finely and not turn else candidate
             if candidate is None or self.dearer * candidate.score <= least:
                 return None
@@ -287,23 +561,23 @@ class Search(Candidates):
             try:
                 results = self.moving(candidate.design)
             except BuildError as error:  # a solid that cannot be meshed
-                raise GaveUpError(str(error)) from error
+                raise InconclusiveError(str(error)) from error
             if all(result.passed for result in results):
                 self.begin(f"{named}: building")
-                self.standing = candidate
+                self.built_candidate = candidate
                 outcome = self.build(candidate.design)
                 results = outcome.results
             failed = tuple(result.name for result in results if not result.passed)
-            self.tried.built.append((candidate.design, failed))
-            self.tried.posed.append(Posed(candidate.choice, candidate.score, failed))
+            self.log.built.append((candidate.design, failed))
+            self.log.trials.append(Trial(candidate.choice, candidate.score, failed))
             if outcome is not None and not failed:
-                self.tried.stuck.pop(" ".join(key), None)  # of another ratio or width
-                self.tried.ended(" ".join(key))
+                self.log.no_progress.pop(" ".join(key), None)  # of another ratio or width
+                self.log.ended(" ".join(key))
                 self.tell(f"{named} passes every check")
                 return self._reported(candidate, outcome), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
-            self.lessons[key] = from_checks(candidate, self.lessons[key], results)
-        raise GaveUpError(f"{SWEEPS} machines were made, and each failed a check")
+            self.corrections[key] = from_checks(candidate, self.corrections[key], results)
+        raise InconclusiveError(f"{SWEEPS} machines were made, and each failed a check")
 
     def _reported(self, candidate: Candidate, outcome: Outcome) -> Candidate:
         """A machine that passed with the score that is reported of it, where that is not the cube."""
@@ -318,8 +592,8 @@ def _impossible(brief: DesignBrief) -> Iterator[str]:
     """Says what is asked that no hardware and no lengths give, by closed forms alone."""
     asked = brief.requirements
     if asked.clearance_min_mm > CLEARANCE_MOST_MM:
-        told = f"requirements.clearance_min_mm = {asked.clearance_min_mm:g} must be at most {CLEARANCE_MOST_MM:g} mm"
-        yield f"{told} in any machine"
+        most = f"{CLEARANCE_MOST_MM:g} mm in any machine"
+        yield f"requirements.clearance_min_mm = {asked.clearance_min_mm:g} must be at most {most}"
     for name, force in (("force_N", asked.force_N), ("peak_force_N", asked.peak_force_N)):
         if force is not None and force > force_most_N():
             most = f"{force_most_N():.4g} N: no spring holds rods on their balls"

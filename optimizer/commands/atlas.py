@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import json
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, ProgressLine, Request, refuse, refuse_all
 from delta_cad.common.options import JSON, OUT_FOLDER, Option, whole
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
-    from optimizer.atlas.atlas import Failure
-    from optimizer.atlas.file import RowFile
-    from optimizer.atlas.grid import Grid
+    from optimizer.study.cluster import Failure
+    from optimizer.study.grid import Grid
+    from optimizer.synthesis.checkpoint import Checkpoint
 
 NAME = "atlas"
 TEXT = "many sets of requirements on this machine or a Dask cluster"
@@ -37,87 +36,79 @@ def run(given: argparse.Namespace) -> int:
         return refuse(not_installed(" and ".join(lacking), "optimize,atlas"), BAD_INPUT)
     if given.scheduler is not None and given.workers is not None:
         return refuse("--workers is of this machine; a cluster given with --scheduler has its own", BAD_INPUT)
-    from optimizer.atlas.grid import load_grid
+    if given.workers == 0:
+        return refuse("--workers = 0: must be at least 1", BAD_INPUT)
     from optimizer.problem.requirements import RequirementsError
+    from optimizer.study.grid import load_grid
 
     try:
         grid = load_grid(given.grid)
     except RequirementsError as error:
         return refuse_all(error.lines, BAD_INPUT)
-    from optimizer.atlas.atlas import key_of
-    from optimizer.atlas.file import RowFile
-    from optimizer.synthesis.checkpoint import CheckpointError
+    from optimizer.study.cluster import key_of
+    from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 
     folder = given.out / "atlas" / grid.name
     try:
-        rows = RowFile(folder / "rows.jsonl", key_of(grid), given.resume)
+        store = Checkpoint(folder / "rows.jsonl", key_of(grid), given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
     try:
-        return _solve(grid, rows, folder, given)
+        return _solve(grid, store, folder, given)
     finally:
-        rows.close()
+        store.close()
 
 
-def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
+def _solve(grid: Grid, store: Checkpoint, folder: Path, given: argparse.Namespace) -> int:
     """Solves what is not solved yet, and writes the atlas once all is."""
-    from optimizer.atlas.atlas import ClusterError, collect, given_cluster, local_cluster, workers_here
+    from optimizer.study.cluster import ClusterError, collect, given_cluster, local_cluster, workers_here
 
-    todo = [one for one in grid.sets if one.index not in rows.rows]
+    found = {one.index: row for one in grid.sets if (row := store.finished(f"set/{one.index}")) is not None}
+    remaining = [one for one in grid.sets if one.index not in found]
+    total = len(grid.sets)
     failed: list[Failure] = []
+
+    def take(row: dict[str, Any]) -> None:
+        found[row["index"]] = row
+        store.finish(f"set/{row['index']}", row)
+        show()
+
+    def show() -> None:
+        met = sum(row["feasible"] for row in found.values())
+        line.show(f"atlas {len(found)}/{total} sets: {met} met, {len(found) - met} not")
+
     try:
         with Request() as stop, ProgressLine() as line:
-            if todo:
-                line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
-                workers = min(given.workers or workers_here(), len(todo))
+            if remaining:
+                line.show(f"atlas {len(found)}/{total} sets; starting workers")
+                workers = min(given.workers or workers_here(), len(remaining))
                 with local_cluster(workers) if given.scheduler is None else given_cluster(given.scheduler) as client:
-
-                    def take(row: dict[str, object]) -> None:
-                        rows.add(row)
-                        line.show(_status(grid, rows))
-
-                    line.show(_status(grid, rows))
-                    failed = collect(client, todo, take, stop)
+                    show()
+                    failed = collect(client, remaining, take, stop)
     except ClusterError as error:
         return refuse(str(error), BAD_INPUT)
     except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
         failed = []
-    missing = len(grid.sets) - len(rows.rows)
-    kept = f"{len(rows.rows)} of {len(grid.sets)} sets are kept; run again with --resume to go on"
-    if missing:
+    if len(found) < total:
+        kept = f"{len(found)} of {total} sets are kept; run again with --resume to go on"
         if failed:
             first = f"the first, set {failed[0].place}: {failed[0].reason}"
             return refuse(f"{len(failed)} sets came to no result, {first}; {kept}", NOT_MET)
         return refuse(f"interrupted; {kept}", INTERRUPTED)
-    return _deliver(grid, rows, folder, given)
-
-
-def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
-    from delta_cad.common.files import write_all
-    from optimizer.atlas.file import csv_text, design_files, record
-    from optimizer.atlas.page import mapped, page
-    from optimizer.pictures.atlas import png
-
-    ordered = [rows.rows[one.index] for one in grid.sets]
-    picture = folder / "atlas.png"
-    text = json.dumps(record(grid, ordered), indent=1, allow_nan=False)
-    contents: dict[Path, str | bytes] = {picture: png(grid, ordered)} if mapped(grid) else {}
-    contents |= {
-        folder / "atlas.json": text + "\n",
-        folder / "atlas.csv": csv_text(ordered),
-        folder / "atlas.md": page(grid, ordered, picture.name if contents else None, folder.as_posix()),
-    }
-    contents |= {folder / name: content for name, content in design_files(ordered).items()}
-    write_all(contents)
-    if picture not in contents:
-        picture.unlink(missing_ok=True)
-    rows.remove()
-    met = sum(row["feasible"] for row in ordered)
-    print(text if given.json else f"{len(ordered)} sets, {met} met, {len(ordered) - met} not; {folder / 'atlas.md'}")
+    _write(grid, [found[one.index] for one in grid.sets], folder, given.json)
+    store.remove()
     return DONE
 
 
-def _status(grid: Grid, rows: RowFile) -> str:
-    met = sum(bool(row["feasible"]) for row in rows.rows.values())
-    done = len(rows.rows)
-    return f"atlas {done}/{len(grid.sets)} sets: {met} met, {done - met} not"
+def _write(grid: Grid, rows: list[dict[str, Any]], folder: Path, as_json: bool) -> None:
+    from delta_cad.common.files import write_all
+    from optimizer.study.atlas import PICTURE, atlas_files
+    from optimizer.study.pictures import atlas_map, png
+
+    contents = atlas_files(grid, rows, folder, lambda: png(atlas_map(grid, rows)))
+    write_all(contents)
+    if folder / PICTURE not in contents:
+        (folder / PICTURE).unlink(missing_ok=True)
+    met = sum(row["feasible"] for row in rows)
+    said = f"{len(rows)} sets, {met} met, {len(rows) - met} not; {folder / 'atlas.md'}\n"
+    print(contents[folder / "atlas.json"] if as_json else said, end="")

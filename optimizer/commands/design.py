@@ -33,9 +33,8 @@ from delta_cad.common.options import (
 )
 
 if TYPE_CHECKING:
-    from optimizer.codesign.builder import Builder
-    from optimizer.codesign.journal import Journal
-    from optimizer.codesign.tried import End, Tried, Verdict
+    from optimizer.codesign.run import Builder
+    from optimizer.codesign.search_log import End, Journal, SearchLog, Verdict
     from optimizer.problem.brief import DesignBrief
 
 NAME = "design"
@@ -76,7 +75,7 @@ def run(given: argparse.Namespace) -> int:
         require_room(given.out / brief.name, folder=True)
     except OSError as error:
         return refuse_folder(given.out, error)
-    from optimizer.codesign.journal import Journal
+    from optimizer.codesign.search_log import Journal
     from optimizer.synthesis.checkpoint import CheckpointError
 
     own_parts = sha256(repr(brief.own_parts).encode()).hexdigest()  # the file names their folder, not their rows
@@ -102,7 +101,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     """Searches, builds and prints the verdict with what shows it; returns the exit code."""
     from delta_cad.common.worker_process import WorkerProcess
     from delta_cad.mechanism.proof import beforehand
-    from optimizer.codesign.tried import Tried, Verdict
+    from optimizer.codesign.search_log import SearchLog, Verdict
     from optimizer.search.clock import OutOfTimeError
 
     clock, limit_s = _clock(), 60.0 * given.minutes
@@ -115,34 +114,34 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
         try:
             with WorkerProcess(beforehand.__name__, low_priority=True) as compiling:
                 compiling.send(None)
-                from optimizer.codesign.builder import Builder, Run, nearest_machine
+                from optimizer.codesign.run import Builder, Run, nearest_machine
 
                 command = f"python -m optimizer design {given.requirements.name} --seed {given.seed}"
                 run = Run(given.out, given.seed, command, limit_s, clock, journal.memoize, line.show, line.keep)
                 builder = Builder(run, brief)
                 builder.search.best()
                 if not builder.facts:  # the verdict is known now; the nearest machine takes longer
-                    ends = _judged(given, builder.search.tried, end, {})
+                    ends = _judged(given, builder.search.log, end, {})
                     nearest_machine(run, builder.search, lambda text: _say(given, text), eased, near)
         except OutOfTimeError:
             end = "time"
         except KeyboardInterrupt:
             end = "stopped"
-    tried, facts = (builder.search.tried, builder.facts) if builder else (Tried(), {})
+    log, facts = (builder.search.log, builder.facts) if builder else (SearchLog(), {})
     if ends is None:
-        ends = _judged(given, tried, end, facts)
+        ends = _judged(given, log, end, facts)
     elif end != "done":
         cut = "time over" if end == "time" else "stopped"
         _say(given, f"{cut} before a nearest machine was built; {_command(given, given.seed, resume=True)}")
     if end == "done" and clock() <= limit_s:
         journal.remove()
     if given.json:
-        from optimizer.codesign.pages.output import no_facts
+        from optimizer.codesign.report import no_facts
 
-        record = facts or no_facts(brief.name, ends, tried, near)
+        record = facts or no_facts(brief.name, ends, log, near)
         if ends is Verdict.INFEASIBLE:
-            record["contradiction"] = eased or tried.reasons
-        print(json.dumps(record | {"verdict": str(ends), "left": tried.left}, indent=1))
+            record["contradiction"] = eased or log.reasons
+        print(json.dumps(record | {"verdict": str(ends), "left": log.left}, indent=1))
     return ends.code
 
 
@@ -154,36 +153,30 @@ def _say(given: argparse.Namespace, text: str) -> None:
         print(text, flush=True)
 
 
-def _judged(given: argparse.Namespace, tried: Tried, end: End, facts: dict[str, Any]) -> Verdict:
+def _judged(given: argparse.Namespace, log: SearchLog, end: End, facts: dict[str, Any]) -> Verdict:
     """Prints the verdict on a search, first, and what shows it; with `--json` nothing of a machine that stands."""
-    from optimizer.codesign.pages.output import shown
-    from optimizer.codesign.tried import verdict
+    from optimizer.codesign.report import shown
+    from optimizer.codesign.search_log import verdict
 
-    ends, why = verdict(tried, end, bool(facts))
+    ends, why = verdict(log, end, bool(facts))
     why = shown(facts) if facts else f"{given.requirements.name}: {why}"
-    first, open_ = f"{ends}: {why}".removesuffix(": "), end != "done" and bool(tried.left)
+    first, open_ = f"{ends}: {why}".removesuffix(": "), end != "done" and bool(log.left)
     lines = [f"{AMBER}{first}{PLAIN}" if facts.get("poor") and sys.stdout.isatty() else first]
     if ends.code == CUT_SHORT or open_:
         lines.append(_command(given, given.seed if end != "done" else given.seed + 1, resume=end != "done"))
     if facts:
-        left = f"not looked at to the end: {', '.join(tried.left)}"
+        left = f"not looked at to the end: {', '.join(log.left)}"
         page = (Path(facts["folder"]) / "design.md").read_text(encoding="utf-8")
         lines += [left] * open_ + ([] if given.json else page.splitlines()) + [f"files in {facts['folder']}"]
     else:
-        lines += tried.reasons
+        lines += log.reasons
     for line in [] if given.json and facts and ends.code != CUT_SHORT else lines:
         _say(given, line)
     return ends
 
 
 def _command(given: argparse.Namespace, seed: int, resume: bool) -> str:
-    """Writes the command that goes on with a run.
-
-    Args:
-        given: Its arguments.
-        seed: Of the next one.
-        resume: Whether it takes up what was computed.
-    """
+    """Writes the command that goes on with a run."""
     words = ["python -m optimizer design", quote(str(given.requirements))]
     words += [] if given.out == OUT else ["--out", quote(str(given.out))]
     words += ["--seed", str(seed)] if seed else []

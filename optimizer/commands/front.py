@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from contextlib import suppress
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -36,10 +37,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from delta_cad.design import Design
-    from optimizer.front.convergence import Trace
-    from optimizer.front.front import FrontPoint
-    from optimizer.front.trade import Trade
     from optimizer.problem.requirements import Requirements
+    from optimizer.study.convergence import Trace
+    from optimizer.study.front import FrontPoint
+    from optimizer.study.trade import Trade
+    from optimizer.synthesis.checkpoint import Checkpoint
 
     Drawing = tuple[str, str, Callable[[], Any]]
 
@@ -91,9 +93,9 @@ def run(given: argparse.Namespace) -> int:
         return run_machines(given)
     from delta_cad.design import DesignError, load_design
     from delta_cad.mechanism import MechanismError
-    from optimizer.front.maps import require_held
     from optimizer.paper.evaluation import mechanism_of
     from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
+    from optimizer.study.maps import require_held
 
     try:
         task = load_requirements(given.requirements, given.catalogue)
@@ -107,7 +109,8 @@ def run(given: argparse.Namespace) -> int:
             return refuse(f"{given.design}: {error}", BAD_INPUT)
     if find_spec("matplotlib") is None:
         return refuse(not_installed("matplotlib", "optimize"), BAD_INPUT)
-    from optimizer.front.front import FrontError
+    from delta_cad.common.files import require_room
+    from optimizer.study.front import FrontError
     from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
     from optimizer.synthesis.infeasible import InfeasibleError
 
@@ -118,8 +121,6 @@ def run(given: argparse.Namespace) -> int:
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in ("points", "seed", "seeds")},
     }
-    from delta_cad.common.files import require_room
-
     require_room(folder, folder=True)
     try:
         store = Checkpoint(folder.with_name(folder.name + ".checkpoint.jsonl"), key, given.resume)
@@ -127,7 +128,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     try:
         with Request() as stop, ProgressLine() as line:
-            return _Run(task, design, given, folder, store, stop, line).run()
+            return _traced(task, design, given, folder, store, stop, line)
     except FrontError as error:
         store.remove()
         return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
@@ -140,134 +141,116 @@ def run(given: argparse.Namespace) -> int:
         store.close()
 
 
-class _Run:
-    """One run of the command."""
+def _traced(
+    task: Requirements,
+    design: Design | None,
+    given: argparse.Namespace,
+    folder: Path,
+    store: Checkpoint,
+    stop: Callable[[], bool],
+    line: ProgressLine,
+) -> int:
+    """Traces, proves, draws and writes; returns the exit code."""
+    from shutil import rmtree
 
-    def __init__(
-        self,
-        task: Requirements,
-        design: Design | None,
-        given: argparse.Namespace,
-        folder: Path,
-        store: Any,
-        stop: Callable[[], bool],
-        line: ProgressLine,
-    ) -> None:
-        self.task, self.design, self.given, self.folder = task, design, given, folder
-        self.store, self.stop, self.line = store, stop, line
-        self.partial = folder.with_name(folder.name + ".partial")
+    from optimizer.study.convergence import traces
+    from optimizer.study.front import Tracer, at_side, proved, published_designs
+    from optimizer.study.front_page import described, record, row, summary
+    from optimizer.study.trade import trade as trades
 
-    def run(self) -> int:
-        """Traces, proves, draws and writes; returns the exit code."""
-        from optimizer.front.convergence import traces
-        from optimizer.front.front import Tracer
-        from optimizer.front.limits import at_side
-        from optimizer.front.page import record
-        from optimizer.front.proof import proved
-        from optimizer.front.published import published_designs
-        from optimizer.front.trade import trade as trades
+    def point(curve: str, count: int, newest: FrontPoint | None) -> None:
+        line.show(f"{curve}, point {count}" + ("" if newest is None else f": {described(row(curve, newest))}"))
 
-        given, show = self.given, self.line.show
+    def proof(done: int, total: int) -> None:
+        line.show(f"proof {done} of {total}")
 
-        def point(curve: str, count: int, newest: FrontPoint | None) -> None:
-            show(f"{curve}, point {count}" + ("" if newest is None else f": {_described(newest)}"))
+    def seed(method: str, number: int, seeds: int) -> None:
+        line.show(f"convergence, {method}, seed {number + 1} of {seeds}")
 
-        def proof(done: int, total: int) -> None:
-            show(f"proof {done} of {total}")
-
-        def seed(method: str, number: int, seeds: int) -> None:
-            show(f"convergence, {method}, seed {number + 1} of {seeds}")
-
-        tracer = Tracer(self.task, given.points, given.seed, report=point, stop=self.stop, store=self.store)
-        trade = trades(tracer)
-        if trade.finished:
-            trade = replace(trade, main=proved(trade.main, proof, self.stop, self.store, 60.0 * given.proof_minutes))
-        runs: list[Trace] = []
-        subject = compared(trade)
-        if trade.finished and subject is not None:
-            runs = traces(at_side(self.task, subject.half_side), given.seeds, seed, self.stop, self.store)
-        published = published_designs(self.task)
-        facts = record(trade, given.seed, published, runs)
-        try:
-            drawings = [] if self.stop() else self._drawings(trade, published, runs, subject)
-            if not self.stop():
-                self._write(self.folder, trade, facts, published, drawings)
-                self.store.remove()
-                return self._tell(trade, facts)
-        except _StoppedError:
-            pass
-        self.store.close()
-        trade = replace(trade, finished=False)  # also where only proofs, seeds or pictures are missing
-        self._write(self.partial, trade, facts | {"status": "interrupted"}, published, [])
-        points = sum(len(curve.points) for curve in trade.curves)
-        kept = f"{points} points so far in {self.partial}"
-        return refuse(f"interrupted; {kept}; {AGAIN}", INTERRUPTED)
-
-    def _drawings(self, trade: Trade, published: Any, runs: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
-        """Lists name, caption and drawing of every picture."""
-        from optimizer.front.maps import slices
-        from optimizer.paper.evaluation import mechanism_of
-        from optimizer.pictures import convergence, front, maps, workspace
-        from optimizer.pictures import trade as trades
-
-        chosen = None if self.design is not None else pictured(trade)
-        force, task = self.task.requirements.force_N, self.task.name
-        if self.design is None:
-            lengths, name = pictured(trade).result.design_mm, task
-        else:
-            lengths, name = lengths_of(self.design), self.design.name
-        (geometry, cube), name = mechanism_of(lengths), title_of(lengths, name)
-        drawings: list[Drawing] = [
-            (
-                "front",
-                "cube size against worst kappa and torque",
-                lambda: front.front(trade.main, published, chosen, task),
-            ),
-            ("trade", "the front with another outline and with less torque", lambda: trades.trade(trade, task)),
-            ("workspace", "the workspace with the cube in it", lambda: workspace.workspace(geometry, cube, name)),
-            (
-                "maps",
-                "condition number and joint torque over slices of the cube",
-                lambda: maps.maps(slices(geometry, cube, force), force, name),
-            ),
-        ]
-        if runs and subject is not None:
-            title = f"Step 3 at a cube of {2 * subject.half_side:.4g} mm"
-            draw = lambda: convergence.convergence(runs, subject.kappa, title)  # noqa: E731
-            drawings.append(("convergence", "GA and SQP over the seeds", draw))
-        return drawings
-
-    def _write(self, place: Path, trade: Trade, facts: dict[str, Any], published: Any, drawings: list[Drawing]) -> None:
-        """Puts a complete folder in its place, or raises `_StoppedError` between two pictures."""
-        from delta_cad.common.files import whole_folder
-        from optimizer.front.page import files, page
-        from optimizer.pictures.style import save
-
-        with whole_folder(place) as folder:
-            for name, _, draw in drawings:
-                self.line.show(f"picture: {name}")
-                if self.stop():
-                    raise _StoppedError
-                save(draw(), folder, name)
-            text = page(trade, published, [(f"{name}.png", what) for name, what, _ in drawings])
-            for name, content in files(facts, text).items():
-                (folder / name).write_text(content, encoding="utf-8")
-
-    def _tell(self, trade: Trade, facts: dict[str, Any]) -> int:
-        from shutil import rmtree
-
-        from optimizer.front.page import telling
-
-        rmtree(self.partial, ignore_errors=True)
-        if self.given.json:
-            print(json.dumps(facts, indent=1, allow_nan=False))
+    trade = trades(Tracer(task, given.points, given.seed, report=point, stop=stop, store=store))
+    if trade.finished:
+        trade = replace(trade, main=proved(trade.main, proof, stop, store, 60.0 * given.proof_minutes))
+    runs: list[Trace] = []
+    subject = compared(trade)
+    if trade.finished and subject is not None:
+        runs = traces(at_side(task, subject.half_side), given.seeds, seed, stop, store)
+    published = published_designs(task)
+    facts, force_N = record(trade, given.seed, published, runs), task.requirements.force_N
+    partial = folder.with_name(folder.name + ".partial")
+    with suppress(_StoppedError):
+        drawings = [] if stop() else _drawings(trade, design, published, runs, subject)
+        if not stop():
+            _write(folder, facts, force_N, drawings, stop, line)
+            store.remove()
+            rmtree(partial, ignore_errors=True)
+            if given.json:
+                print(json.dumps(facts, indent=1, allow_nan=False))
+            else:
+                print(*summary(facts), f"{len(trade.main.points)} points and the pictures in {folder}", sep="\n")
             return DONE
-        for what, point in telling(trade):
-            print(f"{what}: {_described(point)}")
-        beyond = " and ".join(trade.main.beyond) or "not found"
-        print(f"1 % beyond the largest contradict each other: {beyond}")
-        print(f"{len(trade.main.points)} points and the pictures in {self.folder}")
-        return DONE
+    store.close()
+    # also where only proofs, seeds or pictures are missing
+    _write(partial, facts | {"status": "interrupted"}, force_N, [], bool, line)
+    points = sum(len(curve.points) for curve in trade.curves)
+    return refuse(f"interrupted; {points} points so far in {partial}; {AGAIN}", INTERRUPTED)
+
+
+def _drawings(
+    trade: Trade, design: Design | None, published: Any, runs: list[Trace], subject: FrontPoint | None
+) -> list[Drawing]:
+    """Lists name, caption and drawing of every picture."""
+    from optimizer.paper.evaluation import mechanism_of
+    from optimizer.study import pictures
+    from optimizer.study.maps import slices
+
+    task = trade.main.given
+    force, chosen = task.requirements.force_N, None if design is not None else pictured(trade)
+    lengths = lengths_of(design) if design is not None else pictured(trade).result.design_mm
+    geometry, cube = mechanism_of(lengths)
+    title = title_of(lengths, task.name if design is None else design.name)
+    drawings: list[Drawing] = [
+        (
+            "front",
+            "cube size against worst kappa and torque",
+            lambda: pictures.front(trade.main, published, chosen, task.name),
+        ),
+        ("trade", "the front with another outline and with less torque", lambda: pictures.trade(trade, task.name)),
+        ("workspace", "the workspace with the cube in it", lambda: pictures.workspace(geometry, cube, title)),
+        (
+            "maps",
+            "condition number and joint torque over slices of the cube",
+            lambda: pictures.maps(slices(geometry, cube, force), force, title),
+        ),
+    ]
+    if runs and subject is not None:
+        problem = f"Step 3 at a cube of {2 * subject.half_side:.4g} mm"
+        draw = lambda: pictures.convergence(runs, subject.kappa, problem)  # noqa: E731
+        drawings.append(("convergence", "GA and SQP over the seeds", draw))
+    return drawings
+
+
+def _write(
+    place: Path,
+    facts: dict[str, Any],
+    force_N: float,
+    drawings: list[Drawing],
+    stop: Callable[[], bool],
+    line: ProgressLine,
+) -> None:
+    """Puts a complete folder in its place, or raises `_StoppedError` between two pictures."""
+    from delta_cad.common.files import whole_folder
+    from optimizer.study import pictures
+    from optimizer.study.front_page import files, page
+
+    with whole_folder(place) as folder:
+        for name, _, draw in drawings:
+            line.show(f"picture: {name}")
+            if stop():
+                raise _StoppedError
+            pictures.save(draw(), folder, name)
+        text = page(facts, force_N, [(f"{name}.png", what) for name, what, _ in drawings])
+        for name, content in files(facts, text).items():
+            (folder / name).write_text(content, encoding="utf-8")
 
 
 def pictured(trade: Trade) -> FrontPoint:
@@ -297,8 +280,3 @@ def title_of(design_mm: tuple[float, ...], name: str) -> str:
     L_A, L_B, R, r, H, L = design_mm
     lengths = ", ".join(f"{n} {v:.4g}" for n, v in (("R", R), ("r", r), ("L_A", L_A), ("L_B", L_B), ("H", H)))
     return f"{name}: cube of {2 * L:.4g} mm, {lengths} mm"
-
-
-def _described(point: FrontPoint) -> str:
-    binds = f"; binds: {', '.join(point.active)}" if point.active else ""
-    return f"cube of {2 * point.half_side:.4g} mm, worst kappa {point.kappa:.4g}, torque {point.torque:.4g} N m{binds}"

@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, ProgressLine, Request, refuse, refuse_all
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from optimizer.codesign.variants.front import MachinePoint
+    from optimizer.study.machines import MachinePoint
 
 
 def run(given: argparse.Namespace) -> int:
@@ -28,17 +25,12 @@ def run(given: argparse.Namespace) -> int:
 
     folder = given.out / f"{brief.name}-machines"
     require_room(folder, folder=True)
-    from optimizer.codesign.lessons import reference
-    from optimizer.codesign.pages.machines import build_front, record
     from optimizer.codesign.search import Search
-    from optimizer.codesign.tried import verdict
-    from optimizer.codesign.variants.front import front, marked
+    from optimizer.codesign.search_log import verdict
     from optimizer.search.clock import OutOfTimeError
+    from optimizer.study.machines import build_front, front, marked, record, write_front
 
-    def nothing(_: object) -> None:
-        raise AssertionError  # a front builds no machine
-
-    search = Search(brief, nothing, nothing, reference(), given.seed)  # type: ignore[arg-type]
+    search = Search(brief, seed=given.seed)
     found: list[MachinePoint] = []
     interrupted = False
     try:
@@ -51,7 +43,7 @@ def run(given: argparse.Namespace) -> int:
     if points:
         with ProgressLine() as line:
             line.show("files")
-            _write(points, brief.name, folder)
+            write_front(points, brief.name, folder)
     if given.build and points and not interrupted:
         try:
             with ProgressLine() as line:
@@ -59,8 +51,8 @@ def run(given: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             interrupted = True
     if not points and not interrupted:
-        ends, why = verdict(search.tried, "done", stands=False)
-        return refuse_all([f"{ends}: {given.requirements.name}: {why}", *search.tried.reasons], ends.code)
+        ends, why = verdict(search.log, "done", stands=False)
+        return refuse_all([f"{ends}: {given.requirements.name}: {why}", *search.log.reasons], ends.code)
     if given.json:
         print(json.dumps(record(points, brief.name), indent=1, allow_nan=False))
     elif points:
@@ -71,19 +63,3 @@ def run(given: argparse.Namespace) -> int:
             f"interrupted; {len(points)} machines stand in {folder}" if points else "interrupted", INTERRUPTED
         )
     return DONE
-
-
-def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
-    """Puts the complete folder in its place."""
-    from delta_cad.common.files import whole_folder
-    from optimizer.codesign.pages.machines import DESIGNS, PAGE, design_files, machines_page, record, standing
-
-    with whole_folder(place) as folder:
-        (folder / DESIGNS).mkdir()
-        for file, text in design_files(points).items():
-            (folder / DESIGNS / file).write_text(text, encoding="utf-8")
-        built = standing({point.name: point.design for point in points}, place.parent)
-        text = machines_page(points, name, place.as_posix(), built)
-        (folder / PAGE).write_text(text, encoding="utf-8")
-        facts = json.dumps(record(points, name), indent=1, allow_nan=False) + "\n"
-        (folder / "machines.json").write_text(facts, encoding="utf-8")

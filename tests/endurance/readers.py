@@ -34,16 +34,13 @@ from haptics.calibration.record import CalibrationError, calibration_of, load_ca
 from haptics.commands import cli as haptics_cli
 from haptics.devices.protocol import Packet, PacketError, PacketKind, decode, encode
 from haptics.devices.recording import Recording, RecordingError, load_recording, save_recording
-from optimizer.atlas.file import FIELDS, RowFile
-from optimizer.atlas.grid import load_grid
 from optimizer.certify.certificate import Certificate, CertificateError, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
 from optimizer.certify.gravity import GravityError, allowance_of_masses
-from optimizer.codesign.journal import Journal
+from optimizer.codesign.corrections import reference
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import reference
-from optimizer.codesign.pages.machines import standing
-from optimizer.codesign.settling import Rubbing
+from optimizer.codesign.search import SolidResults
+from optimizer.codesign.search_log import Journal
 from optimizer.commands import cli as optimizer_cli
 from optimizer.commands.init import preset_text
 from optimizer.problem.brief import load_brief
@@ -54,6 +51,9 @@ from optimizer.problem.requirements import (
     requirements_hash,
 )
 from optimizer.problem.validation import MOST_TOLD
+from optimizer.search.genetic import Generation
+from optimizer.study.grid import load_grid
+from optimizer.study.machines import existing_builds
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, as_json
 from optimizer.synthesis.output import DesignFile, OtherDesignError
 from tests.committed import BEST, ROOT
@@ -69,7 +69,7 @@ RESULTS = [CheckResult("clearance", False, 1.9, 2.0, "mm", (1.0, 2.0, 3.0), ("ro
 STEPS: dict[str, tuple[str, Any, Any]] = {
     "lengths": ("a", Found((91.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7.0), Found | None),
     "moving": ("b", RESULTS, list[CheckResult]),
-    "weighed": ("c", (reference(), RESULTS, (0.1, 0.2)), Rubbing),
+    "weighed": ("c", (reference(), RESULTS, (0.1, 0.2)), SolidResults),
 }
 COMMANDS_EVERY = 20  # one of so many refused files goes through its command, too
 
@@ -118,7 +118,7 @@ def _of_tree(data: Any, write: Callable[[Any, Random], str], forge: Callable[[An
 
 
 def _lines(records: list[Any]) -> Callable[[Random], bytes]:
-    """Lines of a checkpoint whose check sums are right, more often than not."""
+    """AppendLog of a checkpoint whose check sums are right, more often than not."""
 
     def line(record: Any, rng: Random) -> str:
         text = json.dumps(record, separators=(",", ":"))
@@ -136,8 +136,8 @@ def _lines(records: list[Any]) -> Callable[[Random], bytes]:
     return make
 
 
-def _resumed(kind: type[Checkpoint | RowFile]) -> Callable[[Path], object]:
-    return lambda path: kind(path, KEY, resume=True).close()
+def _resumed(path: Path) -> None:
+    Checkpoint(path, KEY, resume=True).close()
 
 
 def _searched(path: Path) -> None:
@@ -224,9 +224,9 @@ def readers(folder: Path) -> list[Reader]:
             np.array([[0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1]]), 3,
         )
     )  # fmt: skip
-    scores = [[1.0, 2.0], [[0.1, 0.2], [0.3, -0.4]]]
-    kept = [{"step": "ga", "of": "a", "result": scores}, {"step": "1/ga", "of": "b", "result": [[1.0], "done"]}]
-    row = dict.fromkeys(FIELDS, 0) | {"index": 3, "inputs": {"a": 1}, "steps": [{"step": 1}], "conflict": []}
+    generation = Generation(np.array([1.0, 2.0]), np.array([[0.1, 0.2], [0.3, -0.4]]))
+    lists = {name: values.tolist() for name, values in generation._asdict().items()}
+    kept = [{"phase": "ga", "generation": lists}, {"phase": "ga", "result": {"design_mm": [1.0], "status": "done"}}]
     recording = Recording(np.arange(5.0), np.ones((5, 3)), np.zeros((5, 3)))
     for name in ("whole.csv", "whole.npz"):
         save_recording(recording, folder / name)
@@ -246,8 +246,7 @@ def readers(folder: Path) -> list[Reader]:
                (CertificateError,), (optimizer_cli.main, lambda p: ["verify", str(p)])),
         Reader("certificate's words", "p.json", _of_tree(certificate | {"design_hash": design_hash(design)}, json_text),
                lambda p: told(design, p), ()),
-        Reader("checkpoint", "c.jsonl", _lines(kept), _resumed(Checkpoint), (CheckpointError,)),
-        Reader("atlas rows", "rows.jsonl", _lines([row, row | {"index": 4}]), _resumed(RowFile), (CheckpointError,)),
+        Reader("checkpoint", "c.jsonl", _lines(kept), _resumed, (CheckpointError,)),
         Reader("recording csv", "r.csv", _of_tree(_table(folder / "whole.csv"), csv_text), load_recording,
                (RecordingError,)),
         Reader("recording npz", "r.npz", _packed((folder / "whole.npz").read_bytes()), load_recording,
@@ -295,7 +294,7 @@ def _more_readers(design: Design, weights: Path, folder: Path, task: dict[str, A
         place.mkdir(exist_ok=True)
         (place / "report.html").write_text("")
         path.replace(place / "checks.json")
-        standing({"one": design}, path.parent)
+        existing_builds({"one": design}, path.parent)
 
     found = [
         Reader("design with a panel", "p.json", _of_tree(panel, json_text), load_design, (DesignError,)),

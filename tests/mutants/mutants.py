@@ -170,7 +170,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
          "max(over - SPARE_MM, 0.0)", "max(over + SPARE_MM, 0.0)"),
         (f"{CODESIGN}/lengths.py", "friction of a drive at another ratio",
          "coulomb_N_m(motor, choice.ratio)[1]", "coulomb_N_m(motor, best.ratio)[1]"),
-        (f"{CODESIGN}/choice.py", "sectors need twice the room", "* self.ratio / 2.0 if", "* self.ratio if"),
+        (f"{CODESIGN}/hardware.py", "sectors need twice the room", "* self.ratio / 2.0 if", "* self.ratio if"),
     ),
     "tests/optimizer/search/test_genetic.py": (
         ("optimizer/search/genetic.py", "a history takes what breaks a limit",
@@ -178,10 +178,10 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("optimizer/search/genetic.py", "better comes before feasible",
          "np.lexsort((objective, violation))", "np.lexsort((violation, objective))"),
     ),
-    "tests/optimizer/front/test_torques.py": (
-        ("optimizer/front/trade.py", "gravity takes its share of a given torque",
+    "tests/optimizer/study/test_torques.py": (
+        ("optimizer/study/trade.py", "gravity takes its share of a given torque",
          "total = level + given.limits.gravity_torque_N_m", "total = level"),
-        ("optimizer/front/trade.py", "a front is drawn for a torque that its smallest cube needs",
+        ("optimizer/study/trade.py", "a front is drawn for a torque that its smallest cube needs",
          "if low < level < high", "if low <= level < high"),
     ),
     "tests/haptics/calibration/test_fit.py": (

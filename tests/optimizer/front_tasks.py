@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optimizer.problem.requirements import Requirements, load_requirements
+from optimizer.study.front import Curve
 
 JOYSTICK = Path(__file__).parents[1] / "references" / "joystick.toml"
 
@@ -26,6 +27,14 @@ def joystick(
     if half_side is not None:
         changed["bounds_mm"] = given.bounds_mm.model_copy(update={"half_side": half_side})
     return given.model_copy(update=changed)
+
+
+def kappa_at(curve: Curve, half_side: float) -> float | None:
+    """A front's kappa at a half side in mm, on the line between two points; None outside the front."""
+    sides = [point.half_side for point in curve.points]
+    if not sides or not sides[0] <= half_side <= sides[-1]:
+        return None
+    return float(np.interp(half_side, sides, [point.kappa for point in curve.points]))
 
 
 class Checked(NamedTuple):

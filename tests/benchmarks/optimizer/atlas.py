@@ -7,7 +7,7 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
-from optimizer.atlas.grid import Grid, grid_from_dict
+from optimizer.study.grid import Grid, grid_from_dict
 from tests.benchmarks.figure import Figure
 from tests.benchmarks.timing import ROOT, slope
 
@@ -51,7 +51,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 
 def _timed(grid: Grid, workers: int) -> tuple[list[float], float, list[dict[str, Any]], float]:
     """Seconds of the rounds, to start and end the cluster; rows without their seconds; these, of the last round."""
-    from optimizer.atlas.atlas import AtlasRow, collect, local_cluster
+    from optimizer.study.cluster import AtlasRow, collect, local_cluster
 
     times: list[float] = []
     found: list[AtlasRow] = []

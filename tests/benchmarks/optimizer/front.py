@@ -13,8 +13,8 @@ from tests.benchmarks.figure import Figure
 from tests.benchmarks.timing import ROOT, python, slope, succeeded
 
 if TYPE_CHECKING:
-    from optimizer.front.front import Curve
     from optimizer.problem.requirements import Requirements
+    from optimizer.study.front import Curve
 
 SUBJECT = "front"
 POINTS = 50
@@ -31,9 +31,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     Raises:
         RuntimeError: The command failed, or a point or a bound is missing.
     """
-    from optimizer.front.front import Tracer
-    from optimizer.front.proof import proved
     from optimizer.problem.requirements import load_requirements
+    from optimizer.study.front import Tracer, proved
 
     given = load_requirements(ROOT / "examples/synthesized.toml")
     say(f"front command, {POINTS} points, with the fronts beside it, proofs, seeds and pictures")
@@ -80,8 +79,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 
 def _cold(given: Requirements, curve: Curve, say: Callable[[str], None]) -> float:
     """By how much cold starts are better than the front at most, %; negative where they never are."""
-    from optimizer.front.limits import at_side
     from optimizer.search import sqp
+    from optimizer.study.front import at_side
 
     say("cold starts at five points")
     best = -100.0

@@ -16,9 +16,9 @@ from haptics.commands.cli import main
 from haptics.feel.field import Drive
 from haptics.feel.holds import holds
 from optimizer.codesign.candidate import design_for
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.lengths import lasting_torque_N_m
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
+from optimizer.codesign.lengths import continuous_torque_N_m
 from optimizer.problem.brief import brief_from_dict
 from tests.committed import DATA
 from tests.delta_cad.catalogue.test_own import MOTOR, written
@@ -103,8 +103,8 @@ def test_the_closed_forms_of_a_design_s_search_take_it(design: Path) -> None:
         },
         folder=design.parent,
     )
-    choice, known = Choice(ROW["id"], "capstan", 4.8, 54.0), Lessons(reference())
-    lasting = lasting_torque_N_m(brief, choice, known)
+    choice, known = Selection(ROW["id"], "capstan", 4.8, 54.0), Corrections(reference())
+    lasting = continuous_torque_N_m(brief, choice, known)
     assert 0.0 < lasting <= 4.8 * 0.96 * 0.2
     found = design_for(brief, choice, (91.0, 143.0, 31.0, 24.0, 64.0, 42.0), known, design.parent)
     assert found.requirements.peak_torque_N_m == pytest.approx(found.requirements.joint_torque_N_m)

@@ -17,9 +17,9 @@ from delta_cad.design import Design
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.bound import GAP, Bound, Family, Interval, bounded
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice, motor_of
-from optimizer.codesign.lengths import best_lengths, lasting_torque_N_m, posed
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection, motor_of
+from optimizer.codesign.lengths import best_lengths, continuous_torque_N_m, to_requirements
 from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.step import SIDE, step_problem
@@ -34,7 +34,7 @@ BRIEF = brief_from_dict(
         "hardware": {"motor": MOTOR, "drive": "capstan"},
     }
 )
-KNOWN = Lessons(replace(reference(), own=True), least_mm={"base_radius": 31.0, "platform_radius": 24.0})
+KNOWN = Corrections(replace(reference(), own=True), least_mm={"base_radius": 31.0, "platform_radius": 24.0})
 DESIGNS, GROUPS = 100_000, 50
 INTERVALS = 16  # in which a bound comes to some 5 % above the machine
 
@@ -42,7 +42,7 @@ INTERVALS = 16  # in which a bound comes to some 5 % above the machine
 @cache
 def machine(ratio: float) -> Candidate:
     """The best machine of one ratio, of parts as heavy as the reference's."""
-    choice = Choice(MOTOR, "capstan", ratio, 50.0)
+    choice = Selection(MOTOR, "capstan", ratio, 50.0)
     found = best_lengths(BRIEF, choice, KNOWN)
     assert found is not None
     return Candidate(cast(Design, None), choice, found.lengths_mm, KNOWN, found.score)
@@ -63,11 +63,13 @@ def as_large(bound_mm: float, share: float, near: Candidate) -> int:
             np.clip(near.choice.ratio * rng.normal(1.0, 0.05), 3.0, 12.0) if close else rng.uniform(3.0, 12.0)
         )
         arm = float(near.lengths_mm[0] * rng.normal(1.0, 0.01) if close else rng.uniform(60.0, 110.0))
-        choice = Choice(MOTOR, "capstan", ratio, 50.0)
+        choice = Selection(MOTOR, "capstan", ratio, 50.0)
         rotor = motor_of(BRIEF, MOTOR).rotor_inertia_kg_m2 * ratio**2
         weighed = replace(reference(), masses=replace(reference().masses, rotor_inertia=rotor), ratio=ratio)
-        lessons = replace(KNOWN, weighed=weighed)
-        problem = step_problem(posed(BRIEF, choice, lessons, weighed.inertia(arm, near.lengths_mm[1], ratio)), 2)
+        corrections = replace(KNOWN, mass_estimate=weighed)
+        problem = step_problem(
+            to_requirements(BRIEF, choice, corrections, weighed.inertia(arm, near.lengths_mm[1], ratio)), 2
+        )
         lower, upper = np.array(problem.lower), np.minimum(problem.upper, [arm, 220.0, 80.0, 60.0, 200.0, 300.0])
         designs = rng.uniform(lower, upper, (DESIGNS // GROUPS, 6))
         if close:
@@ -131,11 +133,11 @@ def test_an_interval_has_the_torque_of_the_widest_pinion_that_its_outline_leaves
     reach = Outline(270.0, 220.0, 50.0, family._overhead).reach_max_mm
     for _ in range(2000):
         ratio, arm, wider = rng.uniform(4.5, 5.5), rng.uniform(88.0, 94.0), rng.uniform(0.0, 3.0)
-        one = Choice(MOTOR, "capstan", ratio, 50.0, wider_mm=wider)
+        one = Selection(MOTOR, "capstan", ratio, 50.0, wider_mm=wider)
         if one.base_radius_mm + arm > reach:
             continue
         wide += wider > 0.3
-        assert lasting_torque_N_m(asked, one, pulled) <= lasting_torque_N_m(asked, far, pulled)
+        assert continuous_torque_N_m(asked, one, pulled) <= continuous_torque_N_m(asked, far, pulled)
     assert wide > 50
 
 
@@ -187,8 +189,10 @@ def test_the_thread_whose_waiting_for_a_processor_does_not_count_does_half_of_th
 def test_a_machine_is_one_of_its_family_whatever_others_were_taught() -> None:
     one = machine(4.8)
     radius = one.lengths_mm[2]
-    taught = KNOWN.raised("base_radius", radius + 1.0, "").apart(50.0, radius, 2.0, "another machine's keys")
-    family = Family(BRIEF, one, {(MOTOR, "capstan"): taught})
+    updated = KNOWN.raised("base_radius", radius + 1.0, "").with_chains_apart(
+        50.0, radius, 2.0, "another machine's keys"
+    )
+    family = Family(BRIEF, one, {(MOTOR, "capstan"): updated})
     *_, relaxed = family._relaxed(Interval(MOTOR, "capstan", (4.8, 4.8), (90.0, 90.0)))
     assert relaxed.least_radius_mm(50.0) == pytest.approx(radius)
     assert relaxed.least("platform_radius") <= one.lengths_mm[3]

@@ -19,15 +19,15 @@ from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.limits.effective_mass import HandleInertia, effective_mass
 from optimizer.codesign.bound import Family, Interval
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.lengths import lasting_torque_N_m, posed
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
+from optimizer.codesign.lengths import continuous_torque_N_m, to_requirements
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.requirements import Requirements
 
 ROTORS = {"maxon-re30-310009-500": 3.47e-6, "maxon-re50-370354": 5.6e-5}  # kg m^2, of their rows
 MOTOR = "maxon-re30-310009-500"  # 2000 counts a turn, 89.7 mN m for ever, 3 times that for a moment
-KNOWN = Lessons(
+KNOWN = Corrections(
     replace(reference(), own=True),
     least_mm={"base_radius": 31.0, "platform_radius": 24.0},
     overhead_mm=(10.0, 13.5),
@@ -54,7 +54,7 @@ def brief(peak_N: float | None = None) -> DesignBrief:
 
 @cache
 def family(peak_N: float | None = None) -> Family:
-    choice = Choice(MOTOR, "capstan", 4.8, 50.0)
+    choice = Selection(MOTOR, "capstan", 4.8, 50.0)
     machine = Candidate(cast(Design, None), choice, LENGTHS_MM, KNOWN, 86.0)
     return Family(brief(peak_N), machine, {(MOTOR, "capstan"): KNOWN})
 
@@ -72,8 +72,8 @@ def inertia(
 def relaxed(peak_N: float | None, one: Interval) -> Requirements:
     """As `best_of` poses an interval."""
     made = family(peak_N)
-    choice, far, lessons = made._relaxed(one)
-    return posed(brief(peak_N), choice, lessons, made._inertia(made._lightest(one), one), far=far)
+    choice, far, corrections = made._relaxed(one)
+    return to_requirements(brief(peak_N), choice, corrections, made._inertia(made._lightest(one), one), far=far)
 
 
 def figures(given: Requirements) -> dict[str, float]:
@@ -107,17 +107,17 @@ def assert_none_better(found: Requirements, one: Interval, rng: np.random.Genera
     ratio, arm = rng.uniform(*one.ratios), rng.uniform(*one.arms_mm)
     times = rng.uniform(0.99, 2.0, 5)
     moves = inertia(ratio, arm, rng.uniform(40.0, 300.0), times, ROTORS[one.motor], rng.uniform(0.0, 3e-6))
-    weighed = replace(KNOWN.weighed, gravity_torque_N_m=0.036 * rng.uniform(0.99, 2.0))
+    weighed = replace(KNOWN.mass_estimate, gravity_torque_N_m=0.036 * rng.uniform(0.99, 2.0))
     ball, longer = rng.uniform(0.99, 2.0), rng.uniform(0.0, 3.0)
-    lessons = replace(
+    corrections = replace(
         KNOWN,
-        weighed=weighed,
+        mass_estimate=weighed,
         ball_friction_N=(0.12 * ball, 0.18 * ball),
         overhead_mm=(10.0 + longer, 13.5 + longer),
         pull_N=20.0 * rng.uniform(0.5, 1.0),
     )
-    choice = Choice(one.motor, "capstan", ratio, 50.0, wider_mm=rng.uniform(0.0, 1.0))
-    drawn, bound = figures(posed(brief(peak_N), choice, lessons, moves, far=choice)), figures(found)
+    choice = Selection(one.motor, "capstan", ratio, 50.0, wider_mm=rng.uniform(0.0, 1.0))
+    drawn, bound = figures(to_requirements(brief(peak_N), choice, corrections, moves, far=choice)), figures(found)
     worse = {name for name, value in bound.items() if value > drawn[name] * (1.0 + 1e-12 * np.sign(drawn[name]))}
     assert not worse
     least = found.inertia
@@ -181,7 +181,7 @@ def test_the_ends_of_an_interval_are_taken_where_each_helps() -> None:
 def test_a_shaft_bears_a_hundredth_more_of_a_cable_than_was_found() -> None:
     """8 N / 0.99 at the largest sector, 70 mm, for 8 N of peak: of it 3 N beside the weight's share for ever."""
     weak = replace(KNOWN, pull_N=8.0)
-    choice = Choice(MOTOR, "capstan", 4.8, 50.0)
+    choice = Selection(MOTOR, "capstan", 4.8, 50.0)
     anywhere = brief_from_dict(
         {
             "name": "b",
@@ -191,10 +191,10 @@ def test_a_shaft_bears_a_hundredth_more_of_a_cable_than_was_found() -> None:
     )
     machine = Candidate(cast(Design, None), choice, LENGTHS_MM, weak, 86.0)
     made = Family(anywhere, machine, {(MOTOR, "capstan"): weak})
-    near, far, lessons = made._relaxed(Interval(MOTOR, "capstan", (4.8, 4.8), (95.0, 95.0)))
+    near, far, corrections = made._relaxed(Interval(MOTOR, "capstan", (4.8, 4.8), (95.0, 95.0)))
     held, most = 0.99 * 0.036, 0.070 * 8.0 / 0.99
     assert near.ratio == far.ratio == 4.8
-    assert lasting_torque_N_m(anywhere, far, lessons) == pytest.approx(held + (most - held) * 3.0 / 8.0)
+    assert continuous_torque_N_m(anywhere, far, corrections) == pytest.approx(held + (most - held) * 3.0 / 8.0)
 
 
 def test_intervals_hold_every_ratio_and_arm_of_the_family() -> None:

@@ -1,4 +1,4 @@
-"""Candidates before any solid of them is made: gravity, and inertia by hand."""
+"""Closed forms of a candidate: why it is refused and how far that asks the search to go; gravity before solids."""
 
 from __future__ import annotations
 
@@ -7,13 +7,45 @@ from dataclasses import replace
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.design import Design
+from delta_cad.design import Design, design_from_dict
+from delta_cad.dimensions import dimensions
 from delta_cad.drive.masses import Masses
 from delta_cad.export.mass_properties import mass_report
-from optimizer.codesign.candidate import hung, weighed_of
-from optimizer.codesign.lessons import Lessons, Weighed, reference
+from delta_cad.structure.hardware.refusals import least_outline_mm
+from optimizer.codesign.candidate import mass_estimate_of, with_gravity_torque
+from optimizer.codesign.corrections import Corrections, MassEstimate, reference
+from optimizer.codesign.estimates import Estimate, estimates
+from tests.committed import changed
 
-WEIGHED = Weighed(
+
+def estimated(design: Design) -> dict[tuple[str, str], Estimate]:
+    return {one.reason.key: one for one in estimates(design)}
+
+
+def test_a_thickness_is_estimated_at_what_the_bar_in_it_needs() -> None:
+    """By hand: 1 mm around a bar of 8 mm."""
+    one = estimated(design_from_dict(changed(hardware__platform_thickness_mm=9.0)))["platform", "wrist boss"]
+    assert (one.field, one.value, one.bound) == ("hardware.platform_thickness_mm", 9.0, 10.0)
+
+
+def test_an_outline_is_estimated_at_what_elbows_and_motors_take_to_a_tenth(best: Design) -> None:
+    tight = design_from_dict(changed(requirements__envelope_width_mm=230.0, requirements__envelope_depth_mm=220.0))
+    one, size = estimated(tight)["assembly", "envelope width"], float(least_outline_mm(dimensions(best)).max())
+    assert one.field == "requirements.envelope_width_mm"
+    assert one.bound is not None
+    assert size <= one.bound <= size + 0.1
+
+
+def test_loads_alone_tell_what_is_borne_of_them() -> None:
+    found = estimates(design_from_dict(changed(requirements__peak_force_N=12.0, hardware__platform_thickness_mm=11.0)))
+    margins = {one.reason.key: one.reason.margin for one in found}
+    assert ("motor shaft", "load") in margins
+    for (_, feature), margin in margins.items():
+        assert (margin is not None) == (feature == "load")
+        assert margin is None or 0.0 < margin < 1.0
+
+
+WEIGHED = MassEstimate(
     Masses(
         platform=0.06,
         arm_along=0.0,
@@ -33,13 +65,15 @@ WEIGHED = Weighed(
 
 def test_gravity_is_known_at_least_before_anything_is_weighed(best: Design, best_assembly: Assembly) -> None:
     """Of masses of another machine too little is learnt, of more nothing; no more than solids tell, nor much less."""
-    solid = weighed_of(best, mass_report(best_assembly)).gravity_torque_N_m
-    light, heavy = (Lessons(replace(reference(), gravity_torque_N_m=share * solid)) for share in (0.5, 1.0))
-    learnt = hung(best, light)
-    assert learnt.weighed == replace(light.weighed, gravity_torque_N_m=learnt.weighed.gravity_torque_N_m)
-    assert 0.75 * solid < learnt.weighed.gravity_torque_N_m < solid
-    assert hung(best, learnt) is learnt
-    assert hung(best, heavy) is heavy
+    solid = mass_estimate_of(best, mass_report(best_assembly)).gravity_torque_N_m
+    light, heavy = (Corrections(replace(reference(), gravity_torque_N_m=share * solid)) for share in (0.5, 1.0))
+    learnt = with_gravity_torque(best, light)
+    assert learnt.mass_estimate == replace(
+        light.mass_estimate, gravity_torque_N_m=learnt.mass_estimate.gravity_torque_N_m
+    )
+    assert 0.75 * solid < learnt.mass_estimate.gravity_torque_N_m < solid
+    assert with_gravity_torque(best, learnt) is learnt
+    assert with_gravity_torque(best, heavy) is heavy
 
 
 def test_a_rotor_is_felt_by_the_square_of_its_ratio() -> None:

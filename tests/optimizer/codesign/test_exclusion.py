@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import load_design
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.exclusion import excluded, relaxed
+from optimizer.codesign.bound import excluded, relaxed
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
 from optimizer.codesign.lengths import best_lengths
-from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict, load_brief
 from optimizer.problem.evaluator import VARIABLES
@@ -67,7 +67,7 @@ def test_no_machine_that_was_built_is_excluded(task: Path, design: Path) -> None
 )
 def test_no_lengths_that_a_search_finds_are_excluded(motor: str, drive: str, ratio: float, width: float) -> None:
     given = brief(300, 250, force_N=2.0, feel={"effective_mass_max_kg": 0.6, "friction_max_N": 1.0})
-    found = best_lengths(given, Choice(motor, drive, ratio, width), Lessons(reference()), rounds=1)
+    found = best_lengths(given, Selection(motor, drive, ratio, width), Corrections(reference()), rounds=1)
     assert found is not None
     assert least_margin(given, found.lengths_mm) >= -ROUNDING
     at_most = found.side_mm / 2.0
@@ -102,8 +102,8 @@ def test_nothing_is_excluded_where_the_outline_is_free_or_a_machine_stands() -> 
 
 
 def test_a_search_ends_at_once_with_what_is_excluded() -> None:
-    search = Search(brief(80, 70), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief(80, 70))
     assert search.best() is None
-    assert search.tried.candidates == 0
-    (reason,) = search.tried.impossible
+    assert search.log.candidates == 0
+    (reason,) = search.log.impossible
     assert "envelope_width_mm and envelope_depth_mm = 80 and 70" in reason

@@ -5,18 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
 from delta_cad.checks.report import CheckResult
 from optimizer.codesign.candidate import Start
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.journal import Journal
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.search import Search
-from optimizer.codesign.settling import Rubbing
+from optimizer.codesign.search import Search, SolidResults
+from optimizer.codesign.search_log import Journal
 from optimizer.problem.brief import brief_from_dict
 from optimizer.synthesis.checkpoint import CheckpointError
 
@@ -32,7 +31,7 @@ RESULTS = [
 def test_what_was_computed_comes_back_to_the_last_digit(tmp_path: Path) -> None:
     calls: list[str] = []
 
-    def once(journal: Journal, of: str) -> Found | None:
+    def memoize(journal: Journal, of: str) -> Found | None:
         def compute() -> Found | None:
             calls.append(of)
             return FOUND if of == "a" else None
@@ -40,17 +39,21 @@ def test_what_was_computed_comes_back_to_the_last_digit(tmp_path: Path) -> None:
         return journal.memoize("lengths", of, compute, Found | None)
 
     first = Journal(tmp_path / "j.jsonl", KEY, False)
-    assert [once(first, of) for of in ("a", "b", "a")] == [FOUND, None, FOUND]
+    assert [memoize(first, of) for of in ("a", "b", "a")] == [FOUND, None, FOUND]
     first.close()
     second = Journal(tmp_path / "j.jsonl", KEY, True)
-    assert [once(second, of) for of in ("b", "a", "c")] == [None, FOUND, None]
+    assert [memoize(second, of) for of in ("b", "a", "c")] == [None, FOUND, None]
     assert calls == ["a", "b", "c"]
 
 
 def test_where_a_search_may_begin_comes_back(tmp_path: Path) -> None:
-    taught = Lessons(reference()).raised("base_radius", 100.0 / 3.0, "keys").apart(46.0, 40.0, 1.0 / 3.0, "chains")
-    choice = Choice("maxon-re30-310007", "capstan", 4.8, 46.0, {"tube": "cfrp-6x4"}, 0.1)
-    asked = [None, Start(choice, LENGTHS, Lessons(reference())), Start(choice, LENGTHS, taught)]
+    updated = (
+        Corrections(reference())
+        .raised("base_radius", 100.0 / 3.0, "keys")
+        .with_chains_apart(46.0, 40.0, 1.0 / 3.0, "chains")
+    )
+    choice = Selection("maxon-re30-310007", "capstan", 4.8, 46.0, {"tube": "cfrp-6x4"}, 0.1)
+    asked = [None, Start(choice, LENGTHS, Corrections(reference())), Start(choice, LENGTHS, updated)]
     journal = Journal(tmp_path / "j.jsonl", KEY, False)
     for k, one in enumerate(asked):
         assert journal.memoize("possible", k, lambda one=one: one, Start | None) == one
@@ -64,14 +67,14 @@ def test_where_a_search_may_begin_comes_back(tmp_path: Path) -> None:
 def test_checks_and_weights_come_back(tmp_path: Path) -> None:
     made = replace(reference(), gravity_torque_N_m=0.1 / 3.0, own=True), RESULTS, (0.1, 1.0 / 7.0)
     journal = Journal(tmp_path / "j.jsonl", KEY, False)
-    journal.memoize("weighed", "x", lambda: made, Rubbing)
+    journal.memoize("weighed", "x", lambda: made, SolidResults)
     journal.close()
     again = Journal(tmp_path / "j.jsonl", KEY, True)
 
     def fails() -> Any:
         raise AssertionError
 
-    assert again.memoize("weighed", "x", fails, Rubbing) == made
+    assert again.memoize("weighed", "x", fails, SolidResults) == made
 
 
 @pytest.mark.parametrize("kept", [{"lengths_mm": [1.0], "then": 2.0}, {"lengths_mm": [1.0], "score": 2.0, "then": 2.0}])
@@ -101,16 +104,16 @@ def test_a_journal_of_another_run_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_search_asks_for_no_lengths_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from optimizer.codesign import settling as module
+    from optimizer.codesign import search as module
 
     calls: list[Any] = []
     monkeypatch.setattr(module, "best_lengths", lambda *given: calls.append(given) or FOUND)
     brief = brief_from_dict({"name": "b", "requirements": {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}})
-    choice, lessons = Choice("maxon-re30-310007", "capstan", 4.8, 50.0), Lessons(reference())
+    choice, corrections = Selection("maxon-re30-310007", "capstan", 4.8, 50.0), Corrections(reference())
     for resume in (False, True):
         journal = Journal(tmp_path / "j.jsonl", KEY, resume)
-        search = Search(brief, lambda _: cast(Any, None), lambda _: [], reference(), once=journal.memoize)
-        assert search._lengths(choice, lessons, None, 1) == FOUND
-        assert search._lengths(choice, lessons.taught("why, which changes nothing"), None, 1) == FOUND
+        search = Search(brief, memoize=journal.memoize)
+        assert search._lengths(choice, corrections, None, 1) == FOUND
+        assert search._lengths(choice, corrections.updated("why, which changes nothing"), None, 1) == FOUND
         journal.close()
     assert len(calls) == 1

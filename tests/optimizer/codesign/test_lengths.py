@@ -11,9 +11,9 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import CoupleIndex
 from delta_cad.mechanism.workspace import CubeSearch
-from optimizer.codesign.choice import Choice, motor_of
-from optimizer.codesign.lengths import Found, best_lengths, lasting_torque_N_m, posed
-from optimizer.codesign.lessons import KNOB_MM, Lessons, reference
+from optimizer.codesign.corrections import KNOB_MM, Corrections, reference
+from optimizer.codesign.hardware import Selection, motor_of
+from optimizer.codesign.lengths import Found, best_lengths, continuous_torque_N_m, to_requirements
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.brief import DesignBrief, brief_from_dict, load_brief
 from optimizer.problem.evaluator import VARIABLES
@@ -21,8 +21,8 @@ from optimizer.problem.step import step_problem
 from optimizer.search import sqp
 from tests.committed import ROOT
 
-CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 50.0)
-LESSONS = Lessons(replace(reference(), own=True))
+CHOICE = Selection("maxon-re30-310007", "capstan", 4.8, 50.0)
+CORRECTIONS = Corrections(replace(reference(), own=True))
 ASKED = {"force_N": 3.0, "clearance_min_mm": 2.0}
 FELT = {"kappa_max": 2.27, "effective_mass_max_kg": 0.4}
 
@@ -32,15 +32,17 @@ def brief(requirements: dict[str, float], felt: dict[str, float] = FELT, **table
 
 
 def largest(width: float = 270.0, depth: float = 220.0, **felt: float) -> Found:
-    found = best_lengths(brief({"envelope_width_mm": width, "envelope_depth_mm": depth}, FELT | felt), CHOICE, LESSONS)
+    found = best_lengths(
+        brief({"envelope_width_mm": width, "envelope_depth_mm": depth}, FELT | felt), CHOICE, CORRECTIONS
+    )
     assert found is not None
     return found
 
 
 def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
     asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "peak_force_N": 8.0})
-    pulled = replace(LESSONS, pull_N=20.0)
-    narrow, wide = (lasting_torque_N_m(asked, CHOICE.with_(wider_mm=more), pulled) for more in (0.0, 0.5))
+    pulled = replace(CORRECTIONS, pull_N=20.0)
+    narrow, wide = (continuous_torque_N_m(asked, CHOICE.with_(wider_mm=more), pulled) for more in (0.0, 0.5))
     sector = round(8.0 * 4.8, 1), round(8.5 * 4.8, 1)
     held = pulled.held_torque_N_m
     assert narrow == pytest.approx(held + (20.0 * sector[0] / 1e3 - held) * 3.0 / 8.0)
@@ -50,15 +52,17 @@ def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
 
 def test_lengths_far_from_those_that_were_weighed_are_held_to_the_weight_of_their_own_arms() -> None:
     asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 6.0})
-    far = replace(LESSONS.weighed, upper_arm_mm=35.0)
-    found = best_lengths(asked, CHOICE, Lessons(far))
+    far = replace(CORRECTIONS.mass_estimate, upper_arm_mm=35.0)
+    found = best_lengths(asked, CHOICE, Corrections(far))
     assert found is not None
-    own = replace(far, gravity_torque_N_m=Lessons(far).hanging(found.lengths_mm[0]).weighed.gravity_torque_N_m)
-    at_once = best_lengths(asked, CHOICE, Lessons(replace(own, own=False)), found.lengths_mm)
-    unheeded = best_lengths(asked, CHOICE, Lessons(replace(far, own=False)), found.lengths_mm)
-    assert at_once is not None
+    own = replace(
+        far, gravity_torque_N_m=Corrections(far).at_arm_length(found.lengths_mm[0]).mass_estimate.gravity_torque_N_m
+    )
+    unmemoized = best_lengths(asked, CHOICE, Corrections(replace(own, own=False)), found.lengths_mm)
+    unheeded = best_lengths(asked, CHOICE, Corrections(replace(far, own=False)), found.lengths_mm)
+    assert unmemoized is not None
     assert unheeded is not None
-    assert found.side_mm == pytest.approx(at_once.side_mm, rel=1e-2)
+    assert found.side_mm == pytest.approx(unmemoized.side_mm, rel=1e-2)
     assert unheeded.side_mm > 1.05 * found.side_mm
 
 
@@ -66,8 +70,8 @@ def test_the_largest_cube_is_the_proven_one() -> None:
     """The masses follow the lengths; with those of what was found, branch and bound finds no more than 0.2 % more."""
     asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0})
     found = largest()
-    inertia = LESSONS.weighed.inertia(found.lengths_mm[0], found.lengths_mm[1], CHOICE.ratio)
-    proof = prove_optimum(step_problem(posed(asked, CHOICE, LESSONS, inertia), 2), gap=1e-3)
+    inertia = CORRECTIONS.mass_estimate.inertia(found.lengths_mm[0], found.lengths_mm[1], CHOICE.ratio)
+    proof = prove_optimum(step_problem(to_requirements(asked, CHOICE, CORRECTIONS, inertia), 2), gap=1e-3)
     assert proof.bound is not None
     assert found.side_mm / 2.0 <= proof.bound * (1.0 + 1e-9)
     assert found.side_mm / 2.0 >= proof.bound * (1.0 - 2e-3)
@@ -82,7 +86,7 @@ def test_every_start_comes_to_the_same_cube() -> None:
     rotor = motor_of(asked, choice.motor).rotor_inertia_kg_m2 * 6.0**2
     at = replace(reference(), masses=replace(reference().masses, rotor_inertia=rotor), ratio=6.0)
     inertia = at.inertia(at.upper_arm_mm, at.forearm_mm, 6.0)
-    problem = step_problem(posed(asked, choice, Lessons(at), inertia), 2)
+    problem = step_problem(to_requirements(asked, choice, Corrections(at), inertia), 2)
     endings = sqp.search(problem, sqp.start_points(problem, 0, 3)).endings
     assert all(one.converged for one in endings), [one.reason for one in endings]
     assert [one.level for one in endings] == pytest.approx([endings[0].level] * 3, rel=1e-5)
@@ -91,16 +95,16 @@ def test_every_start_comes_to_the_same_cube() -> None:
 def test_behind_a_panel_the_cube_is_as_large_as_its_own_lever_allows() -> None:
     """No couple index gives a larger one: of each tried the cube is what it leaves, or what it holds."""
     asked, per_mm = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}), 0.006
-    found = best_lengths(asked, CHOICE, replace(LESSONS, couple_per_mm=per_mm))
+    found = best_lengths(asked, CHOICE, replace(CORRECTIONS, couple_per_mm=per_mm))
     assert found is not None
-    tried: list[float] = []
+    sides: list[float] = []
     for index in (0.5, 0.56, 0.6, 0.64, 0.7):
         held = index / per_mm - KNOB_MM
-        other = best_lengths(asked, CHOICE, replace(LESSONS, couple_index_min=index, side_most_mm=held))
-        tried.append(0.0 if other is None else other.side_mm)
-        assert tried[-1] <= held
-    assert max(tried) <= found.side_mm * 1.002
-    assert max(tried) >= found.side_mm * 0.95
+        other = best_lengths(asked, CHOICE, replace(CORRECTIONS, couple_index_min=index, side_most_mm=held))
+        sides.append(0.0 if other is None else other.side_mm)
+        assert sides[-1] <= held
+    assert max(sides) <= found.side_mm * 1.002
+    assert max(sides) >= found.side_mm * 0.95
     lengths = dict(zip(VARIABLES, found.lengths_mm, strict=True))
     names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
     g = DeltaGeometry(**{name: lengths[name] / 1000.0 for name in names})
@@ -122,16 +126,16 @@ def test_more_room_and_more_mass_buy_a_larger_cube() -> None:
 def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     """Once the outline is found for a cube, that outline's largest cube is the same again."""
     asked = brief({"cube_side_mm": 80.0}, goal={"minimize": "outline"})
-    found = best_lengths(asked, CHOICE, LESSONS)
+    found = best_lengths(asked, CHOICE, CORRECTIONS)
     assert found is not None
     assert found.side_mm == 80.0
     # eq. (1) and what the hardware takes beyond: width and depth are what is ranked
     assert found.reach_mm is not None
-    along, across = LESSONS.overhead_mm
+    along, across = CORRECTIONS.overhead_mm
     width, depth = 25.0 + math.sqrt(3.0) * found.reach_mm + along, 12.5 * math.sqrt(3.0) + 1.5 * found.reach_mm + across
     assert -found.score == pytest.approx(width + depth)
     wide = {"envelope_width_mm": 900.0, "envelope_depth_mm": 900.0}
-    back = best_lengths(brief(wide, limits={"outline_radius_max_mm": 1.0005 * found.reach_mm}), CHOICE, LESSONS)
+    back = best_lengths(brief(wide, limits={"outline_radius_max_mm": 1.0005 * found.reach_mm}), CHOICE, CORRECTIONS)
     assert back is not None
     assert 80.0 <= back.side_mm <= 80.0 * 1.003
 
@@ -139,16 +143,16 @@ def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
 def test_hardware_that_takes_less_beside_the_chains_beats_a_shorter_reach() -> None:
     """A score to beat is a sum of width and depth: with more overhead it takes a shorter reach, or cannot be beaten."""
     asked = brief({"cube_side_mm": 40.0}, goal={"minimize": "outline"})
-    slim = best_lengths(asked, CHOICE, LESSONS)
+    slim = best_lengths(asked, CHOICE, CORRECTIONS)
     assert slim is not None
-    assert best_lengths(asked, CHOICE, LESSONS, slim.lengths_mm, beats=1.01 * slim.score) is not None
-    bulky = replace(LESSONS, overhead_mm=(40.0, 40.0))
+    assert best_lengths(asked, CHOICE, CORRECTIONS, slim.lengths_mm, beats=1.01 * slim.score) is not None
+    bulky = replace(CORRECTIONS, overhead_mm=(40.0, 40.0))
     assert best_lengths(asked, CHOICE, bulky, slim.lengths_mm, beats=1.01 * slim.score) is None
 
 
 def test_a_small_cube_has_lengths_though_the_first_outline_that_is_tried_leaves_its_parts_no_room() -> None:
     """R is 60 mm or more, so that 1.5 and 3 times the cube hold nothing; no platform is wider than its elbows."""
-    task, known = brief({"cube_side_mm": 20.0}, FELT), LESSONS.raised("base_radius", 60.0, "wide motors")
+    task, known = brief({"cube_side_mm": 20.0}, FELT), CORRECTIONS.raised("base_radius", 60.0, "wide motors")
     found = best_lengths(task, CHOICE, known)
     assert found is not None
     assert found.side_mm == 20.0
@@ -161,32 +165,34 @@ def test_a_small_cube_has_lengths_though_the_first_outline_that_is_tried_leaves_
 def test_the_least_mass_for_a_cube_is_the_one_that_just_allows_it() -> None:
     room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
     found = best_lengths(
-        brief(room | {"cube_side_mm": 78.0}, {"kappa_max": 2.27}, goal={"minimize": "effective_mass"}), CHOICE, LESSONS
+        brief(room | {"cube_side_mm": 78.0}, {"kappa_max": 2.27}, goal={"minimize": "effective_mass"}),
+        CHOICE,
+        CORRECTIONS,
     )
     assert found is not None
-    back = best_lengths(brief(room, {"kappa_max": 2.27, "effective_mass_max_kg": -found.score}), CHOICE, LESSONS)
+    back = best_lengths(brief(room, {"kappa_max": 2.27, "effective_mass_max_kg": -found.score}), CHOICE, CORRECTIONS)
     assert back is not None
     assert 78.0 <= back.side_mm <= 78.0 * 1.003
 
 
 def test_a_force_for_which_no_spring_holds_rods_on_their_balls_has_no_lengths() -> None:
     """For ever or for a moment; a little less has lengths with the same motor."""
-    strong = Choice("maxon-re50-370354", "capstan", 12.0, 50.0)
+    strong = Selection("maxon-re50-370354", "capstan", 12.0, 50.0)
     room = {"envelope_width_mm": 500.0, "envelope_depth_mm": 500.0}
-    assert best_lengths(brief({**room, "force_N": 0.9 * force_most_N()}, {}), strong, LESSONS) is not None
-    assert best_lengths(brief({**room, "force_N": 1.001 * force_most_N()}, {}), strong, LESSONS) is None
+    assert best_lengths(brief({**room, "force_N": 0.9 * force_most_N()}, {}), strong, CORRECTIONS) is not None
+    assert best_lengths(brief({**room, "force_N": 1.001 * force_most_N()}, {}), strong, CORRECTIONS) is None
     peak = {**room, "force_N": 5.0, "peak_force_N": 1.001 * force_most_N()}
-    assert best_lengths(brief(peak, {}), strong, LESSONS) is None
+    assert best_lengths(brief(peak, {}), strong, CORRECTIONS) is None
 
 
 @pytest.mark.slow
 def test_what_no_outline_makes_possible_has_no_lengths() -> None:
-    weak = Choice("maxon-re30-310007", "capstan", 3.0, 50.0)
-    assert best_lengths(brief({"cube_side_mm": 150.0, "force_N": 30.0}, {}), weak, LESSONS) is None
+    weak = Selection("maxon-re30-310007", "capstan", 3.0, 50.0)
+    assert best_lengths(brief({"cube_side_mm": 150.0, "force_N": 30.0}, {}), weak, CORRECTIONS) is None
 
 
 @pytest.mark.parametrize("felt", [{"kappa_max": 1.0}, {"effective_mass_max_kg": 1e-9}])
 def test_a_limit_at_the_end_of_its_field_has_no_lengths(felt: dict[str, float]) -> None:
     """What is learnt takes a share of it, and the rest is no value of the first edition."""
     outline = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
-    assert best_lengths(brief(outline, felt), CHOICE, LESSONS) is None
+    assert best_lengths(brief(outline, felt), CHOICE, CORRECTIONS) is None

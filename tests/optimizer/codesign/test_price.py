@@ -16,11 +16,11 @@ from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.cost.cost import machine_cost
 from optimizer.codesign import search as search_module
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice, cheapest, price_EUR
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection, cheapest, price_EUR
 from optimizer.codesign.lengths import Found, best_lengths
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.relaxation import RESOLUTION, costs
 from optimizer.codesign.search import Search
-from optimizer.codesign.variants.costs import RESOLUTION, costs
 from optimizer.problem.brief import DesignBrief, Goal, brief_from_dict
 from tests.committed import changed
 from tests.delta_cad.catalogue.offered import offered
@@ -42,7 +42,7 @@ def estimate(d: Dimensions) -> float:
         c.half_side_mm,
     )  # fmt: skip
     entries = {name: getattr(h, name) for name in ("encoder", "magnet", "bearing", "knob", "foot", "cable", "tube")}
-    choice = Choice(h.motor, h.drive, h.capstan_ratio, m.parallelogram_width_mm, entries)
+    choice = Selection(h.motor, h.drive, h.capstan_ratio, m.parallelogram_width_mm, entries)
     return price_EUR(brief(), choice, lengths)
 
 
@@ -61,7 +61,7 @@ def test_a_machine_twice_as_large_too() -> None:
 
 def test_a_price_grows_with_motor_and_lengths_and_falls_without_encoders() -> None:
     lengths, task = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0), brief()
-    choice = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+    choice = Selection("maxon-re30-310007", "capstan", 4.8, 54.0)
     price = price_EUR(task, choice, lengths)
     assert price_EUR(task, choice.with_(motor="maxon-re25-118752"), lengths) == pytest.approx(price - 3 * 70.0)
     assert price_EUR(task, choice, (101.0, *lengths[1:])) > price
@@ -69,7 +69,7 @@ def test_a_price_grows_with_motor_and_lengths_and_falls_without_encoders() -> No
     assert price - price_EUR(task, told, lengths) == pytest.approx(3 * row_EUR(task, choice))
 
 
-def row_EUR(task: DesignBrief, choice: Choice) -> float:
+def row_EUR(task: DesignBrief, choice: Selection) -> float:
     """An encoder and its magnet."""
     prices = {"as5048a-board": 18.0, "as5047p-board": 16.0, "mt6835-board": 12.0, "mt6825-board": 10.0}
     return prices[choice.stated(task, "encoder")] + 2.0
@@ -83,8 +83,11 @@ def test_the_cheapest_of_what_may_be_used_is_taken() -> None:
 
 
 def test_the_least_machine_of_a_choice_is_scored_by_its_price() -> None:
-    choice, lessons = Choice("maxon-re30-310007", "capstan", 4.8, 50.0), Lessons(replace(reference(), own=True))
-    found = best_lengths(brief(), choice, lessons, (88.0, 140.0, 31.0, 24.0, 62.0, 40.0), rounds=1)
+    choice, corrections = (
+        Selection("maxon-re30-310007", "capstan", 4.8, 50.0),
+        Corrections(replace(reference(), own=True)),
+    )
+    found = best_lengths(brief(), choice, corrections, (88.0, 140.0, 31.0, 24.0, 62.0, 40.0), rounds=1)
     assert found is not None
     assert found.side_mm == 80.0
     assert -found.score == pytest.approx(price_EUR(brief(), choice, found.lengths_mm))
@@ -93,15 +96,15 @@ def test_the_least_machine_of_a_choice_is_scored_by_its_price() -> None:
 class Cheap(Search):
     """A search whose machines are not made: every candidate of closed forms passes, at 1.1 times its estimate."""
 
-    def settled(self, choice: Choice, *_: object, **__: object) -> Candidate | None:
-        self.tried.candidates += 1
+    def fixed_point(self, choice: Selection, *_: object, **__: object) -> Candidate | None:
+        self.log.candidates += 1
         lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
         score = -price_EUR(self.brief, choice, lengths) - 10.0 * abs(choice.ratio - 4.8)
-        return Candidate(None, choice, lengths, Lessons(self.first), score)  # type: ignore[arg-type]
+        return Candidate(None, choice, lengths, Corrections(self.first), score)  # type: ignore[arg-type]
 
-    def _estimate(self, choice: Choice, start_mm: Any = None) -> Any:
+    def _estimate(self, choice: Selection, start_mm: Any = None) -> Any:
         del start_mm
-        return self.settled(choice)
+        return self.fixed_point(choice)
 
 
 def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,8 +117,8 @@ def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytes
     search: Cheap
 
     def build(design: Design) -> Outcome:
-        assert search.standing is not None
-        return Outcome(design, passed, {}, None, (), -1.1 * search.standing.score)
+        assert search.built_candidate is not None
+        return Outcome(design, passed, {}, None, (), -1.1 * search.built_candidate.score)
 
     search = Cheap(asked, build, lambda _: passed, reference())
     best = search.best()
@@ -125,7 +128,7 @@ def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytes
     assert candidate.choice.entries["encoder"] == "mt6825-board"
     assert -candidate.score == outcome.cost_EUR
     assert search.dearer == pytest.approx(1.1)
-    default = Choice("maxon-re30-310007", "capstan", 4.8, 50.0)
+    default = Selection("maxon-re30-310007", "capstan", 4.8, 50.0)
     assert -candidate.score / 1.1 < price_EUR(asked, default, candidate.lengths_mm)
 
 
@@ -143,17 +146,17 @@ def test_what_is_reported_of_a_build_ranks_it(
     at = {motors[0]: (1.0, 1.2), motors[1]: (1.05, 1.0)}  # estimate, and what its build reports for each
 
     class Known(Search):
-        def settled(self, choice: Choice, *_: object, **__: object) -> Candidate | None:
+        def fixed_point(self, choice: Selection, *_: object, **__: object) -> Candidate | None:
             lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
             named = SimpleNamespace(
                 hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0)
             )
             score = -len(names) * at[choice.motor][0] * (1.0 + 0.01 * abs(choice.ratio - 4.8))
-            return Candidate(cast(Design, named), choice, lengths, Lessons(self.first), score)
+            return Candidate(cast(Design, named), choice, lengths, Corrections(self.first), score)
 
-        def _estimate(self, choice: Choice, start_mm: Any = None) -> Any:
+        def _estimate(self, choice: Selection, start_mm: Any = None) -> Any:
             del start_mm
-            return self.settled(choice)
+            return self.fixed_point(choice)
 
     def build(design: Design) -> Outcome:
         value = at[design.hardware.motor][1]
@@ -170,7 +173,11 @@ def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.M
     asked = brief().model_copy(update={"goal": Goal(minimize="outline")})
     lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
     candidate = Candidate(
-        cast(Design, None), Choice("maxon-re30-310007", "capstan", 4.8, 50.0), lengths, Lessons(reference()), -400.0
+        cast(Design, None),
+        Selection("maxon-re30-310007", "capstan", 4.8, 50.0),
+        lengths,
+        Corrections(reference()),
+        -400.0,
     )
     gains = {"feel.kappa_max": 1.9 * RESOLUTION * 400.0, "requirements.force_N": 0.9 * RESOLUTION * 400.0}
 
@@ -178,6 +185,6 @@ def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.M
         more = (asked.feel.kappa_max != task.feel.kappa_max, asked.requirements.force_N != task.requirements.force_N)
         return Found(lengths, -400.0 + sum(gain for gain, eased in zip(gains.values(), more, strict=True) if eased))
 
-    monkeypatch.setattr("optimizer.codesign.variants.costs.best_lengths", sought)
-    (one,) = costs(asked, candidate, Lessons(reference()))
+    monkeypatch.setattr("optimizer.codesign.relaxation.best_lengths", sought)
+    (one,) = costs(asked, candidate, Corrections(reference()))
     assert (one.field, one.gain) == ("feel.kappa_max", pytest.approx(gains["feel.kappa_max"]))

@@ -15,15 +15,14 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import UnreachableError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
-from optimizer.codesign import settling
+from optimizer.codesign import updates
 from optimizer.codesign.candidate import Candidate, refused
-from optimizer.codesign.choice import SMALL, Choice, motor_of, neighbours
-from optimizer.codesign.learning import KERNEL_TRIES, StuckError
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import SMALL, Selection, motor_of, neighbours
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.search import Search
-from optimizer.codesign.settling import LEAST_SIDE_MM
-from optimizer.codesign.tried import Verdict, verdict
+from optimizer.codesign.search import LEAST_SIDE_MM, Search
+from optimizer.codesign.search_log import Verdict, verdict
+from optimizer.codesign.updates import NoProgressError
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.search.clock import HalfTimeError, OutOfTimeError
 from tests.committed import changed
@@ -58,20 +57,20 @@ class Paper:
 
 def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.MonkeyPatch, **asked: float) -> Search:
     """A search whose estimates and candidates are given: the last score of a motor stays."""
-    search = Search(brief(**asked), paper.build, paper.moving, reference())
+    search = Search(brief(**asked), paper.build, paper.moving)
 
-    def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
+    def fixed_point(choice: Selection, *_: object, weighing: bool = True, **__: object) -> Candidate:
         left = scores[choice.motor] if weighing else [ESTIMATES[choice.motor]]
         score = left.pop(0) if len(left) > 1 else left[0]
-        search.lessons.setdefault((choice.motor, choice.drive), Lessons(reference()))
+        search.corrections.setdefault((choice.motor, choice.drive), Corrections(reference()))
         design = SimpleNamespace(hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0))
         lengths = (90.0, 140.0, 30.0, 20.0, 70.0, score / 2.0)
-        return Candidate(cast(Design, design), choice, lengths, Lessons(reference()), score)
+        return Candidate(cast(Design, design), choice, lengths, Corrections(reference()), score)
 
-    ranked = [(ESTIMATES[motor], Choice(motor, "capstan", 5.0, 50.0)) for motor in scores]
+    ranked = [(ESTIMATES[motor], Selection(motor, "capstan", 5.0, 50.0)) for motor in scores]
     monkeypatch.setattr(search, "_rough", lambda: ranked)
-    monkeypatch.setattr(search, "settled", settled)
-    monkeypatch.setattr(search, "refined", settled)
+    monkeypatch.setattr(search, "fixed_point", fixed_point)
+    monkeypatch.setattr(search, "refined", fixed_point)
     monkeypatch.setattr(search, "_polished", lambda candidate: candidate)
     return search
 
@@ -83,9 +82,9 @@ def test_what_fails_where_it_moves_is_not_built(monkeypatch: pytest.MonkeyPatch)
     found = search.best()
     assert found is not None
     assert (len(paper.moved), len(paper.built)) == (3, 1)
-    assert [failed for _, failed in search.tried.built] == [("clearance",), ("clearance",), ()]
-    lessons = search.lessons[MOTORS[0], "capstan"]
-    assert lessons.least("base_radius") == 31.0  # 0.5 mm more, the second time 1 mm
+    assert [failed for _, failed in search.log.built] == [("clearance",), ("clearance",), ()]
+    corrections = search.corrections[MOTORS[0], "capstan"]
+    assert corrections.least("base_radius") == 31.0  # 0.5 mm more, the second time 1 mm
 
 
 def test_a_machine_is_told_by_the_ratio_that_small_steps_came_to(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,7 +100,7 @@ def test_a_machine_is_told_by_the_ratio_that_small_steps_came_to(monkeypatch: py
 def test_what_only_has_to_pass_is_built_at_the_first_ratio_that_does(monkeypatch: pytest.MonkeyPatch) -> None:
     paper = Paper({MOTORS[0]: [[PASSED]]})
     search = searched(paper, {MOTORS[0]: [83.0, 83.0, 83.0]}, monkeypatch)
-    search.finely, first = False, Choice(MOTORS[0], "capstan", 5.0, 50.0)
+    search.finely, first = False, Selection(MOTORS[0], "capstan", 5.0, 50.0)
     monkeypatch.setattr(search, "refined", lambda choice: Search.refined(search, choice))
     monkeypatch.setattr(search, "_polished", lambda one: Search._polished(search, one))
     monkeypatch.setattr(search, "_climbed", lambda *_: pytest.fail("looked for better hardware"))
@@ -135,7 +134,7 @@ def test_a_check_that_teaches_nothing_gives_the_motor_up(monkeypatch: pytest.Mon
     paper = Paper({MOTORS[0]: [[CheckResult("parts attached", False, 1.0, 0.0, "", detail="a bearing floats")]]})
     search = searched(paper, {MOTORS[0]: [84.0]}, monkeypatch)
     assert search.best() is None
-    assert "a bearing floats" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+    assert "a bearing floats" in search.log.no_progress[f"{MOTORS[0]} capstan"]
 
 
 def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -149,15 +148,15 @@ def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(mo
         return moving(design)
 
     search.moving = fails
-    search.tried.stuck[f"{MOTORS[1]} capstan"] = "too soft at another width"
+    search.log.no_progress[f"{MOTORS[1]} capstan"] = "too soft at another width"
     assert search.best() is not None
     assert paper.built == [MOTORS[1]]
-    assert list(search.tried.stuck) == [f"{MOTORS[0]} capstan"]  # the other is not given up: it passed
-    assert "sector" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+    assert list(search.log.no_progress) == [f"{MOTORS[0]} capstan"]  # the other is not given up: it passed
+    assert "sector" in search.log.no_progress[f"{MOTORS[0]} capstan"]
 
 
 def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief())
     weighed: list[Design] = []
 
     def fails(design: Design) -> Any:
@@ -165,10 +164,11 @@ def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(mon
         raise BuildError("encoder_cheek", "body", "the solid is not valid")
 
     monkeypatch.setattr(search, "_weighed", fails)
-    assert search.settled(Choice(MOTORS[0], "capstan", 6.0, 50.0)) is None
-    assert "the solid is not valid" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+    monkeypatch.setattr(updates, "KERNEL_TRIES", 1)
+    assert search.fixed_point(Selection(MOTORS[0], "capstan", 6.0, 50.0)) is None
+    assert "the solid is not valid" in search.log.no_progress[f"{MOTORS[0]} capstan"]
     radii = [design.mechanism.base_radius_mm for design in weighed]
-    assert len(radii) == KERNEL_TRIES + 1
+    assert len(radii) == 2
     assert all(0.05 < b - a < 0.5 for a, b in pairwise(radii))
 
 
@@ -176,14 +176,14 @@ def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.Mon
     """Lengths that leave less than is of use; the rough look keeps them: another ratio may leave more."""
     side = LEAST_SIDE_MM / 2.0
     lengths = Found((90.0, 140.0, 32.0, 22.0, 70.0, side / 2.0), side)
-    one = Choice(MOTORS[0], "capstan", 5.0, 50.0)
+    one = Selection(MOTORS[0], "capstan", 5.0, 50.0)
     for asked, found in (({}, False), ({"cube_side_mm": side}, True)):
-        search = Search(brief(**asked), cast(Any, None), cast(Any, None), reference())
+        search = Search(brief(**asked))
         monkeypatch.setattr(search, "_lengths", lambda *_: lengths)
-        monkeypatch.setattr(settling, "refused", lambda _: ())
-        monkeypatch.setattr(settling, "too_soft", lambda _: None)
-        assert (search.settled(one, weighing=False) is not None) == found
-        assert ("5.0 mm" in search.tried.stuck.get(f"{MOTORS[0]} capstan", "")) != found
+        monkeypatch.setattr(module, "refused", lambda _: ())
+        monkeypatch.setattr(module, "too_soft", lambda _: None)
+        assert (search.fixed_point(one, weighing=False) is not None) == found
+        assert ("5.0 mm" in search.log.no_progress.get(f"{MOTORS[0]} capstan", "")) != found
         assert search._estimate(one) is lengths
 
 
@@ -216,17 +216,17 @@ def test_a_design_that_comes_again_is_refused_once(monkeypatch: pytest.MonkeyPat
 
 def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of machines that are best at 4.86:1 and a pinion 0.17 mm wider, from 5:1."""
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
-    search.lessons[MOTORS[0], "capstan"] = Lessons(reference())
-    weighed: list[Choice] = []
+    search = Search(brief())
+    search.corrections[MOTORS[0], "capstan"] = Corrections(reference())
+    weighed: list[Selection] = []
 
-    def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
+    def fixed_point(choice: Selection, *_: object, weighing: bool = True, **__: object) -> Candidate:
         off = abs(choice.ratio - 4.86) / 0.2 + abs(choice.wider_mm - 0.17) / 0.1
         weighed.extend([choice] if weighing else [])
-        return Candidate(cast(Design, None), choice, (90.0,) * 6, Lessons(reference()), 84.0 - off)
+        return Candidate(cast(Design, None), choice, (90.0,) * 6, Corrections(reference()), 84.0 - off)
 
-    monkeypatch.setattr(search, "settled", settled)
-    found = search._polished(settled(Choice(MOTORS[0], "capstan", 5.0, 50.0)))
+    monkeypatch.setattr(search, "fixed_point", fixed_point)
+    found = search._polished(fixed_point(Selection(MOTORS[0], "capstan", 5.0, 50.0)))
     assert found.choice.ratio == pytest.approx(4.86, abs=0.02)
     assert found.choice.width_mm == 50.0
     assert found.choice.wider_mm == pytest.approx(0.17, abs=0.02)
@@ -235,36 +235,36 @@ def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pyt
     def hurried(*_: object, **__: object) -> Candidate:
         raise HalfTimeError
 
-    start = settled(Choice(MOTORS[0], "capstan", 5.0, 50.0))
-    monkeypatch.setattr(search, "settled", hurried)
+    start = fixed_point(Selection(MOTORS[0], "capstan", 5.0, 50.0))
+    monkeypatch.setattr(search, "fixed_point", hurried)
     assert search._polished(start) is start  # it is built as it is
 
 
 def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """By closed forms 4.9:1 is better; its solids ask for a longer base, and leave less."""
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    search = Search(brief())
     key = MOTORS[0], "capstan"
-    search.lessons[key] = known = Lessons(reference())
+    search.corrections[key] = known = Corrections(reference())
 
-    def settled(
-        choice: Choice, *_: object, weighing: bool = True, beats: float | None = None, **__: object
+    def fixed_point(
+        choice: Selection, *_: object, weighing: bool = True, beats: float | None = None, **__: object
     ) -> Candidate | None:
         if weighing:
-            search.lessons[key] = known.raised("base_radius", 40.0, "keys")
+            search.corrections[key] = known.raised("base_radius", 40.0, "keys")
         if weighing and beats is not None:
             return None  # 80 mm
         score = 84.0 - abs(choice.ratio - 4.9) - choice.wider_mm
-        return Candidate(cast(Design, None), choice, (90.0,) * 6, Lessons(reference()), score)
+        return Candidate(cast(Design, None), choice, (90.0,) * 6, Corrections(reference()), score)
 
-    monkeypatch.setattr(search, "settled", settled)
-    one = settled(Choice(MOTORS[0], "capstan", 5.0, 50.0), weighing=False)
+    monkeypatch.setattr(search, "fixed_point", fixed_point)
+    one = fixed_point(Selection(MOTORS[0], "capstan", 5.0, 50.0), weighing=False)
     assert one is not None
     assert search._polished(one) is one
-    assert search.lessons[key] is known
+    assert search.corrections[key] is known
 
 
 def test_what_the_brief_fixes_no_neighbour_changes() -> None:
-    one = Choice(MOTORS[0], "capstan", 5.0, 50.0)
+    one = Selection(MOTORS[0], "capstan", 5.0, 50.0)
     fixed = brief_from_dict({**brief().model_dump(exclude_none=True), "limits": {"parallelogram_width_mm": 50.0}})
     assert {near.width_mm for near in neighbours(brief(), one, 0)} == {44.0, 50.0, 56.0}
     assert {near.width_mm for near in neighbours(fixed, one, 0)} == {50.0}
@@ -283,30 +283,25 @@ def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> N
     assert paper.moved == []
 
 
-def test_a_force_beyond_every_spring_is_refused_before_any_motor_is_tried() -> None:
-    search = Search(brief(force_N=60.0), cast(Any, None), cast(Any, None), reference(), tell=lambda _: None)
-    assert search.best() is None
-    assert search.tried.stuck == {}
-    assert [reason.split(" = ")[0] for reason in search.tried.impossible] == ["requirements.force_N"]
-
-
 class Estimates:
     """A search whose estimates fail for some motors; it counts whom it asks."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, fails: set[str], **hardware: Any) -> None:
         asked = {"name": "b", "requirements": {"cube_side_mm": 60.0}, "hardware": hardware, "feel": {}}
-        self.search = Search(brief_from_dict(asked), lambda _: None, lambda _: [], reference())  # type: ignore[arg-type]
+        self.search = Search(brief_from_dict(asked))
         self.asked: list[str] = []
 
-        def estimate(choice: Choice, *_: object) -> Found | None:
+        def estimate(choice: Selection, *_: object) -> Found | None:
             self.asked.append(choice.motor)
             return None if choice.motor in fails else Found((90.0, 140.0, 30.0, 20.0, 70.0, 30.0), -120.0)
 
-        def settled(choice: Choice, *_: object, **__: object) -> Candidate:
-            return Candidate(cast(Design, None), choice, (), Lessons(reference()), -130.0 - len(choice.motor) / 100.0)
+        def fixed_point(choice: Selection, *_: object, **__: object) -> Candidate:
+            return Candidate(
+                cast(Design, None), choice, (), Corrections(reference()), -130.0 - len(choice.motor) / 100.0
+            )
 
         monkeypatch.setattr(self.search, "_estimate", estimate)
-        monkeypatch.setattr(self.search, "settled", settled)
+        monkeypatch.setattr(self.search, "fixed_point", fixed_point)
 
 
 def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -314,7 +309,7 @@ def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: 
     assert list(run.search.ranked()) == []
     strongest = max(MOTORS, key=lambda name: motor_of(run.search.brief, name).nominal_torque_N_m)
     assert set(run.asked) == {strongest}
-    assert set(run.search.tried.stuck) == {f"{motor} capstan" for motor in MOTORS}
+    assert set(run.search.log.no_progress) == {f"{motor} capstan" for motor in MOTORS}
 
 
 def test_hardware_is_ranked_by_what_its_parts_leave(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -329,55 +324,55 @@ def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.M
     """Its weight follows lengths that change by a percent; of a weak one four ten-thousandths of a newton metre."""
     taken: list[float] = []
 
-    def lengths(_brief: object, _choice: object, lessons: Lessons, *_: object) -> None:
-        taken.append(lessons.spare_torque_N_m)
+    def lengths(_brief: object, _choice: object, corrections: Corrections, *_: object) -> None:
+        taken.append(corrections.spare_torque_N_m)
 
-    monkeypatch.setattr(settling, "best_lengths", lengths)
-    search = Search(brief(), cast(Any, None), cast(Any, None), reference())
+    monkeypatch.setattr(module, "best_lengths", lengths)
+    search = Search(brief())
     for motor, ratio in (("maxon-re50-370354", 6.0), ("maxon-re30-310007", 3.0)):
-        assert search.settled(Choice(motor, "capstan", ratio, 50.0), weighing=False) is None
+        assert search.fixed_point(Selection(motor, "capstan", ratio, 50.0), weighing=False) is None
     assert taken == [pytest.approx(2.3328e-3), 4e-4]
 
 
 def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(settling, "best_lengths", lambda *_: pytest.fail("was estimated"))
-    search = Search(brief(clearance_min_mm=2.5), cast(Any, None), cast(Any, None), reference())
+    monkeypatch.setattr(module, "best_lengths", lambda *_: pytest.fail("was estimated"))
+    search = Search(brief(clearance_min_mm=2.5))
     assert search.best() is None
-    (why,) = search.tried.impossible
+    (why,) = search.log.impossible
     assert "requirements.clearance_min_mm = 2.5 must be at most 2.4 mm" in why
-    assert verdict(search.tried, "done", stands=False) == (
+    assert verdict(search.log, "done", stands=False) == (
         Verdict.INFEASIBLE,
         "a bound on all hardware and lengths shows it",
     )
 
 
 def test_a_force_that_no_spring_holds_is_refused_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(settling, "best_lengths", lambda *_: pytest.fail("was estimated"))
+    monkeypatch.setattr(module, "best_lengths", lambda *_: pytest.fail("was estimated"))
     most = force_most_N()
     for forces, name in (({"force_N": 1.01 * most}, "force_N"), ({"peak_force_N": 1.01 * most}, "peak_force_N")):
-        search = Search(brief(**forces), cast(Any, None), cast(Any, None), reference())
+        search = Search(brief(**forces))
         assert search.best() is None
-        (why,) = search.tried.impossible
+        (why,) = search.log.impossible
         assert why.startswith(f"requirements.{name} = ")
     assert not list(module._impossible(brief(force_N=most)))
 
 
 def test_what_gravity_takes_is_posed_before_anything_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
     first = replace(reference(), gravity_torque_N_m=0.001)
-    search = Search(brief(), cast(Any, None), cast(Any, None), first)
-    posed: list[float] = []
+    search = Search(brief(), first=first)
+    torques: list[float] = []
     lengths = search._lengths
 
-    def seen(choice: Choice, lessons: Lessons, *rest: Any) -> Found | None:
-        posed.append(lessons.weighed.gravity_torque_N_m)
-        return lengths(choice, lessons, *rest)
+    def seen(choice: Selection, corrections: Corrections, *rest: Any) -> Found | None:
+        torques.append(corrections.mass_estimate.gravity_torque_N_m)
+        return lengths(choice, corrections, *rest)
 
     def weighed(_: Design) -> Any:
-        raise StuckError("weighed")
+        raise NoProgressError("weighed")
 
     monkeypatch.setattr(search, "_lengths", seen)
     monkeypatch.setattr(search, "_weighed", weighed)
-    assert search.settled(Choice(MOTORS[0], "capstan", 5.0, 50.0)) is None
-    assert search.tried.stuck[f"{MOTORS[0]} capstan"] == "weighed"
-    assert posed[0] == 0.001
-    assert 0.015 < posed[-1] < 0.06
+    assert search.fixed_point(Selection(MOTORS[0], "capstan", 5.0, 50.0)) is None
+    assert search.log.no_progress[f"{MOTORS[0]} capstan"] == "weighed"
+    assert torques[0] == 0.001
+    assert 0.015 < torques[-1] < 0.06

@@ -18,13 +18,12 @@ from delta_cad.common.output_ownership import write_record
 from delta_cad.design import Design, design_hash, load_design
 from delta_cad.export.mass_properties import mass_report
 from optimizer.certify.certificate import Certificate
+from optimizer.codesign import report
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.pages import output
-from optimizer.codesign.pages.figures import FIGURES
-from optimizer.codesign.pages.output import certificate_of
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
+from optimizer.codesign.report import FIGURES, certificate_of
 from optimizer.codesign.search import Search
 from optimizer.commands import cli
 from tests.committed import BEST
@@ -41,7 +40,7 @@ motor = "maxon-re30-310007"
 drive = "capstan"
 """
 LENGTHS = (91.0, 143.196, 31.0, 24.0, 64.37, 43.165)
-CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+CHOICE = Selection("maxon-re30-310007", "capstan", 4.8, 54.0)
 
 
 def call(*words: str | Path) -> int:
@@ -71,9 +70,9 @@ def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(pipeline, "build", build)
     monkeypatch.setattr(pipeline, "poor_figures", lambda *_: [])
     monkeypatch.setattr("optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 1.01, side))
-    monkeypatch.setattr("optimizer.codesign.variants.costs.costs", lambda *_: [])
-    monkeypatch.setattr(output, "results_of", lambda _: values)
-    monkeypatch.setattr(output, "certificate_of", certified)
+    monkeypatch.setattr("optimizer.codesign.relaxation.costs", lambda *_: [])
+    monkeypatch.setattr(report, "results_of", lambda _: values)
+    monkeypatch.setattr(report, "certificate_of", certified)
 
 
 def bound_of(family: Family, factor: float, side_mm: float) -> Bound:
@@ -102,16 +101,16 @@ def finds(
     design = stated.model_copy(update={"requirements": stated.requirements.model_copy(update=dict(required))})
 
     def best(search: Search) -> Any:
-        search.tried.left = list(left)
-        search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference(), why=("the wrists were too close",))
-        search.tried.stuck["faulhaber-3257g024cr capstan"] = "too weak"
+        search.log.left = list(left)
+        search.corrections[CHOICE.motor, CHOICE.drive] = Corrections(reference(), why=("the wrists were too close",))
+        search.log.no_progress["faulhaber-3257g024cr capstan"] = "too weak"
         outcome = None
         for k in range(times):
             made = design.model_copy(update={"cube": design.cube.model_copy(update={"half_side_mm": 43.165 - k})})
-            search.standing = Candidate(made, CHOICE, LENGTHS, Lessons(reference()), 86.33)
+            search.built_candidate = Candidate(made, CHOICE, LENGTHS, Corrections(reference()), 86.33)
             outcome = search.build(made)
         then()
-        return search.standing, outcome
+        return search.built_candidate, outcome
 
     monkeypatch.setattr(Search, "best", best)
 

@@ -13,7 +13,6 @@ from typing import Any, cast
 
 import pytest
 
-from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.clearance.clearance import MeshClearance
 from delta_cad.checks.range.feel import poor_figures
 from delta_cad.checks.report import CheckResult
@@ -23,34 +22,18 @@ from delta_cad.design import Design, load_design
 from delta_cad.dimensions import dimensions
 from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
-from optimizer.codesign import candidate
+from optimizer.codesign import candidate, relaxation, report
 from optimizer.codesign.bound import Bound, Family
-from optimizer.codesign.builder import NO_BOUND
 from optimizer.codesign.candidate import Candidate, Start
-from optimizer.codesign.choice import Choice
-from optimizer.codesign.lessons import Lessons, reference
-from optimizer.codesign.pages import output
-from optimizer.codesign.pages.figures import results_of
-from optimizer.codesign.pages.output import certificate_of
+from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.hardware import Selection
+from optimizer.codesign.relaxation import Relaxation, costs
+from optimizer.codesign.report import certificate_of, results_of
+from optimizer.codesign.run import NO_BOUND
 from optimizer.codesign.search import Search
-from optimizer.codesign.variants import nearest
-from optimizer.codesign.variants.costs import costs
-from optimizer.codesign.variants.nearest import Relief
 from tests.committed import BEST
 from tests.delta_cad.report.reading import Page
-from tests.optimizer.commands.paper import BRIEF, CHOICE, LENGTHS, bound_of, build_on_paper, call, finds, interrupt
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "task.toml"
-    path.write_text(BRIEF, encoding="utf-8")
-    return path
-
-
-@pytest.fixture
-def paper_build(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
-    build_on_paper(best_assembly, monkeypatch)
+from tests.optimizer.commands.paper import BRIEF, CHOICE, LENGTHS, bound_of, call, finds, interrupt
 
 
 @pytest.mark.usefixtures("paper_build")
@@ -58,9 +41,9 @@ def test_what_was_found_stands_in_its_folder(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """What limits cost, results and certificate are those of the committed machine."""
-    monkeypatch.setattr("optimizer.codesign.variants.costs.costs", costs)
-    monkeypatch.setattr(output, "results_of", results_of)
-    monkeypatch.setattr(output, "certificate_of", certificate_of)
+    monkeypatch.setattr("optimizer.codesign.relaxation.costs", costs)
+    monkeypatch.setattr(report, "results_of", results_of)
+    monkeypatch.setattr(report, "certificate_of", certificate_of)
     finds(monkeypatch)
     assert call(file, "--out", tmp_path / "out", "--json") == 0
     told = json.loads(capsys.readouterr().out)
@@ -108,7 +91,7 @@ def test_a_build_takes_over_the_machine_whose_moving_parts_were_looked_at(
     monkeypatch.setattr(candidate, "solid", lambda *_: machine)
     monkeypatch.setattr(pipeline, "check_moving", lambda *_: Moved([], clearance))
     monkeypatch.setattr(pipeline, "build", build)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     monkeypatch.setattr(Search, "best", best)
     call(file, "--out", tmp_path / "out")
     assert given["clearance"] is clearance
@@ -129,7 +112,7 @@ def test_what_fails_its_checks_keeps_its_design_file(
         return outcome
 
     monkeypatch.setattr(pipeline, "build", build)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     assert call(file, "--out", tmp_path / "out") == 4
     assert capsys.readouterr().out.startswith("not found in time: ")
     folder = tmp_path / "out" / "synthesized.rejected"
@@ -205,10 +188,10 @@ def test_what_cannot_be_is_told_with_every_reason(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     def best(search: Search) -> None:
-        search.tried.stuck |= {"a capstan": "too weak", "b direct": "too wide"}
+        search.log.no_progress |= {"a capstan": "too weak", "b direct": "too wide"}
 
     monkeypatch.setattr(Search, "best", best)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     told = json.loads(said.out)
@@ -240,20 +223,20 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
 ) -> None:
     """A first change that is not enough is followed by a larger one, which knows why; another change does not."""
     asked: list[tuple[float, float | None]] = []
-    key, known = (CHOICE.motor, CHOICE.drive), Lessons(reference(), elbow_angle_deg=30.0)
-    begun, other = Lessons(reference(), elbow_angle_deg=20.0), Lessons(reference(), elbow_angle_deg=10.0)
+    key, known = (CHOICE.motor, CHOICE.drive), Corrections(reference(), elbow_angle_deg=30.0)
+    begun, other = (Corrections(reference(), elbow_angle_deg=20.0), Corrections(reference(), elbow_angle_deg=10.0))
 
-    def reliefs(search: Search) -> list[Relief]:
+    def minimal_relaxations(search: Search) -> list[Relaxation]:
         wide = search.brief.requirements.model_copy(update={"force_N": 2.0})
         return [
-            Relief(
+            Relaxation(
                 ("requirements.force_N",),
                 (3.0,),
                 (2.0,),
                 search.brief.model_copy(update={"requirements": wide}),
                 Start(CHOICE, LENGTHS, replace(begun, why=("of a trial",))),
             ),
-            Relief(
+            Relaxation(
                 ("feel.kappa_max",),
                 (2.27,),
                 (2.4,),
@@ -262,25 +245,27 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
             ),
         ]
 
-    def built(search: Search, choice: Choice, _: float, start: tuple[float, ...]) -> None:
+    def built(search: Search, choice: Selection, _: float, start: tuple[float, ...]) -> None:
         asked.append((search.brief.requirements.force_N, search.brief.feel.kappa_max))
         assert (choice, start) == (CHOICE, LENGTHS)
         if len(asked) == 1:
-            assert search.lessons == {key: begun}
-            search.lessons[key] = known
+            assert search.corrections == {key: begun}
+            search.corrections[key] = known
         elif len(asked) == 2:
-            assert search.lessons == {key: other}
+            assert search.corrections == {key: other}
         else:
-            assert search.lessons[key] is known
-            search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, Lessons(reference()), 86.33)
-            search.build(search.standing.design.model_copy(update={"name": search.brief.name}))
+            assert search.corrections[key] is known
+            search.built_candidate = Candidate(load_design(BEST), CHOICE, LENGTHS, Corrections(reference()), 86.33)
+            search.build(search.built_candidate.design.model_copy(update={"name": search.brief.name}))
 
-    monkeypatch.setattr(Search, "best", lambda search: search.tried.stuck.update({"a capstan": "too weak"}))
+    monkeypatch.setattr(Search, "best", lambda search: search.log.no_progress.update({"a capstan": "too weak"}))
     monkeypatch.setattr(
-        Search, "refined", lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, Lessons(reference()), 0.0)
+        Search,
+        "refined",
+        lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, Corrections(reference()), 0.0),
     )
     monkeypatch.setattr(Search, "built", built)
-    monkeypatch.setattr(nearest, "reliefs", reliefs)
+    monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     told = json.loads(said.out)
@@ -299,14 +284,14 @@ def test_the_verdict_is_printed_before_the_nearest_machine_is_sought(
     """Ctrl-C then ends what comes after it, and the verdict stays."""
     said = list[str]()
 
-    def reliefs(_: Search) -> list[Relief]:
+    def minimal_relaxations(_: Search) -> list[Relaxation]:
         said.extend(capsys.readouterr().out.splitlines())
         if stopped:
             raise KeyboardInterrupt
         return []
 
-    monkeypatch.setattr(Search, "best", lambda search: search.tried.impossible.append("force_N must be at most 20 N"))
-    monkeypatch.setattr(nearest, "reliefs", reliefs)
+    monkeypatch.setattr(Search, "best", lambda search: search.log.impossible.append("force_N must be at most 20 N"))
+    monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
     assert call(file, "--out", tmp_path / "out") == 1
     assert said[0].startswith("infeasible: task.toml: ")
     assert said[1:] == ["force_N must be at most 20 N"]

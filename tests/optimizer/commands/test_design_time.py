@@ -9,30 +9,16 @@ from typing import Any
 
 import pytest
 
-from delta_cad.assembly.machine import Assembly
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
+from optimizer.codesign import relaxation, report
 from optimizer.codesign.bound import Bound, Family
-from optimizer.codesign.builder import GRACE_S, HURRIED, NO_BOUND
-from optimizer.codesign.pages import output
+from optimizer.codesign.run import GRACE_S, HURRIED, NO_BOUND
 from optimizer.codesign.search import Search
-from optimizer.codesign.variants import nearest
 from optimizer.commands import design as command
 from optimizer.search.clock import OutOfTimeError
-from tests.optimizer.commands.paper import BRIEF, bound_of, build_on_paper, call, finds
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "task.toml"
-    path.write_text(BRIEF, encoding="utf-8")
-    return path
-
-
-@pytest.fixture
-def paper_build(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
-    build_on_paper(best_assembly, monkeypatch)
+from tests.optimizer.commands.paper import bound_of, call, finds
 
 
 @pytest.mark.parametrize("end", ["time", "stopped", "gave up"])
@@ -42,15 +28,15 @@ def test_what_a_search_did_not_settle_is_not_infeasible(
     """The time ends, Ctrl-C comes or a candidate is left that the search cannot mend: none shows that there is none."""
 
     def best(search: Search) -> None:
-        search.tried.stuck["a capstan"] = "too weak"
+        search.log.no_progress["a capstan"] = "too weak"
         if end == "gave up":
-            search.tried.gave_up.add("a capstan")
+            search.log.inconclusive.add("a capstan")
             return
-        search.tried.left = ["b direct"]
+        search.log.left = ["b direct"]
         raise OutOfTimeError if end == "time" else KeyboardInterrupt
 
     monkeypatch.setattr(Search, "best", best)
-    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
+    monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     assert call(file, "--out", tmp_path / "out") == 4
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("stopped: " if end == "stopped" else "not found in time: ")
@@ -119,7 +105,7 @@ def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """Of five minutes: of the first build nothing is known; it takes 7 s after its bound, which the second leaves."""
-    seconds, stops, written = [200.0], list[list[bool]](), output.write_beside
+    seconds, stops, written = [200.0], list[list[bool]](), report.DesignReport.write
 
     def bounded(family: Family, side_mm: float, stop: Callable[[], bool], *_: object) -> Bound:
         looks = []
@@ -128,11 +114,11 @@ def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
         stops.append(looks)
         return bound_of(family, 1.01, side_mm)
 
-    def write_beside(*given: Any) -> None:
+    def write(*given: Any) -> None:
         written(*given)
         seconds[0] += 7.0
 
-    monkeypatch.setattr(output, "write_beside", write_beside)
+    monkeypatch.setattr(report.DesignReport, "write", write)
     monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
     monkeypatch.setattr(command, "_clock", lambda: lambda: seconds[0])
     finds(monkeypatch, times=2)

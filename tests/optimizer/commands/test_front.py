@@ -17,11 +17,10 @@ import pytest
 
 from delta_cad.design import load_design
 from optimizer.commands import cli, front
-from optimizer.front.front import Curve, FrontPoint
-from optimizer.front.limits import at_side
-from optimizer.front.trade import Trade
 from optimizer.paper.evaluation import mechanism_of
 from optimizer.search.result import Result
+from optimizer.study.front import Curve, FrontPoint, at_side
+from optimizer.study.trade import Trade
 from tests.optimizer.front_tasks import JOYSTICK, joystick
 from tests.terminal import said
 
@@ -92,13 +91,12 @@ def test_json_csv_and_page_say_the_same(done: tuple[Path, dict[str, Any]]) -> No
 @pytest.fixture(scope="module")
 def bare() -> Iterator[pytest.MonkeyPatch]:
     """The command with the front as required alone and without drawing."""
-    from optimizer.front import trade
-    from optimizer.pictures import style
+    from optimizer.study import pictures, trade
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(trade, "OUTLINES", ())
         patched.setattr(trade, "TORQUES", ())
-        patched.setattr(style, "save", lambda *_: [])
+        patched.setattr(pictures, "save", lambda *_: [])
         yield patched
 
 
@@ -228,10 +226,10 @@ def test_bad_input_is_refused_in_one_line(task: Path, tmp_path: Path, capsys: py
 def test_folder_that_cannot_be_written_is_told(
     task: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def run(_: front._Run) -> int:
+    def run(*_: object) -> int:
         raise OSError(28, "No space left", "x")
 
-    monkeypatch.setattr(front._Run, "run", run)
+    monkeypatch.setattr(front, "_traced", run)
     assert "x: No space left" in refused(capsys, task, *SMALL, "--out", tmp_path)
     assert (tmp_path / "dashboard-joystick-front.checkpoint.jsonl").exists()  # what was solved is kept
 
@@ -243,14 +241,3 @@ def test_without_matplotlib_it_is_refused_before_anything_is_done(
     monkeypatch.setattr(front, "find_spec", lambda name: None if name == "matplotlib" else true(name))
     assert "matplotlib is not installed" in refused(capsys, task, "--out", tmp_path)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_help_loads_nothing_heavy() -> None:
-    code = (
-        "import sys\nfrom optimizer.commands import cli\n"
-        "try:\n cli.main(['front', '--help'])\nexcept SystemExit: pass\n"
-        "print(sorted(set(sys.modules) & {'numpy', 'scipy', 'matplotlib', 'numba', 'pydantic'}))"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert "--seeds" in run.stdout
-    assert run.stdout.endswith("[]\n")

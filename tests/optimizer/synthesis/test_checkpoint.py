@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.commands import cli
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, Records
 from tests.designs import named
@@ -71,7 +70,7 @@ def test_lines_that_nobody_wrote_are_refused_in_one_line(
     first = written(path)[0]
     for text, number in ((f"{line}\n", 1), (f"{first}\n{line}\n", 2)):
         path.write_text(text)
-        for kind in (Records, Checkpoint, RowFile):
+        for kind in (Records, Checkpoint):
             with pytest.raises(CheckpointError, match=rf"^c\.jsonl: .* damaged in line {number};"):
                 kind(path, KEY, resume=True)
             assert path.read_text() == text
@@ -101,36 +100,20 @@ def test_opening_changes_nothing_and_a_torn_line_is_cut_away_by_the_next(tmp_pat
 @pytest.mark.parametrize(
     "record",
     [
-        [], 3, {}, {"step": "a"}, {"step": "a", "of": "b"}, {"step": "a", "result": 3},
-        {"index": 3}, dict.fromkeys(sorted(FIELDS)), dict.fromkeys(sorted(FIELDS)) | {"index": "x"},
+        [], 3, {}, {"step": "a"}, {"step": "a", "of": "b"}, {"step": "a", "result": 3}, {"index": 3},
     ],
     ids=named,
 )  # fmt: skip
-@pytest.mark.parametrize("kind", [Checkpoint, RowFile])
-def test_a_whole_record_of_another_shape_is_refused(kind: type[Records], record: Any, tmp_path: Path) -> None:
+def test_a_whole_record_of_another_shape_is_refused(record: Any, tmp_path: Path) -> None:
     path = tmp_path / "c.jsonl"
     store = Records(path, KEY, resume=False)
     store.append(record)
     store.close()
     whole = path.read_bytes()
     with pytest.raises(CheckpointError, match=r"^c\.jsonl: .* damaged in line 2"):
-        kind(path, KEY, resume=True)
+        Checkpoint(path, KEY, resume=True)
     assert path.read_bytes() == whole
-    kind(path, KEY, resume=False).close()  # its lock was given back
-
-
-def test_an_atlas_that_another_run_writes_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "rows.jsonl"
-    rows = RowFile(path, KEY, resume=False)
-    with pytest.raises(CheckpointError, match="another run"):
-        RowFile(path, KEY, resume=False)
-    row = dict.fromkeys(FIELDS) | {"index": 4}
-    rows.add(row)
-    rows.close()
-    again = RowFile(path, KEY, resume=True)
-    assert again.rows == {4: row}
-    again.remove()
-    assert list(tmp_path.iterdir()) == []
+    Checkpoint(path, KEY, resume=False).close()  # its lock was given back
 
 
 def test_a_kill_while_a_resumed_run_opens_its_checkpoint_loses_nothing(tmp_path: Path) -> None:

@@ -1,1 +1,0 @@
-"""Many sets of requirements at once."""

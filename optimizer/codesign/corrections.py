@@ -1,0 +1,248 @@
+"""Corrections of the closed-form model for one hardware selection, from refusals, solids and checks (space mapping)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import inf
+from typing import Any, NamedTuple
+
+from delta_cad.design.feel_defaults import COUPLE_INDEX
+from delta_cad.drive.masses import Masses
+from delta_cad.mechanism.limits import HandleInertia
+
+ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
+GRAVITY_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm
+WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
+ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
+COUPLE_MOST = 0.75  # that is asked for at most: more costs nearly all of the cube
+KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
+LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
+SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
+NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
+FARTHEST = 3.0  # times what a base radius lacks that it is made longer by
+LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
+TORQUE_SPARE, TORQUE_SPARE_N_M = 1e-3, 4e-4  # of a joint's torque, and the least
+RADIUS_STEP_MM, ARM_STEP_MM = 0.5, 2.0
+ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
+KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's side: about, for what is learnt mends it
+
+
+@dataclass(frozen=True)
+class MassEstimate:
+    """Masses of the solids of one machine, with the lengths and the ratio that they scale with.
+
+    Attributes:
+        masses: Of its solids.
+        gravity_torque_N_m: The most that gravity takes of a joint beside the force, anywhere in its cube.
+        upper_arm_mm: L_A.
+        forearm_mm: L_B.
+        ratio: Of its drive.
+        own: Whether it has the motor and the parts of the choice that it stands for.
+    """
+
+    masses: Masses
+    gravity_torque_N_m: float
+    upper_arm_mm: float
+    forearm_mm: float
+    ratio: float
+    own: bool = False
+
+    def inertia(self, upper_arm_mm: float, forearm_mm: float, ratio: float) -> HandleInertia:
+        """Estimates the inertia at the handle of a machine not far from this one."""
+        m = self.masses
+        arm = m.arm_inertia * (upper_arm_mm / self.upper_arm_mm) ** ARM_EXPONENT
+        rotor = m.rotor_inertia * (ratio / self.ratio) ** 2
+        rods = 1.0 - ROD_SHARE + ROD_SHARE * forearm_mm / self.forearm_mm
+        carried = m.platform + 3.0 * m.rod_wrist * rods
+        return HandleInertia(carried, m.rod_elbow * rods, m.rod_cross * rods, arm + rotor)
+
+
+def reference() -> MassEstimate:
+    """Gives masses to begin from, of a machine of 86 mm and 3 N, rounded: nothing that is told rests on them."""
+    masses = Masses(
+        platform=0.065,
+        arm_along=0.0022,
+        arm_across=-0.0004,
+        arm_inertia=1.85e-4,
+        rod_elbow=0.0038,
+        rod_cross=0.0014,
+        rod_wrist=0.0038,
+        rotor_inertia=8e-5,
+    )
+    return MassEstimate(masses, gravity_torque_N_m=0.036, upper_arm_mm=91.0, forearm_mm=143.0, ratio=4.8)
+
+
+class ChainInterference(NamedTuple):
+    """Interference between neighbouring chains, found in one machine.
+
+    Attributes:
+        width_mm: Its parallelograms'.
+        radius_mm: Its base radius.
+        short_mm: What that lacked.
+        least_mm: Base radius that is asked for since.
+    """
+
+    width_mm: float
+    radius_mm: float
+    short_mm: float
+    least_mm: float
+
+
+RAISED = "couple_index_min", "couple_per_mm", "elbow_angle_deg"
+RaisedLimits = tuple[float, float, float]
+"""Couple index, the same for each mm of a lever, angle at the elbow, deg."""
+
+
+@dataclass(frozen=True)
+class Corrections:
+    """Bounds for the lengths of the next candidate.
+
+    Attributes:
+        mass_estimate: Of the last machine that was made solid.
+        least_mm: Length (as `[bounds_mm]` names it) -> the least that hardware lets pass.
+        interferences: Machines whose chains were in the way of one another.
+        overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
+        couple_index_min: Least couple index to ask for.
+        couple_per_mm: The same for each mm of a knob's lever behind a panel, which the cube's side goes into; 0 where
+            there is no panel.
+        side_most_mm: Largest side of the cube to ask for.
+        kappa_max: Largest condition number to ask for.
+        elbow_angle_deg: Least angle between upper arm and rods to ask for.
+        shoulder_low_deg: Least angle of an upper arm, 0 is level.
+        pull_N: Most torque of a joint at any moment over its sector's radius: beyond, the cable pulls too hard at the
+            motor's shaft.
+        mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
+        friction_share: The same of the friction.
+        step_share: The same of the position step.
+        ball_friction_N: What the ball joints rub with at the knob, for a motion along z, and square to it.
+        spare_torque_N_m: Left of a joint's torque beside the force and the weight.
+        why: What each was taught by, a line each.
+    """
+
+    mass_estimate: MassEstimate
+    least_mm: Mapping[str, float] = field(default_factory=dict)
+    interferences: tuple[ChainInterference, ...] = ()
+    overhead_mm: tuple[float, float] = (10.0, 13.5)
+    couple_index_min: float = COUPLE_INDEX
+    couple_per_mm: float = 0.0
+    side_most_mm: float = inf
+    kappa_max: float = KAPPA
+    elbow_angle_deg: float = 0.0
+    shoulder_low_deg: float = -90.0
+    pull_N: float = inf
+    mass_share: float = 0.998
+    friction_share: float = 0.998
+    step_share: float = 0.998
+    ball_friction_N: tuple[float, float] = (0.12, 0.18)
+    spare_torque_N_m: float = TORQUE_SPARE_N_M
+    why: tuple[str, ...] = ()
+
+    def least(self, length: str) -> float:
+        """The least of a length, mm; 0 where nothing is known."""
+        return self.least_mm.get(length, 0.0)
+
+    def least_radius_mm(self, width_mm: float) -> float:
+        """The least base radius beside a parallelogram's width: less, by `NARROWER` and `WIDER`, than it may be.
+
+        Of a width of which a machine was looked at, the last one tells.
+        """
+        own = [one for one in self.interferences if one.width_mm == width_mm]
+        known = (
+            one.least_mm + (NARROWER if width_mm < one.width_mm else WIDER) * (one.width_mm - width_mm)
+            for one in own[-1:] or self.interferences
+        )
+        return max((self.least("base_radius"), *known))
+
+    def with_chains_apart(self, width_mm: float, base_radius_mm: float, short_mm: float, why: str) -> Corrections:
+        """The same with chains that are farther apart.
+
+        What they need grows with the base radius, as the other lengths follow it: where another machine of the same
+        width showed what it needs, the radius is gone to at which the line through both needs no more.
+
+        Args:
+            width_mm: A parallelogram's width.
+            base_radius_mm: Of a machine whose chains are in the way of one another.
+            short_mm: What its base radius lacks; less than 0: what it leaves.
+            why: The check or refusal that showed it.
+        """
+        more = short_mm
+        before = next((one for one in reversed(self.interferences) if one.width_mm == width_mm), None)
+        grows = (
+            before is not None and short_mm >= before.short_mm + LACKED_MM
+        )  # a longer one is of no use: another width
+        if (
+            before is not None
+            and not grows
+            and base_radius_mm > before.radius_mm
+            and min(short_mm, before.short_mm) >= LACKED_MM
+        ):
+            slope = 1.0 + (short_mm - before.short_mm) / (base_radius_mm - before.radius_mm)
+            more = max(more, short_mm / max(1.0 - slope, 1.0 / FARTHEST))
+        found = ChainInterference(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
+        return self.updated(why, interferences=(*self.interferences, found))
+
+    @property
+    def held_torque_N_m(self) -> float:
+        """What of a joint's torque is not for the force."""
+        return self.mass_estimate.gravity_torque_N_m + self.spare_torque_N_m
+
+    def at_arm_length(self, upper_arm_mm: float) -> Corrections:
+        """The same with what gravity takes of a joint where arms are not so long as those that were weighed."""
+        share = upper_arm_mm / self.mass_estimate.upper_arm_mm
+        if not self.mass_estimate.own or abs(share - 1.0) <= WEIGHED_AGAIN:
+            return self
+        torque = self.mass_estimate.gravity_torque_N_m * share**GRAVITY_EXPONENT
+        return replace(self, mass_estimate=replace(self.mass_estimate, gravity_torque_N_m=torque))
+
+    @property
+    def raised_limits(self) -> RaisedLimits:
+        """What closed forms asked of the limits in `RAISED`."""
+        return self.couple_index_min, self.couple_per_mm, self.elbow_angle_deg
+
+    def with_raised_limits(self, least: RaisedLimits) -> Corrections:
+        """The same with at least so much asked of each of them."""
+        return replace(self, **dict(zip(RAISED, map(max, self.raised_limits, least), strict=True)))
+
+    def raised(self, length: str, least_mm: float, why: str) -> Corrections:
+        """The same with a length that is at least so much."""
+        return self.updated(why, least_mm={**self.least_mm, length: max(least_mm, self.least(length))})
+
+    def with_shares_of(self, other: Corrections) -> Corrections:
+        """The same with outline and masses, and the room left for them, of another."""
+        names = (
+            "mass_estimate",
+            "interferences",
+            "overhead_mm",
+            "mass_share",
+            "friction_share",
+            "step_share",
+            "ball_friction_N",
+            "spare_torque_N_m",
+            "pull_N",
+        )
+        return replace(self, **{name: getattr(other, name) for name in names})
+
+    def updated(self, reason: str, **changes: Any) -> Corrections:
+        """The same with other bounds, and why."""
+        return replace(self, **changes, why=(*self.why, reason))
+
+
+def one_chain(pair: Sequence[str]) -> bool:
+    """Decides whether parts are of one chain, by their names."""
+    return len({next((word for word in name.split("_") if word.isdigit()), "") for name in pair}) == 1
+
+
+def folds(pair: Sequence[str]) -> bool:
+    """Decides whether rods came too close to their own arm, its motor or what holds it, by the names of both parts."""
+    return one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
+
+
+def apart_by(pair: Sequence[str]) -> tuple[str, float]:
+    """Gives the length that brings two parts of a machine farther apart, and a step of it, mm."""
+    of_rods = pair and all(name.startswith("rod_") for name in pair)
+    if any("wrist" in name for name in pair) or (of_rods and not one_chain(pair)):  # nearest where they meet
+        return "platform_radius", RADIUS_STEP_MM
+    if one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
+        return "upper_arm_length", ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
+    return "base_radius", RADIUS_STEP_MM

@@ -1,1 +1,0 @@
-"""What `design` and `front --machines` write about machines: texts, pages, files."""

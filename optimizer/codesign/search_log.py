@@ -1,0 +1,148 @@
+"""What a search went through, the verdict that follows, and the journal from which an interrupted one goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Any, Literal, TypeVar
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.common.console import CUT_SHORT, DONE, NOT_MET
+from delta_cad.design import Design
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.hardware import Selection
+from optimizer.synthesis.checkpoint import Checkpoint
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate.
+
+    Attributes:
+        choice: Its hardware.
+        score: What is sought, larger is better.
+        failed: Of a machine that was made the checks that fail; None: nobody made it.
+    """
+
+    choice: Selection
+    score: float
+    failed: tuple[str, ...] | None = None
+
+
+@dataclass
+class Built:
+    """A build, as a run that goes on takes it over.
+
+    Attributes:
+        results: All checks.
+        facts: Of a machine that passes; else {}.
+        remarks: What the time left undone.
+    """
+
+    results: list[CheckResult]
+    facts: dict[str, Any]
+    remarks: list[str]
+
+
+@dataclass
+class SearchLog:
+    """What a search went through; hardware is named "motor drive".
+
+    Attributes:
+        candidates: Number of candidates that were posed.
+        trials: Those of them that have lengths, and the machines that were made, in order.
+        built: Machines that were made: design, and the names of the checks that failed.
+        no_progress: Hardware -> why it was given up.
+        inconclusive: Hardware of which a candidate failed in a way that shows nothing of others.
+        left: Hardware that was not looked at to its end.
+        impossible: Bounds, by closed form or proof, that no machine of any hardware meets.
+    """
+
+    candidates: int = 0
+    trials: list[Trial] = field(default_factory=list)
+    built: list[tuple[Design, tuple[str, ...]]] = field(default_factory=list)
+    no_progress: dict[str, str] = field(default_factory=dict)
+    inconclusive: set[str] = field(default_factory=set)
+    left: list[str] = field(default_factory=list)
+    impossible: list[str] = field(default_factory=list)
+
+    def ended(self, hardware: str) -> None:
+        """Notes that hardware was looked at to its end."""
+        self.left = [one for one in self.left if one != hardware]
+
+    def with_passed(self, machine: Candidate, design: Design) -> SearchLog:
+        """Adds a machine that passes every check, last, with its design as written; its hardware is no longer stuck."""
+        name = f"{machine.choice.motor} {machine.choice.drive}"
+        return replace(
+            self,
+            built=[*self.built, (design, ())],
+            trials=[*self.trials, Trial(machine.choice, machine.score, ())],
+            no_progress={hardware: why for hardware, why in self.no_progress.items() if hardware != name},
+        )
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why there is no machine of any hardware that was looked at, a line each."""
+        return self.impossible or [f"{hardware}: {why}" for hardware, why in self.no_progress.items()]
+
+
+class Verdict(Enum):
+    """How a search ended: its name, and the exit code of the command."""
+
+    BUILT = "built", DONE
+    INFEASIBLE = "infeasible", NOT_MET
+    NOT_FOUND = "not found in time", CUT_SHORT
+    STOPPED = "stopped", CUT_SHORT
+
+    def __str__(self) -> str:
+        return self.value[0]
+
+    @property
+    def code(self) -> int:
+        """Exit code."""
+        return self.value[1]
+
+
+End = Literal["done", "time", "stopped"]
+"""What ended a search: itself, its time, or Ctrl-C."""
+
+
+def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
+    """Decides how a search ended.
+
+    That no machine exists follows from closed forms, or from a search that went through all hardware to its end and
+    was refused all of it; neither from time that was over, nor from candidates that the search did not know how to
+    mend.
+
+    Returns:
+        The verdict, and what shows it, or what was left open; "" where a machine stands.
+    """
+    left = f"not looked at to the end: {', '.join(log.left)}" if log.left else ""
+    if end == "stopped":
+        return Verdict.STOPPED, left
+    if stands:
+        return Verdict.BUILT, ""
+    if log.impossible:
+        return Verdict.INFEASIBLE, "a bound on all hardware and lengths shows it"
+    if left:
+        return Verdict.NOT_FOUND, left
+    if log.inconclusive or not log.no_progress:
+        return Verdict.NOT_FOUND, f"the search knew no further candidate of {', '.join(sorted(log.inconclusive))}"
+    return (
+        Verdict.INFEASIBLE,
+        f"the exhausted search shows it: all {len(log.no_progress)} motors and drives were refused",
+    )
+
+
+def unmemoized(_step: str, _of: object, compute: Callable[[], T], _kind: object) -> T:
+    """Computes a step of a search that nobody keeps."""
+    return compute()
+
+
+class Journal(Checkpoint):
+    """The steps of a search in a file, each under what it was computed from."""
+
+    OTHER = "is of another run: requirements or seed differ"

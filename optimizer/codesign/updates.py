@@ -1,0 +1,377 @@
+"""Updates of the corrections by a refusal or a failed check: a bound, another part, or that no progress is possible."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
+from delta_cad.dimensions import DimensionError
+from delta_cad.dimensions.rules import ARM, BASE, WIDTH
+from delta_cad.mechanism.limits import Outline
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Corrections, apart_by, folds
+from optimizer.codesign.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
+from optimizer.codesign.hardware import Selection, default_of
+from optimizer.problem.brief import DesignBrief
+from optimizer.problem.evaluator import VARIABLES
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+    from delta_cad.solids.primitive import BuildError
+
+PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
+SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
+UNFOLDED = 0.85  # of what was asked of arms that folded: it is asked anew where it still has to be
+GROWTH = 1.25  # of a length at once: what asks for more may be met by what another reason asks for
+COUPLE_STEP = 0.03
+LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's lever, least and largest at once
+LITTLE = 1e-3  # of a load that is borne: none at all has no power
+LEVER_EXPONENT = 0.7  # of the share that is borne: a part of a load is not the lever's
+ELBOW_LEAST_DEG, ELBOW_STEP_DEG = 0.5, 2.0
+PARTED_MM, PROVEN_MM = 0.08, 0.03  # by which eyes part from their arm for a degree more, others by more; for the proof
+DOUBLINGS = 3  # of the step of a length that was not enough the last time
+REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
+REACHED_STEP_MM = 1.0  # of chains in the way of one another
+PULLED = "motor shaft"  # part that refusals name, and check: "structure motor shaft, peak"
+SOLID = "solid "  # checks of what the kernel made, with a part's number
+APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
+UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
+CREEP_MM = 0.4
+LEFT_MM = 2.0  # of a base radius that closed forms are asked about
+ROUNDED_MM = 0.002  # to which lengths are rounded, and a little
+KERNEL, KERNEL_TRIES, KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
+SPARE_MM = 0.05  # of an outline, over what the last machine took too much
+SPARE = 0.998  # of what a machine just missed
+SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
+"""Check -> the share of its limit that is asked for."""
+GRAVITY_CHECK = "torque with gravity"
+
+
+class NoProgressError(Exception):
+    """No further candidate of a choice is left to try: limits, closed forms or parts refuse it, and which."""
+
+
+class InconclusiveError(NoProgressError):
+    """A candidate failed in a way that shows nothing of others: the search has no next one, but there may be some."""
+
+
+def from_refusals(
+    brief: DesignBrief, choice: Selection, corrections: Corrections, reasons: Sequence[Estimate], side_mm: float = 0.0
+) -> tuple[Selection, Corrections]:
+    """Learns from the closed forms that refuse a candidate.
+
+    Args:
+        brief: What the customer asks.
+        choice: Hardware that was refused.
+        corrections: What was known.
+        reasons: Why; all that can be met are.
+        side_mm: Of the cube that was refused; of use behind a panel.
+
+    Returns:
+        What to try next.
+
+    Raises:
+        NoProgressError: None of them can be.
+    """
+    before = choice, corrections
+    radii = [one.bound for one in reasons if one.field == BASE and one.bound is not None]
+    room = _room_for_arm_mm(brief, choice, corrections, radii)
+    reasons = [_by_angle(reason, room) for reason in reasons]
+    overloads: list[tuple[float, str]] = []
+    for reason in reasons:
+        field, bound = reason.field, reason.bound
+        entry = field.rpartition(".")[2]
+        if entry in ENVELOPE and reason.part == "base_plate":
+            continue  # shorter arms, which a smaller outline asks for, put its feet farther out
+        if field in LENGTHS and isinstance(bound, float):
+            now = reason.value if isinstance(reason.value, float) else bound
+            least = math.ceil(min(bound, max(GROWTH * now, now + CREEP_MM)) * SIZE_STEP) / SIZE_STEP
+            if corrections.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
+                least += CREEP_MM
+            corrections = corrections.raised(LENGTHS[field], least, str(reason))
+        elif field == WIDTH and isinstance(bound, float):
+            away = math.ceil if bound > choice.width_mm else math.floor
+            choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
+        elif entry in SIZES and isinstance(bound, float) and entry not in brief.hardware:
+            away = math.floor if isinstance(reason.value, float) and bound < reason.value else math.ceil
+            choice = choice.with_entry(entry, away(bound * SIZE_STEP) / SIZE_STEP)
+        elif entry in PARTS:
+            choice = _another(brief, choice, entry)
+        elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):
+            over = list(corrections.overhead_mm)
+            shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
+            # an outline that is free is posed in whole millimetres: by less it may stay as it is
+            over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
+            corrections = corrections.updated(str(reason), overhead_mm=(over[0], over[1]))
+        elif field == ELBOW_FIELD and isinstance(bound, float):
+            least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
+            eased = {
+                name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in corrections.least_mm.items()
+            }
+            corrections = corrections.updated(str(reason), elbow_angle_deg=least, least_mm=eased)
+        elif field == SWING_FIELD and isinstance(bound, float):
+            least = max(corrections.shoulder_low_deg, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+            corrections = corrections.updated(str(reason), shoulder_low_deg=least)
+        elif (field.startswith("requirements.") or not field) and brief.panel is not None:
+            overloads.append((reason.reason.margin or 1.0, str(reason)))
+        elif field.startswith("requirements.") or not field:
+            corrections = _stiffer(corrections, str(reason))
+    if overloads:
+        corrections = _levered(corrections, side_mm, *min(overloads))
+    if (choice, corrections) == before:
+        raise NoProgressError("; ".join(str(reason) for reason in reasons))
+    return choice, corrections
+
+
+def _room_for_arm_mm(
+    brief: DesignBrief, choice: Selection, corrections: Corrections, radii_mm: Sequence[float]
+) -> float:
+    """The longest upper arm that an outline holds beside the base radius that is asked for."""
+    if brief.outline_mm is None:
+        return math.inf
+    reach = Outline(*brief.outline_mm, choice.width_mm, corrections.overhead_mm).reach_max_mm
+    return reach - max([corrections.least_radius_mm(choice.width_mm), *radii_mm])
+
+
+def _by_angle(reason: Estimate, room_mm: float) -> Estimate:
+    """An estimate of a length that an angle ends as well, which other lengths may give: with that.
+
+    An arm that swings too low may be longer, too, where there is room.
+    """
+    if reason.angle is None:
+        return reason
+    field, least = reason.angle
+    if field == SWING_FIELD and reason.field == ARM and reason.bound is not None and reason.bound <= room_mm:
+        return reason
+    return replace(reason, field=field, value=None, bound=least)
+
+
+def _another(brief: DesignBrief, choice: Selection, entry: str) -> Selection:
+    """Takes the next row of a family that the brief allows."""
+    rows = brief.choices[entry]
+    first = rows[0] if entry in brief.hardware else default_of(entry)  # as `DesignBrief.hardware_from` takes it
+    now = choice.entries.get(entry, first)
+    after = rows.index(now) + 1 if now in rows else 0
+    return choice if after == len(rows) else choice.with_entry(entry, rows[after])
+
+
+def too_soft(design: Design) -> tuple[float, float] | None:
+    """Computes the least stiffness at the knob of a design, in closed form.
+
+    Returns:
+        That stiffness and what is asked, N/mm; None where it is stiff enough or nothing is asked.
+    """
+    from delta_cad.dimensions import dimensions
+    from delta_cad.structure.report import stiffness
+
+    asked = design.requirements.stiffness_min_N_mm
+    if asked is None:
+        return None
+    least = float(stiffness(dimensions(design)).softest.stiffness_N_mm.min())
+    return None if least >= asked else (least, asked)
+
+
+def utilisation(one: Estimate | CheckResult) -> float:
+    """Load over the allowable load, from the ratio of a reason or the value and limit of a check."""
+    if isinstance(one, CheckResult):
+        return (one.value or 0.0) / (one.limit or 1.0)
+    return 1.0 / (one.reason.margin or 1.0)
+
+
+def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
+    """Corrects the cable force that a motor's shaft bears, of which a peak joint torque takes a share."""
+    pull = SPARE * torque_N_m / share / (sector_mm / MM_PER_M)
+    return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
+
+
+def from_stiffness(corrections: Corrections, least: float, asked: float, design: Design) -> Corrections:
+    """Learns from a knob that is too soft.
+
+    Raises:
+        NoProgressError: More hold against turning is not to be had.
+    """
+    why = f"stiffness at the knob {least:.3g} N/mm, {asked:g} asked"
+    if design.panel is not None:
+        return _levered(corrections, 2.0 * design.cube.half_side_mm, math.sqrt(least / asked), why)
+    found = _stiffer(corrections, why)
+    if found is corrections:
+        raise NoProgressError(f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {asked:g} asked")
+    return found
+
+
+def _stiffer(corrections: Corrections, why: str) -> Corrections:
+    """Asks for more hold against turning, which makes rods' forces smaller and the knob stiffer."""
+    index = min(corrections.couple_index_min + COUPLE_STEP, COUPLE_MOST)
+    return corrections if index == corrections.couple_index_min else corrections.updated(why, couple_index_min=index)
+
+
+def _levered(corrections: Corrections, side_mm: float, share: float, why: str) -> Corrections:
+    """Raises the couple index per mm of a knob's lever behind a panel, by the share of its load that a part bears."""
+    least, most = LEVER_STEPS
+    now = max(corrections.couple_per_mm, corrections.couple_index_min / (side_mm + KNOB_MM))
+    return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
+
+
+def _outcome(result: CheckResult) -> str:
+    """A check that failed in one line: its name, what was measured and what was allowed."""
+    value, limit = (None if v is None else f"{v:.4g} {result.unit}".strip() for v in (result.value, result.limit))
+    return f"{result.name}: {value or 'not proved'}" + (f", limit {limit}" if limit else "")
+
+
+def from_kernel(
+    corrections: Corrections, lengths_mm: tuple[float, ...], error: BuildError | DimensionError
+) -> Corrections:
+    """Learns that a solid cannot be made: what the kernel does not give here it may give a little farther out.
+
+    Returns:
+        What is known now.
+
+    Raises:
+        InconclusiveError: A stock length ends there, chains cannot be farther apart, or that failed as often.
+    """
+    if isinstance(error, DimensionError):
+        raise InconclusiveError(str(error)) from error
+    return _farther_out(corrections, lengths_mm, str(error))
+
+
+def _farther_out(corrections: Corrections, lengths_mm: tuple[float, ...], why: str) -> Corrections:
+    """Asks for chains a little farther out, so often as that may help; raises `InconclusiveError`."""
+    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in corrections.why)
+    if failed >= KERNEL_TRIES or corrections.least("base_radius") > radius + ROUNDED_MM:
+        raise InconclusiveError(why)
+    return corrections.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {why}")
+
+
+def from_checks(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
+    """Learns from the checks of a machine that was made.
+
+    Returns:
+        What is known now.
+
+    Raises:
+        InconclusiveError: A check failed that teaches nothing.
+    """
+    results = list(results)
+    failed = [result for result in results if not result.passed]
+    before, corrections = corrections, with_outline(candidate, corrections, results)
+    for result in failed:
+        short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
+        why = _outcome(result)
+        if (share := SHARES.get(result.name)) is not None:
+            over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
+            corrections = corrections.updated(why, **{share: getattr(corrections, share) * SPARE / max(over, 1.0)})
+        elif result.name == GRAVITY_CHECK:
+            more = corrections.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
+            corrections = corrections.updated(why, spare_torque_N_m=more)
+        elif result.name.startswith("structure") and candidate.design.panel is not None:
+            known = max(corrections.couple_per_mm, candidate.corrections.couple_per_mm)
+            corrections = _levered(replace(corrections, couple_per_mm=known), candidate.side_mm, 1.0, why)
+        elif result.name.startswith("structure"):
+            corrections = _stiffer(corrections, why)
+        elif result.name in REACHED:
+            corrections = _chains_apart(candidate, corrections, REACHED_STEP_MM, why)
+        elif result.name == APART:
+            corrections = _chains_apart(candidate, corrections, short, why)
+        elif result.name.startswith(SOLID):
+            if corrections.least("base_radius") == before.least("base_radius"):  # once a build
+                corrections = _farther_out(corrections, candidate.lengths_mm, f"{result.name}: {result.detail}")
+        elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
+            pair = " beside ".join(sorted({_kind(name) for name in result.worst_pair or ()}))
+            named = f", {pair}" if pair else ""
+            why = f"{why}{named}"
+            earlier = [line for line in corrections.why if line.startswith(f"{result.name}:") and line.endswith(named)]
+            again = 2.0 ** min(len(earlier), DOUBLINGS)
+            if folds(result.worst_pair or ()):
+                step = ELBOW_STEP_DEG
+                if result.unit == "mm" and result.value is not None:
+                    step = min(max((short + PROVEN_MM) / PARTED_MM, ELBOW_LEAST_DEG), ELBOW_STEP_DEG)
+                least = candidate.elbow_deg + step * again
+                corrections = corrections.updated(why, elbow_angle_deg=max(least, corrections.elbow_angle_deg))
+                continue
+            length, step = apart_by(result.worst_pair or ())
+            if result.unit == "mm" and result.value is not None:
+                step = max(step, short)
+            corrections = corrections.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step * again, why)
+    if failed and corrections == before:
+        raise InconclusiveError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
+    return corrections
+
+
+def _kind(name: str) -> str:
+    """A part in words, whichever of the alike it is: "rod cup wrist" of rod_cup_0_1_wrist."""
+    return " ".join(word for word in name.split("_") if not word.isdigit())
+
+
+def _chains_apart(candidate: Candidate, corrections: Corrections, short_mm: float, why: str) -> Corrections:
+    """Asks for chains that are farther apart, by what the base radius of a candidate lacks."""
+    radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
+    return corrections.with_chains_apart(candidate.choice.width_mm, radius, short_mm, why)
+
+
+def by_weight(check: str) -> bool:
+    """Whether a check rests on masses, inertias and what joints rub with."""
+    return check == GRAVITY_CHECK or check in SHARES
+
+
+def with_outline(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
+    """Learns what a machine takes beyond eq. (1) of its outline, more or less than was thought."""
+    named = {result.name: result.value for result in results}
+    width, depth = (named.get(f"envelope {way}") for way in ("width", "depth"))
+    if width is None or depth is None:
+        return corrections
+    reach = candidate.lengths_mm[0] + candidate.lengths_mm[2]
+    longer, shorter = (float(size) for size in Outline(0.0, 0.0, candidate.choice.width_mm).size_mm(np.array(reach)))
+    over = max(width, depth) + SPARE_MM - longer, min(width, depth) + SPARE_MM - shorter
+    if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < SPARE_MM:
+        return corrections
+    why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
+    return corrections.updated(why, overhead_mm=over)
+
+
+def with_room(
+    candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]
+) -> tuple[Corrections, float]:
+    """Learns how much less of a base radius keys need, where that is what it was made for.
+
+    Returns:
+        What is known, and by how much the base radius may be shorter, mm.
+    """
+    radius, width = candidate.lengths_mm[VARIABLES.index("base_radius")], candidate.choice.width_mm
+    left = -min((one.value or 0.0 for one in results if one.name == APART), default=0.0)
+    asked = corrections.least_radius_mm(width)
+    if left <= 0.0 or radius > asked + UNKNOWN_MM or asked <= corrections.least("base_radius"):
+        return corrections, 0.0
+    return corrections.with_chains_apart(width, radius, -left, f"{APART}: {left:.2f} mm more than keys need"), left
+
+
+def with_least_radius(candidate: Candidate, corrections: Corrections) -> Corrections:
+    """Learns how much less of a base radius closed forms would let a machine's hardware have.
+
+    Returns:
+        What is known now; nothing more where they ask for no base radius within `LEFT_MM` of the machine's.
+    """
+    from delta_cad.structure.hardware.refusals import LEARNT, refusals
+
+    design = candidate.design
+    radius, width = design.mechanism.base_radius_mm, candidate.choice.width_mm
+
+    def passes(shorter_mm: float) -> bool:
+        shorter = design.mechanism.model_copy(update={"base_radius_mm": radius - shorter_mm})
+        reasons = refusals(design.model_copy(update={"mechanism": shorter}), LEARNT)
+        return not any(reason.field == BASE for reason in reasons)
+
+    if passes(LEFT_MM):
+        return corrections
+    left, most = 0.0, LEFT_MM
+    while most - left > SPARE_MM:
+        middle = (left + most) / 2.0
+        left, most = (middle, most) if passes(middle) else (left, middle)
+    return corrections.with_chains_apart(
+        width, radius, -most, f"closed forms ask for {radius - most:.2f} mm of base radius"
+    )

@@ -1,1 +1,0 @@
-"""The same task with other limits, and the same candidate with other lengths: what each comes to."""

@@ -1,1 +1,0 @@
-"""The front of cube size against conditioning, torque and outline, and what it shows."""
