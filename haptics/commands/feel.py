@@ -32,8 +32,8 @@ def run(given: argparse.Namespace) -> int:
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import feel
     from haptics.feel.summary import QUANTITIES
+    from haptics.loop.choice import chosen_loop
     from haptics.model.machine import load_machine
-    from haptics.simulation.loops import chosen_loop
 
     machine = load_machine(given.design, given.masses, given.catalogue)
     loop = chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)

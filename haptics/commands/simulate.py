@@ -14,9 +14,9 @@ from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, re
 from haptics.commands.device import device_arguments, loop_given, loop_options, number, refusing
 
 if TYPE_CHECKING:
+    from haptics.loop.choice import LoopChoice
     from haptics.model.machine import MachineModel
     from haptics.scenes.record import Scene
-    from haptics.simulation.loops import LoopChoice
 
 NAME = "simulate"
 TEXT = "simulate a scene: operating resistance, way home, virtual walls, or encoder noise"
@@ -92,7 +92,7 @@ def _loop(machine: MachineModel, given: argparse.Namespace) -> LoopChoice:
     """The paper loop for its figures unless an option chooses another; the device's own for noise."""
     from dataclasses import replace
 
-    from haptics.simulation.loops import PAPER, chosen_loop
+    from haptics.loop.choice import PAPER, chosen_loop
 
     if given.scene == "noise" or loop_given(given):
         return chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
@@ -153,8 +153,8 @@ def _plain(value: Any) -> Any:
 def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene, loop: LoopChoice) -> dict[str, Any]:
     from delta_cad.design import design_hash
     from haptics.gravity.published import of_published_lengths
-    from haptics.simulation.assumptions import encoder_count, nominal_plant
-    from haptics.simulation.loop import SUBSTEPS
+    from haptics.loop.assumptions import encoder_count, nominal_plant
+    from haptics.loop.simulation import SUBSTEPS
 
     par = nominal_plant(machine)
     return {
@@ -187,7 +187,7 @@ def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene, loop:
 def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, Any], plot: bool) -> dict[str, Any]:
     """Writes everything, whole or not at all, and returns what was written."""
     from delta_cad.common.files import whole_folder
-    from haptics.simulation.series import write_csv, write_parquet
+    from haptics.scenes.record import write_csv, write_parquet
 
     with whole_folder(folder) as part:
         (part / "series").mkdir()

@@ -33,12 +33,12 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import require_room, write_whole
+    from haptics.loop.choice import chosen_loop, other_drives
+    from haptics.loop.page import FOUR_TEXT, stiffness_facts, stiffness_text, walls_facts, walls_text
+    from haptics.loop.stiffness import largest_walls
+    from haptics.loop.walls import WallAt
     from haptics.model.machine import load_machine
     from haptics.rendering.laws.virtual_wall import AXES
-    from haptics.simulation.loops import chosen_loop, other_drives
-    from haptics.stability.page import FOUR_TEXT, stiffness_facts, stiffness_text, walls_facts, walls_text
-    from haptics.stability.stiffness import largest_walls
-    from haptics.stability.walls import WallAt
 
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:

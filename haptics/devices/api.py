@@ -26,10 +26,10 @@ from haptics.devices.link import UdpLink
 from haptics.devices.recorded import RecordedDevice
 from haptics.devices.remote import RemoteDevice
 from haptics.devices.simulated import simulated_machine
+from haptics.loop.choice import LoopChoice, chosen_loop
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel, load_machine
 from haptics.rendering.laws.constant_force import FORCE, ConstantForce
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import LoopChoice, chosen_loop
 
 KINDS = ("simulated", "socket", "recorded")
 WAIT_S = 0.1  # for a board's STATE; a program that is slower than a period is late, not lost

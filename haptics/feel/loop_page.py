@@ -11,12 +11,12 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.loops import DEFAULT_WALL, DEFINITIONS, N_PER_MM, LoopSheet
 from haptics.feel.summary import Summary
+from haptics.loop.choice import LoopChoice
+from haptics.loop.hardware import structure_text
+from haptics.loop.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
+from haptics.loop.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_text
+from haptics.loop.walls import Walls
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import structure_text
-from haptics.simulation.loops import LoopChoice
-from haptics.stability.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
-from haptics.stability.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_text
-from haptics.stability.walls import Walls
 
 TOLD_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are listed
 WIDTH = 110

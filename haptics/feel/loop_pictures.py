@@ -11,7 +11,7 @@ from matplotlib.ticker import NullLocator
 
 from delta_cad.common.picture_style import BLUE, GREEN, ORANGE, VERMILLION, styled
 from haptics.feel.loops import LoopSheet, Plane
-from haptics.stability.walls import NOBODY
+from haptics.loop.walls import NOBODY
 
 COLOURS = (VERMILLION, ORANGE, GREEN, BLUE)  # From the slowest rate to the fastest
 LINES = {NOBODY: "-", "light": ":", "medium": "--", "firm": "-."}

@@ -16,17 +16,16 @@ import numpy as np
 from delta_cad.mechanism import jacobian
 from haptics.control.wall_cap import WallCap
 from haptics.feel.structure import Bandwidth, first_resonance, force_bandwidth
+from haptics.loop.choice import BOARD, LoopChoice, RATES_Hz, at_rate, other_drives
+from haptics.loop.hardware import sensor_errors, wall_cap
+from haptics.loop.noise import BARELY, SPRING, NoiseFigures, NoiseRange, NoisyLoop, noise_range
+from haptics.loop.passivity import impedance
+from haptics.loop.wall_trial import WallBench
+from haptics.loop.walls import NOBODY, SHARE, WallAt, Walls, closed_form, proven_cap
 from haptics.model.hands import CORNERS, HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws.virtual_wall import AXES
-from haptics.simulation.hardware import sensor_errors, wall_cap
-from haptics.simulation.loops import BOARD, LoopChoice, RATES_Hz, at_rate, other_drives
-from haptics.stability.noise import BARELY, SPRING, NoiseFigures, NoiseRange, NoisyLoop, noise_range
-from haptics.stability.port import impedance
-from haptics.stability.wall_share import closed_form, proven_cap
-from haptics.stability.wall_trial import WallBench
-from haptics.stability.walls import NOBODY, SHARE, WallAt, Walls
 
 DEFAULT_WALL = 5000.0  # N/m, which the board loop is to bear at the centre with every hand
 DAMPINGS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # of the K-B plane, N s/m
@@ -37,13 +36,13 @@ CENTRE, CORNER = "centre", "worst corner"
 DEFINITIONS = {
     "own": "largest wall that is passive by the device's own damping, B = 0, its drives' at a wall included, exact "
     "for the sampled loop (Colgate and Schenkel 1997, not opened: b > K T / 2 + B; terms for delay, filter, lag and "
-    "what gives way are derived in `stability/port.py`)",
+    "what gives way are derived in `loop/passivity.py`)",
     "passive": "largest wall that is passive with any passive hand, with the loop's wall damping B, likewise exact",
     "worst": "largest wall stable with every hand of the set, with the corners of their ranges, and with nobody",
     "nominal": "largest wall stable with the nominal hand",
     "rendered": f"what the tick lets through at a pose, by the arms' angles: {SHARE:g} of the formula with the least "
     "friction and the largest delay, damping held to what the joints' inertia bears, scaled where eigenvalues bear "
-    "less (`stability/wall_share.py`); across the direction in which that is least",
+    "less (`loop/walls.py`); across the direction in which that is least",
     "met": "what is rendered and the structural stiffness in series, K S / (K + S), the worst with the softest; the "
     "encoders sit behind the cable, which counts in S all the same: at least this",
     "z_width": "K-B plane: largest stable stiffness at a damping, by hand and rate, with the passive region, and the "

@@ -17,10 +17,10 @@ from haptics.feel.loops import DEFINITIONS
 from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
 from haptics.feel.sheet import MASS_ERROR, Feel
 from haptics.feel.summary import QUANTITIES, Quantity, Summary
+from haptics.loop.assumptions import joint_friction
+from haptics.loop.hardware import reading_age
 from haptics.model.hands import HAND_MODELS
 from haptics.model.machine import MachineModel
-from haptics.simulation.assumptions import joint_friction
-from haptics.simulation.hardware import reading_age
 
 SCHEMA = "delta-feel/2"
 MAPS = (

@@ -18,12 +18,12 @@ from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
 from haptics.feel.holds import Hold, holds
 from haptics.feel.loops import DEFAULT_WALL, LoopSheet, LoopWalls, loop_sheet
 from haptics.feel.summary import QUANTITIES, WALL, Summary, summarise
+from haptics.loop.assumptions import encoder_count, joint_friction
+from haptics.loop.hardware import real_plant
+from haptics.loop.noise import FORCE, LEAST_FELT, MOTION
+from haptics.loop.walls import rendered
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
-from haptics.simulation.assumptions import encoder_count, joint_friction
-from haptics.simulation.hardware import real_plant
-from haptics.stability.noise import FORCE, LEAST_FELT, MOTION
-from haptics.stability.wall_share import rendered
 
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
 # nothing is proven between them.

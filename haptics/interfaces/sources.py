@@ -11,9 +11,9 @@ import numpy as np
 from delta_cad.common.files import whole_folder
 from delta_cad.design import design_hash
 from haptics.control.pose import model
+from haptics.loop.choice import chosen_loop
+from haptics.loop.walls import SHARE, computed_wall
 from haptics.model.machine import MachineModel
-from haptics.simulation.loops import chosen_loop
-from haptics.stability.walls import SHARE, computed_wall
 
 FILES = (
     "README.md",

@@ -11,12 +11,7 @@ import numpy as np
 from delta_cad.mechanism import closure_margin, inverse_jacobian
 from delta_cad.mechanism.limits.friction import HandleFriction, friction
 from haptics.gravity import gravity_torque
-from haptics.model.machine import MachineModel
-from haptics.model.plant import Hand
-from haptics.model.sensor import EXACT
-from haptics.rendering import law_table
-from haptics.rendering.laws.operating_resistance import OperatingResistance
-from haptics.simulation.assumptions import (
+from haptics.loop.assumptions import (
     CURRENT_LAG,
     default_controller,
     default_estimator,
@@ -24,12 +19,16 @@ from haptics.simulation.assumptions import (
     joint_friction,
     nominal_plant,
 )
-from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
-from haptics.simulation.loop import SimulatedRun, simulate, timing
-from haptics.simulation.loops import PAPER
-from haptics.stability.discrete import DampingCap, damping_cap
-from haptics.stability.estimator_models import linear_models
-from haptics.stability.linear import linearise
+from haptics.loop.choice import PAPER
+from haptics.loop.discrete import DampingCap, damping_cap, linear_models
+from haptics.loop.hardware import reading_age, real_plant, sensor_errors
+from haptics.loop.linear import linearise
+from haptics.loop.simulation import SimulatedRun, simulate, timing
+from haptics.model.machine import MachineModel
+from haptics.model.plant import Hand
+from haptics.model.sensor import EXACT
+from haptics.rendering import law_table
+from haptics.rendering.laws.operating_resistance import OperatingResistance
 
 PERIOD = 1e-3  # Period of the paper's loop, s
 READY = 0.8  # Before a scene begins: the supervisor's ramp of half a second, and the handle at rest, s

@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 
 from delta_cad.common.units import MM_PER_M
 from haptics.gravity.published import STIFFNESS_N_PER_MM
+from haptics.loop.assumptions import CURRENT_LAG
+from haptics.loop.choice import BOARD, DAMPED, PAPER
+from haptics.loop.wall_trial import WallBench
+from haptics.loop.walls import WallSearch, search
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
 from haptics.rendering.laws.virtual_wall import AXES
 from haptics.scenes.bench import PERIOD
-from haptics.simulation.assumptions import CURRENT_LAG
-from haptics.simulation.loops import BOARD, DAMPED, PAPER
-from haptics.stability.wall_limit import WallSearch, search
-from haptics.stability.wall_trial import WallBench
 
 STEP, CEILING, TOLERANCE = 1000.0, 40e3, 50.0  # N/m, as of the scene
 

@@ -11,7 +11,7 @@ Before them `left_out` says whether the tick is left out for want of a fresh rea
 own slew limit, because only the first is held to an energy. Nothing is allocated, nothing raises; the bits are those
 of `faults`, those present at this tick and those latched together. The reactions are in `faults`, the energy rule in
 `energy_tank`, the motors' temperature in `motor_heat`. An encoder that has noise never repeats its reading for long:
-`repeats` and `all_repeat` are how long, see `haptics.simulation.hardware.sensor_limits`. What can be known of a frozen
+`repeats` and `all_repeat` are how long, see `haptics.loop.hardware.sensor_limits`. What can be known of a frozen
 encoder without noise, and without false alarms:
 
 - At rest it is rightly still, so stillness alone is nothing. But a joint keeps one count only while the handle

@@ -22,9 +22,9 @@ from haptics.calibration.record import calibration_of, save_calibration
 from haptics.commands.cli import main
 from haptics.commands.run import SCENES, laws_of
 from haptics.devices.recording import Recording, load_recording, save_recording
+from haptics.loop.choice import at_rate
+from haptics.loop.walls import WallAt
 from haptics.model.plant import FREE
-from haptics.simulation.loops import at_rate
-from haptics.stability.walls import WallAt
 from tests.committed import BEST, ROOT
 from tests.haptics.calibration.devices import cube_points, made, measured
 from tests.haptics.devices.served import served

@@ -20,11 +20,11 @@ from haptics.devices.calibrated import CalibratedDevice
 from haptics.devices.device import DeviceError, DeviceLostError, EndOfRecordingError, Reading
 from haptics.devices.recording import Recording
 from haptics.devices.simulated import SimulatedDevice
+from haptics.loop.assumptions import nominal_plant
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
-from haptics.simulation.assumptions import nominal_plant
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import at_rate
 from tests.committed import BEST
 from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.served import served

@@ -15,15 +15,15 @@ from haptics.devices.host import Host
 from haptics.devices.recorded import RecordedDevice
 from haptics.devices.recording import COLUMNS, Recorder, Recording, RecordingError, load_recording, save_recording
 from haptics.devices.simulated import SimulatedDevice, simulated_machine
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller, reading_age, real_plant, sensor_errors
+from haptics.loop.simulation import simulate, timing
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, advance
 from haptics.model.sensor import EXACT
 from haptics.rendering import law_table
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.laws.virtual_wall import axis_wall
-from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
-from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import at_rate
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, PLANT
 from tests.haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
 from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine

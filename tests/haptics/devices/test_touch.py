@@ -18,10 +18,10 @@ from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
+from haptics.loop.choice import DAMPED, at_rate
+from haptics.loop.walls import computed_wall
 from haptics.model.plant import Hand
 from haptics.rendering.laws.virtual_wall import axis_wall
-from haptics.simulation.loops import DAMPED, at_rate
-from haptics.stability.walls import computed_wall
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
 from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.test_remote import Wire, remote

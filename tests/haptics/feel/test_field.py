@@ -16,10 +16,10 @@ from delta_cad.mechanism import (
 )
 from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
 from haptics.gravity import gravity_torque
+from haptics.loop.linear import linearise
 from haptics.model.ball_joints import ball_friction_N
 from haptics.model.machine import MachineModel
 from haptics.model.plant import energy, plant
-from haptics.stability.linear import linearise
 from tests.haptics.scene_machine import MASSES, scene_machine
 
 DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3, ripple=0.02, cogging=0.001)

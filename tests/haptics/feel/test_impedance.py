@@ -10,17 +10,16 @@ from delta_cad.design import Design
 from delta_cad.mechanism import jacobian
 from haptics.control.wall_cap import UNCAPPED
 from haptics.feel.loops import DEFAULT_WALL, LoopWalls, Plane, places, plane
+from haptics.loop.choice import BOARD, DAMPED
+from haptics.loop.hardware import board_controller, reading_age, real_plant
+from haptics.loop.simulation import simulate, timing
+from haptics.loop.wall_trial import LOOP_SUBSTEPS
+from haptics.loop.walls import WallAt, closed_form, proven_cap
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.virtual_wall import axis_wall
-from haptics.simulation.hardware import board_controller, reading_age, real_plant
-from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import BOARD, DAMPED
-from haptics.stability.wall_share import closed_form, proven_cap
-from haptics.stability.wall_trial import LOOP_SUBSTEPS
-from haptics.stability.walls import WallAt
 from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
 
 LEAN, SWING = 2.0, 0.2  # N: presses the handle into the wall, and swings about that

@@ -38,20 +38,20 @@ from haptics.feel.sheet import (
     stays,
 )
 from haptics.feel.summary import QUANTITIES
+from haptics.loop.assumptions import joint_friction
+from haptics.loop.choice import BOARD, DAMPED
+from haptics.loop.hardware import board_controller
+from haptics.loop.noise import NoiseFigures, NoiseRange
+from haptics.loop.walls import proven_cap
 from haptics.model.ball_joints import ball_friction_N
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
 from haptics.model.motor_heat import hold_time, motor_heat
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import VirtualWall
-from haptics.simulation.assumptions import joint_friction
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import BOARD, DAMPED
-from haptics.stability.noise import NoiseFigures, NoiseRange
-from haptics.stability.wall_share import proven_cap
 from tests.committed import BEST, Built, changed
+from tests.haptics.loop.noise.built import with_structure
 from tests.haptics.scene_machine import scene_machine
-from tests.haptics.stability.noise.built import with_structure
 
 DRAWN = (*MAPS, "z_width", "impedance")
 
@@ -290,7 +290,7 @@ def test_page_and_facts_tell_the_same(found: Feel) -> None:
 
 def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: MachineModel, found: Feel) -> None:
     """For a moment the supervisor's limit of this design decides, for ever the motors' heat."""
-    from haptics.simulation.assumptions import default_controller
+    from haptics.loop.assumptions import default_controller
 
     stop = default_controller(machine).limits.torque
     assert found.drive.continuous == machine.drive.continuous_torque_N_m < found.drive.peak

@@ -11,13 +11,13 @@ from scipy.interpolate import interpn
 
 from delta_cad.design import Design, design_hash
 from haptics.feel.structure import first_resonance, force_bandwidth, held_force
+from haptics.loop.choice import BOARD
+from haptics.loop.hardware import STIFFER, compliance, real_plant, structure_text
+from haptics.loop.linear import linearise
 from haptics.model.built import built_structure
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import STIFFER, compliance, real_plant, structure_text
-from haptics.simulation.loops import BOARD
-from haptics.stability.linear import linearise
+from tests.haptics.loop.noise.built import with_structure
 from tests.haptics.scene_machine import scene_machine
-from tests.haptics.stability.noise.built import with_structure
 
 Z = np.array([0.0, 0.0, 1.0])
 

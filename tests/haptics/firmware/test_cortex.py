@@ -11,8 +11,8 @@ from delta_cad.design import Design
 from haptics.control.controller import Controller
 from haptics.control.supervisor.faults import FaultCode, findings
 from haptics.firmware.precision import DOUBLE
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller
 from tests.haptics.firmware.rig import (
     COUNTS,
     LAWS,

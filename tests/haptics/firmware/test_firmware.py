@@ -32,13 +32,13 @@ from haptics.firmware.literals import literal
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
 from haptics.firmware.project import write_firmware
 from haptics.firmware.translate import Translation
+from haptics.loop.assumptions import default_controller
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.rendering.registry import COLUMNS, layout
 from haptics.rendering.registry import LAWS as REGISTRY
-from haptics.simulation.assumptions import default_controller
-from haptics.simulation.hardware import board_controller
 from tests.committed import BEST, Built
 from tests.haptics.firmware.rig import (
     FLAGS,

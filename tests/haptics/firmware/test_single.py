@@ -13,9 +13,9 @@ from haptics.control.pose import HOLDING, ROWS, pose
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.precision import MIXED
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import at_rate
 from tests.haptics.firmware.rig import (
     COUNTS,
     EMPTY,

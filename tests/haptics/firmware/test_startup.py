@@ -17,10 +17,10 @@ from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.generate import sources
 from haptics.firmware.memories import START
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller, real_plant
+from haptics.loop.start_up import start_up
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller, real_plant
-from haptics.simulation.loops import at_rate
-from haptics.simulation.start_up import start_up
 from tests.haptics.control.startup.planted import LONGEST, PERIOD, Ended, Fault, Held, lying, run, scaled
 from tests.haptics.firmware.rig import FLAGS, tool
 from tests.haptics.scene_machine import scene_machine

@@ -7,15 +7,14 @@ import pytest
 
 from delta_cad.design import Design
 from haptics.commands.cli import main
+from haptics.loop.assumptions import CURRENT_LAG, default_estimator
+from haptics.loop.choice import PAPER
+from haptics.loop.discrete import Timing, linear_models, sampled_loop
+from haptics.loop.hardware import real_plant
+from haptics.loop.linear import linearise
 from haptics.scenes.bench import GUIDE, PERIOD, Assumed
 from haptics.scenes.figures_differ import MILD, FigureCase, figure_cases, figure_discussion
 from haptics.scenes.resistance import resistance
-from haptics.simulation.assumptions import CURRENT_LAG, default_estimator
-from haptics.simulation.hardware import real_plant
-from haptics.simulation.loops import PAPER
-from haptics.stability.discrete import Timing, sampled_loop
-from haptics.stability.estimator_models import linear_models
-from haptics.stability.linear import linearise
 from tests.committed import BEST
 from tests.haptics.scene_machine import scene_machine
 

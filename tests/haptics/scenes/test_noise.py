@@ -7,12 +7,12 @@ import pytest
 
 from delta_cad.design import Design
 from haptics.control.supervisor.faults import FaultCode
+from haptics.loop.choice import BOARD
+from haptics.loop.noise import FORCE, MOTION, BAND_Hz
 from haptics.model.machine import MachineModel
 from haptics.scenes.noise import READY, _felt, in_band, noise
 from haptics.scenes.pictures.noise import picture, spectrum
 from haptics.scenes.record import Scene
-from haptics.simulation.loops import BOARD
-from haptics.stability.noise import FORCE, MOTION, BAND_Hz
 from tests.haptics.scene_machine import scene_machine
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.mechanism import inverse_jacobian, inverse_kinematics
+from haptics.loop.assumptions import nominal_plant
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
@@ -19,7 +20,6 @@ from haptics.scenes.home import home, ideal_settling
 from haptics.scenes.record import Scene, SceneRun
 from haptics.scenes.resistance import resistance
 from haptics.scenes.wall import wall
-from haptics.simulation.assumptions import nominal_plant
 from tests.haptics.scene_machine import scene_machine
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -11,12 +11,12 @@ import pytest
 from delta_cad.design import Design
 from delta_cad.mechanism import inverse_jacobian
 from haptics.gravity.published import STIFFNESS_N_PER_MM
+from haptics.loop.assumptions import CURRENT_LAG, joint_friction
+from haptics.loop.choice import BOARD, DAMPED
+from haptics.loop.wall_trial import LEAN, WallBench
+from haptics.loop.walls import search
 from haptics.model.hands import HANDS
 from haptics.scenes.wall_differs import WallCase, _limit, cases, damping_needed, discussion
-from haptics.simulation.assumptions import CURRENT_LAG, joint_friction
-from haptics.simulation.loops import BOARD, DAMPED
-from haptics.stability.wall_limit import search
-from haptics.stability.wall_trial import LEAN, WallBench
 from tests.haptics.scene_machine import scene_machine
 
 

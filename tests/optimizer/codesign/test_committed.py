@@ -11,16 +11,15 @@ import pytest
 from delta_cad.design import load_design
 from delta_cad.mechanism import jacobian
 from haptics.feel.loops import noisy_walls
+from haptics.loop.choice import BOARD, DAMPED, LoopChoice
+from haptics.loop.noise import BARELY, FORCE, NoisyLoop
+from haptics.loop.walls import WallAt, proven_cap, rendered
 from haptics.model.hands import CORNERS, HANDS
 from haptics.model.machine import load_machine
 from haptics.model.plant import FREE
-from haptics.simulation.loops import BOARD, DAMPED, LoopChoice
-from haptics.stability.noise import BARELY, FORCE, NoisyLoop
-from haptics.stability.wall_share import proven_cap, rendered
-from haptics.stability.walls import WallAt
 from optimizer.problem.brief import brief_hash, load_brief
 from tests.committed import COMMITTED, ROOT, Built
-from tests.haptics.stability.noise.built import POSES, moved
+from tests.haptics.loop.noise.built import POSES, moved
 
 TASK = ROOT / "joystick.toml"
 

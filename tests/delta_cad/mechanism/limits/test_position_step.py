@@ -24,7 +24,7 @@ from delta_cad.mechanism.statics import direct_margin
 from delta_cad.mechanism.workspace import CubeSearch
 from haptics.feel.field import feel_at
 from haptics.feel.sheet import joint_drive
-from haptics.simulation.assumptions import encoder_count
+from haptics.loop.assumptions import encoder_count
 from optimizer.certify.replay import breaks, replay
 from tests.delta_cad.mechanism.limits.proving import leaves, poses, verdict
 from tests.delta_cad.mechanism.oracles import PUBLISHED

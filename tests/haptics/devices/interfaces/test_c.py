@@ -18,10 +18,10 @@ from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
 from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, machine_header, sources, write_sources
+from haptics.loop.choice import BOARD, at_rate
+from haptics.loop.walls import WallAt
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
-from haptics.simulation.loops import BOARD, at_rate
-from haptics.stability.walls import WallAt
 from tests.haptics.devices.fake import Disturbance, DisturbedDevice, invalid
 from tests.haptics.devices.served import Served, served
 from tests.haptics.scene_machine import scene_machine
