@@ -36,7 +36,7 @@ def run(given: argparse.Namespace) -> int:
     from haptics.loop.choice import chosen_loop, other_drives
     from haptics.loop.page import FOUR_TEXT, stiffness_facts, stiffness_text, walls_facts, walls_text
     from haptics.loop.stiffness import largest_walls
-    from haptics.loop.walls import WallAt
+    from haptics.loop.walls import WallStability
     from haptics.model.machine import load_machine
     from haptics.rendering.laws.virtual_wall import AXES
 
@@ -53,7 +53,7 @@ def run(given: argparse.Namespace) -> int:
             four = []
             for loop in (chosen, other_drives(chosen)):
                 line.show(f"walls of the {loop.name} loop")
-                four.append((loop, {a: WallAt(machine, loop, normal=n).walls() for a, n in AXES.items()}))
+                four.append((loop, {a: WallStability(machine, loop, normal=n).walls() for a, n in AXES.items()}))
             walls = largest_walls(
                 machine,
                 damping=given.damping or 0.0,

@@ -15,7 +15,7 @@ from haptics.loop.choice import LoopChoice
 from haptics.loop.hardware import structure_text
 from haptics.loop.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
 from haptics.loop.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_text
-from haptics.loop.walls import Walls
+from haptics.loop.walls import StiffnessLimits
 from haptics.model.machine import MachineModel
 
 TOLD_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are listed
@@ -274,7 +274,7 @@ def _impedances(sheet: LoopSheet) -> list[str]:
     return [*lines, ""]
 
 
-def _slashes(walls: Walls) -> str:
+def _slashes(walls: StiffnessLimits) -> str:
     return " / ".join(f"{N_PER_MM * getattr(walls, name):.1f}" for name in FOUR)
 
 

@@ -16,7 +16,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian
 from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
 from haptics.feel.holds import Hold, holds
-from haptics.feel.loops import DEFAULT_WALL, LoopSheet, LoopWalls, loop_sheet
+from haptics.feel.loops import DEFAULT_WALL, LoopLimits, LoopSheet, loop_sheet
 from haptics.feel.summary import QUANTITIES, WALL, Summary, summarise
 from haptics.loop.assumptions import encoder_count, joint_friction
 from haptics.loop.hardware import real_plant
@@ -141,7 +141,7 @@ def feel(
     slices = feel_at(machine, drive, cube_points(machine, SLICE, SLICE, 3))
     loop = loops(machine)
 
-    def wall(one: LoopWalls, p: np.ndarray) -> np.ndarray:
+    def wall(one: LoopLimits, p: np.ndarray) -> np.ndarray:
         return rendered(one.cap, jacobian(machine.geometry, p))[0]
 
     over = {

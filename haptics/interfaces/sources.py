@@ -12,7 +12,7 @@ from delta_cad.common.files import whole_folder
 from delta_cad.design import design_hash
 from haptics.control.pose import model
 from haptics.loop.choice import chosen_loop
-from haptics.loop.walls import SHARE, computed_wall
+from haptics.loop.walls import STABILITY_MARGIN, computed_wall
 from haptics.model.machine import MachineModel
 
 FILES = (
@@ -47,7 +47,7 @@ def machine_header(machine: MachineModel) -> str:
     design = machine.design
     known = model(machine.geometry, machine.masses, design.requirements.gravity_m_s2)
     loop = chosen_loop(design, HOST_RATE_Hz).linked.untouched
-    wall = SHARE * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
+    wall = STABILITY_MARGIN * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
         *(known.radius_difference, known.upper_arm_length, known.forearm_length),
         *(known.hanging, known.moment, known.across),

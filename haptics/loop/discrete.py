@@ -8,14 +8,8 @@ approximated. Left out, because the model is linear: Coulomb friction, quantisat
 
 The loop matrix is affine in K and B, so gains are scanned as stacks of matrices.
 
-Linear bodies between samples: device and hand, as masses with springs and dampers between them.
-
-`M q'' + D q' + S q = P f`. A body grows by what is attached to a place `L q` of it: a mass behind a spring and damper,
-or a spring and damper to ground. This module is light.
-
-Velocity estimators as linear filters: the form in which stability and passivity of a loop take them.
-
-This module is light; the estimators themselves (`haptics.control.filters`) are only loaded by who makes models of them.
+A body grows by what is attached to a place `L q` of it: a mass behind a spring and damper, or a spring and damper to
+ground. Velocity estimators are linear filters here, made from those of `haptics.control.filters`.
 """
 
 from __future__ import annotations
@@ -265,6 +259,41 @@ def limits(
         edges.append(highest)
     edges = [float(edge) for edge in edges]
     return StableGains(tuple(zip(edges[::2], edges[1::2], strict=True)), highest)
+
+
+def bisect(
+    holds: Callable[[float], bool], low: float, high: float, *, ratio: float = 1.0, width: float = 0.0
+) -> tuple[float, float]:
+    """Narrows an interval at whose low end a condition holds and at whose high end it does not.
+
+    Args:
+        holds: The condition at a value.
+        low: Low end; positive if the interval is to end by its ratio.
+        high: High end.
+        ratio: Ratio of the ends to reach, halved in the logarithm each time.
+        width: Width to reach instead, halved each time; 0 for the ratio.
+
+    Returns:
+        Both ends, which differ by no more than that.
+    """
+    while high - low > width if width > 0.0 else high > ratio * low:
+        middle = (low + high) / 2.0 if width > 0.0 else math.sqrt(low * high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
+
+
+def scanned(holds: Callable[[float], bool], values: Sequence[float], ratio: float) -> float:
+    """Last of the rising values before a condition fails for the first time, bisected to a ratio from where it fails.
+
+    Returns:
+        0 where it does not hold at the first value, the last value where it holds at all.
+    """
+    low = 0.0
+    for value in values:
+        if not holds(value):
+            return bisect(holds, low, value, ratio=ratio)[0] if low > 0.0 else 0.0
+        low = value
+    return low
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from delta_cad.mechanism import jacobian
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
 from haptics.control.supervisor.limits import SafetyLimits, checked
-from haptics.control.wall_cap import SHARE, WallCap
+from haptics.control.wall_cap import STABILITY_MARGIN, WallCap
 from haptics.loop.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.loop.choice import BOARD, LoopChoice
 from haptics.model.machine import MachineModel
@@ -319,7 +319,7 @@ def with_sensors(limits: SafetyLimits, known: dict[str, float]) -> SafetyLimits:
     return checked(limits._replace(**{**known, "kink": limits.kink + known.get("kink", 0.0)}))
 
 
-def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = SHARE) -> WallCap:
+def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = STABILITY_MARGIN) -> WallCap:
     """What walls a loop bears: with the least friction and the largest delay.
 
     Args:

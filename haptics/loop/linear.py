@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from haptics.control.filters import low_pass
+from haptics.loop.choice import LoopChoice
 from haptics.loop.discrete import (
     LinearEstimator,
     Ports,
@@ -23,10 +25,11 @@ from haptics.loop.discrete import (
     Timing,
     attached,
     held,
+    linear_models,
     loaded,
     sampled_loop,
 )
-from haptics.loop.hardware import LOSS, structure_stiffness
+from haptics.loop.hardware import LOSS, reading_age, sensor_errors, structure_stiffness
 from haptics.model.drive_train import STATES
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand, Plant, motion
@@ -156,6 +159,33 @@ class Linearised:
             body, place = attached(body, place, par.knob, structure.damping, structure.stiffness)
         held_body = held(body, place, hand)
         return held_body, np.pad(place, ((0, 0), (0, len(held_body.mass) - place.shape[1])))
+
+
+class LinearLoop:
+    """A device in a loop about a pose, linearised: from it follow eigenvalues, passivity and noise.
+
+    Args:
+        machine: The device.
+        loop: The loop.
+        here: The device at the pose.
+        delay: From reading to torque, s; the loop's nominal one if left out. The age of a reading comes on top.
+        corner: Of the velocity filter, Hz; the loop's if left out.
+    """
+
+    def __init__(
+        self,
+        machine: MachineModel,
+        loop: LoopChoice,
+        here: Linearised,
+        delay: float | None = None,
+        corner: float | None = None,
+    ) -> None:
+        self.here, self.errors = here, sensor_errors(machine, loop)
+        late = (loop.delay if delay is None else delay) + reading_age(machine, loop)
+        self.timing = Timing(loop.period, late, loop.current_lag)
+        self.at_motor = bool(self.errors.at_motor)
+        self.estimator: LinearEstimator
+        (self.estimator,) = linear_models(low_pass(loop.period, loop.corner if corner is None else corner))
 
 
 def structure_at(machine: MachineModel, p: ArrayLike, loss: float = LOSS[1], share: float = 1.0) -> Structure:

@@ -23,12 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
 
-from haptics.control.filters import low_pass
 from haptics.loop.assumptions import encoder_count
 from haptics.loop.choice import BOARD, LoopChoice
-from haptics.loop.discrete import SampledLoop, Timing, linear_models, sampled_loop
-from haptics.loop.hardware import BUILT_SHARES, LOSS, STIFFER, reading_age, real_plant, sensor_errors
-from haptics.loop.linear import Structure, linearise, structure_at
+from haptics.loop.discrete import SampledLoop, bisect, sampled_loop
+from haptics.loop.hardware import BUILT_SHARES, LOSS, STIFFER, real_plant, sensor_errors
+from haptics.loop.linear import LinearLoop, Structure, linearise, structure_at
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
 
@@ -128,7 +127,12 @@ def _enters(loop: SampledLoop, stiffness: float, damping: float) -> np.ndarray:
     return loop.error[0] + stiffness * loop.error[1] + damping * loop.error[2]
 
 
-class NoisyLoop:
+def reading_deviation(machine: MachineModel, loop: LoopChoice) -> float:
+    """Standard deviation of one reading of a design's encoders, counts included, rad."""
+    return math.hypot(sensor_errors(machine, loop).noise, encoder_count(machine) / math.sqrt(12.0))
+
+
+class NoisyLoop(LinearLoop):
     """The loop of a device about a pose, with the noise of its encoders.
 
     Args:
@@ -162,15 +166,14 @@ class NoisyLoop:
         if par is None:
             par, structure = real_plant(machine, loop), structure or structure_at(machine, at)
         here = linearise(par if normal is None else par.in_contact, at, structure)
+        super().__init__(machine, loop, here, corner=corner)
         body, self.place = here.body(hand)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
-        errors, count = sensor_errors(machine, loop), encoder_count(machine)
-        deviation = math.hypot(errors.noise, count / math.sqrt(12.0)) if noise is None else noise
-        self.kept = errors.kept if kept is None else kept
-        ports = here.ports(along, len(body.mass), bool(errors.at_motor))
-        (estimator,) = linear_models(low_pass(loop.period, loop.corner if corner is None else corner))
-        timing = Timing(loop.period, loop.delay + reading_age(machine, loop), loop.current_lag)
-        self.loop = sampled_loop(body, timing, estimator, ports, here.effective_mass(np.eye(3)[0]) + hand.mass)
+        deviation = reading_deviation(machine, loop) if noise is None else noise
+        self.kept = self.errors.kept if kept is None else kept
+        ports = here.ports(along, len(body.mass), self.at_motor)
+        scale = here.effective_mass(np.eye(3)[0]) + hand.mass
+        self.loop = sampled_loop(body, self.timing, self.estimator, ports, scale)
         through = here.jacobian.T @ along
         self.error = deviation**2 * through.T @ through
 
@@ -193,17 +196,10 @@ class NoisyLoop:
         def quiet(damping: float) -> bool:
             return self.figures(stiffness, damping).quiet
 
-        high = MOST_DAMPING
-        for low in np.geomspace(MOST_DAMPING, LEAST_DAMPING, STEPS).tolist():
-            if quiet(low):
-                break
-            high = low
-        else:
-            return 0.0
-        while high > 1.005 * low:
-            middle = math.sqrt(low * high)
-            low, high = (middle, high) if quiet(middle) else (low, middle)
-        return low
+        low = next(filter(quiet, dampings := np.geomspace(MOST_DAMPING, LEAST_DAMPING, STEPS).tolist()), 0.0)
+        if low in (0.0, MOST_DAMPING):
+            return low
+        return bisect(quiet, low, dampings[dampings.index(low) - 1], ratio=1.005)[0]
 
 
 @dataclass(frozen=True)
@@ -245,7 +241,6 @@ def noise_range(
     Returns:
         The range.
     """
-    errors, count = sensor_errors(machine, loop), encoder_count(machine)
     plain = [real_plant(machine, loop, place) for place in range(len(LOSS))]
 
     def over(par: Plant, loss: float) -> list[NoiseFigures]:
@@ -259,15 +254,13 @@ def noise_range(
     found = [one for par, loss in zip(plain, LOSS, strict=True) for one in over(par, loss)]
     steady = all(one.steady for one in found)
     least, most = (NoiseFigures(of(f.force for f in found), of(f.motion for f in found), steady) for of in (min, max))
-    here = math.hypot(errors.noise, count / math.sqrt(12.0))
-    reading = here * min(FORCE / most.force, MOTION / most.motion)
+    reading = reading_deviation(machine, loop) * min(FORCE / most.force, MOTION / most.motion)
     low, high = LOSS[0], MOST_LOSS
     if most.motion <= MOTION:
         return NoiseRange(least, most, reading, low)
     if max(one.motion for one in over(plain[0], high)) > MOTION:
         return NoiseRange(least, most, reading, math.inf)
-    while high > (1.0 + FOUND_TO) * low:
-        middle = math.sqrt(low * high)
-        calm = max(one.motion for one in over(plain[0], middle)) <= MOTION
-        low, high = (low, middle) if calm else (middle, high)
+    _, high = bisect(
+        lambda loss: max(one.motion for one in over(plain[0], loss)) > MOTION, low, high, ratio=1.0 + FOUND_TO
+    )
     return NoiseRange(least, most, reading, high)

@@ -9,7 +9,7 @@ from typing import Any
 from haptics.loop.choice import LoopChoice
 from haptics.loop.passivity import Verdict
 from haptics.loop.stiffness import CEILING, PLACES, AxisWall, End, Range, Stiffness
-from haptics.loop.walls import SHARE, START, Walls
+from haptics.loop.walls import STABILITY_MARGIN, START, StiffnessLimits
 from haptics.model.hands import CORNERS
 
 SCHEMA = "delta-stiffness/2"
@@ -19,7 +19,7 @@ FOUR = ("own", "passive", "worst", "nominal")  # walls of a loop, as `Walls` nam
 FOUR_TEXT = (
     "own damping: passive with any hand by the device alone, B = 0; passive: with any passive hand and the wall's "
     "damping; worst and nominal hand: stable; formula: (b + B) / (T / 2 + delay + lag). Rendered at a pose is "
-    f"{SHARE:g} of the formula with the least friction and the largest delay"
+    f"{STABILITY_MARGIN:g} of the formula with the least friction and the largest delay"
 )
 NOTE = (
     "friction: least, nominal and largest also differ in how far and how damped a joint gives way before it slips "
@@ -171,7 +171,7 @@ def loop_facts(loop: LoopChoice) -> dict[str, Any]:
     }
 
 
-def walls_facts(loop: LoopChoice, walls: Mapping[str, Walls]) -> dict[str, Any]:
+def walls_facts(loop: LoopChoice, walls: Mapping[str, StiffnessLimits]) -> dict[str, Any]:
     """The four walls in a loop, axis by axis, as facts."""
     axes = {
         axis: {f"{name}_N_per_mm": getattr(wall, name) * N_PER_MM for name in FOUR}
@@ -182,10 +182,10 @@ def walls_facts(loop: LoopChoice, walls: Mapping[str, Walls]) -> dict[str, Any]:
         }
         for axis, wall in walls.items()
     }
-    return loop_facts(loop) | {"rendered_share": SHARE, "axes": axes}
+    return loop_facts(loop) | {"rendered_share": STABILITY_MARGIN, "axes": axes}
 
 
-def walls_text(loop: LoopChoice, walls: Mapping[str, Walls]) -> list[str]:
+def walls_text(loop: LoopChoice, walls: Mapping[str, StiffnessLimits]) -> list[str]:
     """The same as lines of text."""
     return [
         f"{loop.label}: walls at the centre, N/mm:",
@@ -198,7 +198,7 @@ def walls_text(loop: LoopChoice, walls: Mapping[str, Walls]) -> list[str]:
     ]
 
 
-def _who(walls: Walls) -> str:
+def _who(walls: StiffnessLimits) -> str:
     known = walls.worst_hand not in CORNERS
     return walls.worst_hand if known else f"corner {walls.worst_hand} of the hands' ranges"
 

@@ -13,14 +13,9 @@ For a plain hold V = 0 and S = T, which leaves `-T Re W`: the condition of Colga
 `b > T / (2 (1 - cos wT)) Re{(1 - e^-jwT) H(e^jwT)}`. Whole delays, filters and the shape of the hold are exact. The
 device's mass does not enter. Of a spring and a backward difference without delay `b > K T / 2 + |B|` is left.
 
-Source:
-    J. E. Colgate, G. G. Schenkel, "Passivity of a class of sampled-data systems: application to haptic interfaces",
-    Journal of Robotic Systems 14(1), 1997. The terms for a fraction of a period and for the lag are derived above.
-
-Passivity of a device with its wall at the handle, whatever gives way between: exact, and averaged.
-
-A force f at the handle and the velocity v there, in the frequencies w + 2 pi k / T that a sampler mixes. With G the
-device's transfer functions, H the wall's filter and h the hold with its delay,
+`handle` and `strain` ask the same of a device with compliance between handle and drives. A force f at the handle and
+the velocity v there, in the frequencies w + 2 pi k / T that a sampler mixes. With G the device's transfer functions, H
+the wall's filter and h the hold with its delay,
 
     v_k = Y_k f_k - c a_k sum_j b_j f_j,   a = G_vu h,  b = G_yf,  c = H / (T (1 + H P)),  P = sum G_yu h / T.
 
@@ -31,13 +26,14 @@ question is one number, the largest eigenvalue of the second in the metric of th
     s = c sum a b / D,  |x|^2 = |c|^2 sum |a|^2 / D,  |y|^2 = sum |b|^2 / D.
 
 lambda <= 1 at all w below pi / T, and a loop that is stable by itself: passive with any hand that is. On a rigid axis
-this is the condition of Colgate and Schenkel, b > K T / 2 + B, with its terms for delay, lag and filter (`passivity`).
-Averaged, k is 0 alone: `Re v_0 / f_0 >= 0`, what a measurement of the impedance would show; frequencies folded by the
-sampler are left out, which a hand hardly has.
+this is the condition of Colgate and Schenkel, b > K T / 2 + B, with its terms for delay, lag and filter, which
+`friction_demand` has. Averaged, k is 0 alone: `Re v_0 / f_0 >= 0`, what a measurement of the impedance would show;
+frequencies folded by the sampler are left out, which a hand hardly has.
 
 Source:
-    J. E. Colgate, G. G. Schenkel, Journal of Robotic Systems 14(1), 1997 (not opened), for the rigid axis; derived
-    above for the rest.
+    J. E. Colgate, G. G. Schenkel, "Passivity of a class of sampled-data systems: application to haptic interfaces",
+    Journal of Robotic Systems 14(1), 1997 (not opened), for the rigid axis; the terms for a fraction of a period, for
+    the lag and for compliance are derived above.
 """
 
 from __future__ import annotations

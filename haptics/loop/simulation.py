@@ -4,12 +4,8 @@ At each tick the encoders are read (the middle of the angle's count), the contro
 arrive `delay` later and are held until the next ones arrive. With them comes how much the drives damp: more while a
 wall is touched. The age of a reading is part of that delay. Between ticks the plant moves on by equal Runge-Kutta
 steps. Nothing is random but the place of the encoders' counts and their noise, which a seed gives: the same seed, the
-same doubles.
+same doubles. A fault of readings or amplifiers (`LoopFault`) begins at a tick and stays, in one joint or in all.
 Importing this module loads numba.
-
-What goes wrong between joints and controller in a simulated loop: readings and amplifiers; compiled.
-
-A fault begins at a tick and stays. One joint has it, or all. Importing this module loads numba.
 """
 
 from __future__ import annotations

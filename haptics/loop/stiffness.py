@@ -23,7 +23,7 @@ from itertools import product
 from delta_cad.common.units import MM_PER_M
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.loop.assumptions import CURRENT_LAG, DELAY, default_estimator, joint_friction, nominal_plant
-from haptics.loop.discrete import DampingCap, LinearEstimator, Timing, damping_cap, linear_models
+from haptics.loop.discrete import DampingCap, LinearEstimator, Timing, bisect, damping_cap, linear_models
 from haptics.loop.linear import linearise
 from haptics.loop.passivity import Verdict, verdict
 from haptics.loop.wall_trial import LEVELS, PERIOD, Level, WallBench
@@ -355,10 +355,7 @@ def edge(stands: Predicate, guess: End) -> End:
         else:
             return End(0.0, guess.corner)
         low = at
-    while high > low * (1.0 + TOLERANCE):
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if stands(middle) else (low, middle)
-    return End(low, guess.corner)
+    return End(bisect(stands, low, high, ratio=1.0 + TOLERANCE)[0], guess.corner)
 
 
 def _passivity(loop: WallLoop, axis: str, stiffness: float) -> Verdict:

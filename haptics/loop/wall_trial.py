@@ -4,10 +4,9 @@ The handle rests `GAP` before the wall, the hand moves its aim smoothly into it 
 holds. `oscillation` decides on what follows. Nothing is linear here: counts, bristles, saturation, the supervisor and
 leaving the wall are all in it. One trial of two seconds takes some 40 ms. Importing this module loads numba.
 
-Oscillation of a recorded push against a wall: one criterion for simulated and measured series.
-
-After the push the hand holds still, so position and force should settle. The last two windows of the record are
-compared, each with its straight line (creep) taken off. It oscillates if in the last one the position
+`oscillation` is one criterion for simulated and measured series. After the push the hand holds still, so position and
+force should settle. The last two windows of the record are compared, each with its straight line (creep) taken off. It
+oscillates if in the last one the position
 
 - still swings by more than a few counts of the encoder, as seen at the handle: a cycle of one count is quantisation,
   and is reported as an amplitude but not called an oscillation;

@@ -1,14 +1,14 @@
 """Four answers to "how stiff a wall", which promise different things, and the formula behind them.
 
-- own: passive by the device's own damping alone, B = 0: whatever passive hand, exact (`port.strain`). It belongs to the
-  device and its drives.
+- own: passive by the device's own damping alone, B = 0: whatever passive hand, exact (`passivity.strain`). It belongs
+  to the device and its drives.
 - passive: the same with the loop's damping B.
 - worst: stable with each hand of the set and with none, with B.
 - nominal: stable with the nominal hand, with B.
 
 Behind all of them stands one formula, `b + B >= K (T / 2 + delay + lag)` with the device's friction b at the handle:
 what a sample costs is half a period, the delay and the lag. Hands help, or take little. A rendered wall is capped at
-`SHARE` of the worst of the cases at its pose.
+`STABILITY_MARGIN` of the worst of the cases at its pose.
 
 Source:
     Vibration modes and a free handle as the worst case: I. Diaz, J. J. Gil, IEEE Trans. Robotics 26(1), 2010 (first
@@ -16,11 +16,9 @@ Source:
     cut-off frequency, 2014 (first page opened). Z-width and own damping: J. E. Colgate with J. M. Brown 1994 and with
     G. G. Schenkel 1997 (not opened).
 
-Largest stable wall by the paper's protocol and a bisection, for any answer to whether a wall stands.
-
-Whether the closed form by which a tick caps its walls holds over the whole cube: by the eigenvalues of the device.
-
-The closed form knows friction, delay and damping; cable, structure, filter and the coupling of the axes are in the
+`search` finds the largest stable wall by the paper's protocol and a bisection, whatever says whether one is stable.
+`proven_cap` tries the closed form by which a tick caps its walls against the eigenvalues of the device over the cube:
+the form knows friction, delay and damping; cable, structure, filter and the coupling of the axes are in the
 eigenvalues. Where a device bears less than the form says, all its walls are scaled down by one figure before its
 controller is written. Importing this module loads numba.
 """
@@ -35,12 +33,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.control.filters import low_pass
-from haptics.control.wall_cap import HEAVIEST, SHARE, WallCap
+from haptics.control.wall_cap import MAX_DAMPING_RATIO, STABILITY_MARGIN, WallCap
 from haptics.loop.choice import BOARD, LoopChoice
-from haptics.loop.discrete import LinearEstimator, Timing, limits, linear_models
-from haptics.loop.hardware import LOSS, reading_age, real_plant, sensor_errors, stiff_plant, wall_cap
-from haptics.loop.linear import Linearised, linearise, structure_at
+from haptics.loop.discrete import bisect, limits, scanned
+from haptics.loop.hardware import LOSS, real_plant, stiff_plant, wall_cap
+from haptics.loop.linear import LinearLoop, linearise, structure_at
 from haptics.loop.passivity import Handle, handle, strain
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
@@ -48,12 +45,14 @@ from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws.virtual_wall import VirtualWall
 
 NOBODY = "nobody"
-# Softest and stiffest wall that is looked at, N/m; points of the scan and rounds of the bisections, which leave 0.1 %.
+# Softest and stiffest wall that is looked at, N/m; points of the scan, rounds of the bisections, and the ratio of the
+# ends that these leave, 1.0005: a bit above it, so that rounding adds no round.
 SOFTEST, STIFFEST, POINTS, ROUNDS = 10.0, 300e3, 40, 9
+BRACKET = (STIFFEST / SOFTEST) ** (1.01 * 0.5**ROUNDS / (POINTS - 1))
 
 
 @dataclass(frozen=True)
-class Walls:
+class StiffnessLimits:
     """Largest walls across one direction at a pose, N/m.
 
     Attributes:
@@ -77,7 +76,7 @@ class Walls:
     formula: float
 
 
-class WallAt:
+class WallStability(LinearLoop):
     """A wall across a direction, at a pose of a device in a loop.
 
     Args:
@@ -106,14 +105,11 @@ class WallAt:
     ) -> None:
         at = machine.centre if p is None else p
         par = (stiff_plant if rigid else real_plant)(machine, loop, place).in_contact
-        self.here: Linearised = linearise(par, at, None if rigid else structure_at(machine, at, LOSS[place]))
+        super().__init__(
+            machine, loop, linearise(par, at, None if rigid else structure_at(machine, at, LOSS[place])), delay
+        )
         self.normal, self.damping = np.asarray(normal, dtype=float), loop.damping
         self.friction = self.here.effective_friction(self.normal)
-        late = (loop.delay if delay is None else delay) + reading_age(machine, loop)
-        self.timing = Timing(loop.period, late, loop.current_lag)
-        self.at_motor = bool(sensor_errors(machine, loop).at_motor)
-        self.estimator: LinearEstimator
-        (self.estimator,) = linear_models(low_pass(loop.period, loop.corner))
 
     @property
     def formula(self) -> float:
@@ -136,15 +132,19 @@ class WallAt:
     def passive(self, damping: float = 0.0, at: Handle | None = None) -> float:
         """Largest wall that is passive with any passive hand and stable with none, N/m, exact for the sampled loop."""
         at = self.at_handle() if at is None else at
-        passive = _largest(lambda k: float(strain(at, self.estimator, k, damping).max()) <= 1.0)
+        passive = scanned(
+            lambda k: float(strain(at, self.estimator, k, damping).max()) <= 1.0,
+            np.geomspace(SOFTEST, STIFFEST, POINTS).tolist(),
+            BRACKET,
+        )
         return min(passive, self.stable(FREE, damping)) if passive > 0.0 else 0.0
 
-    def walls(self, hands: Mapping[str, Hand] = HANDS, nominal: str = "medium") -> Walls:
+    def walls(self, hands: Mapping[str, Hand] = HANDS, nominal: str = "medium") -> StiffnessLimits:
         """All four, with a set of hands by name, and nobody."""
         at = self.at_handle()
         by_hand = {name: self.stable(hand) for name, hand in {NOBODY: FREE, **hands}.items()}
         worst = min(by_hand, key=lambda name: by_hand[name])
-        return Walls(
+        return StiffnessLimits(
             own=self.passive(0.0, at),
             passive=self.passive(self.damping, at),
             worst=by_hand[worst],
@@ -156,27 +156,10 @@ class WallAt:
         )
 
 
-def _largest(holds) -> float:
-    """Largest stiffness up to which something holds, N/m: scanned upwards, then bisected."""
-    grid = np.geomspace(SOFTEST, STIFFEST, POINTS)
-    low = 0.0
-    for stiffness in grid.tolist():
-        if not holds(stiffness):
-            break
-        low = stiffness
-    else:
-        return STIFFEST
-    high = stiffness
-    for _ in range(ROUNDS if low > 0.0 else 0):
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
-
-
 def computed_wall(machine: MachineModel, p: ArrayLike, normal: ArrayLike, loop: LoopChoice = BOARD) -> float:
     """Largest wall that is stable let go of with the least friction and the largest delay, N/m: what is capped from."""
     late = loop.delays[2] * loop.period
-    return WallAt(machine, loop, p, normal, place=0, delay=late).stable(FREE)
+    return WallStability(machine, loop, p, normal, place=0, delay=late).stable(FREE)
 
 
 def centre_and_corners(machine: MachineModel) -> list[np.ndarray]:
@@ -186,7 +169,7 @@ def centre_and_corners(machine: MachineModel) -> list[np.ndarray]:
 
 
 def capped(machine: MachineModel, wall: VirtualWall, p: ArrayLike, loop: LoopChoice = BOARD) -> VirtualWall:
-    """The wall as it is rendered at a pose: at most `SHARE` of what is computed, with at least the loop's damping.
+    """The wall rendered at a pose: at most `STABILITY_MARGIN` of the stable one, with at least the loop's damping.
 
     Args:
         machine: The device.
@@ -196,7 +179,7 @@ def capped(machine: MachineModel, wall: VirtualWall, p: ArrayLike, loop: LoopCho
     """
     normal = np.asarray(wall.normal, dtype=float)
     normal = normal / np.linalg.norm(normal)
-    most = SHARE * computed_wall(machine, p, normal, loop)
+    most = STABILITY_MARGIN * computed_wall(machine, p, normal, loop)
     return replace(
         wall,
         stiffness=min(wall.stiffness, most),
@@ -266,10 +249,7 @@ def search(
     else:
         assert protocol is not None
         return WallSearch(protocol, protocol, tuple(history), ceiling_reached=True)
-    low, high = protocol or 0.0, stiffness
-    while high - low > tolerance:
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if ask(middle) else (low, middle)
+    low, _ = bisect(ask, protocol or 0.0, stiffness, width=tolerance)
     return WallSearch(protocol, low, tuple(history), ceiling_reached=False)
 
 
@@ -284,9 +264,9 @@ STRONG = 1e3  # A damping beyond all caps, N s/m
 
 
 def closed_form(cap: WallCap, jacobian: np.ndarray, normal: np.ndarray, damping: float = 0.0) -> tuple[float, float]:
-    """Stiffness (N/m) and damping (N s/m) that are borne across a direction, as `wall_cap.borne` has them."""
+    """Stiffness (N/m) and damping (N s/m) that are stable across a direction, as `wall_cap.stable_wall` has them."""
     q = float(np.square(jacobian.T @ normal).sum())
-    kept = min(max(damping, cap.damping), HEAVIEST * cap.inertia / (q * cap.late))
+    kept = min(max(damping, cap.damping), MAX_DAMPING_RATIO * cap.inertia / (q * cap.late))
     return cap.share * (cap.friction / q + kept) / cap.cost, kept
 
 
@@ -304,7 +284,7 @@ def rendered(cap: WallCap, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray
     """
     values, vectors = np.linalg.eigh(jacobian @ np.swapaxes(jacobian, -1, -2))
     q = values[..., 2]
-    damping = np.minimum(cap.damping, HEAVIEST * cap.inertia / (q * cap.late))
+    damping = np.minimum(cap.damping, MAX_DAMPING_RATIO * cap.inertia / (q * cap.late))
     return cap.share * (cap.friction / q + damping) / cap.cost, damping, vectors[..., 2]
 
 
@@ -312,33 +292,33 @@ def proven_cap(machine: MachineModel, loop: LoopChoice = BOARD) -> WallCap:
     """The cap of a loop, scaled so that every wall it lets through at full scale is stable let go of.
 
     Tried are the centre and the corners of the cube, three normals, least friction, largest delay, with the loop's
-    damping and with the largest that is borne; what is rendered is `SHARE` of it.
+    damping and with the largest that is stable; what is rendered is `STABILITY_MARGIN` of it.
 
     Args:
         machine: The device.
         loop: The loop.
 
     Returns:
-        The cap, its share times `SHARE`, its inertia as far as the damping that a wall asks for is borne.
+        The cap, its share times `STABILITY_MARGIN`, its inertia as far as the damping that a wall asks for is stable.
 
     Raises:
         ValueError: Even a tenth of the closed form is unstable somewhere.
     """
     tried = [
-        WallAt(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
+        WallStability(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
         for pose, normal in product(centre_and_corners(machine), NORMALS)
     ]
     whole = wall_cap(machine, loop, 1.0)
     for heavy, scale in (*product(HEAVY, SCALES), *product(HEAVY[-1:], LAST_SCALES)):
         cap = whole._replace(share=scale, inertia=heavy * whole.inertia)
         if all(_stands(at, cap) for at in tried):
-            return cap._replace(share=SHARE * scale)
+            return cap._replace(share=STABILITY_MARGIN * scale)
     raise ValueError(
         f"a loop of {1.0 / loop.period:g} Hz bears no wall at some pose, not even {LAST_SCALES[-1]:g} of its form"
     )
 
 
-def _stands(at: WallAt, cap: WallCap) -> bool:
+def _stands(at: WallStability, cap: WallCap) -> bool:
     """Whether the walls that a cap lets through are stable with nobody at the handle."""
     loop = at.here.joint_loop(at.normal, FREE, at.timing, at.estimator, at_motor=at.at_motor)
     for asked in (0.0, STRONG):

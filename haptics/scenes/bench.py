@@ -20,7 +20,7 @@ from haptics.loop.assumptions import (
     nominal_plant,
 )
 from haptics.loop.choice import PAPER
-from haptics.loop.discrete import DampingCap, damping_cap, linear_models
+from haptics.loop.discrete import DampingCap, bisect, damping_cap, linear_models
 from haptics.loop.hardware import reading_age, real_plant, sensor_errors
 from haptics.loop.linear import linearise
 from haptics.loop.simulation import SimulatedRun, simulate, timing
@@ -90,11 +90,7 @@ def mass_for_damping(damping: float, delay: float, stiffness: float) -> float:
         delay: s.
         stiffness: N/m.
     """
-    low, high = 1e-3, 1e3
-    while high > 1.001 * low:
-        middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if damping_limit(middle, delay, stiffness).cap >= damping else (middle, high)
-    return high
+    return bisect(lambda mass: damping_limit(mass, delay, stiffness).cap < damping, 1e-3, 1e3, ratio=1.001)[1]
 
 
 def rendered(

@@ -71,7 +71,7 @@ def depth_in(laws, i, px, py, pz):
 
 @compiled
 def push(laws, i, depth, vx, vy, vz, stiffness, damping, blend):
-    """Force of a virtual wall at a depth (m), its stiffness (N/m), damping (N s/m) and blend (m) as they are borne."""
+    """Force of a virtual wall at a depth (m), stiffness (N/m), damping (N s/m) and blend (m) capped by the loop."""
     if not depth > 0.0:
         return 0.0, 0.0, 0.0
     nx, ny, nz = laws[i, NORMAL], laws[i, NORMAL + 1], laws[i, NORMAL + 2]

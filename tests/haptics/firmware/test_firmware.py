@@ -22,7 +22,7 @@ from haptics.control.pose import POSITION
 from haptics.control.supervisor.faults import EXTERNAL, FaultCode, State, findings
 from haptics.control.supervisor.memory import ENABLE, REQUEST, RESET
 from haptics.control.supervisor.supervisor import ALL_FRESH
-from haptics.control.wall_cap import borne_force
+from haptics.control.wall_cap import capped_force
 from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.firmware.expressions import TranslationError
@@ -135,7 +135,7 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
         rendered += bool(np.abs(out).max() > 0.06)
         assert library.delta_touched(pointer(theirs)) == ours.work[TOUCHED], f"tick {k}"
         met += int(ours.work[TOUCHED])
-        inside = borne_force(controller.walls, ours.work, LAWS, *ours.work[POSITION], 0.0, 0.0, 0.0)[3]
+        inside = capped_force(controller.walls, ours.work, LAWS, *ours.work[POSITION], 0.0, 0.0, 0.0)[3]
         off = library.delta_state(pointer(theirs)) in (State.DISABLED, State.FAULT)
         assert library.delta_touched(pointer(theirs)) == (0.0 if off else inside), f"tick {k}"
         let_go += off and inside

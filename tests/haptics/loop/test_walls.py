@@ -19,7 +19,15 @@ from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
 from haptics.control.controller import CEILING, FORCE, fresh, tick
 from haptics.control.filters import backward_difference
 from haptics.control.supervisor.supervisor import ALL_FRESH
-from haptics.control.wall_cap import JOINTLY, SHARE, UNCAPPED, WallCap, borne, borne_force, lever
+from haptics.control.wall_cap import (
+    MULTI_CONTACT_FACTOR,
+    STABILITY_MARGIN,
+    UNCAPPED,
+    WallCap,
+    capped_force,
+    lever,
+    stable_wall,
+)
 from haptics.loop.choice import BOARD, DAMPED, PAPER, LoopChoice, RATES_Hz, at_rate
 from haptics.loop.discrete import Ports, Timing, linear_models, sampled_loop
 from haptics.loop.hardware import board_controller, wall_cap
@@ -32,7 +40,7 @@ from haptics.loop.walls import (
     ROUNDS,
     SOFTEST,
     STIFFEST,
-    WallAt,
+    WallStability,
     _stands,
     capped,
     centre_and_corners,
@@ -57,7 +65,7 @@ def machine(best: Design) -> MachineModel:
 
 @pytest.mark.parametrize("axis", ["x", "z"])
 def test_four_walls_differ(machine: MachineModel, axis: str) -> None:
-    at = WallAt(machine, DAMPED, normal=AXES[axis])
+    at = WallStability(machine, DAMPED, normal=AXES[axis])
     four = at.walls()
     assert 0.0 < four.own < four.passive < four.worst < four.nominal
     assert four.worst_hand == NOBODY
@@ -67,16 +75,16 @@ def test_four_walls_differ(machine: MachineModel, axis: str) -> None:
     # rigid and by its own damping: the formula without B, and the known condition; with little damping, whose walls are
     # soft beside the cable that stands between rotor and arm
     little = replace(DAMPED, contact_damping=DAMPED.drive_damping)
-    rigid = WallAt(machine, little, normal=AXES[axis], rigid=True)
+    rigid = WallStability(machine, little, normal=AXES[axis], rigid=True)
     own = rigid.passive()
-    assert own == pytest.approx(WallAt(machine, little, normal=AXES[axis]).passive(), rel=0.02)
+    assert own == pytest.approx(WallStability(machine, little, normal=AXES[axis]).passive(), rel=0.02)
     for share, passive in ((0.98, True), (1.02, False)):
         asked = required_friction(rigid.timing, rigid.estimator, share * own, 0.0).friction
         assert (asked <= rigid.friction) == passive
 
 
 def test_a_limit_is_where_the_eigenvalues_leave_the_circle(machine: MachineModel) -> None:
-    at = WallAt(machine, p=machine.centre + np.array([0.02, -0.01, 0.03]), normal=AXES["y"])
+    at = WallStability(machine, p=machine.centre + np.array([0.02, -0.01, 0.03]), normal=AXES["y"])
     for hand in (FREE, HANDS["light"]):
         loop = at.here.joint_loop(at.normal, hand, at.timing, at.estimator)
         limit = at.stable(hand)
@@ -87,20 +95,20 @@ def test_a_limit_is_where_the_eigenvalues_leave_the_circle(machine: MachineModel
 def test_the_loop_bears_a_good_wall(machine: MachineModel, loop: LoopChoice, centre: float, everywhere: float) -> None:
     """5 N/mm at the centre for every hand at the corners of the ranges and none; 2 N/mm everywhere after the cap."""
     for axis in AXES.values():
-        four = WallAt(machine, loop, normal=axis).walls({**HANDS, **CORNERS})
+        four = WallStability(machine, loop, normal=axis).walls({**HANDS, **CORNERS})
         assert four.worst > 5000.0
         assert four.passive > 5000.0
         assert four.worst > 0.95 * four.by_hand[NOBODY]  # no hand is much worse than none
-    assert SHARE * computed_wall(machine, machine.centre, AXES["x"], loop) > centre
+    assert STABILITY_MARGIN * computed_wall(machine, machine.centre, AXES["x"], loop) > centre
     half = machine.half_side
     for signs in product((-1.0, 1.0), repeat=3):
         pose = machine.centre + half * np.array(signs)
-        assert min(SHARE * computed_wall(machine, pose, axis, loop) for axis in AXES.values()) > everywhere
+        assert min(STABILITY_MARGIN * computed_wall(machine, pose, axis, loop) for axis in AXES.values()) > everywhere
 
 
 def test_almost_all_of_a_wall_s_passive_damping_is_the_drives(machine: MachineModel) -> None:
     """Finding T11: without it the device by itself bears 0.02 N/mm, and Colgate's bound 2 b / T not much more."""
-    drives, none = WallAt(machine, DAMPED), WallAt(machine, BOARD)
+    drives, none = WallStability(machine, DAMPED), WallStability(machine, BOARD)
     assert none.friction < 0.01 * drives.friction
     assert none.passive() == pytest.approx(20.0, rel=0.3)
     assert drives.passive() > 7000.0
@@ -108,18 +116,18 @@ def test_almost_all_of_a_wall_s_passive_damping_is_the_drives(machine: MachineMo
 
 def test_without_delay_lag_and_what_gives_way_the_passive_wall_is_2_b_over_T(machine: MachineModel) -> None:
     """Colgate and Schenkel 1997: b > K T / 2, by hand."""
-    at = WallAt(machine, replace(DAMPED, delays=(0.0, 0.0, 0.0), current_lag=1e-9, sensing=1.0), rigid=True)
+    at = WallStability(machine, replace(DAMPED, delays=(0.0, 0.0, 0.0), current_lag=1e-9, sensing=1.0), rigid=True)
     at.timing = replace(at.timing, delay=0.0)  # no age of a reading, either
     assert at.passive() == pytest.approx(2.0 * at.friction / DAMPED.period, rel=0.01)
 
 
 def test_a_faster_loop_bears_more(machine: MachineModel) -> None:
-    rates = [WallAt(machine, at_rate(rate, DAMPED)) for rate in RATES_Hz]
+    rates = [WallStability(machine, at_rate(rate, DAMPED)) for rate in RATES_Hz]
     walls = [at.stable(FREE) for at in rates]
     for (slow, fast), (slower, faster) in zip(pairwise(walls), pairwise(rates), strict=True):
         assert 1.4 < fast / slow < 2.0  # the lags of currents and encoders do not halve
         assert fast / slow == pytest.approx(faster.formula / slower.formula, rel=0.03)
-    assert WallAt(machine, PAPER).stable(FREE) < 0.1 * walls[0]  # without damping
+    assert WallStability(machine, PAPER).stable(FREE) < 0.1 * walls[0]  # without damping
 
 
 @pytest.mark.parametrize("axis", ["x", "z"])
@@ -135,14 +143,14 @@ def test_the_wall_stands_in_the_simulation_with_every_hand(machine: MachineModel
 
 @pytest.mark.slow
 def test_a_wall_far_above_the_limit_swings(machine: MachineModel) -> None:
-    limit = WallAt(machine).stable(HANDS["light"])
+    limit = WallStability(machine).stable(HANDS["light"])
     assert not WallBench(machine, "x", HANDS["light"], "least", loop=BOARD).stands(1.5 * limit)
 
 
 def test_what_is_capped_from_is_the_worst_of_all_cases(machine: MachineModel) -> None:
     pose, least = machine.centre + np.array([0.0, 0.02, 0.03]), []
     for place, delay in product((0, 1, 2), BOARD.delays):
-        at = WallAt(machine, BOARD, pose, AXES["y"], place=place, delay=delay * BOARD.period)
+        at = WallStability(machine, BOARD, pose, AXES["y"], place=place, delay=delay * BOARD.period)
         least.append(at.stable(FREE))
     assert computed_wall(machine, pose, AXES["y"]) == min(least) == least[2]
     assert least[2] < 0.99 * least[5]  # more friction bears more
@@ -152,7 +160,9 @@ def test_a_wall_is_capped_by_its_pose(machine: MachineModel) -> None:
     hard = axis_wall("+x", 0.0, stiffness=50e3, damping=0.0)
     corner = machine.centre + machine.half_side
     at_centre, at_corner = (capped(machine, hard, p, DAMPED) for p in (machine.centre, corner))
-    assert at_centre.stiffness == pytest.approx(SHARE * computed_wall(machine, machine.centre, AXES["x"], DAMPED))
+    assert at_centre.stiffness == pytest.approx(
+        STABILITY_MARGIN * computed_wall(machine, machine.centre, AXES["x"], DAMPED)
+    )
     assert at_corner.stiffness < at_centre.stiffness
     assert at_centre.damping == DAMPED.damping
     assert at_centre.blend == DAMPED.blend
@@ -276,28 +286,28 @@ def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineMo
             # the eigenvalues are the other method: damping that is rendered late bears a little more than the form says
             # on a rigid device, up to 6 % where it is most of it; cable and structure in series give 1 to 4 % back
             there, late = replace(loop, damping=damping), loop.delays[2] * loop.period
-            rigid = WallAt(machine, there, pose, normal, place=0, delay=late, rigid=True)
-            found = ours / (SHARE * rigid.stable(FREE))
+            rigid = WallStability(machine, there, pose, normal, place=0, delay=late, rigid=True)
+            found = ours / (STABILITY_MARGIN * rigid.stable(FREE))
             # What is computed is late by the filter and by half a sample of its difference: at the frequency w of mass
             # and wall it damps by cos(w late), which the form does not have. It is all of the board loop's damping.
             computed = damping / (cap.friction / float(np.square(rigid.here.jacobian.T @ normal).sum()) + damping)
-            turned = ours / SHARE / rigid.here.effective_mass(normal) * (cap.late + loop.period / 2.0) ** 2
+            turned = ours / STABILITY_MARGIN / rigid.here.effective_mass(normal) * (cap.late + loop.period / 2.0) ** 2
             most = 1.0 / (1.0 - computed * turned / 2.0)
             assert 0.94 < found < most * BRACKET
             assert loop is not BOARD or found > most
-            assert ours == pytest.approx(SHARE * computed_wall(machine, pose, normal, there), rel=0.05)
+            assert ours == pytest.approx(STABILITY_MARGIN * computed_wall(machine, pose, normal, there), rel=0.05)
 
 
 def test_the_proven_cap_holds_between_the_poses_that_were_tried(machine: MachineModel) -> None:
     cap = proven_cap(machine)
-    assert 0.6 < cap.share <= SHARE
+    assert 0.6 < cap.share <= STABILITY_MARGIN
     rng = np.random.default_rng(4)
     for _ in range(4):
         pose = machine.centre + machine.half_side * rng.choice([-1.0, 0.9, 1.0], 3)
         normal = rng.normal(size=3)
         normal /= np.linalg.norm(normal)
-        at = WallAt(machine, BOARD, pose, normal, place=0, delay=BOARD.delays[2] * BOARD.period)
-        assert _stands(at, cap._replace(share=0.97 * cap.share / SHARE))  # between: 3 %
+        at = WallStability(machine, BOARD, pose, normal, place=0, delay=BOARD.delays[2] * BOARD.period)
+        assert _stands(at, cap._replace(share=0.97 * cap.share / STABILITY_MARGIN))  # between: 3 %
     assert closed_form(cap, jacobian(machine.geometry, machine.centre), np.array(AXES["x"]))[0] > 4500.0
 
 
@@ -307,23 +317,23 @@ def test_the_cap_is_proven_for_other_machines(name: str, rate_Hz: float, least: 
     """A small one, a direct drive, a large one whose drives damp so much that walls of 60 N/mm meet the structure."""
     machine, loop = gallery_machine(name), at_rate(rate_Hz, DAMPED)
     cap = proven_cap(machine, loop)
-    assert least * SHARE <= cap.share <= SHARE
+    assert least * STABILITY_MARGIN <= cap.share <= STABILITY_MARGIN
     rng = np.random.default_rng(6)
     for k in range(5):  # where it was not tried
         share = rng.uniform(-1.0, 1.0, 3) if k % 2 else rng.choice([-1.0, 0.0, 1.0], 3)
         pose = machine.centre + machine.half_side * share
         normal = rng.normal(size=3)
         normal /= np.linalg.norm(normal)
-        at = WallAt(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
-        assert _stands(at, cap._replace(share=cap.share / SHARE))
+        at = WallStability(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
+        assert _stands(at, cap._replace(share=cap.share / STABILITY_MARGIN))
         stiffness, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
-        borne_there = computed_wall(machine, pose, normal, replace(loop, damping=damping))
+        limit = computed_wall(machine, pose, normal, replace(loop, damping=damping))
         # one scale serves the whole cube: where that is small, easy poses get less of what they bear
-        assert min(0.45, 0.8 * least) * borne_there < stiffness < 1.005 * SHARE * borne_there
+        assert min(0.45, 0.8 * least) * limit < stiffness < 1.005 * STABILITY_MARGIN * limit
 
 
 def test_a_loop_that_bears_nothing_is_refused(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("haptics.loop.walls.HEAVIEST", 30.0)
+    monkeypatch.setattr("haptics.loop.walls.MAX_DAMPING_RATIO", 30.0)
     with pytest.raises(ValueError, match="500 Hz"):
         proven_cap(machine, at_rate(500.0))
 
@@ -334,12 +344,12 @@ def test_damping_is_held_where_little_mass_is_behind_it(machine: MachineModel) -
     table = law_table(axis_wall("-z", 0.2, stiffness=1e6, damping=1e4, blend=1.0))
     q = float(np.square(lever(columns, table, 0)).sum())
     assert q == pytest.approx(np.square(columns @ np.array(AXES["z"])).sum(), rel=1e-12)
-    found = borne(cap, table, 0, q)
+    found = stable_wall(cap, table, 0, q)
     assert found[:2] == pytest.approx(closed_form(cap, columns.T, np.array(AXES["z"]), 1e4), rel=1e-12)
     assert BOARD.damping < found[1] < 100.0
     assert found[2] == BOARD.blend
     soft = law_table(axis_wall("-z", 0.2, stiffness=10.0, damping=3.0, blend=1e-6))
-    assert borne(cap, soft, 0, q) == (10.0, 3.0, 1e-6)
+    assert stable_wall(cap, soft, 0, q) == (10.0, 3.0, 1e-6)
 
 
 def test_a_tick_renders_the_capped_wall(machine: MachineModel) -> None:
@@ -369,14 +379,14 @@ def rendered_together(cap: WallCap, columns: np.ndarray, normals: tuple[np.ndarr
     """Factor by which walls that are touched at once at rest are held down, by the force that comes of them."""
     depth, laws = 1e-6, [VirtualWall(1e6, 1e-6 * n, tuple(n)) for n in normals]  # at the origin 1 um deep
     alone = sum(closed_form(cap, columns.T, n)[0] * depth * n for n in normals)
-    *force, touched = borne_force(cap, columns, law_table(*laws), *np.zeros(6))
+    *force, touched = capped_force(cap, columns, law_table(*laws), *np.zeros(6))
     assert touched == 1.0
     factor = float(force @ alone / (alone @ alone))
     assert np.array(force) == pytest.approx(factor * alone, rel=1e-9, abs=1e-15)
     return factor
 
 
-def radius(at: WallAt, cap: WallCap, normals: tuple[np.ndarray, ...], factor: float) -> float:
+def radius(at: WallStability, cap: WallCap, normals: tuple[np.ndarray, ...], factor: float) -> float:
     """Of the loop that all walls close at once, with the least damping a stiffness of them, nobody at the handle."""
     figures = np.array([closed_form(cap, at.here.jacobian, n) for n in normals])
     body, _ = at.here.body(FREE)
@@ -389,9 +399,9 @@ def test_a_large_device_without_drive_damping_keeps_its_walls_and_less_of_their_
     """The damping that a wall may ask for is held down, not its stiffness: at 60 N s/m the structure would swing."""
     machine = gallery_machine("desk-150")
     cap, whole = proven_cap(machine), wall_cap(machine)
-    assert cap.share == whole.share == SHARE
+    assert cap.share == whole.share == STABILITY_MARGIN
     assert cap.inertia == 0.25 * whole.inertia
-    at = WallAt(machine, BOARD, machine.centre, X, place=0, delay=BOARD.delays[2] * BOARD.period)
+    at = WallStability(machine, BOARD, machine.centre, X, place=0, delay=BOARD.delays[2] * BOARD.period)
     assert _stands(at, cap._replace(share=1.0))
     assert not _stands(at, cap._replace(share=1.0, inertia=whole.inertia))
 
@@ -403,7 +413,7 @@ def test_walls_that_are_touched_at_once_stand_together(machine: MachineModel, na
     device = gallery_machine(name) if name else machine
     cap, alone = proven_cap(device, loop), []
     for pose in centre_and_corners(device)[::2]:
-        at = WallAt(device, loop, pose, X, place=0, delay=loop.delays[2] * loop.period)
+        at = WallStability(device, loop, pose, X, place=0, delay=loop.delays[2] * loop.period)
         columns = np.ascontiguousarray(at.here.jacobian.T)
         for normals in TOGETHER:
             factor = rendered_together(cap, columns, normals)
@@ -416,7 +426,11 @@ def test_walls_that_are_touched_at_once_stand_together(machine: MachineModel, na
             through = columns @ np.stack(normals, axis=1)
             cost = [max(0.0, k * cap.cost - b) for k, b in (closed_form(cap, columns.T, n) for n in normals)]
             needed = np.linalg.eigvalsh(through * cost @ through.T)[-1] / (cap.share * cap.friction)
-            assert 0.93 * min(1.0, JOINTLY / needed) <= factor <= min(1.0, JOINTLY / needed) * (1.0 + 1e-9)
+            assert (
+                0.93 * min(1.0, MULTI_CONTACT_FACTOR / needed)
+                <= factor
+                <= min(1.0, MULTI_CONTACT_FACTOR / needed) * (1.0 + 1e-9)
+            )
     assert name or loop is BOARD or max(alone) > 1.0
     first = np.ascontiguousarray(jacobian(device.geometry, device.centre).T)
     assert rendered_together(cap, first, (X, Y, Z)) == pytest.approx(1.0, rel=1e-12)  # at the centre each has its own

@@ -17,7 +17,7 @@ from delta_cad.design import Design
 from haptics.loop.choice import DAMPED, LoopChoice, at_rate
 from haptics.loop.hardware import LOSS, UNKNOWN_NOISE, reading_age, real_plant, sensor_errors
 from haptics.loop.noise import MOTION, NoisyLoop
-from haptics.loop.walls import WallAt
+from haptics.loop.walls import WallStability
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
@@ -181,7 +181,7 @@ def test_the_largest_wall(machine: MachineModel, place: str, normal: np.ndarray,
     other = WholeLoop(
         machine, real_plant(machine, DAMPED), p, normal, held, loop.period, loop.corner, lag(loop, machine)
     )
-    told = WallAt(machine, loop, p, normal).stable(HANDS[hand] if hand else FREE)
+    told = WallStability(machine, loop, p, normal).stable(HANDS[hand] if hand else FREE)
     # 2 % is asked; the two agree to the 0.1 % that the search for the limit leaves
     assert other.radius(0.997 * told, loop.damping) < 1.0 < other.radius(1.003 * told, loop.damping)
 

@@ -19,7 +19,7 @@ from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
 from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, machine_header, sources, write_sources
 from haptics.loop.choice import BOARD, at_rate
-from haptics.loop.walls import WallAt
+from haptics.loop.walls import WallStability
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
 from tests.haptics.devices.fake import Disturbance, DisturbedDevice, invalid
@@ -396,7 +396,9 @@ def test_a_hosts_wall_stands_without_the_damping_that_it_tells_no_drive_of(machi
     """By the eigenvalues of a loop of 1 kHz that is a period late, its drives as they damp where no wall is touched."""
     line = next(line for line in machine_header(machine).splitlines() if "DELTA_STIFFNESS" in line)
     loop = replace(at_rate(1000.0), contact_damping=BOARD.drive_damping)
-    walls = [WallAt(machine, loop, machine.centre, axis, place=0, delay=1.0e-3).stable(FREE) for axis in np.eye(3)]
+    walls = [
+        WallStability(machine, loop, machine.centre, axis, place=0, delay=1.0e-3).stable(FREE) for axis in np.eye(3)
+    ]
     assert 50.0 < float(line.split()[2]) < 0.7 * min(walls)
 
 

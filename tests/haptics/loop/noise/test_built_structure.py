@@ -35,7 +35,7 @@ from haptics.loop.noise import BARELY, MOTION, NoisyLoop
 from haptics.loop.passivity import handle, impedance
 from haptics.loop.simulation import simulate, timing
 from haptics.loop.wall_trial import LOOP_SUBSTEPS
-from haptics.loop.walls import SHARE, WallAt
+from haptics.loop.walls import STABILITY_MARGIN, WallStability
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
@@ -99,10 +99,10 @@ def test_the_walls_are_steady_and_passive_at_the_handle(
     """With every hand and none, and what is capped from; averaged, with the least friction."""
     p, par = machine.centre + machine.half_side * np.array(place), real_plant(machine, DAMPED, 0)
     for (normal, stiffness, damping), share in product(walls(machine, p), BUILT_SHARES[::2]):
-        gives, at = structure_at(machine, p, LOSS[0], share), WallAt(machine, DAMPED, p, normal, place=0)
+        gives, at = structure_at(machine, p, LOSS[0], share), WallStability(machine, DAMPED, p, normal, place=0)
         for hand in (BARELY, *HANDS.values()):
             noisy = NoisyLoop(machine, DAMPED, p, hand, normal=normal, par=par, structure=gives)
-            assert noisy.loop.radius(stiffness / SHARE, damping) < 1.0
+            assert noisy.loop.radius(stiffness / STABILITY_MARGIN, damping) < 1.0
         body, knob = replace(at.here, structure=gives).body(FREE)
         port = handle(body, at.here.ports(normal[:, None], len(body.mass)), normal @ knob, at.timing)
         z = impedance(port, at.estimator, stiffness, damping)

@@ -24,7 +24,7 @@ from haptics.loop.hardware import (
 from haptics.loop.noise import BARELY, FORCE, MOTION, NoisyLoop, covariance, noise_range
 from haptics.loop.simulation import simulate, timing
 from haptics.loop.wall_trial import LOOP_SUBSTEPS
-from haptics.loop.walls import WallAt
+from haptics.loop.walls import WallStability
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
@@ -122,7 +122,9 @@ def test_the_filter_is_chosen_for_the_noise(machine: MachineModel) -> None:
     allowed = NoisyLoop(machine, DAMPED).damping_limit(400.0)
     assert allowed > 1.2 * NoisyLoop(machine, replace(DAMPED, corner=300.0, sensing=1.0)).damping_limit(400.0)
     assert NoisyLoop(machine, replace(DAMPED, corner=1000.0)).damping_limit(400.0) < 0.6 * allowed
-    assert WallAt(machine, DAMPED).stable(FREE) > 0.97 * WallAt(machine, replace(DAMPED, corner=1000.0)).stable(FREE)
+    assert WallStability(machine, DAMPED).stable(FREE) > 0.97 * WallStability(
+        machine, replace(DAMPED, corner=1000.0)
+    ).stable(FREE)
 
 
 def test_the_default_wall_is_quiet_with_every_hand(machine: MachineModel) -> None:
