@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import design_from_dict
 from haptics.control.supervisor.faults import LATCHING, FaultCode
 from haptics.loop.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.loop.simulation import simulate, timing
@@ -18,11 +18,6 @@ from tests.haptics.scene_machine import scene_machine
 
 NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 PERIOD = 1e-3
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def latched(machine: MachineModel, anchor: np.ndarray, hand: str, place: int, seed: int, **limits: float) -> int:

@@ -58,11 +58,12 @@ def reactions() -> list[str]:
         machine().geometry, machine().masses, machine().centre + grid, machine().design.requirements.gravity_m_s2
     )
     force = 1e3 * np.ceil(limits.torque / (limits.slew * limits.period)) * limits.period
+    gone = f"gone within {1e3 * np.abs(held).max() / limits.gravity_slew:.0f} ms"
     weight = {
         "LOWER": f"let down within {limits.lowering:g} s",
-        "DAMP": "held until the reset, the handle damped",
-        "BRAKE": f"gone within {1e3 * np.abs(held).max() / limits.gravity_slew:.0f} ms, the handle damped",
-        "OFF": f"gone within {1e3 * np.abs(held).max() / limits.gravity_slew:.0f} ms",
+        "DAMP": f"let down within {limits.lowering:g} s, the handle damped until then",
+        "BRAKE": f"{gone}, the handle damped for {limits.lowering:g} s",
+        "OFF": gone,
     }
     lines = ["| fault | finding | force off within, ms | weight |", "|---|---|---:|---|"]
     for code, about in TABLE.items():
