@@ -65,6 +65,7 @@ def device_files(machine: MachineModel, loop: LoopChoice) -> dict[str, str]:
         centre=literal(float(machine.centre[2])),
         damping=literal(loop.drive_damping),
         contact=literal(loop.contact_damping),
+        damps=int(max(loop.drive_damping, loop.contact_damping) > 0.0),
         constant=literal(motor.torque_constant_N_m_A),
         resistance=literal(motor.resistance_ohm),
         ratio=literal(drive.ratio),
