@@ -43,9 +43,8 @@ def run(given: argparse.Namespace) -> int:
         with Line() as line:
             sheet = feel(machine, lambda m: loop_sheet(m, loop, line.show), line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
-            from haptics.feel.loop_pictures import impedance, z_width
-            from haptics.feel.maps import feel_map
-            from haptics.scenes.pictures.style import save
+            from haptics.feel.pictures import feel_map, impedance, z_width
+            from haptics.scenes.pictures import save
 
             line.show("maps")
             with whole_folder(place) as folder:

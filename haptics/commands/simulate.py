@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -123,8 +122,7 @@ def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, lin
     """The scene with other assumptions' cases among its facts and in its discussion."""
     from dataclasses import asdict, replace
 
-    from haptics.scenes.figures_differ import figure_cases, figure_discussion
-    from haptics.scenes.wall_differs import cases, discussion
+    from haptics.scenes.differs import cases, discussion, figure_cases, figure_discussion
 
     hand, delay = given.hand or "medium", given.delay / MS_PER_S
 
@@ -198,10 +196,9 @@ def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, A
         names = [f"series/{run.name}.csv" for run in scene.runs]
         names += [f"series/{run.name}.parquet" for run in scene.runs] if parquet else []
         if plot:
-            from haptics.scenes.pictures.style import save
+            from haptics.scenes.pictures import PICTURES, save
 
-            picture = import_module(f"haptics.scenes.pictures.{scene.name}").picture
-            save(picture(scene, machine.design.name), part / f"{scene.name}.png")
+            save(PICTURES[scene.name](scene, machine.design.name), part / f"{scene.name}.png")
             names.append(f"{scene.name}.png")
         files = {"folder": str(folder), "names": ["facts.json", *names], "parquet": parquet}
         text = json.dumps({**facts, "files": files}, indent=1, allow_nan=False)

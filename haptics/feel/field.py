@@ -152,9 +152,6 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
         drive: What its joints do.
         p: (..., 3) platform centre, m.
 
-    Returns:
-        The figures.
-
     Raises:
         UnreachableError: A position cannot be reached.
         SingularError: The forearms lie in one plane.

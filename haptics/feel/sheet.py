@@ -126,9 +126,6 @@ def feel(
         loops: Function that computes the device in its loop.
         say: Called with the step that begins.
 
-    Returns:
-        The figures.
-
     Raises:
         UnreachableError: A point of the cube cannot be reached.
         SingularError: The forearms lie in one plane at one.

@@ -74,9 +74,6 @@ def damping_limit(mass: float, delay: float, stiffness: float, period: float = P
         delay: From reading to torque, s.
         stiffness: Stiffness of the spring, N/m.
         period: s.
-
-    Returns:
-        Limit and cap.
     """
     estimators = linear_models(default_estimator(period))
     return damping_cap(mass, period, delay, estimators, current_lag=CURRENT_LAG, stiffness=stiffness)
@@ -109,9 +106,6 @@ def rendered(
         anchor: (n, 3) where the guide wants the handle at each tick, m.
         held: (n,) whether the guide holds it at each tick; None for always.
         assumed: Of the device, and who holds the handle in the guide's place.
-
-    Returns:
-        n rows.
     """
     par, errors = joint_friction(machine).of(nominal_plant(machine), assumed.friction), EXACT
     if assumed.gives:

@@ -207,8 +207,7 @@ def measured() -> None:
 
 def led() -> None:
     """Does what `simulate --scene resistance --plot` does, in a folder that goes away."""
-    from haptics.scenes.pictures.resistance import picture
-    from haptics.scenes.pictures.style import save
+    from haptics.scenes.pictures import PICTURES, save
     from haptics.scenes.record import write_csv, write_parquet
     from haptics.scenes.resistance import resistance
 
@@ -218,7 +217,7 @@ def led() -> None:
         for taken in scene.runs:
             write_csv(Path(folder) / f"{taken.name}.csv", taken.series)
             write_parquet(Path(folder) / f"{taken.name}.parquet", taken.series)
-        save(picture(scene, machine.design.name), Path(folder) / "resistance.png")
+        save(PICTURES["resistance"](scene, machine.design.name), Path(folder) / "resistance.png")
 
 
 def felt() -> None:

@@ -273,7 +273,7 @@ def test_a_scene_loads_of_scipy_what_it_needs() -> None:
 def test_labels_keep_apart_and_inside() -> None:
     from matplotlib.figure import Figure
 
-    from haptics.scenes.pictures.style import label_ends
+    from haptics.scenes.pictures import label_ends
 
     rng = np.random.default_rng(2)
     for ends in ([0.5] * 6, [1.0] * 6, [2.0, -1.0, 0.9, float("nan")], rng.uniform(0.0, 1.0, 7).tolist(), []):

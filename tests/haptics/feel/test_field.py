@@ -20,15 +20,10 @@ from haptics.loop.linear import linearise
 from haptics.model.ball_joints import ball_friction_N
 from haptics.model.machine import MachineModel
 from haptics.model.plant import energy, plant
-from tests.haptics.scene_machine import MASSES, scene_machine
+from tests.haptics.scene_machine import MASSES
 
 DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3, ripple=0.02, cogging=0.001)
 GRAVITY = (0.0, 0.0, -9.81)
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import haptics.feel.loops
-from delta_cad.design import Design
 from delta_cad.mechanism import jacobian
 from haptics.control.wall_cap import UNCAPPED
 from haptics.feel.loops import DEFAULT_WALL, LoopLimits, Plane, places, plane
@@ -20,16 +19,11 @@ from haptics.model.plant import Hand
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.virtual_wall import axis_wall
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE
 
 LEAN, SWING = 2.0, 0.2  # N: presses the handle into the wall, and swings about that
 HELD, SETTLES, CYCLES = 0.7, 0.8, 30  # s held till all force has come in, s to settle; cycles that are measured
 HOLD = Hand(mass=0.0, stiffness=2000.0, damping=20.0)
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def simulated(machine: MachineModel, place: Plane, frequency: float, wall: bool) -> float:

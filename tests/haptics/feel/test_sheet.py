@@ -15,7 +15,7 @@ import haptics.feel.loops
 import haptics.feel.sheet
 from delta_cad import catalogue
 from delta_cad.common.files import whole_folder
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import design_from_dict
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import SingularError, inverse_kinematics, jacobian
 from haptics.commands.cli import main
@@ -51,14 +51,8 @@ from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import VirtualWall
 from tests.committed import BEST, Built, changed
 from tests.haptics.loop.noise.built import with_structure
-from tests.haptics.scene_machine import scene_machine
 
 DRAWN = (*MAPS, "z_width", "impedance")
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")
@@ -255,7 +249,7 @@ def test_forces_are_held_as_long_as_the_motor_s_data_tell(machine: MachineModel,
 
 
 def test_a_plane_of_gains_is_drawn(found: Feel) -> None:
-    from haptics.feel.loop_pictures import impedance, z_width
+    from haptics.feel.pictures import impedance, z_width
 
     figure = z_width(found.loop, "device")
     figure.canvas.draw()
@@ -368,7 +362,7 @@ def test_files_and_table(
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 2
     assert "holds stray, which no run wrote here" in capsys.readouterr().err
     (folder / "stray").unlink()
-    monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # drawn once is enough
+    monkeypatch.setattr("haptics.scenes.pictures.save", lambda *_: None)  # drawn once is enough
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
 
@@ -383,7 +377,7 @@ def test_a_run_that_fails_leaves_the_folder_before(
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("haptics.scenes.pictures.style.save", full)
+    monkeypatch.setattr("haptics.scenes.pictures.save", full)
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["synthesized-feel"]
     assert (tmp_path / "synthesized-feel" / "feel.md").read_text() == "before"
@@ -398,7 +392,7 @@ def test_exit_1_says_what_is_not_met(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # the pictures are another test's
+    monkeypatch.setattr("haptics.scenes.pictures.save", lambda *_: None)  # the pictures are another test's
     shaken = replace(loop, standing={**loop.standing, ("x", "light"): False})
     monkeypatch.setattr(haptics.feel.loops, "loop_sheet", lambda *_: shaken)
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 1

@@ -17,14 +17,8 @@ from haptics.loop.linear import linearise
 from haptics.model.built import built_structure
 from haptics.model.machine import MachineModel
 from tests.haptics.loop.noise.built import with_structure
-from tests.haptics.scene_machine import scene_machine
 
 Z = np.array([0.0, 0.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def test_the_force_on_a_held_handle_is_that_of_two_masses(machine: MachineModel) -> None:

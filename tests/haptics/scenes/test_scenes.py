@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from delta_cad.mechanism import inverse_jacobian, inverse_kinematics
 from haptics.loop.assumptions import nominal_plant
 from haptics.model.hands import HANDS
@@ -20,14 +19,8 @@ from haptics.scenes.home import home, ideal_settling
 from haptics.scenes.record import Scene, SceneRun
 from haptics.scenes.resistance import resistance
 from haptics.scenes.wall import wall
-from tests.haptics.scene_machine import scene_machine
 
 pytestmark = pytest.mark.filterwarnings("error")
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 @pytest.mark.parametrize("values", [[1.0, 1.0], [1.0, 1.2], [1.0, 40.0], [-3.0, 40.0], [0.0, 0.0]])
 @pytest.mark.parametrize("small", [True, False])
 def test_a_map_is_drawn_whatever_its_range(values: list[float], small: bool) -> None:
-    from haptics.feel.maps import feel_map
+    from haptics.feel.pictures import feel_map
 
     places = np.linspace(-10.0, 10.0, 5)
     field = np.linspace(*values, 75).reshape(3, 5, 5)
