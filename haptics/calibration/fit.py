@@ -145,9 +145,6 @@ def fit(
         own_frame: Whether positions are in a frame of their own, which is sought, too.
         wave: Standard deviation of an encoder's wave before it is measured, rad.
 
-    Returns:
-        The fit.
-
     Raises:
         FitError: There are too few poses, the drawn device cannot be at one of them, or no device like it has them.
     """

@@ -48,9 +48,6 @@ class Hidden:
 def hidden(found: Fit) -> list[Hidden]:
     """Finds what the poses do not tell.
 
-    Args:
-        found: The fit.
-
     Returns:
         Groups of parameters that hang together, those that no poses would tell first.
     """

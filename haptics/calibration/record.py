@@ -114,9 +114,6 @@ def load_calibration(path: Path, design: Design) -> Calibration:
         path: The file.
         design: The device's design.
 
-    Returns:
-        The calibration.
-
     Raises:
         CalibrationError: It cannot be read, is of another design, lacks a key or has an unknown one, or a number is not
             finite or farther from the drawing than a made device is.

@@ -67,14 +67,7 @@ class Memory(NamedTuple):
 
 
 def fresh(controller: Controller) -> Memory:
-    """The memory of a controller that has just been switched on, disabled.
-
-    Args:
-        controller: The controller.
-
-    Returns:
-        The memory.
-    """
+    """The memory of a controller that has just been switched on, disabled."""
     return Memory(fresh_memory(controller.estimator), reset_memory(controller.limits), np.zeros(WORK))
 
 

@@ -70,9 +70,6 @@ def joint_friction(machine: MachineModel) -> Friction:
 
     Args:
         machine: The device; the ball joints' share is that in the cube's centre.
-
-    Returns:
-        The range.
     """
     ratio = machine.drive.ratio
     thin, usual, thick = VISCOUS
@@ -96,22 +93,12 @@ def default_estimator(period: float = 1e-3) -> Estimator:
 
     Args:
         period: s.
-
-    Returns:
-        The estimator.
     """
     return low_pass(period, CORNER)
 
 
 def nominal_plant(machine: MachineModel) -> Plant:
-    """The true device with nominal friction and motors.
-
-    Args:
-        machine: The device.
-
-    Returns:
-        The plant.
-    """
+    """The true device with nominal friction and motors."""
     gravity = machine.design.requirements.gravity_m_s2
     smooth = plant(machine.geometry, machine.masses, gravity, current_lag=CURRENT_LAG)
     return joint_friction(machine).of(smooth, 1)
@@ -127,9 +114,6 @@ def default_controller(
         period: s.
         estimator: Estimator of the joint rates; None for `default_estimator`.
         **limits: Any of `SafetyLimits`, to replace what follows from the design.
-
-    Returns:
-        The controller.
 
     Raises:
         ValueError: A limit is unknown or refused.

@@ -109,9 +109,6 @@ def chosen_loop(
         rate_Hz: Ticks a second.
         damping: Of every wall, N s/m; with drives that damp that of `DAMPED` unless given.
         drive_damping: Share of the motors' short circuit at a wall; elsewhere at most `FREE_DAMPING`.
-
-    Returns:
-        The loop.
     """
     file = design.loop
     rate = _first(rate_Hz, file and file.rate_Hz)

@@ -240,9 +240,6 @@ def limits(
         highest: Top of the scan.
         points: Points of the grid; an island narrower than its step (18 % at 96 over seven decades) may be overlooked.
         rounds: Rounds of the bisection, all changes at once; 36 leave 1e-11 of the gain.
-
-    Returns:
-        The stable intervals.
     """
     gains = np.geomspace(lowest, highest, points)
     stable = radius(gains) < 1.0 + GROWTH
@@ -339,9 +336,6 @@ def damping_cap(
         margin: Factor that is kept from the limit, at least 1; 2 is the usual gain margin of 6 dB.
         current_lag: Time constant of the current loop, s.
         stiffness: Stiffness of a spring rendered with it, N/m.
-
-    Returns:
-        Limit and cap.
 
     Raises:
         ValueError: Mass, period, delay, lag or margin cannot be.

@@ -255,9 +255,6 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
         machine: The device.
         loop: Whose current loop and drive damping it has.
         place: Of friction and of what cable and structure damp: 0 least, 1 nominal, 2 largest.
-
-    Returns:
-        The plant.
     """
     friction, gives = joint_friction(machine), compliance(machine)
     par, design = stiff_plant(machine, loop, place), machine.design

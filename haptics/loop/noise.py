@@ -237,9 +237,6 @@ def noise_range(
         loop: The loop.
         p: (3,) pose, m.
         walls: Normal (3,), stiffness (N/m) and damping (N s/m) of each.
-
-    Returns:
-        The range.
     """
     plain = [real_plant(machine, loop, place) for place in range(len(LOSS))]
 

@@ -37,10 +37,6 @@ NOTE = (
 def stiffness_facts(name: str, result: Stiffness) -> dict[str, Any]:
     """The facts.
 
-    Args:
-        name: Name of the design.
-        result: Walls of the device.
-
     Returns:
         JSON types, with a unit in every key.
     """
@@ -107,12 +103,7 @@ def _verdict(result: Verdict) -> dict[str, Any]:
 
 
 def stiffness_text(name: str, result: Stiffness) -> str:
-    """The facts as lines of plain text.
-
-    Args:
-        name: Name of the design.
-        result: Walls of the device.
-    """
+    """The facts as lines of plain text."""
     applied = result.cap.applied(result.damping)
     delays = ", ".join(f"{delay * 1e3:g}" for delay in sorted(set(result.delays)))
     lines = [

@@ -209,9 +209,6 @@ def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -
         delay: s.
         substeps: Runge-Kutta steps of the plant in a period; at least one before and one after a late torque.
 
-    Returns:
-        The clock.
-
     Raises:
         ValueError: The period is not positive, the delay not within 0 to 100 periods, or the substeps not 1 to 10000.
     """
@@ -263,9 +260,6 @@ def simulate(
         held: (n,) whether the hand holds the handle at each tick; None for always.
         memory: Memory of the controller, changed in place; None for a fresh one, enabled at once.
         fault: What goes wrong. Once a fault is latched and no torque is commanded the power stage is off.
-
-    Returns:
-        n rows.
 
     Raises:
         ValueError: Shapes that do not fit, or a count that is negative or not finite.

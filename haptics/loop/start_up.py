@@ -35,9 +35,6 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
         period: Of the tick, s.
         absolute: Whether the encoders know their zero; None for whether they sit on the shoulders' shafts.
 
-    Returns:
-        The parameters.
-
     Raises:
         ValueError: The design has no stops, because it cannot be built.
     """
@@ -103,9 +100,5 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
 
 
 def fresh_start(par: StartUp) -> StartMemory:
-    """The memory of a start-up that has not begun.
-
-    Args:
-        par: Its parameters.
-    """
+    """The memory of a start-up that has not begun."""
     return StartMemory(np.zeros(r.MEMORY), reset_memory(par.limits), np.zeros(WORK))

@@ -199,9 +199,6 @@ def largest_walls(
         ask: Answers whether a wall stands; None for the simulation.
         say: Called with the axis whose search begins.
 
-    Returns:
-        Limits, ranges and verdicts.
-
     Raises:
         ValueError: Damping, period or delay cannot be, or the set of hands is empty.
     """
@@ -299,9 +296,6 @@ def simulated_range(linear: Sequence[End], stable_at: Callable[[Corner], Predica
     Args:
         linear: Limits of the linear loop, ascending.
         stable_at: The simulated answer for a case.
-
-    Returns:
-        The range.
     """
     low = edge(stable_at(linear[0].corner), linear[0])
     for rival in linear[1:]:

@@ -103,9 +103,6 @@ def with_friction(machine: MachineModel, level: Level) -> Plant:
         machine: The device.
         level: Place in the range.
 
-    Returns:
-        The plant.
-
     Raises:
         ValueError: There is no such place.
     """
@@ -269,9 +266,6 @@ def oscillation(
         window: s; the record must hold two.
         counts: Swings up to so many counts are quantisation.
         decay: Ratio of the last window's swing to the one's before, below which it dies away.
-
-    Returns:
-        The decision with the amplitudes behind it.
 
     Raises:
         ValueError: The series differ in length or are shorter than two windows, a parameter is not positive, or the

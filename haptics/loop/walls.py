@@ -294,10 +294,6 @@ def proven_cap(machine: MachineModel, loop: LoopChoice = BOARD) -> WallCap:
     Tried are the centre and the corners of the cube, three normals, least friction, largest delay, with the loop's
     damping and with the largest that is stable; what is rendered is `STABILITY_MARGIN` of it.
 
-    Args:
-        machine: The device.
-        loop: The loop.
-
     Returns:
         The cap, its share times `STABILITY_MARGIN`, its inertia as far as the damping that a wall asks for is stable.
 

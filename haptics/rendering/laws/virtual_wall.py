@@ -110,9 +110,6 @@ def axis_wall(
         damping: As applied, N s/m, at least 0.
         blend: m, positive.
 
-    Returns:
-        The wall.
-
     Raises:
         LawError: A parameter is out of its bounds, or the direction is none of the six.
     """
