@@ -28,14 +28,9 @@ from haptics.model.plant import Hand
 from tests.committed import BEST
 from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.served import served
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE
 from tests.optimizer.certify.designs import masses
 from tests.terminal import HANGS_S
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def smooth(machine: MachineModel) -> SimulatedDevice:

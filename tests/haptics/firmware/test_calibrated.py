@@ -37,12 +37,6 @@ from tests.haptics.firmware.rig import (
     write,
 )
 from tests.haptics.firmware.test_ports import CHECKED, compiled
-from tests.haptics.scene_machine import scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

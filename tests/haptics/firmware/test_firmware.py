@@ -13,7 +13,6 @@ import pytest
 from numba import float64, int64, typeof
 
 from delta_cad.common import jit
-from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import TOUCHED, Controller, fresh, tick
@@ -54,12 +53,6 @@ from tests.haptics.firmware.rig import (
     tool,
     write,
 )
-from tests.haptics.scene_machine import scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def compiled(controller: Controller, folder: Path, *macros: str) -> Any:

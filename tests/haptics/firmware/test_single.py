@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.controller import Controller, fresh
 from haptics.control.pose import HOLDING, ROWS, pose
 from haptics.control.supervisor import memory as m
@@ -32,14 +31,9 @@ from tests.haptics.firmware.rig import (
     replay,
     write,
 )
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE
 
 RATE_Hz = 4000.0
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import TOUCHED, Controller, fresh, tick
 from haptics.control.supervisor.faults import FaultCode
@@ -31,14 +30,9 @@ from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.home import Home
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.laws.virtual_wall import VirtualWall, axis_wall
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE
 
 T, WALL = DAMPED.period, 5000.0
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

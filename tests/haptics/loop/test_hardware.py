@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from delta_cad import catalogue
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.structure.compliance import cable_mm_N
@@ -29,12 +29,7 @@ from haptics.loop.linear import linearise
 from haptics.model.machine import MachineModel
 from tests.committed import changed
 from tests.delta_cad.dimensions.paneled import with_panel
-from tests.haptics.scene_machine import MASSES, scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
+from tests.haptics.scene_machine import MASSES
 
 
 def with_hardware(**hardware: object) -> MachineModel:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.design import Design, load_design
+from delta_cad.design import load_design
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import inverse_kinematics, jacobian
@@ -41,15 +41,10 @@ from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.laws.virtual_wall import axis_wall
 from tests.committed import PUBLISHED
-from tests.haptics.scene_machine import MASSES, scene_machine
+from tests.haptics.scene_machine import MASSES
 
 HOME = np.array([0.0, 0.0, 0.0946])
 NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

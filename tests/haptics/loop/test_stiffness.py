@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.filters import foaw
 from haptics.loop.assumptions import DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.loop.discrete import LinearEstimator, Timing, linear_models
@@ -39,16 +38,10 @@ from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
 from haptics.rendering.laws.virtual_wall import AXES
-from tests.haptics.scene_machine import scene_machine
 
 T = 1e-3
 DELAYS = (0.0, 0.5e-3, 1e-3)
 SOME = Corner("medium", "nominal", 0.5e-3)
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from delta_cad.mechanism import forward_kinematics, inverse_kinematics
 from haptics.loop.assumptions import CURRENT_LAG, default_estimator, encoder_count, joint_friction
 from haptics.loop.discrete import Timing, linear_models
@@ -20,14 +19,8 @@ from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
 from haptics.rendering.law import LawError
-from tests.haptics.scene_machine import scene_machine
 
 MEDIUM = HANDS["medium"]
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.mark.parametrize("met", ["x", "-x", "+y", "-z"])

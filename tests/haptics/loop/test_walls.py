@@ -13,7 +13,6 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
 from haptics.control.controller import CEILING, FORCE, fresh, tick
@@ -55,12 +54,7 @@ from haptics.model.plant import FREE, plant
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import AXES, VirtualWall, axis_wall
 from tests.haptics.loop.loops import axis_loop, monotone
-from tests.haptics.scene_machine import gallery_machine, scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
+from tests.haptics.scene_machine import gallery_machine
 
 
 @pytest.mark.parametrize("axis", ["x", "z"])

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from delta_cad.design import Design
 from haptics.loop.choice import DAMPED, LoopChoice, at_rate
 from haptics.loop.hardware import LOSS, UNKNOWN_NOISE, reading_age, real_plant, sensor_errors
 from haptics.loop.noise import MOTION, NoisyLoop
@@ -23,7 +22,6 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand, Plant
 from haptics.scenes.noise import in_band
 from tests.haptics.loop.noise.built import structured
-from tests.haptics.scene_machine import scene_machine
 
 NEUTRAL = 1e-9  # Distance from 1 within which an eigenvalue stands for a way along the wall
 
@@ -157,11 +155,6 @@ SLANTED = np.array([1.0, -2.0, 1.5]) / np.linalg.norm([1.0, -2.0, 1.5])
 def lag(loop: LoopChoice, machine: MachineModel) -> float:
     """From what is read to torque, s."""
     return loop.delay + reading_age(machine, loop)
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.mark.parametrize("hand", [None, "light", "firm"])

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.filters import backward_difference, low_pass
 from haptics.loop.assumptions import encoder_count
 from haptics.loop.choice import BOARD, DAMPED, at_rate
@@ -33,14 +32,8 @@ from haptics.rendering import law_table
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.scenes.noise import in_band
 from tests.haptics.loop.noise.built import structured, with_structure
-from tests.haptics.scene_machine import scene_machine
 
 T = DAMPED.period
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def test_a_stiff_hold_passes_noise_as_it_is() -> None:
