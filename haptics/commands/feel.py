@@ -68,7 +68,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(
             f"the joints give {force:.2f} N continuously in every direction, {wanted:g} N are required", NOT_MET
         )
-    if sheet.loop.shaken:
-        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in sheet.loop.shaken)
+    if sheet.loop.unstable_cases:
+        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in sheet.loop.unstable_cases)
         return refuse(f"the default wall oscillates: {says}", NOT_MET)
     return DONE

@@ -68,7 +68,7 @@ def run(given: argparse.Namespace) -> int:
     write_whole(place, written + "\n")
     tables = [line for loop, found in four for line in ("", *walls_text(loop, found))]
     print(written if given.json else "\n".join([stiffness_text(name, walls), *tables, FOUR_TEXT]))
-    if not walls.shaken:
+    if not walls.unstable_cases:
         return DONE
-    says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.shaken)
+    says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.unstable_cases)
     return refuse(f"the default wall oscillates: {says}", NOT_MET)

@@ -29,7 +29,9 @@ def sheet_facts(sheet: LoopSheet, machine: MachineModel) -> dict[str, Any]:
         "walls": [walls_facts(one.loop, one.axes) for one in (sheet.walls, sheet.other)],
         "rates": {f"{rate:g}_Hz": walls_facts(sheet.loop, walls)["axes"] for rate, walls in sheet.rates.items()},
         "default_wall_N_per_mm": DEFAULT_WALL * N_PER_MM,
-        "default_wall_stands_with": {f"{axis}, {hand}": stands for (axis, hand), stands in sheet.standing.items()},
+        "default_wall_stands_with": {
+            f"{axis}, {hand}": stands for (axis, hand), stands in sheet.default_wall_stable.items()
+        },
         "z_width": {
             "damping_N_s_per_m": list(sheet.dampings),
             "frequency_Hz": sheet.frequency[::10].tolist(),
@@ -119,7 +121,7 @@ def walls_lines(sheet: LoopSheet, rendered: dict[str, Summary]) -> list[str]:
 
 def loop_text(sheet: LoopSheet, rendered: dict[str, Summary], machine: MachineModel) -> list[str]:
     """The loop as plain text, for the terminal."""
-    stands = "stands with each hand" if not sheet.shaken else f"OSCILLATES: {sheet.shaken}"
+    stands = "stands with each hand" if not sheet.unstable_cases else f"OSCILLATES: {sheet.unstable_cases}"
     return [
         *walls_lines(sheet, rendered),
         "",

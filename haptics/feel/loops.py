@@ -141,7 +141,7 @@ class LoopSheet:
         wall_noise: Noise in the default wall at the centre, the noisiest of hands and axes.
         noise: Place -> the range of noise in the wall that is rendered there, of `DEFAULT_WALL` at most.
         noise_rad: Of one reading.
-        standing: (axis, hand) -> whether the default wall stands in the simulation.
+        default_wall_stable: (axis, hand) -> whether the default wall stands in the simulation.
         first_resonance: As built where that is known, else with the structure that the design requires, Hz.
         force_bandwidth: Along x at the centre, of the softest and the stiffest structure.
     """
@@ -157,7 +157,7 @@ class LoopSheet:
     wall_noise: NoiseFigures
     noise: dict[str, NoiseRange]
     noise_rad: float
-    standing: dict[tuple[str, str], bool]
+    default_wall_stable: dict[tuple[str, str], bool]
     first_resonance: float
     force_bandwidth: tuple[Bandwidth, Bandwidth]
 
@@ -167,9 +167,9 @@ class LoopSheet:
         return self.walls.loop
 
     @property
-    def shaken(self) -> list[tuple[str, str]]:
+    def unstable_cases(self) -> list[tuple[str, str]]:
         """Axis and hand with which the default wall does not stand."""
-        return [case for case, stands in self.standing.items() if not stands]
+        return [case for case, stands in self.default_wall_stable.items() if not stands]
 
 
 def loop_sheet(
@@ -208,7 +208,7 @@ def loop_sheet(
         for hand in (BARELY, *HANDS.values())
         for normal in AXES.values()
     ]
-    standing = {
+    default_wall_stable = {
         (axis, name): WallBench(machine, axis, hand, loop=loop).stands(DEFAULT_WALL)
         for axis in AXES
         for name, hand in HANDS.items()
@@ -227,7 +227,7 @@ def loop_sheet(
         ),
         noise={name: noise_range(machine, loop, p, noisy_walls(machine, walls.cap, p)) for name, p in found.items()},
         noise_rad=sensor_errors(machine, loop).noise,
-        standing=standing,
+        default_wall_stable=default_wall_stable,
         first_resonance=first_resonance(machine) if machine.structure is None else machine.structure.mode,
         force_bandwidth=force_bandwidth(machine, np.array(AXES["x"]), loop),
     )

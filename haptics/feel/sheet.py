@@ -208,8 +208,8 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
     """
     step, friction = DEFAULT_WALL * summaries["position_step"].worst[0], summaries["friction_min"].centre
     wall = f"A wall of {DEFAULT_WALL / MM_PER_M:g} N/mm at the centre "
-    with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in loop.shaken)
-    wall += f"buzzes: {with_whom}" if loop.shaken else "is steady with each hand of the set"
+    with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in loop.unstable_cases)
+    wall += f"buzzes: {with_whom}" if loop.unstable_cases else "is steady with each hand of the set"
     steady = loop.wall_noise.steady and all(one.most.steady for one in loop.noise.values())
     loudest = max(loop.noise.values(), key=lambda one: one.most.motion)
     force = max((one.most.force for one in loop.noise.values()), default=math.inf)
@@ -241,6 +241,6 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
         grain = "which is felt as grain"
     text = f"{wall}. One count of an encoder steps its force by up to {1e3 * step:.0f} mN, {grain} (from about "
     text += f"{1e3 * FELT:.0f} mN on a still handle; friction is {friction:.2f} N)."
-    good = not loop.shaken and steady and force <= FORCE and step < friction
+    good = not loop.unstable_cases and steady and force <= FORCE and step < friction
     short = "Yes." if not good else "Finely, for the most sensitive hands." if tremor else "No."
     return Answer("Does it buzz?", good and not tremor, short, text)

@@ -49,7 +49,7 @@ def stiffness_facts(name: str, result: Stiffness) -> dict[str, Any]:
         "damping_limit_N_s_per_m": result.cap.limit,
         "damping_applied_N_s_per_m": result.cap.applied(result.damping),
         "default_wall_N_per_mm": START * N_PER_MM,
-        "default_wall_oscillates_with": [{"axis": axis, "hand": hand} for axis, hand in result.shaken],
+        "default_wall_oscillates_with": [{"axis": axis, "hand": hand} for axis, hand in result.unstable_cases],
         "axes": {wall.axis: _axis_facts(wall) for wall in result.axes},
         "notes": list(NOTE),
     }

@@ -146,7 +146,7 @@ class Stiffness:
     cap: DampingCap
 
     @property
-    def shaken(self) -> list[tuple[str, str]]:
+    def unstable_cases(self) -> list[tuple[str, str]]:
         """Axis and hand with which the default wall does not stand."""
         return [(wall.axis, hand) for wall in self.axes for hand, stands in wall.steady.items() if not stands]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from delta_cad.common.jit import compiled, in_turn
+from delta_cad.common.jit import compiled, unrolled_dispatch
 from delta_cad.mechanism.enclosure.affine_form import SYMBOLS, lower, slope, upper
 
 # Columns of the list of margins: both bounds, the form's centre, and from 3 on its slopes in x, y, z.
@@ -59,5 +59,5 @@ def of_chains(margin: Any) -> tuple[Any, Any]:
     calls = [(margin, i) for i in range(3)]
     form = "{0}(pose, k, n, {1})"
     cut = f"count = keep(cuts, count, {form})\n    if count < 0: return count"
-    enclose = in_turn("pose, k, n, work, out, row", calls, f"store(out, row + {{1}}, {form})", store=store)
-    return enclose, in_turn("pose, k, n, work, cuts, count", calls, cut, "return count", keep=keep)
+    enclose = unrolled_dispatch("pose, k, n, work, out, row", calls, f"store(out, row + {{1}}, {form})", store=store)
+    return enclose, unrolled_dispatch("pose, k, n, work, cuts, count", calls, cut, "return count", keep=keep)

@@ -136,7 +136,7 @@ def test_whether_it_buzzes(found: Feel) -> None:
     summaries, loop = found.summaries, found.loop
     steady = buzzes(loop, summaries)  # not at the worst corner, with a structure that resonates in the band
     assert (steady.short, steady.good) == ("Finely, for the most sensitive hands.", False)
-    shaken = buzzes(replace(loop, standing={**loop.standing, ("x", "light"): False}), summaries)
+    shaken = buzzes(replace(loop, default_wall_stable={**loop.default_wall_stable, ("x", "light"): False}), summaries)
     assert (shaken.short, shaken.good) == ("Yes.", False)
     assert "x with the light hand" in shaken.text
     calm, still = NoiseFigures(0.01, 1e-8, True), NoiseFigures(0.005, 1e-9, True)
@@ -393,7 +393,7 @@ def test_exit_1_says_what_is_not_met(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("haptics.scenes.pictures.save", lambda *_: None)  # the pictures are another test's
-    shaken = replace(loop, standing={**loop.standing, ("x", "light"): False})
+    shaken = replace(loop, default_wall_stable={**loop.default_wall_stable, ("x", "light"): False})
     monkeypatch.setattr(haptics.feel.loops, "loop_sheet", lambda *_: shaken)
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 1
     assert "x with the light hand" in capsys.readouterr().err
