@@ -12,14 +12,7 @@ from hypothesis import strategies as st
 
 from delta_cad.export.drawings.paper.lettering import width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Item, Point, Stroke, crosses, overlap
-from delta_cad.export.drawings.views.leaders import (
-    Leader,
-    crossings,
-    lines_cross,
-    runs_along,
-    unrolled_dispatch,
-    untangled,
-)
+from delta_cad.export.drawings.views.leaders import Leader, crossings, in_turn, lines_cross, runs_along, untangled
 from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread, spread_within
 from tests.designs import UNTIMED
 
@@ -146,9 +139,9 @@ def test_a_band_that_cannot_give_way_goes_first() -> None:
         tried.append(len(leaders))
         return beside(leaders)
 
-    assert unrolled_dispatch([counted, over], [(1, 0), (0, 1)]) == ["beside", "over"]
+    assert in_turn([counted, over], [(1, 0), (0, 1)]) == ["beside", "over"]
     assert tried == [1, 0]  # after the other band, then before it
-    assert unrolled_dispatch([counted, over], [(0, 1), (1, 0)]) == ["beside", "over"]
+    assert in_turn([counted, over], [(0, 1), (1, 0)]) == ["beside", "over"]
     assert tried == [1, 0, 0]  # no second turn where the first will do
     assert crossings([level, ((5.0, 9.0), (5.0, 1.0))]) == 1
 
