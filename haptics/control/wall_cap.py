@@ -1,7 +1,7 @@
 """How hard a wall the loop bears at a pose: the closed form by which a tick holds every virtual wall down.
 
 A sampled wall takes energy away by the device's friction and the wall's damping and gives some by what a sample costs,
-half a period, delay and current lag: `b + B >= K (T / 2 + delay + lag)`, whatever hand holds it (`stability.walls`).
+half a period, delay and current lag: `b + B >= K (T / 2 + delay + lag)`, whatever hand holds it (`loop.walls`).
 Friction at the handle along n is that of the joints over `q = |J^T n|^2`, and J is known at every tick, so
 
     K <= share (friction / q + B) / cost

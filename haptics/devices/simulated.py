@@ -19,7 +19,7 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles
 from haptics.model.sensor import EXACT, SensorErrors, reading
 
-STEP_S = 5e-5  # of the simulation, somewhat less than in `stability.wall_trial`
+STEP_S = 5e-5  # of the simulation, somewhat less than in `loop.wall_trial`
 MIDDLE = 0.5  # place of the encoders' counts: a count is read about its middle
 
 

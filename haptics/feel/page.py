@@ -33,9 +33,8 @@ WIDTH = 110
 
 def map_values(sheet: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """x, y, z (mm) and values (3, ny, nx) of a quantity's map, in its unit."""
-    values = sheet.walls if quantity.name == "wall" else sheet.slices.named()[quantity.name]
-    p = MM_PER_M * sheet.slices.position
-    return p[0, 0, :, 0], p[0, :, 0, 1], p[:, 0, 0, 2], quantity.factor * values
+    p = MM_PER_M * sheet.positions
+    return p[0, 0, :, 0], p[0, :, 0, 1], p[:, 0, 0, 2], quantity.factor * sheet.slices[quantity.name]
 
 
 def feel_facts(sheet: Feel) -> dict[str, Any]:

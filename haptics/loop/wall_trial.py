@@ -174,7 +174,7 @@ class WallBench:
         self.still = np.zeros((ticks, 3))
 
     def stands(self, stiffness: float) -> bool:
-        """Whether a wall of this stiffness (N/m) is stable, for `wall_limit.search`; a trial takes some 40 ms."""
+        """Whether a wall of this stiffness (N/m) is stable, for `walls.search`; a trial takes some 40 ms."""
         return self.trial(stiffness).stable
 
     def trial(self, stiffness: float) -> WallTrial:

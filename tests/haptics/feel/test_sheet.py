@@ -88,12 +88,12 @@ def test_summary_is_of_the_cube(machine: MachineModel, found: Feel) -> None:
 
 def test_the_wall_that_is_told_is_the_one_that_the_tick_renders(machine: MachineModel, found: Feel) -> None:
     """In the direction in which it renders least, with the cap that `firmware` writes: asked for 1000 N/mm."""
-    assert found.walls.shape == found.slices.position.shape[:-1]
+    assert found.slices["wall"].shape == found.positions.shape[:-1]
     assert found.summaries["wall"].worst[0] >= 2000.0
     controller = board_controller(machine, energy=1e3, energy_start=1e3)._replace(walls=proven_cap(machine))
     rng = np.random.default_rng(2)
     places = [(found.summaries["wall"].worst[1], found.summaries["wall"].worst[0])]
-    places += [(found.slices.position[k], found.walls[k]) for k in ((0, 20, 20), (1, 3, 30), (2, 40, 0))]
+    places += [(found.positions[k], found.slices["wall"][k]) for k in ((0, 20, 20), (1, 3, 30), (2, 40, 0))]
     for p, told in places:
         theta, out, least = inverse_kinematics(machine.geometry, p), np.zeros(3), np.inf
         columns = jacobian(machine.geometry, p)

@@ -59,7 +59,7 @@ def test_it_is_made_of_the_count_and_the_jacobian_of_haptics(best: Design) -> No
     machine = scene_machine(best)
     assert known_joints(best)["encoder_count"] == encoder_count(machine) == joint_drive(machine).count
     p = np.random.default_rng(7).uniform(best.workspace.lower, best.workspace.upper, (200, 3))
-    alone = feel_at(machine, joint_drive(machine), p).position_step  # one encoder's count, the others at rest
+    alone = feel_at(machine, joint_drive(machine), p)["position_step"]  # one encoder's count, the others at rest
     step = position_step(best.geometry, p, encoder_count(machine))
     assert (alone <= step).all()
     assert (step <= 3.0 * alone).all()
