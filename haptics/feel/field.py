@@ -99,8 +99,8 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> dict[str, np.n
         p: (..., 3) platform centre, m.
 
     Returns:
-        (...) of each of `summary.QUANTITIES` but the wall, by its name, SI. A mass along an axis is that with the others
-        free; a force is negative where the joints cannot even hold the weight.
+        (...) of each of `summary.QUANTITIES` but the wall, by its name, SI. A mass along an axis is that with the
+        others free; a force is negative where the joints cannot even hold the weight.
 
     Raises:
         UnreachableError: A position cannot be reached.
