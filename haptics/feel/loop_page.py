@@ -178,7 +178,7 @@ def loop_markdown(
         "",
         "| figure | value | meaning |",
         "|---|---:|---|",
-        f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_told(sheet.wall_noise)} | "
+        f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_rms_text(sheet.wall_noise)} | "
         f"limits: {FORCE:g} N and {1e6 * MOTION:g} um; sensitive hands feel {1e6 * LEAST_FELT:g} um |",
         *(
             f"| noise in the wall that is rendered, {place} | {_ranged(one)} | {_calm(one)} |"
@@ -280,5 +280,5 @@ def _slashes(walls: StiffnessLimits) -> str:
     return " / ".join(f"{N_PER_MM * getattr(walls, name):.1f}" for name in FOUR)
 
 
-def _told(figures: NoiseFigures) -> str:
+def _rms_text(figures: NoiseFigures) -> str:
     return f"{figures.force:.3f} N, {1e6 * figures.motion:.3f} um rms" if figures.steady else "not stable"
