@@ -64,7 +64,9 @@ def inlined(function: Callable[..., Any]) -> Any:
     return Compiled(function, forceinline=True, _nrt=False)
 
 
-def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: str = "return", **others: Any) -> Any:
+def unrolled_dispatch(
+    arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: str = "return", **others: Any
+) -> Any:
     """Compiles a function that makes one call after the other: how compiled code goes through a registry.
 
     A loop over functions is no compiled code; so the function is written here, a line a call, as if by hand. Its text

@@ -117,7 +117,7 @@ class Panel(Section):
 
 
 class Loop(Section):
-    """The sampled loop of the controller; what is left out is as in the board loop of `haptics/simulation/loops.py`."""
+    """The sampled loop of the controller; what is left out is as in the board loop of `haptics/loop/choice.py`."""
 
     rate_Hz: float | None = Field(default=None, ge=100, le=1e5, description="ticks of the controller a second")
     delay_ticks: float | None = Field(

@@ -1,9 +1,9 @@
 """The parameters that explain measured poses best, how sure each is, and what the poses say nothing of.
 
 Weighted least squares of positions: each row is divided by what the noise of positions and of readings explains of it.
-What parts are made to weighs in as one more measurement of each parameter, so that what poses do not tell stays as
-drawn. `Fit.told` has the singular values of the poses' equations with every parameter in units of that, and with the
-tracker's frame taken out: below 1 the drawing says more of a direction than the poses do.
+Manufacturing tolerances weigh in as one more measurement of each parameter, so that what poses do not determine stays
+as drawn. `Fit.singular_values` are those of the poses' equations with every parameter in units of its tolerance, and
+with the tracker's frame taken out: below 1 the drawing says more of a direction than the poses do.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.poses import Poses
 from haptics.calibration.unknowns import COUNT, WAVE_SIGMA, ZERO, Unknowns, nominal, sigmas
 
-ALWAYS_HIDDEN = 3  # of the unknowns: the sum of each chain's two radii
+UNIDENTIFIABLE = 3  # of the unknowns: the sum of each chain's two radii
 SPARE = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
 # Of a tracker's frame beyond the closest one: so wide that it says nothing, and yet finite where nothing else does.
 TURN_SIGMA, SHIFT_SIGMA = 0.3, 0.1
@@ -83,7 +83,7 @@ class Fit:
         unknowns: The parameters.
         frame: The positions' frame.
         sigma: (3, 11) standard deviation of each parameter; larger by the misfit, where that is above 1.
-        told: (k,) singular values of what the poses tell, largest first, and 0 for what they cannot.
+        singular_values: (k,) of the poses' equations, largest first, and 0 for what no pose tells.
         directions: (33, 33) as rows the combinations of parameters that they tell, in units of `sigmas`.
         before: (n,) distance of each pose from where the drawn device has its readings, m; NaN where it has none.
         after: (n,) from the calibrated one, m.
@@ -97,7 +97,7 @@ class Fit:
     unknowns: Unknowns
     frame: Frame
     sigma: np.ndarray
-    told: np.ndarray
+    singular_values: np.ndarray
     directions: np.ndarray
     before: np.ndarray
     after: np.ndarray
@@ -122,7 +122,7 @@ class Fit:
 
 def poses_needed(own_frame: bool) -> int:
     """Computes how many poses the parameters need: three equations a pose, and some to spare."""
-    unknown = 3 * COUNT - ALWAYS_HIDDEN + (6 if own_frame else 0)
+    unknown = 3 * COUNT - UNIDENTIFIABLE + (6 if own_frame else 0)
     return math.ceil(unknown / 3) + SPARE
 
 
@@ -145,16 +145,13 @@ def fit(
         own_frame: Whether positions are in a frame of their own, which is sought, too.
         wave: Standard deviation of an encoder's wave before it is measured, rad.
 
-    Returns:
-        The fit.
-
     Raises:
         FitError: There are too few poses, the drawn device cannot be at one of them, or no device like it has them.
     """
     noise = Noise() if noise is None else noise
     count, needed = len(poses.positions), poses_needed(own_frame)
     if count < needed:
-        unknowns = f"{3 * COUNT - ALWAYS_HIDDEN} identifiable parameters{' and a frame' if own_frame else ''}"
+        unknowns = f"{3 * COUNT - UNIDENTIFIABLE} identifiable parameters{' and a frame' if own_frame else ''}"
         raise FitError(f"{count} poses; at least {needed} are needed for {unknowns}, {SPARE} of them to judge the fit")
     drawn = nominal(g, turns)
     scale, frame = sigmas(wave).ravel(), Frame(np.eye(3), np.zeros(3), own_frame)
@@ -185,12 +182,12 @@ def fit(
     if own_frame:
         q, _ = np.linalg.qr(jacobian[:rows, 3 * COUNT :])
         data = data - q @ (q.T @ data)
-    _, told, directions = np.linalg.svd(data, full_matrices=False)
+    _, singular_values, directions = np.linalg.svd(data, full_matrices=False)
     return Fit(
         unknowns=unknowns,
         frame=frame,
         sigma=(np.sqrt(np.diag(covariance)) * scale)[: 3 * COUNT].reshape(3, COUNT),
-        told=told,
+        singular_values=singular_values,
         directions=directions,
         before=before,
         after=np.linalg.norm(problem.apart(x), axis=1),

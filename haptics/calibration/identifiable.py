@@ -1,4 +1,4 @@
-"""What poses do not tell, in words: parameters that act alike, and those that the poses are too close together for."""
+"""Unobservable parameters: those that act alike, and those that the poses are too close together for."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SHARE = 0.1  # of a parameter that has to lie in what is not told for it to be n
 
 
 @dataclass(frozen=True)
-class Hidden:
+class Unobservable:
     """Parameters of which some combinations are not told.
 
     Attributes:
@@ -45,23 +45,20 @@ class Hidden:
         )
 
 
-def hidden(found: Fit) -> list[Hidden]:
-    """Finds what the poses do not tell.
-
-    Args:
-        found: The fit.
+def unobservable(found: Fit) -> list[Unobservable]:
+    """Finds the parameters that the poses do not determine.
 
     Returns:
         Groups of parameters that hang together, those that no poses would tell first.
     """
-    told, rows = found.told, found.directions
+    told, rows = found.singular_values, found.directions
     missing = np.linalg.svd(rows)[2][len(told) :]  # where there are fewer equations than parameters
     never = np.vstack([rows[told < NEVER], missing])
     weak = rows[(told >= NEVER) & (told < DRAWN)]
     return [*_groups(never, True), *_groups(weak, False)]
 
 
-def _groups(rows: np.ndarray, never: bool) -> Iterator[Hidden]:
+def _groups(rows: np.ndarray, never: bool) -> Iterator[Unobservable]:
     """Groups of parameters that a space of directions (k, 33) ties together."""
     shared = rows.T @ rows
     left = [k for k in range(len(shared)) if shared[k, k] > SHARE]
@@ -79,4 +76,4 @@ def _groups(rows: np.ndarray, never: bool) -> Iterator[Hidden]:
         values, vectors = np.linalg.eigh(shared[np.ix_(members, members)])
         count = max(1, round(float(values.sum())))
         moves = tuple(float(v) for v in vectors[:, -1]) if count == 1 else ()
-        yield Hidden(tuple(names[k] for k in members), count, never, moves)
+        yield Unobservable(tuple(names[k] for k in members), count, never, moves)

@@ -43,9 +43,6 @@ def load_poses(path: Path) -> Poses:
     Args:
         path: Its first line has exactly `COLUMNS`, in any order.
 
-    Returns:
-        The poses.
-
     Raises:
         PosesError: It cannot be read, has other columns, a row of other length, or a cell that is no finite number
             within bounds.

@@ -18,7 +18,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from haptics.calibration.accuracy import Accuracy
 from haptics.calibration.fit import Fit
-from haptics.calibration.identifiable import hidden
+from haptics.calibration.identifiable import unobservable
 from haptics.calibration.unknowns import ANGLES, LENGTHS, NAMES, Unknowns, nominal
 
 SCHEMA = "delta-calibration/1"
@@ -80,7 +80,7 @@ def calibration_of(design: Design, found: Fit, poses: int, expected: Accuracy) -
         "predicted_worst_y_mm": y,
         "predicted_worst_z_mm": z,
     }
-    said = tuple(str(one) for one in hidden(found))
+    said = tuple(str(one) for one in unobservable(found))
     return Calibration(design.name, design_hash(design), found.unknowns, found.sigma, said, figures)
 
 
@@ -113,9 +113,6 @@ def load_calibration(path: Path, design: Design) -> Calibration:
     Args:
         path: The file.
         design: The device's design.
-
-    Returns:
-        The calibration.
 
     Raises:
         CalibrationError: It cannot be read, is of another design, lacks a key or has an unknown one, or a number is not

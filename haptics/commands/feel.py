@@ -24,8 +24,8 @@ def run(given: argparse.Namespace) -> int:
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import feel
     from haptics.feel.summary import QUANTITIES
+    from haptics.loop.choice import chosen_loop
     from haptics.model.machine import load_machine
-    from haptics.simulation.loops import chosen_loop
 
     machine = load_machine(given.design, given.mass_properties, given.catalogue)
     loop = chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
@@ -35,9 +35,8 @@ def run(given: argparse.Namespace) -> int:
         with ProgressLine() as line:
             sheet = feel(machine, lambda m: loop_sheet(m, loop, line.show), line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
-            from haptics.feel.loop_pictures import impedance, z_width
-            from haptics.feel.maps import feel_map
-            from haptics.scenes.pictures.style import save
+            from haptics.feel.pictures import feel_map, impedance, z_width
+            from haptics.scenes.pictures import save
 
             line.show("maps")
             with whole_folder(place) as folder:
@@ -61,7 +60,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(
             f"the joints give {force:.2f} N continuously in every direction, {wanted:g} N are required", NOT_MET
         )
-    if sheet.loop.shaken:
-        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in sheet.loop.shaken)
+    if sheet.loop.unstable_cases:
+        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in sheet.loop.unstable_cases)
         return refuse(f"the default wall oscillates: {says}", NOT_MET)
     return DONE

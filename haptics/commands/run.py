@@ -78,8 +78,8 @@ def run(given: argparse.Namespace) -> int:
     from haptics.devices.api import opened_device
     from haptics.devices.device import DeviceError
     from haptics.devices.recording import RecordingError
+    from haptics.loop.choice import chosen_loop
     from haptics.model.machine import load_machine
-    from haptics.simulation.loops import chosen_loop
 
     machine = load_machine(given.design, given.mass_properties, given.catalogue)
     if given.record is not None:
@@ -114,8 +114,8 @@ def _driven(machine: MachineModel, device: Device, given: argparse.Namespace) ->
     from haptics.devices.device import DeviceLostError
     from haptics.devices.host import Host
     from haptics.devices.recording import Forgetful, Recorder, save_recording
-    from haptics.simulation.hardware import board_controller
-    from haptics.stability.wall_share import proven_cap
+    from haptics.loop.hardware import board_controller
+    from haptics.loop.walls import proven_cap
 
     period = _period(device, given)
     loop = loop_of(machine.design, device, period)
@@ -156,12 +156,12 @@ def laws_of(machine: MachineModel, scene: str, loop: Any) -> Any:
         scene: One of `SCENES`.
         loop: The loop, a `LoopChoice`.
     """
+    from haptics.loop.walls import capped, centre_and_corners, computed_wall
     from haptics.rendering.laws.constant_force import ConstantForce
     from haptics.rendering.laws.home import Home
     from haptics.rendering.laws.operating_resistance import OperatingResistance
     from haptics.rendering.laws.spring import SpringDamper
     from haptics.rendering.laws.virtual_wall import AXES, VirtualWall
-    from haptics.stability.walls import capped, centre_and_corners, computed_wall
 
     middle = machine.centre
     if scene == "none":

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +13,9 @@ from delta_cad.common.options import JSON, OUT_FOLDER, SEED, Option, number
 from haptics.commands.device import DEVICE_OPTIONS, LOOP_OPTIONS, loop_given
 
 if TYPE_CHECKING:
+    from haptics.loop.choice import LoopChoice
     from haptics.model.machine import MachineModel
     from haptics.scenes.record import Scene
-    from haptics.simulation.loops import LoopChoice
 
 NAME = "simulate"
 TEXT = "simulate a scene: operating resistance, way home, virtual walls, or encoder noise"
@@ -87,7 +86,7 @@ def _loop(machine: MachineModel, given: argparse.Namespace) -> LoopChoice:
     """The paper loop for its figures unless an option chooses another; the device's own for noise."""
     from dataclasses import replace
 
-    from haptics.simulation.loops import PAPER, chosen_loop
+    from haptics.loop.choice import PAPER, chosen_loop
 
     if given.scene == "noise" or loop_given(given):
         return chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
@@ -118,8 +117,7 @@ def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, lin
     """The scene with other assumptions' cases among its facts and in its discussion."""
     from dataclasses import asdict, replace
 
-    from haptics.scenes.figures_differ import figure_cases, figure_discussion
-    from haptics.scenes.wall_differs import cases, discussion
+    from haptics.scenes.differs import cases, discussion, figure_cases, figure_discussion
 
     hand, delay = given.hand or "medium", given.delay / MS_PER_S
 
@@ -148,8 +146,8 @@ def _plain(value: Any) -> Any:
 def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene, loop: LoopChoice) -> dict[str, Any]:
     from delta_cad.design import design_hash
     from haptics.gravity.published import of_published_lengths
-    from haptics.simulation.assumptions import encoder_count, nominal_plant
-    from haptics.simulation.loop import SUBSTEPS
+    from haptics.loop.assumptions import encoder_count, nominal_plant
+    from haptics.loop.simulation import SUBSTEPS
 
     par = nominal_plant(machine)
     return {
@@ -182,7 +180,7 @@ def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene, loop:
 def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, Any], plot: bool) -> dict[str, Any]:
     """Writes everything, whole or not at all, and returns what was written."""
     from delta_cad.common.files import whole_folder
-    from haptics.simulation.series import write_csv, write_parquet
+    from haptics.scenes.record import write_csv, write_parquet
 
     with whole_folder(folder) as part:
         (part / "series").mkdir()
@@ -193,10 +191,9 @@ def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, A
         names = [f"series/{run.name}.csv" for run in scene.runs]
         names += [f"series/{run.name}.parquet" for run in scene.runs] if parquet else []
         if plot:
-            from haptics.scenes.pictures.style import save
+            from haptics.scenes.pictures import PICTURES, save
 
-            picture = import_module(f"haptics.scenes.pictures.{scene.name}").picture
-            save(picture(scene, machine.design.name), part / f"{scene.name}.png")
+            save(PICTURES[scene.name](scene, machine.design.name), part / f"{scene.name}.png")
             names.append(f"{scene.name}.png")
         files = {"folder": str(folder), "names": ["facts.json", *names], "parquet": parquet}
         text = json.dumps({**facts, "files": files}, indent=1, allow_nan=False)

@@ -37,12 +37,12 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import require_room, write_whole
+    from haptics.loop.choice import chosen_loop, other_drives
+    from haptics.loop.page import FOUR_TEXT, stiffness_facts, stiffness_text, walls_facts, walls_text
+    from haptics.loop.stiffness import largest_walls
+    from haptics.loop.walls import WallStability
     from haptics.model.machine import load_machine
     from haptics.rendering.laws.virtual_wall import AXES
-    from haptics.simulation.loops import chosen_loop, other_drives
-    from haptics.stability.page import FOUR_TEXT, stiffness_facts, stiffness_text, walls_facts, walls_text
-    from haptics.stability.stiffness import largest_walls
-    from haptics.stability.walls import WallAt
 
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:
@@ -57,7 +57,7 @@ def run(given: argparse.Namespace) -> int:
             four = []
             for loop in (chosen, other_drives(chosen)):
                 line.show(f"walls of the {loop.name} loop")
-                four.append((loop, {a: WallAt(machine, loop, normal=n).walls() for a, n in AXES.items()}))
+                four.append((loop, {a: WallStability(machine, loop, normal=n).walls() for a, n in AXES.items()}))
             walls = largest_walls(
                 machine,
                 damping=given.damping or 0.0,
@@ -72,7 +72,7 @@ def run(given: argparse.Namespace) -> int:
     write_whole(place, written + "\n")
     tables = [line for loop, found in four for line in ("", *walls_text(loop, found))]
     print(written if given.json else "\n".join([stiffness_text(name, walls), *tables, FOUR_TEXT]))
-    if not walls.shaken:
+    if not walls.unstable_cases:
         return DONE
-    says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.shaken)
+    says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.unstable_cases)
     return refuse(f"the default wall oscillates: {says}", NOT_MET)

@@ -21,7 +21,7 @@ from haptics.control.supervisor.faults import State
 from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.memory import STATE, reset_memory
 from haptics.control.supervisor.supervisor import check, findings_left_out, left_out, limit
-from haptics.control.wall_cap import UNCAPPED, WallCap, borne_force
+from haptics.control.wall_cap import UNCAPPED, WallCap, capped_force
 
 # Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), the torque of it that fits
 # (N m), limit of each joint (N m).
@@ -67,14 +67,7 @@ class Memory(NamedTuple):
 
 
 def fresh(controller: Controller) -> Memory:
-    """The memory of a controller that has just been switched on, disabled.
-
-    Args:
-        controller: The controller.
-
-    Returns:
-        The memory.
-    """
+    """The memory of a controller that has just been switched on, disabled."""
     return Memory(fresh_memory(controller.estimator), reset_memory(controller.limits), np.zeros(WORK))
 
 
@@ -109,7 +102,7 @@ def tick(controller, memory, laws, now, theta, readings, fresh, out):
         vz += work[i, 2] * rate
     work[VELOCITY, 0], work[VELOCITY, 1], work[VELOCITY, 2] = vx, vy, vz
     px, py, pz = work[POSITION, 0], work[POSITION, 1], work[POSITION, 2]
-    fx, fy, fz, work[TOUCHED] = borne_force(controller.walls, work, laws, px, py, pz, vx, vy, vz)
+    fx, fy, fz, work[TOUCHED] = capped_force(controller.walls, work, laws, px, py, pz, vx, vy, vz)
     wanted = math.sqrt(fx * fx + fy * fy + fz * fz)
     if wanted > controller.force:
         scale = controller.force / wanted

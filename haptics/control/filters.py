@@ -73,9 +73,6 @@ def backward_difference(period: float) -> Estimator:
     Args:
         period: T, s.
 
-    Returns:
-        The estimator.
-
     Raises:
         ValueError: The period is not finite and positive.
     """
@@ -88,9 +85,6 @@ def low_pass(period: float, corner: float) -> Estimator:
     Args:
         period: T, s.
         corner: Frequency at which the continuous filter lets 1/sqrt(2) through, Hz.
-
-    Returns:
-        The estimator.
 
     Raises:
         ValueError: A figure is not finite and positive.
@@ -107,9 +101,6 @@ def foaw(period: float, band: float, window: int, *, best_fit: bool = False) -> 
         band: Noise band; one step of the encoder. Unit of the positions.
         window: Longest window, periods, 1 to WINDOW_MAX.
         best_fit: Slope by least squares over the window, in place of the line through its ends.
-
-    Returns:
-        The estimator.
 
     Raises:
         ValueError: A figure is out of its bounds.

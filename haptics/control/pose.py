@@ -53,9 +53,6 @@ def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, 
         geometry: The mechanism.
         masses: Masses of the moving bodies.
         gravity_vector: (3,) in the base frame, m/s^2.
-
-    Returns:
-        The model.
     """
     gx, gy, gz = (float(g) for g in gravity_vector)
     return Model(

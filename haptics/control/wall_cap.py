@@ -1,19 +1,20 @@
 """How hard a wall the loop bears at a pose: the closed form by which a tick holds every virtual wall down.
 
 A sampled wall takes energy away by the device's friction and the wall's damping and gives some by what a sample costs,
-half a period, delay and current lag: `b + B >= K (T / 2 + delay + lag)`, whatever hand holds it (`stability.walls`).
+half a period, delay and current lag: `b + B >= K (T / 2 + delay + lag)`, whatever hand holds it (`loop.walls`).
 Friction at the handle along n is that of the joints over `q = |J^T n|^2`, and J is known at every tick, so
 
     K <= share (friction / q + B) / cost
 
 Damping is rendered late, too, through the filter of the rates, and gives energy where little mass is behind it: it is
-held to `HEAVIEST inertia / (q late)`, since at the frequencies where it turns round the knob swings on the structure
-and only the joints are left. Up to that, at least the loop's own damping is given to each wall, within its blend.
+held to `MAX_DAMPING_RATIO inertia / (q late)`, since at the frequencies where it turns round the knob swings on the
+structure and only the joints are left. Up to that, at least the loop's own damping is given to each wall, within its
+blend.
 
-Several walls that are touched at once share the joints' friction: with `m = J^T n` of each they are borne while no
+Simultaneous contacts share the joints' friction: with `m = J^T n` of each they are stable while no
 eigenvalue of `sum (K cost - B) m m^T` is above it. That is 1 for orthogonal walls where J J^T is diagonal, as in the
 cube's centre, and twice as much for two walls in one plane. All walls that are touched are scaled down by one factor so
-that together they cost at most `JOINTLY` times what one alone may. Importing this module loads numba.
+that together they cost at most `MULTI_CONTACT_FACTOR` times what one alone may. Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -27,9 +28,12 @@ from haptics.rendering.laws import virtual_wall
 from haptics.rendering.laws.virtual_wall import BLEND, DAMPING, NORMAL, STIFFNESS
 from haptics.rendering.registry import LAWS, force_of
 
-SHARE = 0.7  # of what is computed that is rendered: 3 dB, for hands, friction and delays that are not in the set
-HEAVIEST = 0.08  # Virtual damping times its lag over the joints' mass; more makes the structure swing
-JOINTLY = 1.3  # of what one wall may cost the joints that all together may: 0.91 of what is computed
+# Share of a stable wall that is rendered: 3 dB, for hands, friction and delays that are not in the set.
+STABILITY_MARGIN = 0.7
+MAX_DAMPING_RATIO = 0.08  # Virtual damping times its lag over the joints' mass; more makes the structure swing
+# Stiffness of simultaneous contacts together over that of a single one, by what they cost the joints: 0.91 of what is
+# computed.
+MULTI_CONTACT_FACTOR = 1.3
 WALL = next(kind for kind, law in LAWS.items() if law is virtual_wall.LAW)
 
 
@@ -69,7 +73,7 @@ def lever(jacobian, laws, i):
 
 
 @compiled
-def borne(cap, laws, i, q):
+def stable_wall(cap, laws, i, q):
     """What of a wall is rendered at a pose.
 
     Args:
@@ -83,7 +87,7 @@ def borne(cap, laws, i, q):
     """
     if not cap.share > 0.0:
         return laws[i, STIFFNESS], laws[i, DAMPING], laws[i, BLEND]
-    damping = min(max(laws[i, DAMPING], cap.damping), HEAVIEST * cap.inertia / (q * cap.late))
+    damping = min(max(laws[i, DAMPING], cap.damping), MAX_DAMPING_RATIO * cap.inertia / (q * cap.late))
     stiffness = min(laws[i, STIFFNESS], cap.share * (cap.friction / q + damping) / cap.cost)
     return stiffness, damping, min(laws[i, BLEND], cap.blend)
 
@@ -111,7 +115,7 @@ def largest(xx, yy, zz, xy, xz, yz):
 
 
 @compiled
-def borne_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
+def capped_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
     """Force of all laws on the handle, walls held to what the loop bears, and whether one of them is touched.
 
     Args:
@@ -136,7 +140,7 @@ def borne_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
             depth = virtual_wall.depth_in(laws, i, px, py, pz)
             if depth > 0.0 and gain > 0.0:
                 a, b, c = lever(jacobian, laws, i)
-                stiffness, damping, blend = borne(cap, laws, i, a * a + b * b + c * c)
+                stiffness, damping, blend = stable_wall(cap, laws, i, a * a + b * b + c * c)
                 fx, fy, fz = virtual_wall.push(laws, i, depth, vx, vy, vz, stiffness, damping, blend)
                 wx += gain * fx
                 wy += gain * fy
@@ -155,7 +159,7 @@ def borne_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
             sy += gain * fy
             sz += gain * fz
     if touched > 1.0 and cap.share > 0.0:
-        most, needed = JOINTLY * cap.share * cap.friction, largest(xx, yy, zz, xy, xz, yz)
+        most, needed = MULTI_CONTACT_FACTOR * cap.share * cap.friction, largest(xx, yy, zz, xy, xz, yz)
         if needed > most:
             wx, wy, wz = wx * (most / needed), wy * (most / needed), wz * (most / needed)
     return sx + wx, sy + wy, sz + wz, min(touched, 1.0)

@@ -26,10 +26,10 @@ from haptics.devices.link import UdpLink
 from haptics.devices.recorded import RecordedDevice
 from haptics.devices.remote import RemoteDevice
 from haptics.devices.simulated import simulated_machine
+from haptics.loop.choice import LoopChoice, chosen_loop
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel, load_machine
 from haptics.rendering.laws.constant_force import FORCE, ConstantForce
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import LoopChoice, chosen_loop
 
 KINDS = ("simulated", "socket", "recorded")
 WAIT_S = 0.1  # for a board's STATE; a program that is slower than a period is late, not lost
@@ -185,7 +185,32 @@ def open_device(
     rate_Hz: float = 1000.0,
     allow_remote: bool = False,
 ) -> HapticDevice:
-    """Opens a device; see `haptics.open`."""
+    """Opens a haptic device.
+
+        with haptics.open("best.json", "socket", port=5005) as device:
+            while True:
+                device.set_force(-300.0 * (device.position() - centre))
+
+    Args:
+        design: Design file.
+        device: "simulated", "socket" for a board, "recorded".
+        host: Numeric address of a board.
+        port: Its port.
+        recording: File of a recorded device.
+        calibration: `calibration.json` of this one device.
+        masses: `mass_properties.json`; None for `out/<name>/mass_properties.json`.
+        rate_Hz: Ticks a second of a simulated device; a board has its own, a recording the one given.
+        allow_remote: Whether the board may be at the end of a cable, not on this machine: the protocol has no password,
+            so use a cable of its own.
+
+    Returns:
+        The device, a context manager, its force on.
+
+    Raises:
+        DesignError, MassError, CalibrationError, RecordingError: A file is refused.
+        ValueError: An argument is.
+        DeviceError: No board answers, or it refuses.
+    """
     machine = load_machine(Path(design), None if masses is None else Path(masses))
     opened = opened_device(
         machine, device, host=host, port=port, recording=recording, calibration=calibration, rate_Hz=rate_Hz,

@@ -110,9 +110,6 @@ def load_recording(path: str | Path) -> Recording:
     Args:
         path: Ends in .csv or .npz.
 
-    Returns:
-        The recording.
-
     Raises:
         RecordingError: It cannot be read, is too large, has other columns, a row that is not numbers, or a time that
             does not grow.

@@ -10,16 +10,16 @@ from numpy.typing import ArrayLike
 
 from delta_cad.common.jit import compiled
 from haptics.devices.device import DeviceError, Reading, three_torques
+from haptics.loop.assumptions import encoder_count
+from haptics.loop.choice import chosen_loop
+from haptics.loop.hardware import reading_age, real_plant, sensor_errors
+from haptics.loop.simulation import timing
 from haptics.model.drive_train import TWIST
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles
 from haptics.model.sensor import EXACT, SensorErrors, reading
-from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
-from haptics.simulation.loop import timing
-from haptics.simulation.loops import chosen_loop
 
-STEP_S = 5e-5  # of the simulation, somewhat less than in `stability.wall_trial`
+STEP_S = 5e-5  # of the simulation, somewhat less than in `loop.wall_trial`
 MIDDLE = 0.5  # place of the encoders' counts: a count is read about its middle
 
 

@@ -21,7 +21,7 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -65,61 +65,7 @@ class Drive:
     cogging: float
 
 
-@dataclass(frozen=True)
-class FeelField:
-    """Figures at positions; each (...) unless said.
-
-    Attributes:
-        position: (..., 3) m.
-        mass_min: Smallest effective mass of all directions, kg.
-        mass_max: Largest, kg.
-        mass_axes: (..., 3) along x, y, z with the others free, kg.
-        isotropy: Smallest over largest effective mass.
-        friction_min: Coulomb friction at the handle in the best direction of motion, N; also the smallest force that
-            moves a handle at rest.
-        friction_max: Coulomb friction in the worst direction, N.
-        position_step: Handle's way for one count of the encoder that moves it most, m.
-        force_step: Change of the force for one step of the torque command that changes it most, N.
-        force_continuous: Force that is there in every direction for ever, gravity held, N; negative where the joints
-            cannot even hold that.
-        force_peak: Force that is there in every direction for a moment, N.
-        force_peak_best: Force for a moment in the best direction, N.
-        force_motor: In every direction for a moment, if the controller let the motors go to their own limit, N.
-        acceleration: Of the free handle for a moment that is there in every direction, m/s^2.
-        dynamic_range: Continuous force in every direction over friction in the worst.
-        gravity: Largest torque of a joint that holds the weight, N m.
-        ripple_still: Largest ripple at the handle in any direction while the weight alone is held, N.
-        ripple_force: The same at the continuous torque of all joints, N.
-    """
-
-    position: np.ndarray
-    mass_min: np.ndarray
-    mass_max: np.ndarray
-    mass_axes: np.ndarray
-    isotropy: np.ndarray
-    friction_min: np.ndarray
-    friction_max: np.ndarray
-    position_step: np.ndarray
-    force_step: np.ndarray
-    force_continuous: np.ndarray
-    force_peak: np.ndarray
-    force_peak_best: np.ndarray
-    force_motor: np.ndarray
-    acceleration: np.ndarray
-    dynamic_range: np.ndarray
-    gravity: np.ndarray
-    ripple_still: np.ndarray
-    ripple_force: np.ndarray
-
-    def named(self) -> dict[str, np.ndarray]:
-        """Each figure's array by its name, the axes' masses as three."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        del values["position"]
-        masses = values.pop("mass_axes")
-        return values | {f"mass_{axis}": masses[..., k] for k, axis in enumerate("xyz")}
-
-
-def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
+def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> dict[str, np.ndarray]:
     """Computes mass, friction, resolution and force at positions.
 
     Args:
@@ -128,7 +74,8 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
         p: (..., 3) platform centre, m.
 
     Returns:
-        The figures.
+        (...) of each of `summary.QUANTITIES` but the wall, by its name, SI. A mass along an axis is that with the
+        others free; a force is negative where the joints cannot even hold the weight.
 
     Raises:
         UnreachableError: A position cannot be reached.
@@ -144,26 +91,25 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
     corners = drive.peak * SIGNS - gravity[..., None, :]  # (..., 8, chain)
     continuous = inscribed_ball(columns, gravity, drive.continuous)
     friction = worst_friction(machine, p, rows, drive.coulomb)
-    return FeelField(
-        position=p,
-        mass_min=eigenvalues[..., 0],
-        mass_max=eigenvalues[..., 2],
-        mass_axes=1.0 / np.diagonal(np.linalg.inv(mass), axis1=-2, axis2=-1),
-        isotropy=eigenvalues[..., 0] / eigenvalues[..., 2],
-        friction_min=least_friction(machine, p, columns, drive.coulomb),
-        friction_max=friction,
-        position_step=drive.count * reach.max(axis=-1),
-        force_step=drive.step * lever.max(axis=-1),
-        force_continuous=continuous,
-        force_peak=inscribed_ball(columns, gravity, drive.peak),
-        force_peak_best=np.linalg.norm(corners @ rows, axis=-1).max(axis=-1),
-        force_motor=inscribed_ball(columns, gravity, drive.motor),
-        acceleration=inscribed_ball(columns @ mass, gravity, drive.peak),
-        dynamic_range=continuous / friction,
-        gravity=np.abs(gravity).max(axis=-1),
-        ripple_still=_in_phase(drive.ripple * np.abs(gravity) + drive.cogging, rows),
-        ripple_force=_in_phase(np.full(gravity.shape, drive.ripple * drive.continuous + drive.cogging), rows),
-    )
+    axes = 1.0 / np.diagonal(np.linalg.inv(mass), axis1=-2, axis2=-1)
+    return {
+        "mass_min": eigenvalues[..., 0],
+        "mass_max": eigenvalues[..., 2],
+        "isotropy": eigenvalues[..., 0] / eigenvalues[..., 2],
+        "friction_min": least_friction(machine, p, columns, drive.coulomb),
+        "friction_max": friction,
+        "position_step": drive.count * reach.max(axis=-1),
+        "force_step": drive.step * lever.max(axis=-1),
+        "force_continuous": continuous,
+        "force_peak": inscribed_ball(columns, gravity, drive.peak),
+        "force_peak_best": np.linalg.norm(corners @ rows, axis=-1).max(axis=-1),
+        "force_motor": inscribed_ball(columns, gravity, drive.motor),
+        "acceleration": inscribed_ball(columns @ mass, gravity, drive.peak),
+        "dynamic_range": continuous / friction,
+        "gravity": np.abs(gravity).max(axis=-1),
+        "ripple_still": _in_phase(drive.ripple * np.abs(gravity) + drive.cogging, rows),
+        "ripple_force": _in_phase(np.full(gravity.shape, drive.ripple * drive.continuous + drive.cogging), rows),
+    } | {f"mass_{axis}": axes[..., k] for k, axis in enumerate("xyz")}
 
 
 def _in_phase(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:

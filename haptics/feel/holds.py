@@ -75,7 +75,7 @@ def holds(machine: MachineModel, drive: Drive, p: np.ndarray) -> tuple[Hold, ...
     return tuple(found)
 
 
-def told(seconds: float | None) -> float | str:
+def as_fact(seconds: float | None) -> float | str:
     """A time as facts have it: s, or in words."""
     return UNKNOWN if seconds is None else FOR_EVER if math.isinf(seconds) else seconds
 
@@ -86,9 +86,9 @@ def hold_facts(found: tuple[Hold, ...]) -> list[dict[str, float | str]]:
         {
             "force_N": one.force,
             "torque_N_m": one.torque,
-            "until_limit_s": told(one.limit),
-            "until_taken_back_s": told(one.derate),
-            "until_limit_warm_s": told(one.warm),
+            "until_limit_s": as_fact(one.limit),
+            "until_taken_back_s": as_fact(one.derate),
+            "until_limit_warm_s": as_fact(one.warm),
         }
         for one in found
     ]
@@ -117,5 +117,5 @@ def hold_markdown(machine: MachineModel, found: tuple[Hold, ...]) -> list[str]:
 
 
 def _cell(seconds: float | None) -> str:
-    said = told(seconds)
+    said = as_fact(seconds)
     return said if isinstance(said, str) else f"{said:.3g}" if said < 1e3 else f"{said:.0f}"

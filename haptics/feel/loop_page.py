@@ -11,12 +11,12 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.loops import DEFAULT_WALL, DEFINITIONS, N_PER_MM, LoopSheet
 from haptics.feel.summary import Summary
+from haptics.loop.choice import LoopChoice
+from haptics.loop.hardware import structure_text
+from haptics.loop.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
+from haptics.loop.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_text
+from haptics.loop.walls import StiffnessLimits
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import structure_text
-from haptics.simulation.loops import LoopChoice
-from haptics.stability.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoiseFigures, NoiseRange
-from haptics.stability.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_text
-from haptics.stability.walls import Walls
 
 TOLD_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are listed
 WIDTH = 110
@@ -29,7 +29,9 @@ def sheet_facts(sheet: LoopSheet, machine: MachineModel) -> dict[str, Any]:
         "walls": [walls_facts(one.loop, one.axes) for one in (sheet.walls, sheet.other)],
         "rates": {f"{rate:g}_Hz": walls_facts(sheet.loop, walls)["axes"] for rate, walls in sheet.rates.items()},
         "default_wall_N_per_mm": DEFAULT_WALL * N_PER_MM,
-        "default_wall_stands_with": {f"{axis}, {hand}": stands for (axis, hand), stands in sheet.standing.items()},
+        "default_wall_stands_with": {
+            f"{axis}, {hand}": stands for (axis, hand), stands in sheet.default_wall_stable.items()
+        },
         "z_width": {
             "damping_N_s_per_m": list(sheet.dampings),
             "frequency_Hz": sheet.frequency[::10].tolist(),
@@ -119,7 +121,7 @@ def walls_lines(sheet: LoopSheet, rendered: dict[str, Summary]) -> list[str]:
 
 def loop_text(sheet: LoopSheet, rendered: dict[str, Summary], machine: MachineModel) -> list[str]:
     """The loop as plain text, for the terminal."""
-    stands = "stands with each hand" if not sheet.shaken else f"OSCILLATES: {sheet.shaken}"
+    stands = "stands with each hand" if not sheet.unstable_cases else f"OSCILLATES: {sheet.unstable_cases}"
     return [
         *walls_lines(sheet, rendered),
         "",
@@ -176,7 +178,7 @@ def loop_markdown(
         "",
         "| figure | value | meaning |",
         "|---|---:|---|",
-        f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_told(sheet.wall_noise)} | "
+        f"| noise in a wall of {N_PER_MM * DEFAULT_WALL:g} N/mm, centre | {_rms_text(sheet.wall_noise)} | "
         f"limits: {FORCE:g} N and {1e6 * MOTION:g} um; sensitive hands feel {1e6 * LEAST_FELT:g} um |",
         *(
             f"| noise in the wall that is rendered, {place} | {_ranged(one)} | {_calm(one)} |"
@@ -274,9 +276,9 @@ def _impedances(sheet: LoopSheet) -> list[str]:
     return [*lines, ""]
 
 
-def _slashes(walls: Walls) -> str:
+def _slashes(walls: StiffnessLimits) -> str:
     return " / ".join(f"{N_PER_MM * getattr(walls, name):.1f}" for name in FOUR)
 
 
-def _told(figures: NoiseFigures) -> str:
+def _rms_text(figures: NoiseFigures) -> str:
     return f"{figures.force:.3f} N, {1e6 * figures.motion:.3f} um rms" if figures.steady else "not stable"

@@ -16,17 +16,16 @@ import numpy as np
 from delta_cad.mechanism import jacobian
 from haptics.control.wall_cap import WallCap
 from haptics.feel.structure import Bandwidth, first_resonance, force_bandwidth
+from haptics.loop.choice import BOARD, LoopChoice, RATES_Hz, at_rate, other_drives
+from haptics.loop.hardware import sensor_errors, wall_cap
+from haptics.loop.noise import BARELY, SPRING, NoiseFigures, NoiseRange, NoisyLoop, noise_range
+from haptics.loop.passivity import impedance
+from haptics.loop.wall_trial import WallBench
+from haptics.loop.walls import NOBODY, STABILITY_MARGIN, StiffnessLimits, WallStability, closed_form, proven_cap
 from haptics.model.hands import CORNERS, HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws.virtual_wall import AXES
-from haptics.simulation.hardware import sensor_errors, wall_cap
-from haptics.simulation.loops import BOARD, LoopChoice, RATES_Hz, at_rate, other_drives
-from haptics.stability.noise import BARELY, SPRING, NoiseFigures, NoiseRange, NoisyLoop, noise_range
-from haptics.stability.port import impedance
-from haptics.stability.wall_share import closed_form, proven_cap
-from haptics.stability.wall_trial import WallBench
-from haptics.stability.walls import NOBODY, SHARE, WallAt, Walls
 
 DEFAULT_WALL = 5000.0  # N/m, which the board loop is to bear at the centre with every hand
 DAMPINGS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # of the K-B plane, N s/m
@@ -37,13 +36,13 @@ CENTRE, CORNER = "centre", "worst corner"
 DEFINITIONS = {
     "own": "largest wall that is passive by the device's own damping, B = 0, its drives' at a wall included, exact "
     "for the sampled loop (Colgate and Schenkel 1997, not opened: b > K T / 2 + B; terms for delay, filter, lag and "
-    "what gives way are derived in `stability/port.py`)",
+    "what gives way are derived in `loop/passivity.py`)",
     "passive": "largest wall that is passive with any passive hand, with the loop's wall damping B, likewise exact",
     "worst": "largest wall stable with every hand of the set, with the corners of their ranges, and with nobody",
     "nominal": "largest wall stable with the nominal hand",
-    "rendered": f"what the tick lets through at a pose, by the arms' angles: {SHARE:g} of the formula with the least "
-    "friction and the largest delay, damping held to what the joints' inertia bears, scaled where eigenvalues bear "
-    "less (`stability/wall_share.py`); across the direction in which that is least",
+    "rendered": f"what the tick lets through at a pose, by the arms' angles: {STABILITY_MARGIN:g} of the formula with "
+    "the least friction and the largest delay, damping held to what the joints' inertia bears, scaled where "
+    "eigenvalues bear less (`loop/walls.py`); across the direction in which that is least",
     "met": "what is rendered and the structural stiffness in series, K S / (K + S), the worst with the softest; the "
     "encoders sit behind the cable, which counts in S all the same: at least this",
     "z_width": "K-B plane: largest stable stiffness at a damping, by hand and rate, with the passive region, and the "
@@ -81,7 +80,7 @@ DEFINITIONS = {
 
 
 @dataclass(frozen=True)
-class LoopWalls:
+class LoopLimits:
     """Walls of a device in one loop.
 
     Attributes:
@@ -91,11 +90,11 @@ class LoopWalls:
     """
 
     loop: LoopChoice
-    axes: dict[str, Walls]
+    axes: dict[str, StiffnessLimits]
     cap: WallCap
 
     @property
-    def worst(self) -> tuple[str, Walls]:
+    def worst(self) -> tuple[str, StiffnessLimits]:
         """The axis whose wall with the worst hand is the softest, and its walls."""
         axis = min(self.axes, key=lambda name: self.axes[name].worst)
         return axis, self.axes[axis]
@@ -142,14 +141,14 @@ class LoopSheet:
         wall_noise: Noise in the default wall at the centre, the noisiest of hands and axes.
         noise: Place -> the range of noise in the wall that is rendered there, of `DEFAULT_WALL` at most.
         noise_rad: Of one reading.
-        standing: (axis, hand) -> whether the default wall stands in the simulation.
+        default_wall_stable: (axis, hand) -> whether the default wall stands in the simulation.
         first_resonance: As built where that is known, else with the structure that the design requires, Hz.
         force_bandwidth: Along x at the centre, of the softest and the stiffest structure.
     """
 
-    walls: LoopWalls
-    other: LoopWalls
-    rates: dict[float, dict[str, Walls]]
+    walls: LoopLimits
+    other: LoopLimits
+    rates: dict[float, dict[str, StiffnessLimits]]
     dampings: tuple[float, ...]
     z_width: dict[tuple[str, str], Plane]
     frequency: np.ndarray
@@ -158,7 +157,7 @@ class LoopSheet:
     wall_noise: NoiseFigures
     noise: dict[str, NoiseRange]
     noise_rad: float
-    standing: dict[tuple[str, str], bool]
+    default_wall_stable: dict[tuple[str, str], bool]
     first_resonance: float
     force_bandwidth: tuple[Bandwidth, Bandwidth]
 
@@ -168,9 +167,9 @@ class LoopSheet:
         return self.walls.loop
 
     @property
-    def shaken(self) -> list[tuple[str, str]]:
+    def unstable_cases(self) -> list[tuple[str, str]]:
         """Axis and hand with which the default wall does not stand."""
-        return [case for case, stands in self.standing.items() if not stands]
+        return [case for case, stands in self.default_wall_stable.items() if not stands]
 
 
 def loop_sheet(
@@ -189,7 +188,7 @@ def loop_sheet(
     say("walls of the loop")
     everybody = {**HANDS, **CORNERS}
     walls, other = (
-        LoopWalls(one, _rate(machine, one, everybody), proven_cap(machine, one)) for one in (loop, other_drives(loop))
+        LoopLimits(one, _rate(machine, one, everybody), proven_cap(machine, one)) for one in (loop, other_drives(loop))
     )
     rates = {
         rate: walls.axes if rate * loop.period == 1.0 else _rate(machine, at_rate(rate, loop), everybody)
@@ -209,7 +208,7 @@ def loop_sheet(
         for hand in (BARELY, *HANDS.values())
         for normal in AXES.values()
     ]
-    standing = {
+    default_wall_stable = {
         (axis, name): WallBench(machine, axis, hand, loop=loop).stands(DEFAULT_WALL)
         for axis in AXES
         for name, hand in HANDS.items()
@@ -220,7 +219,7 @@ def loop_sheet(
         rates=rates,
         dampings=DAMPINGS,
         z_width=z_width,
-        frequency=WallAt(machine, loop).at_handle().frequency / (2.0 * math.pi),
+        frequency=WallStability(machine, loop).at_handle().frequency / (2.0 * math.pi),
         spring=spring.figures(SPRING[0], min(SPRING[1], allowed)),
         spring_damping=allowed,
         wall_noise=NoiseFigures(
@@ -228,17 +227,17 @@ def loop_sheet(
         ),
         noise={name: noise_range(machine, loop, p, noisy_walls(machine, walls.cap, p)) for name, p in found.items()},
         noise_rad=sensor_errors(machine, loop).noise,
-        standing=standing,
+        default_wall_stable=default_wall_stable,
         first_resonance=first_resonance(machine) if machine.structure is None else machine.structure.mode,
         force_bandwidth=force_bandwidth(machine, np.array(AXES["x"]), loop),
     )
 
 
-def _rate(machine: MachineModel, loop: LoopChoice, hands: Mapping[str, Hand]) -> dict[str, Walls]:
-    return {name: WallAt(machine, loop, normal=normal).walls(hands) for name, normal in AXES.items()}
+def _rate(machine: MachineModel, loop: LoopChoice, hands: Mapping[str, Hand]) -> dict[str, StiffnessLimits]:
+    return {name: WallStability(machine, loop, normal=normal).walls(hands) for name, normal in AXES.items()}
 
 
-def plane(machine: MachineModel, walls: LoopWalls, other: LoopChoice, p: np.ndarray, axis: str) -> Plane:
+def plane(machine: MachineModel, walls: LoopLimits, other: LoopChoice, p: np.ndarray, axis: str) -> Plane:
     """Computes Z-width along an axis at a place.
 
     Args:
@@ -251,17 +250,17 @@ def plane(machine: MachineModel, walls: LoopWalls, other: LoopChoice, p: np.ndar
     loop, normal = walls.loop, AXES[axis]
     stable = {}
     for rate in RATES_Hz:
-        at = WallAt(machine, at_rate(rate, loop), p, normal)
+        at = WallStability(machine, at_rate(rate, loop), p, normal)
         stable[rate] = {
             name: np.array([at.stable(hand, b) for b in DAMPINGS]) for name, hand in {NOBODY: FREE, **HANDS}.items()
         }
-    touched, away = WallAt(machine, loop, p, normal), WallAt(machine, loop.untouched, p, normal)
+    touched, away = WallStability(machine, loop, p, normal), WallStability(machine, loop.untouched, p, normal)
     stiff, damping = closed_form(walls.cap, touched.here.jacobian, np.array(normal))
     cases = ((away, 0.0, 0.0), (touched, stiff, damping))
     lower, upper = (np.abs(impedance(at.at_handle(), at.estimator, k, b)) for at, k, b in cases)
     own, others = (
         np.array([at.passive(b, handle) for b in DAMPINGS])
-        for at in (touched, WallAt(machine, other, p, normal))
+        for at in (touched, WallStability(machine, other, p, normal))
         for handle in (at.at_handle(),)
     )
     return Plane(stable, own, others, p, stiff, damping, lower, upper)

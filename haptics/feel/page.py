@@ -17,10 +17,10 @@ from haptics.feel.loops import DEFINITIONS
 from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
 from haptics.feel.sheet import MASS_ERROR, Feel
 from haptics.feel.summary import QUANTITIES, Quantity, Summary
+from haptics.loop.assumptions import joint_friction
+from haptics.loop.hardware import reading_age
 from haptics.model.hands import HAND_MODELS
 from haptics.model.machine import MachineModel
-from haptics.simulation.assumptions import joint_friction
-from haptics.simulation.hardware import reading_age
 
 SCHEMA = "delta-feel/2"
 MAPS = (
@@ -33,9 +33,8 @@ WIDTH = 110
 
 def map_values(sheet: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """x, y, z (mm) and values (3, ny, nx) of a quantity's map, in its unit."""
-    values = sheet.walls if quantity.name == "wall" else sheet.slices.named()[quantity.name]
-    p = MM_PER_M * sheet.slices.position
-    return p[0, 0, :, 0], p[0, :, 0, 1], p[:, 0, 0, 2], quantity.factor * values
+    p = MM_PER_M * sheet.positions
+    return p[0, 0, :, 0], p[0, :, 0, 1], p[:, 0, 0, 2], quantity.factor * sheet.slices[quantity.name]
 
 
 def feel_facts(sheet: Feel) -> dict[str, Any]:

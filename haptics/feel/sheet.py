@@ -1,7 +1,7 @@
 """What a device will feel like: figures over its cube, their summary, and three answers to a designer's questions.
 
 Whether the handle stays where it is left, whether a wall is hard, whether it buzzes: each follows from the figures of
-`feel_field` and the walls of `loops`, with the assumptions of `assumptions`. Importing this module loads numba.
+`field.feel_at` and the walls of `loop_sheet`, with the assumptions of `assumptions`. Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian
-from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
+from haptics.feel.field import COMMAND_STEPS, Drive, feel_at
 from haptics.feel.holds import Hold, holds
-from haptics.feel.loops import DEFAULT_WALL, LoopSheet, LoopWalls, loop_sheet
+from haptics.feel.loops import DEFAULT_WALL, LoopLimits, LoopSheet, loop_sheet
 from haptics.feel.summary import QUANTITIES, WALL, Summary, summarise
+from haptics.loop.assumptions import encoder_count, joint_friction
+from haptics.loop.hardware import real_plant
+from haptics.loop.noise import FORCE, LEAST_FELT, MOTION
+from haptics.loop.walls import rendered
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
-from haptics.simulation.assumptions import encoder_count, joint_friction
-from haptics.simulation.hardware import real_plant
-from haptics.stability.noise import FORCE, LEAST_FELT, MOTION
-from haptics.stability.wall_share import rendered
 
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
 # nothing is proven between them.
@@ -67,8 +67,8 @@ class Feel:
         machine: The device.
         drive: What its joints do.
         summaries: By name, one for each of `QUANTITIES`.
-        slices: Figures on three planes of the cube, (3 heights, SLICE y, SLICE x).
-        walls: Walls that are rendered on these planes in the worst direction, N/m.
+        positions: (3 heights, SLICE y, SLICE x, 3) three planes of the cube, m.
+        slices: Each of `QUANTITIES` by its name on these planes.
         rendered: Name of a loop -> the walls that it renders over the cube: the loop that is chosen, and the same with
             drives of the other kind.
         loop: The device in its loop.
@@ -79,8 +79,8 @@ class Feel:
     machine: MachineModel
     drive: Drive
     summaries: dict[str, Summary]
-    slices: FeelField
-    walls: np.ndarray
+    positions: np.ndarray
+    slices: dict[str, np.ndarray]
     rendered: dict[str, Summary]
     loop: LoopSheet
     holds: tuple[Hold, ...]
@@ -126,9 +126,6 @@ def feel(
         loops: Function that computes the device in its loop.
         say: Called with the step that begins.
 
-    Returns:
-        The figures.
-
     Raises:
         UnreachableError: A point of the cube cannot be reached.
         SingularError: The forearms lie in one plane at one.
@@ -136,26 +133,26 @@ def feel(
     """
     drive = joint_drive(machine)
     say("figures over the cube")
-    field = feel_at(machine, drive, cube_points(machine, GRID, GRID, GRID))
-    middle, held = feel_at(machine, drive, machine.centre), holds(machine, drive, field.position)
-    slices = feel_at(machine, drive, cube_points(machine, SLICE, SLICE, 3))
-    loop = loops(machine)
+    cube, planes = cube_points(machine, GRID, GRID, GRID), cube_points(machine, SLICE, SLICE, 3)
+    field, middle, slices = (feel_at(machine, drive, p) for p in (cube, machine.centre, planes))
+    held, loop = holds(machine, drive, cube), loops(machine)
 
-    def wall(one: LoopWalls, p: np.ndarray) -> np.ndarray:
+    def wall(one: LoopLimits, p: np.ndarray) -> np.ndarray:
         return rendered(one.cap, jacobian(machine.geometry, p))[0]
 
     over = {
-        one.loop.name: summarise(WALL, float(wall(one, machine.centre)), wall(one, field.position), field.position)
+        one.loop.name: summarise(WALL, float(wall(one, machine.centre)), wall(one, cube), cube)
         for one in (loop.walls, loop.other)
     }
     summaries = {
         quantity.name: over[loop.loop.name]
         if quantity is WALL
-        else summarise(quantity, float(middle.named()[quantity.name]), field.named()[quantity.name], field.position)
+        else summarise(quantity, float(middle[quantity.name]), field[quantity.name], cube)
         for quantity in QUANTITIES
     }
+    slices[WALL.name] = wall(loop.walls, planes)
     answers = (stays(machine, drive, summaries), hard(loop, over), buzzes(loop, summaries))
-    return Feel(machine, drive, summaries, slices, wall(loop.walls, slices.position), over, loop, held, answers)
+    return Feel(machine, drive, summaries, planes, slices, over, loop, held, answers)
 
 
 def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:
@@ -211,8 +208,8 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
     """
     step, friction = DEFAULT_WALL * summaries["position_step"].worst[0], summaries["friction_min"].centre
     wall = f"A wall of {DEFAULT_WALL / MM_PER_M:g} N/mm at the centre "
-    with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in loop.shaken)
-    wall += f"buzzes: {with_whom}" if loop.shaken else "is steady with each hand of the set"
+    with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in loop.unstable_cases)
+    wall += f"buzzes: {with_whom}" if loop.unstable_cases else "is steady with each hand of the set"
     steady = loop.wall_noise.steady and all(one.most.steady for one in loop.noise.values())
     loudest = max(loop.noise.values(), key=lambda one: one.most.motion)
     force = max((one.most.force for one in loop.noise.values()), default=math.inf)
@@ -244,6 +241,6 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
         grain = "which is felt as grain"
     text = f"{wall}. One count of an encoder steps its force by up to {1e3 * step:.0f} mN, {grain} (from about "
     text += f"{1e3 * FELT:.0f} mN on a still handle; friction is {friction:.2f} N)."
-    good = not loop.shaken and steady and force <= FORCE and step < friction
+    good = not loop.unstable_cases and steady and force <= FORCE and step < friction
     short = "Yes." if not good else "Finely, for the most sensitive hands." if tremor else "No."
     return Answer("Does it buzz?", good and not tremor, short, text)

@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from haptics.loop.choice import BOARD, LoopChoice
+from haptics.loop.discrete import continuous, loaded
+from haptics.loop.hardware import LOSS, real_plant
+from haptics.loop.linear import linearise, structure_at
+from haptics.loop.noise import shares
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
-from haptics.simulation.hardware import LOSS, real_plant
-from haptics.simulation.loops import BOARD, LoopChoice
-from haptics.stability.bodies import continuous, loaded
-from haptics.stability.linear import linearise, structure_at
-from haptics.stability.noise import shares
 
 FIXED = 1e9  # N m/rad that hold a motor whose structure alone is to swing, and N/m that hold a handle
 LEVEL = 10.0 ** (3.0 / 20.0)  # 3 dB

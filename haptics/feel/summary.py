@@ -12,7 +12,7 @@ class Quantity:
     """A figure of the sheet: its name, unit and what is better.
 
     Attributes:
-        name: In `FeelField.named`, or "wall".
+        name: As `feel_at` names it, or "wall".
         label: Text for a person.
         unit: Unit that a person sees.
         factor: From SI to that unit.

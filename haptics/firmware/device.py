@@ -13,10 +13,10 @@ from haptics.firmware.literals import initialiser, literal
 from haptics.firmware.precision import DOUBLE
 from haptics.firmware.templates import rendered
 from haptics.firmware.translate import Translation
+from haptics.loop.choice import LoopChoice
+from haptics.loop.hardware import real_plant, sensor_errors
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, advance, angles
-from haptics.simulation.hardware import real_plant, sensor_errors
-from haptics.simulation.loops import LoopChoice
 
 STEPS = 4  # Of the integrator in a period of an eighth of a millisecond
 
@@ -65,6 +65,7 @@ def device_files(machine: MachineModel, loop: LoopChoice) -> dict[str, str]:
         centre=literal(float(machine.centre[2])),
         damping=literal(loop.drive_damping),
         contact=literal(loop.contact_damping),
+        damps=int(max(loop.drive_damping, loop.contact_damping) > 0.0),
         constant=literal(motor.torque_constant_N_m_A),
         resistance=literal(motor.resistance_ohm),
         ratio=literal(drive.ratio),

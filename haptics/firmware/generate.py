@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numba import float64, int64, typeof
 
-from delta_cad.common.units import MM_PER_M
+from haptics.control import correction
 from haptics.control.controller import (
     CEILING,
     FACTOR,
@@ -25,14 +25,14 @@ from haptics.control.controller import (
 )
 from haptics.control.correction import Correction
 from haptics.control.pose import HOLDING, POSITION, RATES
-from haptics.control.startup import steps
-from haptics.control.startup.record import StartUp
+from haptics.control.startup import record, steps
+from haptics.control.startup.record import ABOUT, Refusal, StartMemory, StartUp, Step
 from haptics.control.supervisor.faults import EXTERNAL, TABLE, FaultCode, State, findings
-from haptics.control.wall_cap import WallCap
-from haptics.firmware import calibration, startup
+from haptics.control.supervisor.limits import SafetyLimits
+from haptics.control.supervisor.memory import reset_memory
 from haptics.firmware.layout import prelude
 from haptics.firmware.literals import STALE, initialiser, literal
-from haptics.firmware.memories import SUPERVISOR
+from haptics.firmware.memories import START, SUPERVISOR
 from haptics.firmware.precision import DOUBLE, Precision
 from haptics.firmware.templates import rendered
 from haptics.firmware.translate import Translation
@@ -53,17 +53,6 @@ WORK_ROWS = {
     "ROWS": WORK[0],
 }
 NEVER = (FaultCode.ORDER,)  # What the C controller cannot find: a tick keeps the order of its two halves itself
-
-EXACT = """`-ffp-contract=off` keeps every double
-as the Python controller has it; without it results differ by rounding."""
-SINGLE = """Singles, but for the clock,
-heat and energies: torques are within some 1e-5 N m of the doubles', 1e-3 at a touch-down."""
-WALLS = """Walls are held to
-`{share:.3g} (b / q + B) / {cost:.3g} s`, with b = {friction:.3g} N m s/rad, q = |J^T n|^2 at the pose, the wall's
-normal n and damping B; each has at least {damping:g} N s/m, as far as the joints' inertia bears that, within
-{blend_mm:g} mm of depth. Walls that are touched at once are held down together. b is for the most part the drives',
-as long as `delta_touched(&memory)`: pass it on with the torques."""
-FREE_WALLS = "Walls are rendered as they are asked for."
 
 
 def sources(
@@ -88,94 +77,72 @@ def sources(
     Raises:
         TranslationError: The tick holds something that has no translation.
     """
-    memory = fresh(controller)
-    laws, vector = np.zeros((1, COLUMNS)), np.zeros(3)
-    three = typeof(vector)
-    arguments = (typeof(controller), typeof(memory), typeof(laws), float64, three, three, int64, three)
-    translation = _translated(arguments, precision, startup.arguments(start), calibration.arguments(known))
-    real, single = precision.real, precision.single
-    shapes = {
+    memory, limits, real = fresh(controller), controller.limits, precision.real
+    laws, vector = np.zeros((1, COLUMNS)), typeof(np.zeros(3))
+    ticked = (typeof(controller), typeof(memory), typeof(laws), float64, vector, vector, int64, vector)
+    begun = None
+    if start:
+        begun = StartMemory(np.zeros(record.MEMORY), reset_memory(start.limits), np.zeros(WORK))
+        begun = (typeof(start), typeof(begun), float64, vector, int64, vector)
+    translation = _translated(ticked, precision, begun, None if known is None else typeof(known))
+
+    def initial(limits: SafetyLimits) -> str:
+        return SUPERVISOR.initialiser(reset_memory(limits), literal, precision)
+
+    values = {
+        "name": name,
+        "real": "float" if precision.single else "double",
+        "single": precision.single,
+        "period": literal(limits.period),
+        "period_ms": limits.period * 1e3,
+        "torque": literal(limits.torque, real),
+        "torque_N_m": limits.torque,
+        "slew": limits.slew * limits.period,
+        "repeats": _ticks(limits.repeats),
+        "all_repeat": _ticks(limits.all_repeat),
+        "unread": _ticks(limits.unread),
+        "stale": literal(limits.stale),
+        "stale_macro": STALE,
+        "stale_finite": math.isfinite(limits.stale),
+        "walls": controller.walls,
+        "design": initialiser(controller, typeof(controller), 0, precision, STALE),
+        "initial": initial(limits),
+        "prelude": prelude(precision, "\n".join(translation.functions.values())),
+        "structs": translation.structs.values(),
+        "functions": translation.functions.values(),
+        "supervisor_struct": SUPERVISOR.definition(precision),
         "filter_rows": memory.filters.shape[0],
         "filter_columns": memory.filters.shape[1],
-        "columns": COLUMNS,
-        "touched_row": _row_name(TOUCHED[0]),
+        "rows": WORK_ROWS,
+        "touched_row": next(name for name, row in WORK_ROWS.items() if row == TOUCHED[0]),
         "touched_column": TOUCHED[1],
+        "columns": COLUMNS,
+        "kind": KIND,
+        "gain": GAIN,
+        "laws": {
+            kind: {"name": law.parameters.__name__, "c_name": _c_name(law), "layout": layout(law)}
+            for kind, law in LAWS.items()
+        },
+        "codes": list(FaultCode),
+        "states": list(State),
+        "faults": TABLE,
+        "never": NEVER,
+        "external": [f"DELTA_{fault.name}" for fault in findings(EXTERNAL)],
+        "external_faults": findings(EXTERNAL),
+        "external_mask": EXTERNAL,
+        "made": "" if known is None else initialiser(known, typeof(known), 0, precision),
+        "made_rows": correction.ROWS,
+        "drawn": 3 * correction.DRAWN,
+        "absolute": start is not None and start.absolute > 0.0,
+        "start": initialiser(start, typeof(start), 0, precision) if start else "",
+        "start_initial": initial(start.limits) if start else "",
+        "start_struct": START.definition(precision),
+        "steps": list(Step),
+        "refusals": list(Refusal),
+        "about_refusals": ABOUT,
     }
-    limits = controller.limits
-    stale = {"stale": literal(limits.stale), "stale_macro": STALE}
-    called = "\n".join(translation.functions.values())
-    design = initialiser(controller, typeof(controller), 0, precision, STALE)
-    code = "\n".join(
-        [
-            "/* Generated by `python -m haptics firmware`; do not edit. */",
-            '#include "delta_controller.h"',
-            "#include <float.h>",
-            "#include <math.h>",
-            "#include <stdlib.h>",
-            "",
-            rendered("guard.c"),
-            f"#ifndef {STALE}",
-            f"#define {STALE} {literal(limits.stale)}",
-            "#endif",
-            "",
-            prelude(precision, called),
-            *translation.structs.values(),
-            f"static const Controller delta_design = {design};",
-            "",
-            *translation.functions.values(),
-            rendered(
-                "controller.c",
-                initial=SUPERVISOR.initialiser(memory.supervisor, literal, precision),
-                mask=" | ".join(_macro(fault) for fault in findings(EXTERNAL)),
-                **shapes,
-            ),
-            *([startup.code(start, precision)] if start else []),
-            calibration.code(known, precision, start is not None and start.absolute > 0.0),
-        ]
-    )
-    header = rendered(
-        "controller.h",
-        name=name,
-        real="float" if single else "double",
-        precise="Single precision but for clock, heat and energies." if single else "Doubles throughout.",
-        period=literal(limits.period),
-        torque=literal(limits.torque, real),
-        codes=",\n".join(f"    DELTA_FAULT_{fault.name} = {int(fault)}" for fault in FaultCode),
-        bits="\n".join(f"#define {_macro(fault)} (1LL << {int(fault)})" for fault in FaultCode),
-        external_bits=", ".join(map(_macro, findings(EXTERNAL))),
-        states=",\n".join(f"    DELTA_STATE_{state.name} = {int(state)}" for state in State),
-        supervisor_struct=SUPERVISOR.definition(precision),
-        rows=",\n".join(f"    DELTA_WORK_{name} = {row}" for name, row in WORK_ROWS.items()),
-        repeats=_ticks(limits.repeats),
-        all_repeat=_ticks(limits.all_repeat),
-        unread=_ticks(limits.unread),
-        laws=_law_macros(),
-        startup=startup.header(precision) if start else "",
-        calibration=calibration.header(),
-        **stale,
-        **shapes,
-    )
-    guide = rendered(
-        "README.md",
-        name=name,
-        period_ms=limits.period * 1e3,
-        torque=limits.torque,
-        slew=limits.slew * limits.period,
-        exact=SINGLE if single else EXACT,
-        walls=_walls(controller.walls),
-        calibrated=calibration.told(known),
-        external=", ".join(f"`{_macro(fault)}`" for fault in findings(EXTERNAL)),
-        never=", ".join(str(int(fault)) for fault in NEVER),
-        stale_means="code 17 waits for" if math.isfinite(limits.stale) else "switches code 17 off",
-        faults=_fault_rows(),
-        kind=KIND,
-        gain=GAIN,
-        law_rows=_law_rows(),
-        startup=rendered("startup.md", rows=startup.table()) if start else "",
-        **stale,
-        **shapes,
-    )
-    return {"delta_controller.h": header, "delta_controller.c": code, "README.md": guide}
+    written = {"delta_controller.h": "controller.h", "delta_controller.c": "controller.c", "README.md": "README.md"}
+    return {file: rendered(template, **values) for file, template in written.items()}
 
 
 @cache
@@ -183,7 +150,7 @@ def _translated(
     arguments: tuple[Any, ...],
     precision: Precision,
     start: tuple[Any, ...] | None = None,
-    known: tuple[Any, ...] | None = None,
+    known: Any = None,
 ) -> Translation:
     """Tick in C for arguments of these types; numbers of a design come later, so that one translation serves all."""
     translation = Translation(precision)
@@ -191,13 +158,10 @@ def _translated(
     if start:
         translation.add(steps.start, start)
     if known:
-        calibration.translate(translation, known)
+        vector, out = typeof(np.zeros(3)), typeof(np.zeros((correction.ROWS, 3)))
+        translation.add(correction.correct, (known, vector, out))
+        translation.add(correction.turned, (out, vector, float64, vector))
     return translation
-
-
-def _walls(cap: WallCap) -> str:
-    """How walls are held down."""
-    return WALLS.format(blend_mm=cap.blend * MM_PER_M, **cap._asdict()) if cap.share > 0.0 else FREE_WALLS
 
 
 def _ticks(limit: float) -> int:
@@ -205,49 +169,6 @@ def _ticks(limit: float) -> int:
     return int(limit) if math.isfinite(limit) else 0
 
 
-def _macro(fault: FaultCode) -> str:
-    return f"DELTA_{fault.name}"
-
-
-def _row_name(row: int) -> str:
-    """Name of a row of the last tick's figures."""
-    return next(name for name, held in WORK_ROWS.items() if held == row)
-
-
-def _law_macros() -> str:
-    """Kind of each law, and the columns of its parameters."""
-    lines = [f"#define DELTA_LAW_KIND {KIND}", f"#define DELTA_LAW_GAIN {GAIN}"]
-    for kind, law in LAWS.items():
-        name = _law_name(law)
-        lines.append(f"#define DELTA_{name} {kind}")
-        for parameter, first, width, unit in layout(law):
-            lines.append(
-                f"#define DELTA_{name}_{parameter.upper()} {first} /* {width} column{'s' * (width > 1)}, {unit} */"
-            )
-    return "\n".join(lines)
-
-
-def _law_rows() -> str:
-    rows = []
-    for kind, law in LAWS.items():
-        parts = [f"{name}{f' ({width})' if width > 1 else ''}, {unit}" for name, _, width, unit in layout(law)]
-        rows.append(f"| {kind} | `{law.parameters.__name__}` | {'; '.join(parts)} |")
-    return "\n".join(rows)
-
-
-def _law_name(law: Law) -> str:
+def _c_name(law: Law) -> str:
     """Name of a law in C: OperatingResistance is OPERATING_RESISTANCE."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", law.parameters.__name__).upper()
-
-
-def _fault_rows() -> str:
-    rows = []
-    for code, about in TABLE.items():
-        if code in NEVER:
-            continue
-        by = "`delta_signal`" if code.bit & EXTERNAL else "`delta_tick`"
-        if code is FaultCode.COMMAND_STALE:
-            by += f", `{STALE}` finite"
-        reaction = f"{about.severity.name.lower()}: {about.reaction.name.lower()}"
-        rows.append(f"| {int(code)} | {about.text} | {by} | {reaction} | {about.cleared} |")
-    return "\n".join(rows)

@@ -11,11 +11,11 @@ from haptics.firmware.device import device_files
 from haptics.firmware.generate import sources
 from haptics.firmware.ports import files_of_ports
 from haptics.firmware.precision import DOUBLE, MIXED
+from haptics.loop.choice import chosen_loop
+from haptics.loop.hardware import board_controller
+from haptics.loop.start_up import start_up
+from haptics.loop.walls import proven_cap
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import chosen_loop
-from haptics.simulation.start_up import start_up
-from haptics.stability.wall_share import proven_cap
 
 STALE = 0.1  # Age of the host's last word at which force fades, s
 

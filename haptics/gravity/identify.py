@@ -51,9 +51,6 @@ class Identified:
 def identify() -> Identified:
     """Least squares of the two mass sums and the origin's height to the six published torques.
 
-    Returns:
-        The fit.
-
     Source:
         [RCIM2018] section on gravity compensation; positions, azimuths and torques in `published`.
     """

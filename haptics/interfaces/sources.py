@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
+from numba import typeof
 
 from delta_cad.common.files import whole_folder
 from delta_cad.design import design_hash
-from haptics.control.pose import model
+from haptics.control.pose import HOLDING, POSITION, ROWS, Model, model, pose
+from haptics.firmware.layout import prelude
+from haptics.firmware.precision import DOUBLE
+from haptics.firmware.templates import rendered
+from haptics.firmware.translate import Translation
+from haptics.loop.choice import chosen_loop
+from haptics.loop.walls import STABILITY_MARGIN, computed_wall
 from haptics.model.machine import MachineModel
-from haptics.simulation.loops import chosen_loop
-from haptics.stability.walls import SHARE, computed_wall
 
 FILES = (
     "README.md",
@@ -25,7 +31,7 @@ FILES = (
     "ros2/CMakeLists.txt",
     "ros2/package.xml",
 )
-MACHINE = "c/delta_machine.h"
+MACHINE, POSE = "c/delta_machine.h", "c/delta_pose.h"  # Written for a design; from the controller
 HOST_RATE_Hz = 1000.0  # at which programs on a host close the loop through a socket
 RAMP_S, WATCHDOG_S, TIMEOUT_S = 0.5, 0.02, 0.1
 
@@ -34,8 +40,26 @@ def sources(machine: MachineModel) -> dict[str, str]:
     """Gives the files for a design: path -> text."""
     here = resources.files("haptics.interfaces")
     return {name: here.joinpath(name).read_text(encoding="utf-8") for name in FILES} | {
-        MACHINE: machine_header(machine)
+        POSE: pose_header(),
+        MACHINE: machine_header(machine),
     }
+
+
+@cache
+def pose_header() -> str:
+    """Gives the controller's forward kinematics, Jacobian and holding torques in C, translated."""
+    translation, vector = Translation(), typeof(np.zeros(3))
+    translation.add(pose, (typeof(Model(*9 * (0.0,))), vector, typeof(np.zeros((ROWS, 3)))))
+    functions = "\n".join(translation.functions.values())
+    return rendered(
+        "pose.h",
+        prelude=prelude(DOUBLE, functions),
+        structs="\n".join(translation.structs.values()),
+        functions=functions,
+        position=POSITION,
+        holding=HOLDING,
+        rows=ROWS,
+    )
 
 
 def machine_header(machine: MachineModel) -> str:
@@ -47,7 +71,7 @@ def machine_header(machine: MachineModel) -> str:
     design = machine.design
     known = model(machine.geometry, machine.masses, design.requirements.gravity_m_s2)
     loop = chosen_loop(design, HOST_RATE_Hz).linked.untouched
-    wall = SHARE * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
+    wall = STABILITY_MARGIN * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
         *(known.radius_difference, known.upper_arm_length, known.forearm_length),
         *(known.hanging, known.moment, known.across),

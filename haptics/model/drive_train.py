@@ -11,7 +11,7 @@ that only pushes. Importing this module loads numba.
 
 Source:
     Torque ripple and cogging as lines over the rotor's angle: any text on motors; the figures are assumptions of
-    `simulation/hardware.py`.
+    `loop/hardware.py`.
 """
 
 from __future__ import annotations

@@ -65,9 +65,6 @@ def load_machine(design_file: Path, masses: Path | None = None, own_parts: Path 
             read from the same folder where it is of this design.
         own_parts: Folder of the user's own parts, in place of the one that the design names.
 
-    Returns:
-        The device.
-
     Raises:
         DesignError: The design file is refused, or the cube holds a position out of reach or of another assembly mode.
         MassError: The masses are refused, missing, or of a build of another design.

@@ -181,9 +181,6 @@ def plant(
         bristle_damping: N m s/rad.
         current_lag: s.
 
-    Returns:
-        The plant.
-
     Raises:
         ValueError: A figure is not finite, one is negative, or `presliding` is not positive.
     """

@@ -103,30 +103,27 @@ def spring_energy(stiffness, stretch, longest):
 
 
 def finite(unit: str) -> Parameter:
-    """Declares a parameter of one column that must be a finite number.
-
-    Args:
-        unit: Unit of the number.
-    """
-    return Parameter(unit, 1, _finite)
+    """Declares a parameter of one column that must be a finite number of a unit."""
+    return _number(unit, "", lambda _: True)
 
 
 def not_negative(unit: str) -> Parameter:
-    """Declares a parameter of one column that must be finite and at least 0.
-
-    Args:
-        unit: Unit of the number.
-    """
-    return Parameter(unit, 1, _not_negative)
+    """Declares a parameter of one column that must be finite and at least 0."""
+    return _number(unit, " and not negative", lambda value: value >= 0.0)
 
 
 def positive(unit: str) -> Parameter:
-    """Declares a parameter of one column that must be finite and above 0.
+    """Declares a parameter of one column that must be finite and above 0."""
+    return _number(unit, " and positive", lambda value: value > 0.0)
 
-    Args:
-        unit: Unit of the number.
-    """
-    return Parameter(unit, 1, _positive)
+
+def _number(unit: str, bound: str, holds: Callable[[float], bool]) -> Parameter:
+    def check(field: str, value: float, unit: str) -> float:
+        if not (math.isfinite(value) and holds(value)):
+            raise LawError(f"{field} is {value!r} {unit}; it must be finite{bound}")
+        return float(value)
+
+    return Parameter(unit, 1, check)
 
 
 def vector(unit: str) -> Parameter:
@@ -141,24 +138,6 @@ def vector(unit: str) -> Parameter:
 def direction() -> Parameter:
     """Declares a direction: three finite numbers that are not all 0, of which the table holds the unit vector."""
     return Parameter("1", 3, _direction)
-
-
-def _finite(field: str, value: float, unit: str) -> float:
-    if not math.isfinite(value):
-        raise LawError(f"{field} is {value!r} {unit}; it must be finite")
-    return float(value)
-
-
-def _not_negative(field: str, value: float, unit: str) -> float:
-    if not (math.isfinite(value) and value >= 0.0):
-        raise LawError(f"{field} is {value!r} {unit}; it must be finite and not negative")
-    return float(value)
-
-
-def _positive(field: str, value: float, unit: str) -> float:
-    if not (math.isfinite(value) and value > 0.0):
-        raise LawError(f"{field} is {value!r} {unit}; it must be finite and positive")
-    return float(value)
 
 
 def _vector(field: str, value: Any, unit: str) -> np.ndarray:

@@ -6,7 +6,7 @@ columns that the C header and its guide name. Importing this module loads numba.
 
 from __future__ import annotations
 
-from delta_cad.common.jit import in_turn
+from delta_cad.common.jit import unrolled_dispatch
 from haptics.rendering.law import FIRST, KIND, Law, columns
 from haptics.rendering.laws import constant_force, home, operating_resistance, spring, virtual_wall
 
@@ -31,11 +31,13 @@ def layout(law: Law) -> list[tuple[str, int, int, str]]:
 _STATE = "laws, i, px, py, pz"
 _OF_KIND = f"if laws[i, {KIND}] == {{1}}: return {{0}}(%s)  # exact: a kind is a whole number"
 # Compiled: force of row i of a table at gain 1, N; none for a row of unknown kind.
-force_of = in_turn(
+force_of = unrolled_dispatch(
     f"{_STATE}, vx, vy, vz",
     [(law.force, kind) for kind, law in LAWS.items()],
     _OF_KIND % f"{_STATE}, vx, vy, vz",
     "return 0.0, 0.0, 0.0",
 )
 # Compiled: energy that row i of a table stores at gain 1, J.
-energy_of = in_turn(_STATE, [(law.energy, kind) for kind, law in LAWS.items()], _OF_KIND % _STATE, "return 0.0")
+energy_of = unrolled_dispatch(
+    _STATE, [(law.energy, kind) for kind, law in LAWS.items()], _OF_KIND % _STATE, "return 0.0"
+)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from delta_cad.common.jit import in_turn
+from delta_cad.common.jit import unrolled_dispatch
 from haptics.rendering.law import ForceLaw, Law, LawError
 
 AT_REST = (0.0, 0.0, 0.0)  # No velocity, m/s
@@ -77,4 +77,4 @@ def flat(array: np.ndarray) -> np.ndarray:
 @cache
 def _over_states(force: Any) -> Any:
     one = "out[j, 0], out[j, 1], out[j, 2] = {0}(table, 0, p[j, 0], p[j, 1], p[j, 2], v[j, 0], v[j, 1], v[j, 2])"
-    return in_turn("table, p, v, out", [(force,)], f"for j in range(p.shape[0]): {one}")
+    return unrolled_dispatch("table, p, v, out", [(force,)], f"for j in range(p.shape[0]): {one}")

@@ -11,12 +11,7 @@ import numpy as np
 from delta_cad.mechanism import closure_margin, inverse_jacobian
 from delta_cad.mechanism.limits.friction import HandleFriction, friction
 from haptics.gravity import gravity_torque
-from haptics.model.machine import MachineModel
-from haptics.model.plant import Hand
-from haptics.model.sensor import EXACT
-from haptics.rendering import law_table
-from haptics.rendering.laws.operating_resistance import OperatingResistance
-from haptics.simulation.assumptions import (
+from haptics.loop.assumptions import (
     CURRENT_LAG,
     default_controller,
     default_estimator,
@@ -24,12 +19,16 @@ from haptics.simulation.assumptions import (
     joint_friction,
     nominal_plant,
 )
-from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
-from haptics.simulation.loop import SimulatedRun, simulate, timing
-from haptics.simulation.loops import PAPER
-from haptics.stability.discrete import DampingCap, damping_cap
-from haptics.stability.estimator_models import linear_models
-from haptics.stability.linear import linearise
+from haptics.loop.choice import PAPER
+from haptics.loop.discrete import DampingCap, bisect, damping_cap, linear_models
+from haptics.loop.hardware import reading_age, real_plant, sensor_errors
+from haptics.loop.linear import linearise
+from haptics.loop.simulation import SimulatedRun, simulate, timing
+from haptics.model.machine import MachineModel
+from haptics.model.plant import Hand
+from haptics.model.sensor import EXACT
+from haptics.rendering import law_table
+from haptics.rendering.laws.operating_resistance import OperatingResistance
 
 PERIOD = 1e-3  # Period of the paper's loop, s
 READY = 0.8  # Before a scene begins: the supervisor's ramp of half a second, and the handle at rest, s
@@ -75,9 +74,6 @@ def damping_limit(mass: float, delay: float, stiffness: float, period: float = P
         delay: From reading to torque, s.
         stiffness: Stiffness of the spring, N/m.
         period: s.
-
-    Returns:
-        Limit and cap.
     """
     estimators = linear_models(default_estimator(period))
     return damping_cap(mass, period, delay, estimators, current_lag=CURRENT_LAG, stiffness=stiffness)
@@ -91,11 +87,7 @@ def mass_for_damping(damping: float, delay: float, stiffness: float) -> float:
         delay: s.
         stiffness: N/m.
     """
-    low, high = 1e-3, 1e3
-    while high > 1.001 * low:
-        middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if damping_limit(middle, delay, stiffness).cap >= damping else (middle, high)
-    return high
+    return bisect(lambda mass: damping_limit(mass, delay, stiffness).cap < damping, 1e-3, 1e3, ratio=1.001)[1]
 
 
 def rendered(
@@ -114,9 +106,6 @@ def rendered(
         anchor: (n, 3) where the guide wants the handle at each tick, m.
         held: (n,) whether the guide holds it at each tick; None for always.
         assumed: Of the device, and who holds the handle in the guide's place.
-
-    Returns:
-        n rows.
     """
     par, errors = joint_friction(machine).of(nominal_plant(machine), assumed.friction), EXACT
     if assumed.gives:

@@ -16,6 +16,9 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian
+from haptics.loop.assumptions import DELAY, encoder_count
+from haptics.loop.simulation import SimulatedRun
+from haptics.loop.wall_trial import LEAST, decay_ratio, off_line, oscillation, strongest_line
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
@@ -32,10 +35,6 @@ from haptics.scenes.bench import (
     smallest_mass,
 )
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
-from haptics.simulation.assumptions import DELAY, encoder_count
-from haptics.simulation.loop import SimulatedRun
-from haptics.stability.oscillation import decay_ratio, off_line, oscillation, strongest_line
-from haptics.stability.wall_trial import LEAST
 
 SETTING = "k0.4"
 DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)  # N s/m; the last two are the paper's

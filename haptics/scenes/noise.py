@@ -2,7 +2,7 @@
 
 The board loop, or the one that is chosen, and the device with all that gives way. The design's own encoder stands
 with a coarse one of the catalogue and one without any error; each figure with the prediction by the covariance of the
-linear loop (`stability/noise.py`), which knows no friction that sticks and no counts.
+linear loop (`loop/noise.py`), which knows no friction that sticks and no counts.
 """
 
 from __future__ import annotations
@@ -15,6 +15,13 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.control.supervisor.faults import FaultCode
+from haptics.loop.assumptions import encoder_count
+from haptics.loop.choice import BOARD, LoopChoice
+from haptics.loop.hardware import board_controller, reading_age, real_plant, sensor_errors, structure_text
+from haptics.loop.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoisyLoop
+from haptics.loop.simulation import SimulatedRun, simulate, timing
+from haptics.loop.wall_trial import LOOP_SUBSTEPS
+from haptics.loop.walls import capped
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
@@ -24,13 +31,6 @@ from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.scenes.bench import motors_force
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
-from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors, structure_text
-from haptics.simulation.loop import SimulatedRun, simulate, timing
-from haptics.simulation.loops import BOARD, LoopChoice
-from haptics.stability.noise import FORCE, LEAST_FELT, MOTION, SPRING, BAND_Hz, NoisyLoop
-from haptics.stability.wall_trial import LOOP_SUBSTEPS
-from haptics.stability.walls import capped
 
 COARSE = "as5048a-board"  # The row beside which the design's own is shown
 WALL = 5000.0  # Stiffness of the wall, N/m

@@ -1,15 +1,21 @@
-"""Results of a scene: runs with time series and figures, promises kept or not, and a discussion."""
+"""Results of a scene: runs with time series and figures, promises kept or not, and a discussion.
+
+Time series as files: CSV for everybody, parquet where pyarrow is installed; both hold the same doubles.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.control.supervisor.faults import LATCHING, described
-from haptics.simulation.loop import SimulatedRun
+from haptics.loop.simulation import SimulatedRun
 
 # Decimals that the series keep of each unit: 10 nm, 10 uN, a thousandth of what encoders and motors resolve. More
 # digits would only be more bytes.
@@ -118,3 +124,34 @@ def supervised(recording: SimulatedRun, begin: float) -> dict[str, Any]:
     """
     bits = int(np.bitwise_or.reduce(recording.bits[recording.time > begin]))
     return {"supervisor_fault": bool(bits & LATCHING), "supervisor_findings": described(bits)}
+
+
+def write_csv(path: Path, columns: Mapping[str, np.ndarray]) -> None:
+    """Writes columns under their names, each figure with the fewest digits that read back to the same double.
+
+    Args:
+        path: File to write.
+        columns: Name -> (n,) numbers.
+    """
+    texts = [map(repr, column.tolist()) for column in columns.values()]
+    with path.open("w", encoding="ascii", newline="") as file:
+        file.write(",".join(columns) + "\n")
+        file.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
+
+
+def write_parquet(path: Path, columns: Mapping[str, np.ndarray]) -> bool:
+    """Writes the same as parquet.
+
+    Args:
+        path: File to write.
+        columns: Name -> (n,) numbers.
+
+    Returns:
+        Whether pyarrow is there; without it nothing is written.
+    """
+    try:
+        pa, pq = import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ModuleNotFoundError:
+        return False
+    pq.write_table(pa.table(dict(columns)), path)
+    return True

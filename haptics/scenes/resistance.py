@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
+from haptics.loop.assumptions import DELAY
+from haptics.loop.discrete import DampingCap
+from haptics.loop.simulation import SimulatedRun
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
@@ -26,9 +29,6 @@ from haptics.scenes.bench import (
     smallest_mass,
 )
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
-from haptics.simulation.assumptions import DELAY
-from haptics.simulation.loop import SimulatedRun
-from haptics.stability.discrete import DampingCap
 
 # Time to a corner and time back, time there, and time in which the guide reaches its constant speed, s.
 WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4

@@ -11,15 +11,15 @@ from typing import Any
 from delta_cad.common.units import MM_PER_M
 from haptics.control.supervisor.faults import described
 from haptics.gravity.published import STIFFNESS_N_PER_MM
+from haptics.loop.assumptions import DELAY
+from haptics.loop.choice import LoopChoice
+from haptics.loop.wall_trial import READY, WallBench, WallTrial
+from haptics.loop.walls import START, WallSearch, search
 from haptics.model.hands import HAND_MODELS
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.virtual_wall import AXES
 from haptics.scenes.bench import PERIOD, motors_force
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
-from haptics.simulation.assumptions import DELAY
-from haptics.simulation.loops import LoopChoice
-from haptics.stability.wall_limit import START, WallSearch, search
-from haptics.stability.wall_trial import READY, WallBench, WallTrial
 
 # First step, ceiling and tolerance of the search for the limit, N/m: coarser and farther than the paper's protocol,
 # which `stiffness` follows.

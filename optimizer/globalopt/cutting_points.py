@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.jit import compiled, in_turn
+from delta_cad.common.jit import compiled, unrolled_dispatch
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import (
     ROUND,
@@ -46,7 +46,7 @@ MOST = sum(limit.enclosure.cuts for limit in _CUTTING)  # most cuts of one point
 def _cutting(tier: int) -> Any:
     calls = [(limit.enclosure.cut, BITS[limit], START[limit]) for limit in _CUTTING if limit.enclosure.tier == tier]
     line = "if limits & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
-    return in_turn("pose, k, limits, work, cuts, count", calls, line, "return count")
+    return unrolled_dispatch("pose, k, limits, work, cuts, count", calls, line, "return count")
 
 
 _by_chains, _by_forearms = _cutting(forms.CHAINS), _cutting(forms.FOREARMS)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.jit import compiled, in_turn, inlined
+from delta_cad.common.jit import compiled, inlined, unrolled_dispatch
 from delta_cad.mechanism.kernel import add_inertia, arm, chain_closure, in_base, kappa, largest_eigenvalue, wrist
 from delta_cad.mechanism.limits.couple_index import least_of
 
@@ -167,7 +167,7 @@ _LOOP = """for d in range(len(designs)):
 def _of_points(figure: Any, *numbers: str) -> Any:
     """Compiles (designs, places, numbers, out), which fills a figure of points, for `filled`."""
     given = "".join(f", {number}" for number in numbers)
-    return in_turn(f"designs, places{given}, out", [(figure, given)], _LOOP, chains=_chains)
+    return unrolled_dispatch(f"designs, places{given}, out", [(figure, given)], _LOOP, chains=_chains)
 
 
 @inlined

@@ -230,7 +230,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
          "mem[m.MISSED] > lim.unread or", "mem[m.MISSED] < 0.0 or"),
         ("haptics/control/supervisor/supervisor.py", "a wrong clock holds the weight without limit",
          "if latched & _LOWERING else 0.0", "if latched & _OFF else 0.0"),
-        ("haptics/simulation/hardware.py", "a loud encoder is waited for as a quiet one",
+        ("haptics/loop/hardware.py", "a loud encoder is waited for as a quiet one",
          "math.sqrt(1.0 - errors.kept**2) / encoder_count(machine)", "(1.0 - errors.kept) / encoder_count(machine)"),
     ),
     "tests/haptics/devices/boards/test_boards.py": (
@@ -244,8 +244,8 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("haptics/model/sensor.py", "a sensor on the motor has an arm's waves",
          "wave = errors.turns * seen", "wave = seen"),
     ),
-    "tests/haptics/stability/test_port.py": (
-        ("haptics/stability/port.py", "a wall is more passive than it is",
+    "tests/haptics/loop/test_passivity.py": (
+        ("haptics/loop/passivity.py", "a wall is more passive than it is",
          "np.maximum(x2 * y2 -", "np.maximum(0.5 * x2 * y2 -"),
     ),
     "tests/haptics/firmware/test_translated.py": (

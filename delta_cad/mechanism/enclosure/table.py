@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from delta_cad.common.jit import compiled, in_turn
+from delta_cad.common.jit import compiled, unrolled_dispatch
 from delta_cad.mechanism.enclosure.affine_form import SYMBOLS, lower, slope, upper
 
 # Columns of the list of margins: both bounds, the form's centre, and from 3 on its slopes in x, y, z.
@@ -80,6 +80,6 @@ def enclosure_of(margin: Any, tier: int, size: int, rows: int = 3) -> Enclosure:
     calls = [(margin, i) for i in range(rows)]
     form = "{0}(pose, k, n, {1})"
     cut = f"count = keep(cuts, count, {form})\n    if count < 0: return count"
-    margins = in_turn("pose, k, n, work, out, row", calls, f"store(out, row + {{1}}, {form})", store=store)
-    cuts = in_turn("pose, k, n, work, cuts, count", calls, cut, "return count", keep=keep)
+    margins = unrolled_dispatch("pose, k, n, work, out, row", calls, f"store(out, row + {{1}}, {form})", store=store)
+    cuts = unrolled_dispatch("pose, k, n, work, cuts, count", calls, cut, "return count", keep=keep)
     return Enclosure(tier, size, rows, margins, cuts, rows)

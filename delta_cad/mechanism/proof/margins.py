@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.jit import compiled, in_turn
+from delta_cad.common.jit import compiled, unrolled_dispatch
 from delta_cad.mechanism.enclosure import pose as pose_table
 from delta_cad.mechanism.enclosure.table import COLUMNS
 from delta_cad.mechanism.geometry import DeltaGeometry
@@ -33,7 +33,7 @@ def _bits(*tiers: int) -> int:
 def _enclosing(tier: int) -> Any:
     """Calls the enclosures of a tier whose margins are wanted, one after the other."""
     calls = [(limit.enclosure.margins, BITS[limit], START[limit], FIRST[limit]) for limit in _of_tier(tier)]
-    return in_turn("pose, k, needed, work, out", calls, "if needed & {1}: {0}(pose, k, {2}, work, out, {3})")
+    return unrolled_dispatch("pose, k, needed, work, out", calls, "if needed & {1}: {0}(pose, k, {2}, work, out, {3})")
 
 
 _by_coordinates, _by_chains, _by_forearms = (

@@ -33,8 +33,9 @@ class Reaction(IntEnum):
 
     NONE reports. FADE takes the scene's force away as far as the finding says. All others take it away at once, within
     two periods, and differ in the weight: LOWER lets it down within `lowering`, 1 s, since a wrong clock cannot be
-    trusted with more; DAMP holds it until the operator's reset and adds `-damping theta_dot`; BRAKE damps without it,
-    where the pose is known too badly; OFF lets it go along `gravity_slew`, all of a joint's torque within 0.2 s.
+    trusted with more; DAMP does the same and adds `-damping theta_dot`, which fades with it: the encoder that both
+    follow may be what is wrong; BRAKE damps likewise without the weight, where the pose is known too badly; OFF lets it
+    go along `gravity_slew`, all of a joint's torque within 0.2 s. Without any torque a board's power stage goes off.
     """
 
     NONE = 0

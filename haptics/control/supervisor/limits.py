@@ -58,7 +58,7 @@ class SafetyLimits(NamedTuple):
         slew: Slew of the rendered torque, N m/s.
         gravity_slew: Slew of the gravity torque, N m/s; the output's slew is the sum of both.
         damping: Coefficient of the damping reaction, N m s/rad.
-        lowering: Time in which the weight is let down after a fault of the clock, s.
+        lowering: Time in which weight and damping go after a fault that lets the weight down, s.
         stale: Age of the host's last command at which force fades, s; infinite for a controller without host.
         fade: Time in which it fades then, s.
         ramp: Time in which force comes in after enabling, or comes back, s.
@@ -144,12 +144,6 @@ RISING = (
 def checked(limits: SafetyLimits) -> SafetyLimits:
     """The limits, if they make sense.
 
-    Args:
-        limits: Any.
-
-    Returns:
-        The same.
-
     Raises:
         ValueError: A figure is not finite, not positive, or two of them contradict each other; the message names them.
     """
@@ -187,9 +181,6 @@ def safety_limits(
         period: Period of the tick, s.
         ambient_C: Temperature of the air at the motors.
         **changes: Any figure of `SafetyLimits` or of its motor's `Heat`, to replace what follows from the design.
-
-    Returns:
-        Checked limits.
 
     Raises:
         DesignError: The cube, or the margin beyond it, holds a point out of reach or of another assembly mode.

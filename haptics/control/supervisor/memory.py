@@ -52,7 +52,7 @@ ALL_REPEAT = 81  # how often all three have repeated together
 MISSED = 82  # ticks in a row whose readings were not all fresh
 PACE = 83  # (3) speed of the joints over the last tick, rad/s
 PACED = 86  # 1 if that tick was in time
-LOWERED = 87  # time since the weight began to be let down, s
+LOWERED = 87  # time since weight and damping began to be taken away, s
 MEMORY = 88
 
 ENABLE, DISABLE, RESET = 1.0, 2.0, 3.0  # Values of memory[REQUEST]; 0 for none
@@ -63,9 +63,6 @@ LONGEST = 1.0  # An interval is taken as no longer than this, s: a drive's own w
 
 def reset_memory(limits: SafetyLimits) -> np.ndarray:
     """A memory that knows nothing, with cold motors, disabled.
-
-    Args:
-        limits: The limits.
 
     Returns:
         (MEMORY,) the memory.

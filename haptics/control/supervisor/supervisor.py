@@ -11,7 +11,7 @@ Before them `left_out` says whether the tick is left out for want of a fresh rea
 own slew limit, because only the first is held to an energy. Nothing is allocated, nothing raises; the bits are those
 of `faults`, those present at this tick and those latched together. The reactions are in `faults`, the energy rule in
 `energy_tank`, the motors' temperature in `motor_heat`. An encoder that has noise never repeats its reading for long:
-`repeats` and `all_repeat` are how long, see `haptics.simulation.hardware.sensor_limits`. What can be known of a frozen
+`repeats` and `all_repeat` are how long, see `haptics.loop.hardware.sensor_limits`. What can be known of a frozen
 encoder without noise, and without false alarms:
 
 - At rest it is rightly still, so stillness alone is nothing. But a joint keeps one count only while the handle
@@ -41,7 +41,8 @@ _DISABLED, _RAMPING, _ACTIVE = float(State.DISABLED), float(State.RAMPING), floa
 _DEGRADED, _FAULT = float(State.DEGRADED), float(State.FAULT)
 _WITH_GRAVITY = reacting(Reaction.LOWER, Reaction.DAMP)
 _WITH_DAMPING = reacting(Reaction.DAMP, Reaction.BRAKE)
-_OFF, _BRAKE, _LOWERING = reacting(Reaction.OFF), reacting(Reaction.BRAKE), reacting(Reaction.LOWER)
+_OFF, _BRAKE = reacting(Reaction.OFF), reacting(Reaction.BRAKE)
+_LOWERING = reacting(Reaction.LOWER, Reaction.DAMP, Reaction.BRAKE)
 # bits of the faults, looked up by name: compiled code knows no properties
 _ANGLE_INVALID = FaultCode.ANGLE_INVALID.bit
 _ANGLE_JUMP = FaultCode.ANGLE_JUMP.bit
@@ -397,8 +398,8 @@ def limit(lim, mem, rendered, gravity, out):
     weight = max(1.0 - mem[m.LOWERED] / lim.lowering, 0.0)
     fade = mem[m.EDGE] * mem[m.NEAR]
     damping = lim.damping * (1.0 - fade) if enabled else 0.0
-    if latched & _WITH_DAMPING and latched & _OFF == 0:
-        damping = lim.damping
+    if latched & _WITH_DAMPING and latched & _OFF == 0:  # which ends: the encoder that it follows may be the fault
+        damping = weight * lim.damping
     factor = mem[m.SCALE] * mem[m.STALE] * max(mem[m.PROBE], 0.0) * fade if enabled else 0.0
     most = min(mem[m.ALLOWED], lim.torque)
     step, small = lim.slew * lim.period, lim.gravity_slew * lim.period

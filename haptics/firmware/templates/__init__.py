@@ -17,4 +17,11 @@ def _environment() -> Any:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     folder = FileSystemLoader(Path(__file__).parent)
-    return Environment(loader=folder, undefined=StrictUndefined, autoescape=False, keep_trailing_newline=True)
+    return Environment(
+        loader=folder,
+        undefined=StrictUndefined,
+        autoescape=False,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )

@@ -4,6 +4,7 @@
 #error "fast-math drops NaN, by which wrong readings and commands are known"
 #endif
 #include "delta_device.h"
+#include "delta_pose.h"
 
 #include <errno.h>
 #include <math.h>
@@ -17,7 +18,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#define SIN_60 0.86602540378443864676
 #define TWO_PI 6.28318530717958647692
 #define TRIES 5
 #define LARGEST 64 /* of a packet that is read, bytes; those of the protocol have at most 60 */
@@ -42,8 +42,8 @@ struct delta_device {
     uint64_t time;
     double period, watchdog, torque_limit;
     double angles[3], rates[3], torques[3];
-    double position[3], jacobian[3][3], holding[3]; /* jacobian[i]: velocity of the handle by the rate of joint i */
-    double share;                                   /* of the force that is let in, 0 to 1 */
+    double pose[POSE_ROWS][3]; /* first three rows: velocity of the handle by the rate of each joint; see delta_pose.h */
+    double share;              /* of the force that is let in, 0 to 1 */
     int known, lost, reset, ending, begun; /* ending: until the board answers that command */
     unsigned flags;
 };
@@ -201,69 +201,23 @@ static int asked(delta_device *device, unsigned kind, const double *values, int 
     return DELTA_NO_BOARD;
 }
 
-/* ---- the mechanism: delta_cad/mechanism/README.md (8)-(12), haptics/gravity ---- */
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
+/* ---- the mechanism ---- */
 
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Position, Jacobian and holding torques of the device's angles; whether there is a position. */
+/* Position, Jacobian and holding torques of the device's angles; whether there is a position: without one the margin to
+ * a singularity is no number. */
 static int posed(delta_device *device)
 {
-    static const double radial[3][2] = {{1.0, 0.0}, {-0.5, SIN_60}, {-0.5, -SIN_60}};
     const delta_config *c = &device->config;
-    double elbow[3][3], forearm[3][3], moving[3][3], b[3], e[3], n[3], u[3], v[3], p[3];
-    for (int i = 0; i < 3; i++) {
-        double co = cos(device->angles[i]), si = sin(device->angles[i]);
-        for (int k = 0; k < 2; k++) {
-            elbow[i][k] = (c->radius_difference + c->upper_arm_length * co) * radial[i][k];
-            moving[i][k] = -si * radial[i][k];
-        }
-        elbow[i][2] = c->upper_arm_length * si;
-        moving[i][2] = co;
-    }
-    for (int k = 0; k < 3; k++) {
-        b[k] = elbow[1][k] - elbow[0][k];
-        e[k] = elbow[2][k] - elbow[0][k];
-    }
-    cross(b, e, n);
-    double n2 = dot(n, n);
-    cross(n, b, u);
-    cross(e, n, v);
-    for (int k = 0; k < 3; k++)
-        u[k] = (dot(e, e) * u[k] + dot(b, b) * v[k]) / (2.0 * n2);
-    double square = c->forearm_length * c->forearm_length - dot(u, u);
-    if (!(n2 > 0.0 && square > 0.0))
-        return 0;
-    for (int k = 0; k < 3; k++)
-        p[k] = elbow[0][k] + u[k] + sqrt(square / n2) * n[k];
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++)
-            forearm[i][k] = p[k] - elbow[i][k];
-    cross(forearm[1], forearm[2], v);
-    double det = dot(forearm[0], v);
-    if (!(det > 0.0))
-        return 0;
-    for (int i = 0; i < 3; i++) {
-        cross(forearm[(i + 1) % 3], forearm[(i + 2) % 3], v);
-        double scale = c->upper_arm_length * dot(forearm[i], moving[i]) / det;
-        for (int k = 0; k < 3; k++)
-            device->jacobian[i][k] = scale * v[k];
-        double co = moving[i][2], si = sin(device->angles[i]);
-        double along = radial[i][0] * c->gravity[0] + radial[i][1] * c->gravity[1], up = c->gravity[2];
-        device->holding[i] = -c->hanging * dot(device->jacobian[i], c->gravity) - c->moment * (co * up - si * along)
-                             + c->across * (co * along + si * up);
-    }
-    memcpy(device->position, p, sizeof p);
-    return 1;
+    const Model known = {c->radius_difference, c->upper_arm_length, c->forearm_length, c->hanging, c->moment,
+                         c->across,            c->gravity[0],       c->gravity[1],     c->gravity[2]};
+    row angles = {device->angles, 3};
+    table pose = {&device->pose[0][0], POSE_ROWS, 3, 3};
+    return pose_pose(&known, angles, pose).v1 > 0.0;
 }
 
 static void took(delta_device *device, const struct packet *packet)
@@ -344,14 +298,14 @@ static void weighed(delta_device *device, const double force[3])
         share *= device->config.force_limit / size;
     double fits = 1.0;
     for (int i = 0; i < 3; i++) {
-        double held = fmax(-limit, fmin(limit, device->holding[i]));
-        wanted[i] = share * dot(device->jacobian[i], force);
+        double held = fmax(-limit, fmin(limit, device->pose[POSE_HOLDING][i]));
+        wanted[i] = share * dot(device->pose[i], force);
         double room = wanted[i] > 0.0 ? limit - held : limit + held;
         if (fabs(wanted[i]) > room)
             fits = fmin(fits, room / fabs(wanted[i]));
     }
     for (int i = 0; i < 3; i++)
-        device->torques[i] = fmax(-limit, fmin(limit, device->holding[i])) + fits * wanted[i];
+        device->torques[i] = fmax(-limit, fmin(limit, device->pose[POSE_HOLDING][i])) + fits * wanted[i];
 }
 
 /* ---- what programs call ---- */
@@ -458,7 +412,7 @@ int delta_position(const delta_device *device, double position[3])
         return DELTA_BAD_ARGUMENT;
     if (!device->known)
         return DELTA_UNKNOWN;
-    memcpy(position, device->position, sizeof device->position);
+    memcpy(position, device->pose[POSE_POSITION], sizeof device->pose[POSE_POSITION]);
     return DELTA_OK;
 }
 
@@ -469,8 +423,8 @@ int delta_velocity(const delta_device *device, double velocity[3])
     if (!device->known)
         return DELTA_UNKNOWN;
     for (int k = 0; k < 3; k++)
-        velocity[k] = device->jacobian[0][k] * device->rates[0] + device->jacobian[1][k] * device->rates[1]
-                      + device->jacobian[2][k] * device->rates[2];
+        velocity[k] = device->pose[0][k] * device->rates[0] + device->pose[1][k] * device->rates[1]
+                      + device->pose[2][k] * device->rates[2];
     return DELTA_OK;
 }
 

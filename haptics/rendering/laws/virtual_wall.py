@@ -71,7 +71,7 @@ def depth_in(laws, i, px, py, pz):
 
 @compiled
 def push(laws, i, depth, vx, vy, vz, stiffness, damping, blend):
-    """Force of a virtual wall at a depth (m), its stiffness (N/m), damping (N s/m) and blend (m) as they are borne."""
+    """Force of a virtual wall at a depth (m), stiffness (N/m), damping (N s/m) and blend (m) capped by the loop."""
     if not depth > 0.0:
         return 0.0, 0.0, 0.0
     nx, ny, nz = laws[i, NORMAL], laws[i, NORMAL + 1], laws[i, NORMAL + 2]
@@ -109,9 +109,6 @@ def axis_wall(
         stiffness: N/m, at least 0.
         damping: As applied, N s/m, at least 0.
         blend: m, positive.
-
-    Returns:
-        The wall.
 
     Raises:
         LawError: A parameter is out of its bounds, or the direction is none of the six.

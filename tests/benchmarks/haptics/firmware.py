@@ -83,10 +83,10 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
     from haptics.firmware.precision import DOUBLE, MIXED
+    from haptics.loop.assumptions import default_controller
     from haptics.rendering import law_table
     from haptics.rendering.laws.operating_resistance import OperatingResistance
     from haptics.rendering.laws.virtual_wall import axis_wall
-    from haptics.simulation.assumptions import default_controller
     from tests.haptics.scene_machine import scene_machine
 
     compiler = shutil.which("cc")
@@ -135,8 +135,8 @@ def _counted(machine: MachineModel, say: Callable[[str], None]) -> list[Figure]:
     """Instructions a tick on bare cores under QEMU, and the load that an assumed number of cycles would mean."""
     from haptics.control.correction import correction
     from haptics.firmware.precision import DOUBLE, MIXED
-    from haptics.simulation.hardware import board_controller
-    from haptics.simulation.loops import at_rate
+    from haptics.loop.choice import at_rate
+    from haptics.loop.hardware import board_controller
     from tests.haptics.calibration.devices import made
     from tests.haptics.firmware.rig import COUNTS, EMPTY, TWINS, compile_bare, recording, replay, write
 

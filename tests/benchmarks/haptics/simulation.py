@@ -41,13 +41,13 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     say(f"loop, tick and growth, {ROUNDS} rounds in a process of its own")
     figures = _own(_child("measured"))
     say("memory of the scene with the longest series, with its picture")
-    child = succeeded(python("-c", "from tests.benchmarks.haptics.simulation import led; led()"))
+    child = succeeded(python("-c", "from tests.benchmarks.haptics.loop import led; led()"))
     note = "`simulate --scene resistance --plot`, 16 runs of 9.3 s; the design file read, no CAD"
     figures.append(
         Figure(SUBJECT, "peak memory of simulate", child.largest_bytes / 1e6, "MB", MEMORY_MB, note=note),
     )
     say("memory of the feel sheet, with its maps")
-    child = succeeded(python("-c", "from tests.benchmarks.haptics.simulation import felt; felt()"))
+    child = succeeded(python("-c", "from tests.benchmarks.haptics.loop import felt; felt()"))
     figures.append(
         Figure(
             SUBJECT, "peak memory of feel", child.largest_bytes / 1e6, "MB", MEMORY_MB, note="walls and maps; no CAD"
@@ -55,7 +55,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     )
     say("the twin, and MuJoCo's step beside ours")
     with TemporaryDirectory() as folder:
-        succeeded(python("-c", "from tests.benchmarks.haptics.simulation import twin; twin()", folder))
+        succeeded(python("-c", "from tests.benchmarks.haptics.loop import twin; twin()", folder))
         return figures + _beside(_child("beside", folder))
 
 
@@ -144,14 +144,14 @@ def measured() -> None:
     from haptics.control.controller import fresh, tick
     from haptics.control.supervisor.memory import ENABLE, REQUEST
     from haptics.control.supervisor.supervisor import ALL_FRESH
+    from haptics.loop.assumptions import default_controller, encoder_count, nominal_plant
+    from haptics.loop.choice import BOARD
+    from haptics.loop.hardware import board_controller, reading_age, real_plant, sensor_errors
+    from haptics.loop.simulation import simulate, timing
+    from haptics.loop.wall_trial import LOOP_SUBSTEPS
     from haptics.model.hands import HANDS
     from haptics.rendering import law_table
     from haptics.rendering.laws.virtual_wall import axis_wall
-    from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
-    from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
-    from haptics.simulation.loop import simulate, timing
-    from haptics.simulation.loops import BOARD
-    from haptics.stability.wall_trial import LOOP_SUBSTEPS
 
     machine = _machine()
     par, controller, middle = nominal_plant(machine), default_controller(machine), machine.centre
@@ -207,10 +207,9 @@ def measured() -> None:
 
 def led() -> None:
     """Does what `simulate --scene resistance --plot` does, in a folder that goes away."""
-    from haptics.scenes.pictures.resistance import picture
-    from haptics.scenes.pictures.style import save
+    from haptics.scenes.pictures import PICTURES, save
+    from haptics.scenes.record import write_csv, write_parquet
     from haptics.scenes.resistance import resistance
-    from haptics.simulation.series import write_csv, write_parquet
 
     machine = _machine()
     scene = resistance(machine)
@@ -218,7 +217,7 @@ def led() -> None:
         for taken in scene.runs:
             write_csv(Path(folder) / f"{taken.name}.csv", taken.series)
             write_parquet(Path(folder) / f"{taken.name}.parquet", taken.series)
-        save(picture(scene, machine.design.name), Path(folder) / "resistance.png")
+        save(PICTURES["resistance"](scene, machine.design.name), Path(folder) / "resistance.png")
 
 
 def felt() -> None:

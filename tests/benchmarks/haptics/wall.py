@@ -60,9 +60,9 @@ def measured() -> None:
     """Measures in this process and prints the times as JSON."""
     from delta_cad.design import load_design
     from haptics.feel.loops import loop_sheet
+    from haptics.loop.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
+    from haptics.loop.wall_trial import WallBench
     from haptics.model.hands import HANDS
-    from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
-    from haptics.stability.wall_trial import WallBench
     from tests.haptics.scene_machine import scene_machine
 
     machine = scene_machine(load_design(BEST))

@@ -32,15 +32,15 @@ def product(x):
     return FACTOR * x
 """
 TURN = """
-from delta_cad.common.jit import compiled, in_turn
+from delta_cad.common.jit import compiled, unrolled_dispatch
 @compiled
 def one(a, k, out):
     out[k] += a
 @compiled
 def other(a, k, out):
     out[k] *= a
-first = in_turn("a, out", [(one, 0), (other, 1), (one, 1)], "{0}(a, {1}, out)")
-second = in_turn("a, out", [(other, 0), (one, 1)], "{0}(a, {1}, out)", last="return out[0] - out[1]")
+first = unrolled_dispatch("a, out", [(one, 0), (other, 1), (one, 1)], "{0}(a, {1}, out)")
+second = unrolled_dispatch("a, out", [(other, 0), (one, 1)], "{0}(a, {1}, out)", last="return out[0] - out[1]")
 """
 
 
@@ -258,7 +258,7 @@ print(product(2.0, "word"))
 
 
 OWN = """
-from delta_cad.common.jit import compiled, in_turn
+from delta_cad.common.jit import compiled, unrolled_dispatch
 @compiled
 def law(a):
     return {factor} * a[0]
@@ -266,7 +266,7 @@ def law(a):
 def of_the_law(a):
     return law(a) + 1.0
 import haptics.rendering.states as states
-exec("from delta_cad.common.jit import in_turn\\nturn = in_turn('a', [(law,)], 'return {{0}}(a)')",
+exec("from delta_cad.common.jit import unrolled_dispatch\\nturn = unrolled_dispatch('a', [(law,)], 'return {{0}}(a)')",
      states.__dict__ | {{"law": law}}, out := {{}})
 import numpy
 a = numpy.ones(1)
@@ -286,14 +286,14 @@ def test_what_is_compiled_of_a_users_own_file_is_never_kept(copy: Path, tmp_path
 @pytest.mark.slow
 def test_two_of_one_text_that_call_others_are_two(copy: Path, tmp_path: Path) -> None:
     same = """
-from delta_cad.common.jit import compiled, in_turn
+from delta_cad.common.jit import compiled, unrolled_dispatch
 @compiled
 def double(a):
     return 2.0 * a
 @compiled
 def triple(a):
     return 3.0 * a
-twice, thrice = (in_turn("a", [(f,)], "return {0}(a)") for f in (double, triple))
+twice, thrice = (unrolled_dispatch("a", [(f,)], "return {0}(a)") for f in (double, triple))
 """
     (copy / "optimizer/trial.py").write_text(same)
     for _ in range(2):

@@ -41,8 +41,8 @@ def test_a_count_at_the_motor_is_worth_the_less_the_higher_the_ratio(best: Desig
 
 
 def test_the_controller_and_the_simulation_take_it_through_the_ratio(best: Design, design: Design) -> None:
+    from haptics.loop.assumptions import encoder_count
     from haptics.model.machine import MachineModel
-    from haptics.simulation.assumptions import encoder_count
 
     class Known:
         def __init__(self, design: Design) -> None:

@@ -12,7 +12,7 @@ from delta_cad.design import Design
 from delta_cad.mechanism.chains import chain_positions
 from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.fit import FitError, Noise, fit, poses_needed
-from haptics.calibration.identifiable import hidden
+from haptics.calibration.identifiable import unobservable
 from haptics.calibration.poses import Poses
 from haptics.calibration.unknowns import COUNT, NAMES, ZERO, Unknowns, nominal, sigmas
 from tests.haptics.calibration.devices import WAVE, cube_points, made, measured, readings
@@ -110,7 +110,7 @@ def test_a_tracker_has_a_frame_of_its_own(best: Design) -> None:
         there = chain_positions(unknowns.mechanism, unknowns.angles(read))
         apart = [np.linalg.norm(np.diff(x, axis=0), axis=1) for x in (there, fresh)]
         assert np.sqrt(np.mean((apart[0] - apart[1]) ** 2)) < most
-    lost = [one for one in hidden(found) if one.never]
+    lost = [one for one in unobservable(found) if one.never]
     assert sum(one.combinations for one in lost) == 6  # three pairs of radii, and where the device stands
     assert any({"height_offset_0", "height_offset_1", "height_offset_2"} <= set(one.names) for one in lost)
 
@@ -118,7 +118,7 @@ def test_a_tracker_has_a_frame_of_its_own(best: Design) -> None:
 def test_what_cannot_be_told_apart_is_named(best: Design) -> None:
     rng = np.random.default_rng(6)
     found = fit(best.geometry, measured(made(best, rng), cube_points(best, rng, 40), rng), noise=NOISE)
-    lost = [one for one in hidden(found) if one.never]
+    lost = [one for one in unobservable(found) if one.never]
     assert [one.names for one in lost] == [(f"base_radius_{i}", f"platform_radius_{i}") for i in range(3)]
     assert all("difference" in str(one) for one in lost)
     # a move along what is hidden moves nothing

@@ -22,9 +22,9 @@ from haptics.calibration.record import calibration_of, save_calibration
 from haptics.commands.cli import main
 from haptics.commands.run import SCENES, laws_of
 from haptics.devices.recording import Recording, load_recording, save_recording
+from haptics.loop.choice import at_rate
+from haptics.loop.walls import WallStability
 from haptics.model.plant import FREE
-from haptics.simulation.loops import at_rate
-from haptics.stability.walls import WallAt
 from tests.committed import BEST, ROOT
 from tests.haptics.calibration.devices import cube_points, made, measured
 from tests.haptics.devices.served import served
@@ -151,5 +151,5 @@ def test_a_spring_is_half_of_what_stands_in_the_softest_corner_without_a_wall(be
     machine, loop = scene_machine(best), at_rate(1000.0)
     corner = machine.centre + machine.half_side * np.array([-1.0, 1.0, 1.0])
     free = replace(loop, contact_damping=loop.drive_damping)
-    at = WallAt(machine, free, corner, (1.0, 0.0, 0.0), place=0, delay=loop.delays[2] * loop.period)
+    at = WallStability(machine, free, corner, (1.0, 0.0, 0.0), place=0, delay=loop.delays[2] * loop.period)
     assert 10.0 < laws_of(machine, scene, loop).stiffness <= 0.5 * at.stable(FREE)

@@ -19,13 +19,13 @@ import haptics.model.machine
 from delta_cad.design import Design, load_design
 from haptics.commands.cli import main
 from haptics.gravity.published import of_published_lengths
+from haptics.loop.assumptions import nominal_plant
+from haptics.loop.choice import BOARD, DAMPED, LoopChoice, at_rate
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
 from haptics.scenes.bench import GUIDE, Assumed
 from haptics.scenes.home import home
 from haptics.scenes.record import Promise, Scene
-from haptics.simulation.assumptions import nominal_plant
-from haptics.simulation.loops import BOARD, DAMPED, LoopChoice, at_rate
 from tests.committed import BEST, ROOT
 from tests.haptics.scene_machine import scene_machine
 
@@ -134,7 +134,7 @@ def test_a_broken_promise_is_exit_1(
     def smooth(machine: MachineModel, _level: str) -> Plant:
         return nominal_plant(machine)._replace(coulomb=0.0, bristle_damping=0.0)
 
-    monkeypatch.setattr("haptics.stability.wall_trial.with_friction", smooth)
+    monkeypatch.setattr("haptics.loop.wall_trial.with_friction", smooth)
     assert call("--scene", "wall", "--hand", "light", "--delay", 5) == 1  # a light hand, a late loop, nothing sticks
     assert "NOT KEPT" in capsys.readouterr().out
     assert (tmp_path / "out").is_dir()
@@ -217,7 +217,7 @@ def test_ctrl_c_leaves_nothing(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("haptics.simulation.series.write_csv", interrupted)
+    monkeypatch.setattr("haptics.scenes.record.write_csv", interrupted)
     assert call("--scene", "home") == 130
     assert refused(capsys) == "interrupted; nothing was written\n"
     assert not (tmp_path / "out").exists()
@@ -242,7 +242,7 @@ def test_a_scene_loads_of_scipy_what_it_needs() -> None:
 def test_labels_keep_apart_and_inside() -> None:
     from matplotlib.figure import Figure
 
-    from haptics.scenes.pictures.style import label_ends
+    from haptics.scenes.pictures import label_ends
 
     rng = np.random.default_rng(2)
     for ends in ([0.5] * 6, [1.0] * 6, [2.0, -1.0, 0.9, float("nan")], rng.uniform(0.0, 1.0, 7).tolist(), []):

@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
-import haptics.stability.stiffness
+import haptics.loop.stiffness
 from delta_cad.common.console import INTERRUPTED
 from haptics.commands.cli import main
 from haptics.commands.stiffness import NAME
+from haptics.loop.choice import BOARD, DAMPED
 from haptics.model.hands import HANDS
 from haptics.model.plant import Hand
-from haptics.simulation.loops import BOARD, DAMPED
 from tests.committed import BEST, Built
 from tests.terminal import interrupted
 
@@ -45,7 +45,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
         def stands(self, stiffness: float) -> bool:
             return stiffness <= self.limit
 
-    monkeypatch.setattr(haptics.stability.stiffness, "WallBench", Bench)
+    monkeypatch.setattr(haptics.loop.stiffness, "WallBench", Bench)
     return limits
 
 
@@ -106,7 +106,7 @@ def test_what_the_search_refuses_is_exit_2(
     def refused(*_: Any, **__: Any) -> None:
         raise ValueError("a point of the cube cannot be reached")
 
-    monkeypatch.setattr(haptics.stability.stiffness, "largest_walls", refused)
+    monkeypatch.setattr(haptics.loop.stiffness, "largest_walls", refused)
     assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new") == 2
     assert capsys.readouterr().err.startswith(f"{BEST}: ")
     assert not (tmp_path / "new").exists()

@@ -20,22 +20,17 @@ from haptics.devices.calibrated import CalibratedDevice
 from haptics.devices.device import DeviceError, DeviceLostError, EndOfRecordingError, Reading
 from haptics.devices.recording import Recording
 from haptics.devices.simulated import SimulatedDevice
+from haptics.loop.assumptions import nominal_plant
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
-from haptics.simulation.assumptions import nominal_plant
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import at_rate
 from tests.committed import BEST
 from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.served import served
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE
 from tests.optimizer.certify.designs import masses
 from tests.terminal import HANGS_S
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def smooth(machine: MachineModel) -> SimulatedDevice:

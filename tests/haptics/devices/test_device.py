@@ -6,27 +6,29 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics
+from haptics.calibration.unknowns import nominal
 from haptics.control.controller import TOUCHED
 from haptics.control.supervisor.faults import FaultCode
+from haptics.devices.calibrated import CalibratedDevice
 from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Reading, run, three_torques
 from haptics.devices.host import Host
 from haptics.devices.recorded import RecordedDevice
 from haptics.devices.recording import COLUMNS, Recorder, Recording, RecordingError, load_recording, save_recording
 from haptics.devices.simulated import SimulatedDevice, simulated_machine
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller, reading_age, real_plant, sensor_errors
+from haptics.loop.simulation import simulate, timing
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, advance
 from haptics.model.sensor import EXACT
 from haptics.rendering import law_table
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.laws.virtual_wall import axis_wall
-from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
-from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import at_rate
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, PLANT
 from tests.haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.devices.test_remote import Wire, board, remote
+from tests.haptics.scene_machine import WITHOUT_NOISE
 
 ANGLES = np.array([[0.1, 0.2, 0.3], [0.11, 0.21, np.nan], [0.12, 0.22, 0.31]])
 PULL = np.array([0.01, -0.02, 0.03])
@@ -174,11 +176,6 @@ def test_what_cannot_be_simulated_is_refused() -> None:
             simulated(**wrong)
 
 
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
-
-
 @pytest.mark.parametrize(("rate_Hz", "linked"), [(1000.0, False), (1000.0, True), (8000.0, False)])
 def test_the_device_of_run_is_that_of_simulate(machine: MachineModel, rate_Hz: float, linked: bool) -> None:
     """What gives way, ripple, stops and delay: a spring that pulls the handle into a wall, by the other loop's code."""
@@ -226,14 +223,28 @@ def test_it_reads_with_the_noise_and_the_counts_of_its_encoders(machine: Machine
 
 def devices() -> list[Device]:
     recording = Recording(np.arange(3.0), ANGLES, np.zeros((3, 3)))
-    return [simulated(), FakeDevice(ANGLES), RecordedDevice(recording), DisturbedDevice(FakeDevice(ANGLES), {})]
+    return [
+        simulated(),
+        FakeDevice(ANGLES),
+        RecordedDevice(recording),
+        DisturbedDevice(FakeDevice(ANGLES), {}),
+        CalibratedDevice(FakeDevice(ANGLES), GEOMETRY, nominal(GEOMETRY)),
+        remote(Wire(board())),
+    ]
 
 
 @pytest.mark.parametrize("device", devices(), ids=lambda d: type(d).__name__)
-def test_a_closed_device_neither_reads_nor_writes(device: Device) -> None:
+def test_the_contract_of_a_device(device: Device) -> None:
+    """Its clock does not go back, torques that are none are refused and what was held stays, closed it does nothing."""
     before = device.time
-    device.read()
-    assert device.time >= before
+    sample = device.read()
+    assert device.time == sample.time >= before
+    assert sample.angles.shape == (3,)
+    device.write(PULL)
+    for wrong in ([np.nan, 0.0, 0.0], [0.0, 0.0]):
+        with pytest.raises(ValueError, match=r"^torques"):
+            device.write(wrong)
+    assert device.read().time > sample.time
     device.close()
     device.close()
     with pytest.raises(DeviceError):

@@ -9,7 +9,7 @@ from delta_cad.design import Design
 from haptics.devices.board import Board
 from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.simulated import simulated_machine
-from haptics.simulation.hardware import real_plant
+from haptics.loop.hardware import real_plant
 from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.scene_machine import scene_machine
 

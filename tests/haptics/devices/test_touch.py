@@ -18,10 +18,10 @@ from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
+from haptics.loop.choice import DAMPED, at_rate
+from haptics.loop.walls import computed_wall
 from haptics.model.plant import Hand
 from haptics.rendering.laws.virtual_wall import axis_wall
-from haptics.simulation.loops import DAMPED, at_rate
-from haptics.stability.walls import computed_wall
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES, PLANT
 from tests.haptics.devices.fake import FakeDevice
 from tests.haptics.devices.test_remote import Wire, remote
@@ -122,9 +122,9 @@ def test_a_board_says_whether_its_drives_damp_at_walls_and_walls_are_held_to_tha
     assert loops == [near, near.untouched, near.linked, near.linked.untouched, near.linked.untouched]
     assert near.linked.delays[1] == 1.0
     machine = scene_machine(best)
-    borne = [computed_wall(machine, machine.centre, (1.0, 0.0, 0.0), loop) for loop in loops]
-    assert borne[0] > borne[2] > borne[3]
-    assert borne[0] > borne[1] > borne[3]
+    limits = [computed_wall(machine, machine.centre, (1.0, 0.0, 0.0), loop) for loop in loops]
+    assert limits[0] > limits[2] > limits[3]
+    assert limits[0] > limits[1] > limits[3]
 
 
 def test_the_simulated_drives_damp_more_while_a_wall_is_touched() -> None:

@@ -6,31 +6,24 @@ import numpy as np
 import pytest
 
 import haptics.feel.loops
-from delta_cad.design import Design
 from delta_cad.mechanism import jacobian
 from haptics.control.wall_cap import UNCAPPED
-from haptics.feel.loops import DEFAULT_WALL, LoopWalls, Plane, places, plane
+from haptics.feel.loops import DEFAULT_WALL, LoopLimits, Plane, places, plane
+from haptics.loop.choice import BOARD, DAMPED
+from haptics.loop.hardware import board_controller, reading_age, real_plant
+from haptics.loop.simulation import simulate, timing
+from haptics.loop.wall_trial import LOOP_SUBSTEPS
+from haptics.loop.walls import WallStability, closed_form, proven_cap
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.virtual_wall import axis_wall
-from haptics.simulation.hardware import board_controller, reading_age, real_plant
-from haptics.simulation.loop import simulate, timing
-from haptics.simulation.loops import BOARD, DAMPED
-from haptics.stability.wall_share import closed_form, proven_cap
-from haptics.stability.wall_trial import LOOP_SUBSTEPS
-from haptics.stability.walls import WallAt
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE
 
 LEAN, SWING = 2.0, 0.2  # N: presses the handle into the wall, and swings about that
 HELD, SETTLES, CYCLES = 0.7, 0.8, 30  # s held till all force has come in, s to settle; cycles that are measured
 HOLD = Hand(mass=0.0, stiffness=2000.0, damping=20.0)
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def simulated(machine: MachineModel, place: Plane, frequency: float, wall: bool) -> float:
@@ -77,7 +70,7 @@ def plane_at(machine: MachineModel, name: str) -> Plane:
         cap, p = proven_cap(machine, DAMPED), places(machine, DAMPED)[name]
         stiffest = closed_form(cap, jacobian(machine.geometry, p), np.array([1.0, 0.0, 0.0]))[0]
         held = cap._replace(share=cap.share * min(1.0, DEFAULT_WALL / stiffest))
-        return plane(machine, LoopWalls(DAMPED, {}, held), BOARD, p, "x")
+        return plane(machine, LoopLimits(DAMPED, {}, held), BOARD, p, "x")
 
 
 def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
@@ -85,9 +78,9 @@ def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
     assert np.abs(found["worst corner"] - machine.centre) == pytest.approx(np.full(3, machine.half_side))
     assert found["floor's middle"] == pytest.approx(machine.centre - [0.0, 0.0, machine.half_side])
     one = plane_at(machine, "worst corner")
-    mass = WallAt(machine, p=one.position).here.effective_mass([1.0, 0.0, 0.0])
+    mass = WallStability(machine, p=one.position).here.effective_mass([1.0, 0.0, 0.0])
     w = 2.0 * np.pi * 10.0
-    low = np.interp(10.0, WallAt(machine).at_handle().frequency / (2.0 * np.pi), one.lower)
+    low = np.interp(10.0, WallStability(machine).at_handle().frequency / (2.0 * np.pi), one.lower)
     assert low == pytest.approx(w * mass, rel=0.25)  # and the joints' damping
     assert one.wall <= DEFAULT_WALL * (1.0 + 1e-12)
 
@@ -97,6 +90,6 @@ def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
 @pytest.mark.parametrize("name", ["floor's middle", "worst corner"])
 def test_the_simulated_loop_has_that_impedance(machine: MachineModel, name: str, wall: bool, frequency: float) -> None:
     place = plane_at(machine, name)
-    known = WallAt(machine).at_handle().frequency / (2.0 * np.pi)
+    known = WallStability(machine).at_handle().frequency / (2.0 * np.pi)
     told = np.interp(frequency, known, place.upper if wall else place.lower)
     assert simulated(machine, place, frequency, wall) == pytest.approx(told, rel=0.03)

@@ -15,7 +15,7 @@ import haptics.feel.loops
 import haptics.feel.sheet
 from delta_cad import catalogue
 from delta_cad.common.files import whole_folder
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import design_from_dict
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import SingularError, inverse_kinematics, jacobian
 from haptics.commands.cli import main
@@ -38,27 +38,21 @@ from haptics.feel.sheet import (
     stays,
 )
 from haptics.feel.summary import QUANTITIES
+from haptics.loop.assumptions import joint_friction
+from haptics.loop.choice import BOARD, DAMPED
+from haptics.loop.hardware import board_controller
+from haptics.loop.noise import NoiseFigures, NoiseRange
+from haptics.loop.walls import proven_cap
 from haptics.model.ball_joints import ball_friction_N
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
 from haptics.model.motor_heat import hold_time, motor_heat
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import VirtualWall
-from haptics.simulation.assumptions import joint_friction
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import BOARD, DAMPED
-from haptics.stability.noise import NoiseFigures, NoiseRange
-from haptics.stability.wall_share import proven_cap
 from tests.committed import BEST, Built, changed
-from tests.haptics.scene_machine import scene_machine
-from tests.haptics.stability.noise.built import with_structure
+from tests.haptics.loop.noise.built import with_structure
 
 DRAWN = (*MAPS, "z_width", "impedance")
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")
@@ -94,12 +88,12 @@ def test_summary_is_of_the_cube(machine: MachineModel, found: Feel) -> None:
 
 def test_the_wall_that_is_told_is_the_one_that_the_tick_renders(machine: MachineModel, found: Feel) -> None:
     """In the direction in which it renders least, with the cap that `firmware` writes: asked for 1000 N/mm."""
-    assert found.walls.shape == found.slices.position.shape[:-1]
+    assert found.slices["wall"].shape == found.positions.shape[:-1]
     assert found.summaries["wall"].worst[0] >= 2000.0
     controller = board_controller(machine, energy=1e3, energy_start=1e3)._replace(walls=proven_cap(machine))
     rng = np.random.default_rng(2)
     places = [(found.summaries["wall"].worst[1], found.summaries["wall"].worst[0])]
-    places += [(found.slices.position[k], found.walls[k]) for k in ((0, 20, 20), (1, 3, 30), (2, 40, 0))]
+    places += [(found.positions[k], found.slices["wall"][k]) for k in ((0, 20, 20), (1, 3, 30), (2, 40, 0))]
     for p, told in places:
         theta, out, least = inverse_kinematics(machine.geometry, p), np.zeros(3), np.inf
         columns = jacobian(machine.geometry, p)
@@ -142,7 +136,7 @@ def test_whether_it_buzzes(found: Feel) -> None:
     summaries, loop = found.summaries, found.loop
     steady = buzzes(loop, summaries)  # not at the worst corner, with a structure that resonates in the band
     assert (steady.short, steady.good) == ("Finely, for the most sensitive hands.", False)
-    shaken = buzzes(replace(loop, standing={**loop.standing, ("x", "light"): False}), summaries)
+    shaken = buzzes(replace(loop, default_wall_stable={**loop.default_wall_stable, ("x", "light"): False}), summaries)
     assert (shaken.short, shaken.good) == ("Yes.", False)
     assert "x with the light hand" in shaken.text
     calm, still = NoiseFigures(0.01, 1e-8, True), NoiseFigures(0.005, 1e-9, True)
@@ -255,7 +249,7 @@ def test_forces_are_held_as_long_as_the_motor_s_data_tell(machine: MachineModel,
 
 
 def test_a_plane_of_gains_is_drawn(found: Feel) -> None:
-    from haptics.feel.loop_pictures import impedance, z_width
+    from haptics.feel.pictures import impedance, z_width
 
     figure = z_width(found.loop, "device")
     figure.canvas.draw()
@@ -290,7 +284,7 @@ def test_page_and_facts_tell_the_same(found: Feel) -> None:
 
 def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: MachineModel, found: Feel) -> None:
     """For a moment the supervisor's limit of this design decides, for ever the motors' heat."""
-    from haptics.simulation.assumptions import default_controller
+    from haptics.loop.assumptions import default_controller
 
     stop = default_controller(machine).limits.torque
     assert found.drive.continuous == machine.drive.continuous_torque_N_m < found.drive.peak
@@ -368,7 +362,7 @@ def test_files_and_table(
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 2
     assert "holds stray, which no run wrote here" in capsys.readouterr().err
     (folder / "stray").unlink()
-    monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # drawn once is enough
+    monkeypatch.setattr("haptics.scenes.pictures.save", lambda *_: None)  # drawn once is enough
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
 
@@ -383,7 +377,7 @@ def test_a_run_that_fails_leaves_the_folder_before(
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("haptics.scenes.pictures.style.save", full)
+    monkeypatch.setattr("haptics.scenes.pictures.save", full)
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["synthesized-feel"]
     assert (tmp_path / "synthesized-feel" / "feel.md").read_text() == "before"
@@ -398,8 +392,8 @@ def test_exit_1_says_what_is_not_met(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # the pictures are another test's
-    shaken = replace(loop, standing={**loop.standing, ("x", "light"): False})
+    monkeypatch.setattr("haptics.scenes.pictures.save", lambda *_: None)  # the pictures are another test's
+    shaken = replace(loop, default_wall_stable={**loop.default_wall_stable, ("x", "light"): False})
     monkeypatch.setattr(haptics.feel.loops, "loop_sheet", lambda *_: shaken)
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 1
     assert "x with the light hand" in capsys.readouterr().err

@@ -11,20 +11,14 @@ from scipy.interpolate import interpn
 
 from delta_cad.design import Design, design_hash
 from haptics.feel.structure import first_resonance, force_bandwidth, held_force
+from haptics.loop.choice import BOARD
+from haptics.loop.hardware import STIFFER, compliance, real_plant, structure_text
+from haptics.loop.linear import linearise
 from haptics.model.built import built_structure
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import STIFFER, compliance, real_plant, structure_text
-from haptics.simulation.loops import BOARD
-from haptics.stability.linear import linearise
-from tests.haptics.scene_machine import scene_machine
-from tests.haptics.stability.noise.built import with_structure
+from tests.haptics.loop.noise.built import with_structure
 
 Z = np.array([0.0, 0.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def test_the_force_on_a_held_handle_is_that_of_two_masses(machine: MachineModel) -> None:

@@ -19,8 +19,8 @@ from haptics.control.startup.record import Step
 from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.precision import DOUBLE, MIXED
 from haptics.firmware.project import firmware, write_firmware
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller
 from tests.committed import BEST, Built
 from tests.haptics.calibration.devices import made
 from tests.haptics.firmware.rig import (
@@ -37,12 +37,6 @@ from tests.haptics.firmware.rig import (
     write,
 )
 from tests.haptics.firmware.test_ports import CHECKED, compiled
-from tests.haptics.scene_machine import scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.controller import Controller
 from haptics.control.supervisor.faults import FaultCode, findings
 from haptics.firmware.precision import DOUBLE
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller
 from tests.haptics.firmware.rig import (
     COUNTS,
     LAWS,
@@ -25,14 +24,8 @@ from tests.haptics.firmware.rig import (
     replay,
     write,
 )
-from tests.haptics.scene_machine import scene_machine
 
 TICKS = 2000
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ import pytest
 from numba import float64, int64, typeof
 
 from delta_cad.common import jit
-from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import TOUCHED, Controller, fresh, tick
@@ -22,7 +21,7 @@ from haptics.control.pose import POSITION
 from haptics.control.supervisor.faults import EXTERNAL, FaultCode, State, findings
 from haptics.control.supervisor.memory import ENABLE, REQUEST, RESET
 from haptics.control.supervisor.supervisor import ALL_FRESH
-from haptics.control.wall_cap import borne_force
+from haptics.control.wall_cap import capped_force
 from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.firmware.expressions import TranslationError
@@ -32,13 +31,13 @@ from haptics.firmware.literals import literal
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
 from haptics.firmware.project import write_firmware
 from haptics.firmware.translate import Translation
+from haptics.loop.assumptions import default_controller
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.rendering.registry import COLUMNS, layout
 from haptics.rendering.registry import LAWS as REGISTRY
-from haptics.simulation.assumptions import default_controller
-from haptics.simulation.hardware import board_controller
 from tests.committed import BEST, Built
 from tests.haptics.firmware.rig import (
     FLAGS,
@@ -54,12 +53,6 @@ from tests.haptics.firmware.rig import (
     tool,
     write,
 )
-from tests.haptics.scene_machine import scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def compiled(controller: Controller, folder: Path, *macros: str) -> Any:
@@ -135,7 +128,7 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
         rendered += bool(np.abs(out).max() > 0.06)
         assert library.delta_touched(pointer(theirs)) == ours.work[TOUCHED], f"tick {k}"
         met += int(ours.work[TOUCHED])
-        inside = borne_force(controller.walls, ours.work, LAWS, *ours.work[POSITION], 0.0, 0.0, 0.0)[3]
+        inside = capped_force(controller.walls, ours.work, LAWS, *ours.work[POSITION], 0.0, 0.0, 0.0)[3]
         off = library.delta_state(pointer(theirs)) in (State.DISABLED, State.FAULT)
         assert library.delta_touched(pointer(theirs)) == (0.0 if off else inside), f"tick {k}"
         let_go += off and inside

@@ -12,8 +12,8 @@ from delta_cad.design import Design
 from haptics.control.startup.record import Refusal, Step
 from haptics.control.supervisor.faults import FaultCode, findings
 from haptics.firmware.project import firmware, write_firmware
-from haptics.simulation.hardware import sensor_limits
-from haptics.simulation.loops import at_rate
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import sensor_limits
 from tests.committed import ROOT
 from tests.haptics.firmware.rig import FLAGS, tool
 from tests.haptics.scene_machine import scene_machine

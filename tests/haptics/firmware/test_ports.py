@@ -26,11 +26,11 @@ from haptics.devices.remote import RemoteDevice
 from haptics.devices.simulated import SimulatedDevice
 from haptics.firmware.device import STEPS
 from haptics.firmware.project import firmware, write_firmware
+from haptics.loop.assumptions import encoder_count
+from haptics.loop.choice import DAMPED
+from haptics.loop.hardware import board_controller, real_plant
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.spring import SpringDamper
-from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import board_controller, real_plant
-from haptics.simulation.loops import DAMPED
 from tests.haptics.firmware.rig import FLAGS, compile_bare, emulate, tool
 from tests.haptics.scene_machine import scene_machine
 

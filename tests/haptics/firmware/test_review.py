@@ -23,9 +23,9 @@ from haptics.firmware.memories import START, SUPERVISOR, WHOLE, Layout, layout
 from haptics.firmware.ports import files_of_ports
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
 from haptics.firmware.translate import Translation
+from haptics.loop.hardware import board_controller
+from haptics.loop.start_up import start_up
 from haptics.rendering.registry import LAWS
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.start_up import start_up
 from tests.haptics.scene_machine import scene_machine
 
 LIBRARIES = [ctypes.CDLL(name) for name in ("libm.so.6", "libc.so.6")]

@@ -7,15 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.controller import Controller, fresh
 from haptics.control.pose import HOLDING, ROWS, pose
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.precision import MIXED
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller
-from haptics.simulation.loops import at_rate
 from tests.haptics.firmware.rig import (
     COUNTS,
     EMPTY,
@@ -32,14 +31,9 @@ from tests.haptics.firmware.rig import (
     replay,
     write,
 )
-from tests.haptics.scene_machine import WITHOUT_NOISE, scene_machine
+from tests.haptics.scene_machine import WITHOUT_NOISE
 
 RATE_Hz = 4000.0
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -10,20 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.startup import record as r
 from haptics.control.startup.record import ABOUT, Refusal, Step
 from haptics.control.supervisor.faults import FaultCode
 from haptics.firmware.generate import sources
 from haptics.firmware.memories import START
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
+from haptics.loop.choice import at_rate
+from haptics.loop.hardware import board_controller, real_plant
+from haptics.loop.start_up import start_up
 from haptics.model.machine import MachineModel
-from haptics.simulation.hardware import board_controller, real_plant
-from haptics.simulation.loops import at_rate
-from haptics.simulation.start_up import start_up
 from tests.haptics.control.startup.planted import LONGEST, PERIOD, Ended, Fault, Held, lying, run, scaled
 from tests.haptics.firmware.rig import FLAGS, tool
-from tests.haptics.scene_machine import scene_machine
 
 FRESH = (ctypes.c_int * 3)(1, 1, 1)
 
@@ -32,11 +30,6 @@ class Refused(ctypes.Structure):
     """`delta_refusal`."""
 
     _fields_ = (("code", ctypes.c_int), ("joint", ctypes.c_int), ("value", ctypes.c_double), ("bound", ctypes.c_double))
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def library(machine: MachineModel, folder: Path, precision: Precision, absolute: bool) -> ctypes.CDLL:

@@ -9,10 +9,10 @@ import pytest
 
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.gravity import gravity_torque
+from haptics.loop.discrete import continuous
+from haptics.loop.linear import linearise
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, PHASE, ROTOR_RATE, STATES, TWIST
 from haptics.model.plant import FREE, Hand, Plant, advance, derivative, energy, plant
-from haptics.stability.bodies import continuous
-from haptics.stability.linear import linearise
 from tests.haptics.model.test_plant import GEOMETRY, HOME, MASSES, ZERO, acceleration, run, state_of
 
 FLOATING = (0.0, 0.0, 0.0)

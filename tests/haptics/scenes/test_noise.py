@@ -5,20 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.supervisor.faults import FaultCode
+from haptics.loop.choice import BOARD
+from haptics.loop.noise import FORCE, MOTION, BAND_Hz
 from haptics.model.machine import MachineModel
 from haptics.scenes.noise import READY, _felt, in_band, noise
-from haptics.scenes.pictures.noise import picture, spectrum
+from haptics.scenes.pictures import noise as picture
+from haptics.scenes.pictures import spectrum
 from haptics.scenes.record import Scene
-from haptics.simulation.loops import BOARD
-from haptics.stability.noise import FORCE, MOTION, BAND_Hz
-from tests.haptics.scene_machine import scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

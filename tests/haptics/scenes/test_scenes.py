@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from delta_cad.mechanism import inverse_jacobian, inverse_kinematics
+from haptics.loop.assumptions import nominal_plant
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
@@ -19,15 +19,8 @@ from haptics.scenes.home import home, ideal_settling
 from haptics.scenes.record import Scene, SceneRun
 from haptics.scenes.resistance import resistance
 from haptics.scenes.wall import wall
-from haptics.simulation.assumptions import nominal_plant
-from tests.haptics.scene_machine import scene_machine
 
 pytestmark = pytest.mark.filterwarnings("error")
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

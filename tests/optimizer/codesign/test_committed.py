@@ -11,16 +11,15 @@ import pytest
 from delta_cad.design import load_design
 from delta_cad.mechanism import jacobian
 from haptics.feel.loops import noisy_walls
+from haptics.loop.choice import BOARD, DAMPED, LoopChoice
+from haptics.loop.noise import BARELY, FORCE, NoisyLoop
+from haptics.loop.walls import WallStability, proven_cap, rendered
 from haptics.model.hands import CORNERS, HANDS
 from haptics.model.machine import load_machine
 from haptics.model.plant import FREE
-from haptics.simulation.loops import BOARD, DAMPED, LoopChoice
-from haptics.stability.noise import BARELY, FORCE, NoisyLoop
-from haptics.stability.wall_share import proven_cap, rendered
-from haptics.stability.walls import WallAt
 from optimizer.problem.brief import brief_hash, load_brief
 from tests.committed import COMMITTED, ROOT, Built
-from tests.haptics.stability.noise.built import POSES, moved
+from tests.haptics.loop.noise.built import POSES, moved
 
 TASK = ROOT / "joystick.toml"
 
@@ -61,7 +60,7 @@ def test_its_loop_bears_a_good_wall_quietly(
     assert rendered(cap, jacobian(machine.geometry, machine.centre))[0] >= centre
     assert rendered(cap, jacobian(machine.geometry, cube))[0].min() >= everywhere
     for normal in np.eye(3):
-        at = WallAt(machine, loop, normal=normal)
+        at = WallStability(machine, loop, normal=normal)
         assert all(at.stable(hand) > 5000.0 for hand in (FREE, *(HANDS | CORNERS).values()))
     for p in (machine.centre, cube[0], cube[-1]):
         for normal, stiffness, damping in noisy_walls(machine, cap, p):

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from haptics.loop.assumptions import encoder_count
 
 from delta_cad.design import Design
 from delta_cad.dimensions.joint import known_joints
@@ -14,7 +15,6 @@ from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinem
 from delta_cad.mechanism.limits.position_step import position_step
 from haptics.feel.field import feel_at
 from haptics.feel.sheet import joint_drive
-from haptics.simulation.assumptions import encoder_count
 from tests.delta_cad.mechanism.oracles import PUBLISHED
 from tests.haptics.scene_machine import scene_machine
 
@@ -46,7 +46,7 @@ def test_it_is_made_of_the_count_and_the_jacobian_of_haptics(best: Design) -> No
     machine = scene_machine(best)
     assert known_joints(best)["encoder_count"] == encoder_count(machine) == joint_drive(machine).count
     p = np.random.default_rng(7).uniform(best.workspace.lower, best.workspace.upper, (200, 3))
-    alone = feel_at(machine, joint_drive(machine), p).position_step  # one encoder's count, the others at rest
+    alone = feel_at(machine, joint_drive(machine), p)["position_step"]  # one encoder's count, the others at rest
     step = position_step(best.geometry, p, encoder_count(machine))
     assert (alone <= step).all()
     assert (step <= 3.0 * alone).all()

@@ -14,11 +14,11 @@ from haptics.control.startup.record import Refusal, StartMemory, StartUp, Step
 from haptics.control.startup.steps import start
 from haptics.control.supervisor.memory import SIGNALS
 from haptics.devices.simulated import SimulatedDevice
+from haptics.loop.choice import chosen_loop
+from haptics.loop.hardware import real_plant, sensor_errors
+from haptics.loop.start_up import fresh_start
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
-from haptics.simulation.hardware import real_plant, sensor_errors
-from haptics.simulation.loops import chosen_loop
-from haptics.simulation.start_up import fresh_start
 
 PERIOD = 5e-4
 LONGEST = 12.0  # s

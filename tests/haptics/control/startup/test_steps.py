@@ -7,19 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from haptics.control.startup import record as r
 from haptics.control.startup.record import ABOUT, Refusal, StartUp, Step
 from haptics.control.supervisor.faults import FaultCode
+from haptics.loop.start_up import start_up
 from haptics.model.machine import MachineModel
-from haptics.simulation.start_up import start_up
 from tests.haptics.control.startup.planted import PERIOD, Fault, Held, exchanged, mirrored, run, scaled
-from tests.haptics.scene_machine import scene_machine
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

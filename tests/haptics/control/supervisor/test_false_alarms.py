@@ -5,24 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import design_from_dict
 from haptics.control.supervisor.faults import LATCHING, FaultCode
+from haptics.loop.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
+from haptics.loop.simulation import simulate, timing
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
-from haptics.simulation.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
-from haptics.simulation.loop import simulate, timing
 from tests.committed import changed
 from tests.haptics.scene_machine import scene_machine
 
 NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 PERIOD = 1e-3
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 def latched(machine: MachineModel, anchor: np.ndarray, hand: str, place: int, seed: int, **limits: float) -> int:

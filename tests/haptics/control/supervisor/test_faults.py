@@ -1,7 +1,5 @@
 """The codes of faults: numbers, names and texts."""
 
-import numpy as np
-
 from haptics.control.supervisor import supervisor as compiled
 from haptics.control.supervisor.faults import (
     EXTERNAL,
@@ -13,15 +11,6 @@ from haptics.control.supervisor.faults import (
     findings,
     mask,
 )
-from tests.haptics.control.supervisor.rig import LIMITS
-
-PULL = np.array([0.1, -0.15, 0.2])
-HOLD = np.array([0.05, 0.06, 0.04])
-UP = np.array([0.0, 0.0, 1.0])
-FLOOR = np.array([0.0, 0.0, LIMITS.cube_bottom])
-GLIDE = 60
-"""Ticks in which everything has slewed away: gravity's torque needs 15."""
-NAN = float("nan")
 
 
 def test_codes_keep_their_numbers_and_the_compiled_bits_their_names() -> None:

@@ -12,10 +12,10 @@ from delta_cad.mechanism import inverse_kinematics
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import FaultCode, State
 from haptics.control.supervisor.supervisor import ALL_FRESH, left_out
-from haptics.simulation.assumptions import encoder_count
-from haptics.simulation.hardware import QUIETER, ALARM_s, board_controller, sensor_errors, sensor_limits
-from haptics.simulation.loops import BOARD, at_rate
-from haptics.simulation.start_up import start_up
+from haptics.loop.assumptions import encoder_count
+from haptics.loop.choice import BOARD, at_rate
+from haptics.loop.hardware import QUIETER, ALARM_s, board_controller, sensor_errors, sensor_limits
+from haptics.loop.start_up import start_up
 from tests.committed import changed
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, Rig
 from tests.haptics.scene_machine import scene_machine

@@ -31,11 +31,13 @@ def fails(rig: Rig, code: FaultCode) -> None:
     assert TABLE[code].severity is Severity.FAULT
     rig.glide(HOME)
     out = rig.ticks(GLIDE, PULL, HOLD)
-    if reaction is Reaction.LOWER:
-        out = rig.ticks(round(LIMITS.lowering / LIMITS.period), PULL, HOLD)
-    rest = HOLD if reaction is Reaction.DAMP else np.zeros(3)
+    weight = 1.0 - rig.supervisor.memory[m.LOWERED] / LIMITS.lowering
+    assert weight < 1.0 - GLIDE * LIMITS.period or reaction is Reaction.OFF
+    rest = weight * HOLD if reaction in (Reaction.LOWER, Reaction.DAMP) else np.zeros(3)
     # a trembling handle (20 um at 10 Hz) under 0.02 N m s/rad: below 1e-3 N m; otherwise rounding
     np.testing.assert_allclose(out, rest, atol=1e-3 if reaction in (Reaction.DAMP, Reaction.BRAKE) else 1e-12)
+    out = rig.ticks(round(LIMITS.lowering / LIMITS.period), PULL, HOLD)
+    assert np.all(out == 0.0)  # nothing is commanded any more, whatever an encoder says, and the power stage goes off
     assert rig.supervisor.state is State.FAULT
     assert code in rig.supervisor.latched
 

@@ -12,19 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
 from delta_cad.mechanism import forward_kinematics, jacobian
 from haptics.devices.protocol import decode, encode
 from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
-from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, machine_header, sources, write_sources
+from haptics.interfaces.sources import FILES, MACHINE, POSE, TIMEOUT_S, machine_header, sources, write_sources
+from haptics.loop.choice import BOARD, at_rate
+from haptics.loop.walls import WallStability
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
-from haptics.simulation.loops import BOARD, at_rate
-from haptics.stability.walls import WallAt
 from tests.haptics.devices.fake import Disturbance, DisturbedDevice, invalid
 from tests.haptics.devices.served import Served, served
-from tests.haptics.scene_machine import scene_machine
 
 HERE = Path(__file__).parent
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror")
@@ -33,14 +31,9 @@ LOST, NO_BOARD, REFUSED, UNFIT, NO_ADDRESS, UNKNOWN = 6, 3, 4, 5, 2, 7
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
-
-
-@pytest.fixture(scope="module")
 def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("c") / "interfaces"
-    assert write_sources(machine, folder) == sorted([*FILES, MACHINE])
+    assert write_sources(machine, folder) == sorted([*FILES, MACHINE, POSE])
     header = (folder / MACHINE).read_text()
     assert f"    {TIMEOUT_S}, \\\n" in header
     (folder / MACHINE).write_text(header.replace(f"    {TIMEOUT_S}, \\\n", "    20.0, \\\n"))  # on a busy machine
@@ -396,7 +389,9 @@ def test_a_hosts_wall_stands_without_the_damping_that_it_tells_no_drive_of(machi
     """By the eigenvalues of a loop of 1 kHz that is a period late, its drives as they damp where no wall is touched."""
     line = next(line for line in machine_header(machine).splitlines() if "DELTA_STIFFNESS" in line)
     loop = replace(at_rate(1000.0), contact_damping=BOARD.drive_damping)
-    walls = [WallAt(machine, loop, machine.centre, axis, place=0, delay=1.0e-3).stable(FREE) for axis in np.eye(3)]
+    walls = [
+        WallStability(machine, loop, machine.centre, axis, place=0, delay=1.0e-3).stable(FREE) for axis in np.eye(3)
+    ]
     assert 50.0 < float(line.split()[2]) < 0.7 * min(walls)
 
 

@@ -11,22 +11,25 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
+from delta_cad.design.record import Loop
 from haptics.control.startup.record import Step
 from haptics.devices.device import Reading, run
 from haptics.devices.link import SerialLink
 from haptics.devices.remote import RemoteDevice
+from haptics.firmware.device import device_files
 from haptics.firmware.project import firmware, write_firmware
+from haptics.loop.choice import chosen_loop
 from haptics.model.machine import MachineModel
 from tests.haptics.firmware.boards.test_drivers import CHIPS
 from tests.haptics.firmware.rig import BARE, CORES, FLAGS, tool
-from tests.haptics.scene_machine import scene_machine
 
 PORT = "nucleo-g474re"
 DRIVERS = ("drivers/mt6835.c", "drivers/escon.c")
@@ -37,11 +40,6 @@ EVENT = np.dtype([("event", "i4"), ("joint", "i4"), ("value", "f8"), ("bound", "
 STEP, READY, REFUSED, CODE, FAULT = range(1, 6)  # Events of delta_run.h
 READY_AT = 9.0  # s; the start-up is over
 LINKED_Hz = 1000.0
-
-
-@pytest.fixture(scope="module")
-def machine(best: Design) -> MachineModel:
-    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +87,22 @@ def test_it_compiles_for_its_core_and_fits(folders: dict[str, Path], name: str) 
     stack, reset, *rest = np.frombuffer(vectors, "<u4")
     assert stack == 0x20000000 + RAM
     assert all(0x08000000 <= address < 0x08000000 + FLASH and address % 2 for address in (reset, rest[0], rest[-1]))
+
+
+def test_it_refuses_walls_that_count_on_drives_that_damp(
+    machine: MachineModel, folders: dict[str, Path], tmp_path: Path
+) -> None:
+    """The ESCON adds no damping: a design whose walls count on it does not compile."""
+    damping = machine.design.model_copy(update={"loop": Loop(drive_damping=0.3)})
+    figures = device_files(replace(machine, design=damping), chosen_loop(damping, 4000.0))["delta_device.h"]
+    shutil.copytree(folders["alone"], tmp_path / "it")
+    source = tmp_path / "it" / PORT / "board.c"
+    check = [tool("gcc"), "-std=c99", "-fsyntax-only", "-DDELTA_SIMULATED_REGISTERS", f"-I{CHIPS}", str(source)]
+    assert subprocess.run(check, capture_output=True).returncode == 0
+    (tmp_path / "it" / "delta_device.h").write_text(figures)
+    refused = subprocess.run(check, capture_output=True, text=True)
+    assert refused.returncode != 0
+    assert "adds no damping" in refused.stderr
 
 
 @pytest.mark.parametrize("name", MAIN)

@@ -1,1 +1,0 @@
-"""The sampled loop in time, what is assumed of it, and its series."""

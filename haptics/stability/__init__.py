@@ -1,1 +1,0 @@
-"""What walls the loop bears: discrete model, passivity, trials in time."""
