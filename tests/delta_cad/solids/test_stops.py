@@ -25,10 +25,10 @@ DIRECT: dict[str, Any] = {
 }
 DESIGNS: dict[str, dict[str, Any]] = {
     "capstan": {},
+    "direct, 60 mm motor": DIRECT | {"hardware__motor": "maxon-ec60flat-625858"},
     "capstan, thick arm": {"hardware__arm_thickness_mm": 14.0, "mechanism__base_radius_mm": 38.0},
     "capstan, wide bearing": {"hardware__bearing": "608", "mechanism__base_radius_mm": 34.0},
     "capstan, slot into the rim": {"hardware__capstan_ratio": 3.09, "hardware__sector_radius_mm": 25.2},
-    "direct, 60 mm motor": DIRECT | {"hardware__motor": "maxon-ec60flat-625858"},
     "direct, 43 mm motor": DIRECT | {"hardware__motor": "maxon-ec45flat-411812"},
 }
 NOISE_MM3 = 1e-9
@@ -65,7 +65,7 @@ def common(d: Dimensions, assembly: Assembly, theta: float) -> float:
     return sum(pin.intersect(placed(solid, turned(d, theta))).Volume() for pin in pins)
 
 
-@pytest.mark.quick(1)
+@pytest.mark.quick(2)
 def test_arms_are_stopped_three_degrees_outside_the_cube_and_not_before(machine: tuple[Dimensions, Assembly]) -> None:
     d, assembly = machine
     low, high = np.degrees([d.extremes.shoulder_min.value, d.extremes.shoulder_max.value])
@@ -77,7 +77,7 @@ def test_arms_are_stopped_three_degrees_outside_the_cube_and_not_before(machine:
     assert np.degrees(d.stops_rad) == pytest.approx([low - 3.0, high + 3.0])
 
 
-@pytest.mark.quick(1)
+@pytest.mark.quick(2)
 def test_each_direction_has_a_pin_that_reaches_3_mm_into_what_it_stops(machine: tuple[Dimensions, Assembly]) -> None:
     """Depth along the shoulder axis of what they share, measured on the solids 1 deg beyond the stop."""
     d, assembly = machine
@@ -90,6 +90,7 @@ def test_each_direction_has_a_pin_that_reaches_3_mm_into_what_it_stops(machine: 
         assert box.ymax - box.ymin >= 3.0 - 0.4 - 1e-6  # less the arm's broken edge of 0.4 mm
 
 
+@pytest.mark.quick(2)
 def test_pins_are_held_in_the_cheek_and_touch_nothing_else(machine: tuple[Dimensions, Assembly]) -> None:
     d, assembly = machine
     (cheek,) = of_chain_0(assembly, "motor_cheek")
