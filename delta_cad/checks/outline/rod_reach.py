@@ -64,15 +64,7 @@ class RodReach:
         return min(float(at[1].max() + np.linalg.norm(points - [x, 0, 0], axis=1).max()) for at, x in ends)
 
     def coarse(self, body: CollisionBody, direction: np.ndarray) -> float:
-        """Bounds the reach from the first boxes alone.
-
-        Args:
-            body: A body on a rod.
-            direction: (3,) unit vector in the base plane.
-
-        Returns:
-            Bound on the reach of its mesh, mm.
-        """
+        """Bounds the reach from the first boxes alone, arguments and result as of `roughest`."""
         return float(self.bounds(body, direction, self._start.centres, self._start.halves)[0].max())
 
     def refined(self, body: CollisionBody, direction: np.ndarray, floor_mm: float) -> tuple[float, float]:

@@ -47,6 +47,11 @@ def test_all_checks_of_a_good_machine_pass_and_report() -> None:
     assert isinstance(read[-1]["passed"], bool)
 
 
+def test_checks_are_told_apart() -> None:
+    for told_by in ("name", "label"):
+        assert len({getattr(check, told_by) for check in CHECKS}) == len(CHECKS)
+
+
 @pytest.mark.slow
 def test_another_process_sweeps_to_the_same_results() -> None:
     meshes, told = MeshLibrary(MACHINE.parts, 0.3, 0.8), list[str]()

@@ -340,7 +340,9 @@ def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions, machin
 def own_checks(machine: BuiltMachine, design: Design) -> dict[str, CheckResult]:
     """The checks of a machine's dimensions."""
     m = checked(replace(machine, dimensions=replace(machine.dimensions, design=design)))
-    return {result.name: result for check in CHECKS if check.stage == "design" for result in check.run(m)}
+    found = {check: check.run(m) for check in CHECKS if check.stage == "design"}
+    assert all(r.name.startswith(f"{check.name} ") for check, results in found.items() if check.family for r in results)
+    return {result.name: result for results in found.values() for result in results}
 
 
 def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design) -> None:
