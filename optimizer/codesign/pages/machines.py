@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.common.console import ProgressLine
-from delta_cad.common.files import write_all
-from delta_cad.common.output_ownership import RECORD, record_with
+from delta_cad.common.files import RECORD, record_with, write_all
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.design import Design, design_hash, design_to_json
 from delta_cad.report.page import FILE_NAME
