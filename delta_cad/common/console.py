@@ -135,7 +135,7 @@ def refuse_folder(out: Path, error: OSError) -> int:
         out: As it was typed.
         error: What the system, or `common.ours`, says of it or of a place below it.
     """
-    from delta_cad.common.output_ownership import ForeignFilesError
+    from delta_cad.common.files import ForeignFilesError
 
     at = "" if error.filename in (None, str(out)) else f"{error.filename}: "
     more = "" if isinstance(error, ForeignFilesError) else "; must be a folder that can be written"

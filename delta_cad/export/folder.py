@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from delta_cad.common.files import recover, whole_folder
-from delta_cad.common.output_ownership import refuse_foreign_files
+from delta_cad.common.files import recover, refuse_foreign_files, whole_folder
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 REJECTED_SUFFIX = ".rejected"

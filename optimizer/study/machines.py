@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.common.console import ProgressLine
-from delta_cad.common.files import whole_folder, write_all
-from delta_cad.common.output_ownership import RECORD, record_with
+from delta_cad.common.files import RECORD, record_with, whole_folder, write_all
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.design import NAME_LONGEST, Design, design_hash, design_to_json
 from delta_cad.dimensions import dimensions

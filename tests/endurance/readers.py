@@ -23,7 +23,7 @@ from delta_cad.catalogue import CHOSEN, FAMILIES, CatalogueError, own_parts
 from delta_cad.catalogue.reader import DATA, read_family
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import cli as delta_cad_cli
-from delta_cad.common.output_ownership import RECORD, refuse_foreign_files
+from delta_cad.common.files import RECORD, refuse_foreign_files
 from delta_cad.design import Design, DesignError, design_hash, design_to_dict, load_design
 from delta_cad.drive.masses import MassError, load_masses
 from delta_cad.report.statements import certificate as told

@@ -98,6 +98,8 @@ def test_the_columns_that_must_be_there_are_enough(tmp_path: Path) -> None:
     assert (motor.drives, motor.nominal_voltage_V, motor.peak_torque_N_m) == (("capstan",), 24.0, 0.1)
     assert motor.stall_torque_N_m == pytest.approx(24.0 / 0.6 * 0.03)
     assert (motor.order_code, motor.maker, motor.verified[:3]) == ("mine-32", "any", "no,")
+    empty = MOTOR | dict.fromkeys(("nominal_voltage_V", "stall_torque_N_m", "maker", "max_axial_load_N"), "")
+    assert catalogue.own_parts(written(tmp_path, motor=empty)).rows["motor"] == {"mine-32": motor}
     assert motor.max_radial_load_N is None
     steel = rope.mass_g_m / 7.9 / (pi / 4.0 * 0.25)  # share of the circle
     assert 0.5 < steel < 0.7

@@ -367,8 +367,8 @@ def ranges(machine: BuiltMachine, **requirements: Any) -> dict[str, CheckResult]
 
 def test_conditioning_and_effective_mass_are_checked_where_they_are_asked(machine: BuiltMachine, best: Design) -> None:
     checked = partial(ranges, machine)
-    from haptics.model.plant import plant
     from haptics.loop.linear import linearise
+    from haptics.model.plant import plant
 
     c = best.cube
     floor = np.array([0.0, 0.0, c.bottom_height_mm / 1e3])  # it is heaviest there

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.files import AppendLog, FileInUseError, require_room, whole_folder, write_all, write_whole
-from delta_cad.common.output_ownership import RECORD
+from delta_cad.common.files import RECORD, AppendLog, FileInUseError, require_room, whole_folder, write_all, write_whole
 
 
 def held(folder: Path) -> list[str]:

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.files import require_room, whole_folder
-from delta_cad.common.output_ownership import RECORD, remove
+from delta_cad.common.files import RECORD, remove, require_room, whole_folder
 from delta_cad.export.folder import output_folder
 from delta_cad.export.manifest import write_manifest
 

@@ -81,7 +81,7 @@ def test_what_cannot_be_carried_is_told() -> None:
 def test_an_early_end_is_told_with_the_last_word() -> None:
     with WorkerProcess(__name__) as beside:
         beside.send(["die"])
-        with pytest.raises(WorkerProcessError, match="test_beside: ended with exit code 3: the last word"):
+        with pytest.raises(WorkerProcessError, match="test_worker_process: ended with exit code 3: the last word"):
             beside.receive()
 
 
@@ -97,7 +97,7 @@ def test_a_killed_process_is_told() -> None:
         beside.send(["a", "sleep"])
         assert beside.receive() == "a"
         beside._process.kill()
-        with pytest.raises(WorkerProcessError, match="test_beside: ended by signal 9"):
+        with pytest.raises(WorkerProcessError, match="test_worker_process: ended by signal 9"):
             beside.receive()
 
 

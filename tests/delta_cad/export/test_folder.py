@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from delta_cad.common import files
-from delta_cad.common.files import recover
-from delta_cad.common.output_ownership import RECORD
+from delta_cad.common.files import RECORD, recover
 from delta_cad.export.folder import FolderError, output_folder
 
 PROGRAM = """

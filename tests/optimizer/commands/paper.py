@@ -14,7 +14,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Outcome
-from delta_cad.common.output_ownership import write_record
+from delta_cad.common.files import write_record
 from delta_cad.design import Design, design_hash, load_design
 from delta_cad.export.mass_properties import mass_report
 from optimizer.certify.certificate import Certificate

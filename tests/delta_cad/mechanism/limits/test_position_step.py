@@ -7,7 +7,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from haptics.loop.assumptions import encoder_count
 
 from delta_cad.design import Design
 from delta_cad.dimensions.joint import known_joints
@@ -15,6 +14,7 @@ from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinem
 from delta_cad.mechanism.limits.position_step import position_step
 from haptics.feel.field import feel_at
 from haptics.feel.sheet import joint_drive
+from haptics.loop.assumptions import encoder_count
 from tests.delta_cad.mechanism.oracles import PUBLISHED
 from tests.haptics.scene_machine import scene_machine
 
