@@ -83,14 +83,14 @@ def pymoo_ga(worth: Counted) -> np.ndarray:
     n = len(worth.problem.free)
     count = worth(np.full((1, n), 0.5))[1].shape[1]
 
-    class Trial(PymooProblem):
+    class Posed(PymooProblem):
         def _evaluate(self, x: np.ndarray, out: dict[str, Any], *_: Any, **__: Any) -> None:
             objective, margins = worth(x.astype(float))
             out["F"], out["G"] = objective[:, None], -margins
 
-    to_requirements = Trial(n_var=n, n_obj=1, n_ieq_constr=count, xl=np.zeros(n), xu=np.ones(n))
+    posed = Posed(n_var=n, n_obj=1, n_ieq_constr=count, xl=np.zeros(n), xu=np.ones(n))
     algorithm: Any = GA(pop_size=POPULATIONS[worth.problem.step], crossover=SBX(prob=CROSSOVER))
-    found = minimize(to_requirements, algorithm, ("n_gen", GENERATIONS), seed=SEED)
+    found = minimize(posed, algorithm, ("n_gen", GENERATIONS), seed=SEED)
     if found.X is None:
         raise RuntimeError("pymoo's GA met no feasible design: nothing to compare")
     return np.asarray(found.X, dtype=float)
