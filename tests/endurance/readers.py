@@ -51,7 +51,6 @@ from optimizer.problem.requirements import (
     requirements_hash,
 )
 from optimizer.problem.validation import MOST_TOLD
-from optimizer.search.genetic import Generation
 from optimizer.study.grid import load_grid
 from optimizer.study.machines import existing_builds
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, as_json
@@ -224,9 +223,8 @@ def readers(folder: Path) -> list[Reader]:
             np.array([[0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1]]), 3,
         )
     )  # fmt: skip
-    generation = Generation(np.array([1.0, 2.0]), np.array([[0.1, 0.2], [0.3, -0.4]]))
-    lists = {name: values.tolist() for name, values in generation._asdict().items()}
-    kept = [{"phase": "ga", "generation": lists}, {"phase": "ga", "result": {"design_mm": [1.0], "status": "done"}}]
+    scores = [[1.0, 2.0], [[0.1, 0.2], [0.3, -0.4]]]
+    kept = [{"step": "ga", "of": "a", "result": scores}, {"step": "1/ga", "of": "b", "result": [[1.0], "done"]}]
     recording = Recording(np.arange(5.0), np.ones((5, 3)), np.zeros((5, 3)))
     for name in ("whole.csv", "whole.npz"):
         save_recording(recording, folder / name)

@@ -12,7 +12,7 @@ from delta_cad import catalogue
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.drive import drive_torque
-from delta_cad.structure.beam_model import structure_table
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.compliance import cable_mm_N
 from haptics.loop.assumptions import joint_friction, nominal_plant
 from haptics.loop.choice import BOARD, PAPER, RATES_Hz, at_rate
@@ -39,7 +39,7 @@ def with_hardware(**hardware: object) -> MachineModel:
 
 def test_the_cable_is_that_of_the_structure(machine: MachineModel) -> None:
     """Beside the structure's own computation over the whole turn: ours is its softest, less what rim and shaft give."""
-    whole = structure_table(dimensions(machine.design)).cable
+    whole = beam_model(dimensions(machine.design)).cable
     assert whole is not None
     cable = replace(whole, sector_mm_N=0.0, motor_mm_N=0.0)
     turned = np.linspace(-1.0, 1.0, 41)

@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import dimensions
 from delta_cad.mechanism import jacobian
-from delta_cad.structure.beam_model import structure_table
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.compliance import compliance
 from haptics.loop.choice import DAMPED, LoopChoice
 from haptics.loop.hardware import BUILT_SHARES, LOSS, real_plant
@@ -31,7 +31,7 @@ def with_structure(machine: MachineModel) -> MachineModel:
     half = machine.half_side * np.linspace(-1.0, 1.0, EDGE)
     places = (half, half, machine.centre[2] + half)
     grid = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1)
-    gives = compliance(structure_table(dimensions(machine.design)), MM_PER_M * grid.reshape(-1, 3)).at_knob()
+    gives = compliance(beam_model(dimensions(machine.design)), MM_PER_M * grid.reshape(-1, 3)).at_knob()
     flexibility = np.sum(list(gives.values()), axis=0) / MM_PER_M
     stiffest = 1.0 / np.linalg.eigvalsh(flexibility)[:, -1]
     middle = len(stiffest) // 2

@@ -16,7 +16,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import dimensions
 from delta_cad.mechanism import jacobian
-from delta_cad.structure.beam_model import structure_table
+from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.compliance import compliance
 from haptics.loop.assumptions import encoder_count
 from haptics.loop.choice import DAMPED, LoopChoice
@@ -60,7 +60,7 @@ def test_the_structure_is_that_of_the_parts_without_the_cable(
 ) -> None:
     """Of each part by itself; the loop's own cable, a spring of its model, is 6 % off the parts' in the centre."""
     p = machine.centre + machine.half_side * np.array(place)
-    gives = compliance(structure_table(dimensions(machine.design)), MM_PER_M * p).at_knob()
+    gives = compliance(beam_model(dimensions(machine.design)), MM_PER_M * p).at_knob()
     rest = sum(one for name, one in gives.items() if name != "cable") / MM_PER_M
     cable = gives["cable"] / MM_PER_M
     found = np.linalg.inv(structure_stiffness(machine, p))
