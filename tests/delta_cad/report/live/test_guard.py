@@ -375,9 +375,11 @@ def test_so_many_viewers_and_no_more_but_for_one_that_is_idle(served: Served, mo
         with pytest.raises(InvalidStatus):
             served.viewer()
         assert len(served.lines) == 1
+        wait_until(lambda: len(served.server.get_clients()) == MOST_CLIENTS)
+        before = set(served.server.get_clients())
         monkeypatch.setattr(guard_module, "SILENT_S", 0.0)
         open_.enter_context(served.viewer())  # in place of the one that has been silent for longest
-        wait_until(lambda: len(served.server.get_clients()) == MOST_CLIENTS)
+        wait_until(lambda: len(before - set(served.server.get_clients())) == 1)
         assert len(served.lines) == 1
 
 
