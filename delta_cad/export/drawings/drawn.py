@@ -66,7 +66,7 @@ class Drawn:
 
 
 def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iterator[Drawn]:
-    """Writes the drawings of a machine's parts into a folder, for `Beside`.
+    """Writes the drawings of a machine's parts into a folder, for `WorkerProcess`.
 
     Args:
         order: The machine's dimensions, the machine, its mass report, and the folder of the build.

@@ -13,6 +13,6 @@ ANY = DeltaGeometry(base_radius=0.03, platform_radius=0.02, upper_arm_length=0.1
 
 
 def results(_order: object) -> Iterator[None]:
-    """Proves something of any machine, as `Beside` asks for it: what that compiles is kept on disk."""
+    """Proves something of any machine, as `WorkerProcess` asks for it: what that compiles is kept on disk."""
     prove(ANY, Cube(0.1, 0.01), Limits.of(), max_boxes=1)
     yield None
