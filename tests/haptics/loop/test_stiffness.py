@@ -120,7 +120,7 @@ def test_the_protocol_and_the_bisection_find_a_known_limit(machine: MachineModel
     assert wall.corner == Corner("medium", "nominal", DELAY[1] * T)
     assert wall.published == 5100.0
     assert wall.steady == dict.fromkeys(HANDS, True)
-    assert found.shaken == []
+    assert found.unstable_cases == []
     assert wall.trials >= (4300.0 - START) / STEP
 
 
@@ -129,7 +129,7 @@ def test_a_hand_that_shakes_the_default_wall_is_named(machine: MachineModel) -> 
         return below(1000.0 if (axis, case.hand) == ("z", "light") else 4300.0)
 
     found = largest_walls(machine, axes=("x", "z"), ask=ask)
-    assert found.shaken == [("z", "light")]
+    assert found.unstable_cases == [("z", "light")]
     assert stiffness_text("device", found).count("OSCILLATES") == 1
 
 
@@ -137,7 +137,7 @@ def test_one_place_of_the_counts_is_enough_to_shake_it(machine: MachineModel) ->
     def ask(_axis: str, case: Corner, seed: int) -> Predicate:
         return below(1000.0 if (case.hand, seed) == ("firm", PLACES - 1) else 4300.0)
 
-    assert largest_walls(machine, axes=("y",), ask=ask).shaken == [("y", "firm")]
+    assert largest_walls(machine, axes=("y",), ask=ask).unstable_cases == [("y", "firm")]
 
 
 def test_a_nominal_wall_that_never_stands(machine: MachineModel) -> None:

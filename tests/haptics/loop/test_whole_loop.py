@@ -130,7 +130,7 @@ class WholeLoop:
         roots = np.linalg.eigvals(self.tick(every, stiffness, damping, none)[0])
         return float(np.abs(roots[np.abs(roots - 1.0) > NEUTRAL]).max())
 
-    def unstable_cases(
+    def shaken(
         self, stiffness: float, damping: float, noise: float, ticks: int, many: int, skip: int, kept: float = 0.0
     ) -> tuple[float, np.ndarray]:
         """Monte Carlo of independent loops: rms of the force (N), and the knob's ways (ticks, 3 many). A share of a
