@@ -14,14 +14,154 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.common.reading import read_json
+from delta_cad.common.units import G_PER_KG, MM_PER_M
 from delta_cad.design import design_to_json
-from delta_cad.report.fields import fields, handle_of, maps
-from delta_cad.report.figures import binding, every, feel, headline, lengths, requirements
-from delta_cad.report.making import cost, tolerances
+from delta_cad.export.views.explode import exploded
+from delta_cad.mechanism.placement import LinkPlacement
+from delta_cad.report.fields import Handle, fields, handle_of, maps
+from delta_cad.report.figures import binding, every, feel, headline, lengths, requirements, with_unit
 from delta_cad.report.outline import outline
-from delta_cad.report.scene import scene
 from delta_cad.report.statements import assumptions, certificate, proof, provenance
-from delta_cad.report.subject import Subject
+from delta_cad.report.subject import Subject, plain
+
+# Tables of the page about making: what the machine costs, and what its tolerances do, from the files beside it.
+COST, TOLERANCES = "cost.json", "tolerances.json"
+DECIDES = {"worst": "worst case", "rss": "statistically"}
+DEAREST = 10  # lines that are told, of what is made and bought together
+
+
+def cost(folder: Path) -> dict[str, Any] | None:
+    """Gives the sums and the dearest lines of `cost.json` in a folder as text; None where it is not there."""
+    if not (folder / COST).is_file():
+        return None
+    record: Mapping[str, Any] = read_json(folder / COST)
+    lines = sorted(record["lines"], key=lambda line: -line["quantity"] * line["unit_EUR"][0])
+    sums = (("made parts", "made_EUR"), ("bought parts", "bought_EUR"), ("one machine", "total_EUR"))
+    return {
+        "machines": record["machines"],
+        "sums": [(words, [_euro(v) for v in record[key]]) for words, key in sums],
+        "lines": [
+            (
+                f"{line['quantity']} × {line['part_number']}",
+                [_euro(line["quantity"] * one) for one in line["unit_EUR"]],
+                line["source"],
+            )
+            for line in lines[:DEAREST]
+        ],
+        "left_out": record["assumed"]["left_out"],
+        "hour": _euro(record["assumed"]["shop"]["hour_EUR"]),
+    }
+
+
+def tolerances(folder: Path) -> dict[str, Any] | None:
+    """Gives the chains of `tolerances.json` in a folder as text; None where it is not there."""
+    if not (folder / TOLERANCES).is_file():
+        return None
+    record: Mapping[str, Any] = read_json(folder / TOLERANCES)
+    return {
+        "general": record["general_class"],
+        "assumed": record["assumed"],
+        "chains": [_chain(chain) for chain in (*record["chains"], *record["lengths"])],
+    }
+
+
+def _chain(chain: Mapping[str, Any]) -> dict[str, Any]:
+    low, high = chain["allowed"]
+    unit = chain["unit"]
+    bounded = low is not None or high is not None
+    return {
+        "name": chain["name"],
+        "nominal": with_unit(chain["nominal"], unit),
+        "worst": _range(chain["worst"], unit),
+        "rss": _range(chain["rss"], unit),
+        "allowed": _allowed(low, high, unit),
+        "decides": DECIDES.get(chain["decided_by"], chain["decided_by"]) if bounded else "",
+        "holds": chain["holds"] if bounded else None,
+        "why": chain["why"],
+        "links": [
+            f"{link['part']}, {link['what']} ({link['kind']}): {_range(link['adds'], unit)}" for link in chain["links"]
+        ],
+    }
+
+
+def _allowed(low: float | None, high: float | None, unit: str) -> str:
+    """Bounds as text; "" where there is none."""
+    if low is not None and high is not None:
+        return _range((low, high), unit)
+    return f"≥ {with_unit(low, unit)}" if low is not None else f"≤ {with_unit(high, unit)}" if high is not None else ""
+
+
+def _range(ends: Any, unit: str) -> str:
+    low, high = ends
+    return f"{with_unit(low)} … {with_unit(high, unit)}"
+
+
+def _euro(value: float) -> str:
+    return f"{value:,.2f}" if value < 100.0 else f"{value:,.0f}"
+
+
+# What the page needs to move the machine: lengths, parts, how each leaves in the exploded view, cube, outline.
+DIGITS = 5  # of what is only looked at
+
+
+def mechanism(placement: LinkPlacement, force_N: float, handle: Handle) -> dict[str, Any]:
+    """Gathers what `assets/kinematics.js` takes, as JSON types: all doubles, so that its frames are the placement's."""
+    g = placement.geometry
+    inertia, friction, rubs = handle.inertia, handle.friction, None
+    if friction is not None:
+        rubs = {"drive_N_m": friction.drive, "upright_N": friction.upright, "level_N": friction.level}
+    return plain(
+        {
+            "base_radius_mm": g.base_radius * MM_PER_M,
+            "platform_radius_mm": g.platform_radius * MM_PER_M,
+            "upper_arm_mm": g.upper_arm_length * MM_PER_M,
+            "forearm_mm": g.forearm_length * MM_PER_M,
+            "width_mm": placement.parallelogram_width_mm,
+            "pinion_mm": placement.pinion_centre_mm,
+            "ratio": placement.drive_ratio,
+            "springs_mm": placement.springs_mm,
+            "eye_inside_mm": placement.eye_inside_mm,
+            "force_N": force_N,
+            "inertia": {
+                "carried_kg": inertia.carried_mass,
+                "elbow_kg": inertia.elbow_mass,
+                "cross_kg": inertia.cross_mass,
+                "joint_kg_m2": inertia.joint_inertia,
+            },
+            "friction": rubs,
+            "encoder_count_rad": handle.encoder_count_rad,
+        }
+    )
+
+
+def scene(s: Subject, handle: Handle) -> dict[str, Any]:
+    """Gathers the machine as JSON types, lengths in mm.
+
+    Returns:
+        `mechanism`; `parts`, what a person reads of each; `occurrences`, link, part and (3,) way in the exploded view
+        of each; `home_mm`, `cube`, `outline`.
+    """
+    moves, numbers = exploded(s.assembly, s.meshes), {part.number: k for k, part in enumerate(s.assembly.parts)}
+    return {
+        "mechanism": mechanism(s.assembly.placement, s.design.requirements.force_N, handle),
+        "parts": [
+            {
+                "number": part.piece_of or part.number,
+                "description": part.description,
+                "material": part.material.name,
+                "make": part.make,
+                "mass_g": plain(G_PER_KG * s.masses["parts"][part.number]["mass_kg"], 4),
+            }
+            for part in s.assembly.parts
+        ],
+        "occurrences": {
+            o.name: [o.link, numbers[o.part.number], plain(moves[o.name], DIGITS)] for o in s.assembly.occurrences
+        },
+        "home_mm": plain(s.assembly.home_mm),
+        "cube": {"bottom_mm": s.limits.bottom_height_mm, "half_mm": s.limits.half_side_mm},
+        "outline": {"centre_mm": plain(s.stage.envelope_centre_mm), "size_mm": plain(s.stage.envelope_mm)},
+    }
+
 
 FILE_NAME = "report.html"
 SOUGHT = "design.html"  # which `design` writes beside what it found

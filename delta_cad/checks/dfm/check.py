@@ -4,14 +4,120 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from math import cos, pi, sin
 
-from delta_cad.checks.dfm.bores import Finding, depths, odd_sizes, run_outs, unreached
-from delta_cad.checks.dfm.corners import corner_radii, sharp_corners
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.checks.contact.features import features
+from delta_cad.checks.dfm.bores import Finding, at, bores, depths, odd_sizes, run_outs, unreached
+from delta_cad.checks.dfm.lines import FAR_MM, Lines, face_points
 from delta_cad.checks.dfm.setups import setups
-from delta_cad.checks.dfm.threads import thread_walls
-from delta_cad.checks.dfm.walls import undercuts, walls
 from delta_cad.checks.report import CheckResult
-from delta_cad.solids.part import Part
+from delta_cad.common.vectors import cross
+from delta_cad.dimensions.rules import THREAD_WALL_MM
+from delta_cad.solids.part import Bore, Part
+
+# Walls that stand the cut, and faces that a tool sees.
+LEAST_WALL_MM = 0.5  # of metal and hard plastic: thinner ones give way before the cutter
+ACROSS = 0.9  # cosine between a wall's two sides' normals: a wedge between others ends in an edge
+SIGHT_MM = 0.1  # off a face, from where it is seen: the kernel takes lines closer to a bore's rim for hits
+INTO_MM = 1e-3  # below a face, from where a line goes through the wall
+
+
+def walls(part: Part) -> Iterator[Finding]:
+    """The thinnest wall of a part, square to its faces."""
+    lines, thin = Lines(part.solid), (np.inf, np.zeros(3))
+    for _, points in face_points(part.solid):
+        for point, normal in points:
+            hit = lines.first(point - INTO_MM * normal, -normal, min(thin[0], FAR_MM))
+            if hit is not None and hit[1] @ -normal > ACROSS and hit[0] + INTO_MM < thin[0]:
+                thin = hit[0] + INTO_MM, point
+    if np.isfinite(thin[0]):
+        x, y, z = thin[1]
+        where = f"{part.number}: {thin[0]:.2f} mm at ({x:.1f}, {y:.1f}, {z:.1f})"
+        yield Finding(part.number, round(float(thin[0]), 3), LEAST_WALL_MM, where, is_least=True)
+
+
+def undercuts(part: Part) -> Iterator[Finding]:
+    """Faces of which no point is seen from outside along its normal or an axis of the part or of a bore.
+
+    A straight tool comes to a face along its normal, or beside it along another of these.
+    """
+    lines = Lines(part.solid)
+    ways = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
+    for bore in (bore for hole in part.holes for bore in hole.bores):
+        ways += [-np.array(bore.direction)] + ([np.array(bore.direction)] if bore.through else [])
+    distinct = list({tuple(np.round(way, 6)): way for way in ways}.values())
+    for face, points in face_points(part.solid):
+        if points and not any(_seen(lines, point, normal, distinct) for point, normal in points):
+            x, y, z = points[len(points) // 2][0]
+            where = f"{part.number}: a face of {face.Area():.1f} mm^2 at ({x:.1f}, {y:.1f}, {z:.1f})"
+            yield Finding(part.number, float(face.Area()), 0.0, where)
+
+
+def _seen(lines: Lines, point: np.ndarray, normal: np.ndarray, ways: list[np.ndarray]) -> bool:
+    start = point + SIGHT_MM * normal
+    return any(way @ normal > -1e-6 and lines.is_free(start, way) for way in (normal, *ways))
+
+
+# Threads that a tap cuts without bulging or breaking the wall beside them.
+RING, STATIONS = 24, 7  # directions about a thread's axis, places along it
+
+
+def thread_walls(part: Part) -> Iterator[Finding]:
+    """The thinnest wall beside each thread: from its outer diameter straight out to where a face ends the material."""
+    lines = Lines(part.solid)
+    for bore in (bore for bore in bores(part) if bore.thread):
+        wall = min(_ends(lines, bore), default=np.inf) - catalogue.screw(bore.thread).diameter_mm / 2
+        if np.isfinite(wall):
+            where = f"{part.number}: {wall:.2f} mm beside {at(bore)}"
+            yield Finding(part.number, round(wall, 3), THREAD_WALL_MM, where, is_least=True)
+
+
+def _ends(lines: Lines, bore: Bore) -> Iterator[float]:
+    """How far from a thread's axis the material around it ends in a face across the way out, mm."""
+    start, along = np.array(bore.start_mm), np.array(bore.direction)
+    across = cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
+    across /= np.linalg.norm(across)
+    aside = cross(along, across)
+    begin = bore.diameter_mm / 2 + INTO_MM
+    for deep in (np.arange(STATIONS) + 0.5) / STATIONS * bore.thread_mm:
+        for angle in 2 * pi * np.arange(RING) / RING:
+            way = cos(angle) * across + sin(angle) * aside
+            hit = lines.first(start + deep * along + begin * way, way)
+            if hit is not None and hit[1] @ way > ACROSS:
+                yield begin + hit[0]
+
+
+# Inner corners that a round cutter makes: none sharp along a milling axis, none too deep for its cutter.
+DEPTH_CUTTERS = 5.0  # of a corner, in diameters of the cutter that goes round it: a long end mill still cuts aluminium
+LEAST_CUTTER_MM = 1.0  # in a corner: thinner ones are an engraver's
+WHOLE_RAD = 3.0  # a wall that turns further is a bore's, or the end or the bottom of a slot
+
+
+def sharp_corners(part: Part) -> Iterator[Finding]:
+    """Straight inner edges without a radius that no flat end mill makes."""
+    from delta_cad.solids.primitive import closed_corners  # loads the CAD kernel
+
+    for corner in closed_corners(part.solid):
+        if corner.is_straight:
+            x, y, z = corner.point
+            length = float(corner.edge.Length())  # type: ignore[attr-defined]
+            yield Finding(part.number, length, 0.0, f"{part.number}: {length:.1f} mm at ({x:.1f}, {y:.1f}, {z:.1f})")
+
+
+def corner_radii(part: Part) -> Iterator[Finding]:
+    """Depth of each rounded inner corner in diameters of the largest cutter that goes round it."""
+    for face in features(part.solid).cylinders:
+        if not face.is_hollow or face.turn_rad >= WHOLE_RAD:
+            continue
+        deep, cutter = abs(face.end_mm - face.start_mm), 2.0 * face.radius_mm
+        x, y, z = face.point + (face.start_mm + face.end_mm) / 2 * face.direction + face.radius_mm * face.first
+        where = f"{part.number}: R{face.radius_mm:g}, {deep:.1f} deep, at ({x:.1f}, {y:.1f}, {z:.1f})"
+        limit = DEPTH_CUTTERS if cutter >= LEAST_CUTTER_MM else 0.0
+        yield Finding(part.number, deep / cutter, limit, where)
+
 
 SHOWN = 8  # faults that a report names; their number is told
 ROUNDING = 1e-9

@@ -20,8 +20,7 @@ from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
 from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm, second_way_rad
 from delta_cad.interference.moving_bodies import COUNT, arm_shapes, nearest, sector_clearance, sector_points
 from delta_cad.interference.platform import platform_points, platform_shapes
-from delta_cad.interference.rod_vs_boss import boss_clearance_mm
-from delta_cad.interference.rod_vs_drive import drive_clearances
+from delta_cad.interference.reasons import boss_clearance_mm, drive_clearances
 from delta_cad.interference.shapes import (
     TOGETHER,
     Bar,

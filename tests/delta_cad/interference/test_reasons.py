@@ -15,11 +15,10 @@ from delta_cad.assembly.drive import over_carriage
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement
 from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, carriage_frame
-from delta_cad.interference import rod_vs_drive
+from delta_cad.interference import reasons
 from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm
 from delta_cad.interference.moving_bodies import DistanceField, cup_margin, nearest, sector_clearance
-from delta_cad.interference.reasons import interference_reasons
-from delta_cad.interference.rod_vs_drive import drive_clearances, fold_interference
+from delta_cad.interference.reasons import drive_clearances, fold_interference, interference_reasons
 from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, union_distance
 from delta_cad.interference.static_obstacles import key_swing_rad, pinion_clearance_mm, slide_in_clearance_mm
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
@@ -95,7 +94,7 @@ def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pyt
             raise UnreachableError("too high")
         return nearest(apart, bottom_mm, half_mm, count)
 
-    monkeypatch.setattr(rod_vs_drive, "nearest", within_reach)
+    monkeypatch.setattr(reasons, "nearest", within_reach)
     (reason,) = fold_interference(dimensions(machine("folded_springs")), 2.1)
     assert reason.key == ("rod_tube", "beside the drive")
 

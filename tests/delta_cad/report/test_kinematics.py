@@ -18,8 +18,7 @@ from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.placement import LINKS, LinkPlacement
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
 from delta_cad.report.fields import Handle
-from delta_cad.report.page import ASSETS
-from delta_cad.report.scene import mechanism
+from delta_cad.report.page import ASSETS, mechanism
 
 INERTIA = HandleInertia(0.071, 0.0043, 0.0011, 3.1e-4)
 POSES = 60

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances.machine import tolerance_record
-from delta_cad.report.making import cost, tolerances
+from delta_cad.report.page import cost, tolerances
 
 
 def test_without_files_there_is_nothing_to_tell(tmp_path: Path) -> None:

@@ -12,8 +12,8 @@ from delta_cad.design import Design
 from delta_cad.mechanism.chains import chain_positions
 from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.fit import FitError, Noise, fit, poses_needed
-from haptics.calibration.identifiable import unobservable
 from haptics.calibration.poses import Poses
+from haptics.calibration.record import unobservable
 from haptics.calibration.unknowns import COUNT, NAMES, ZERO, Unknowns, nominal, sigmas
 from tests.haptics.calibration.devices import WAVE, cube_points, made, measured, readings
 

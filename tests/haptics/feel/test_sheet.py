@@ -24,8 +24,7 @@ from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.feel.holds import hold_facts, hold_markdown, holds
 from haptics.feel.loop_page import quantum_bound
 from haptics.feel.loops import DEFINITIONS, LoopSheet, loop_sheet
-from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
-from haptics.feel.reference_devices import reference_devices
+from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values, reference_devices
 from haptics.feel.sheet import (
     HARD,
     MASS_ERROR,

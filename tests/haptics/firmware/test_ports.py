@@ -24,8 +24,7 @@ from haptics.devices.link import UdpLink
 from haptics.devices.protocol import Packet, PacketKind, Reason, decode, encode
 from haptics.devices.remote import RemoteDevice
 from haptics.devices.simulated import SimulatedDevice
-from haptics.firmware.device import STEPS
-from haptics.firmware.project import firmware, write_firmware
+from haptics.firmware.project import STEPS, firmware, write_firmware
 from haptics.loop.assumptions import encoder_count
 from haptics.loop.choice import DAMPED
 from haptics.loop.hardware import board_controller, real_plant

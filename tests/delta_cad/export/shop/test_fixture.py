@@ -13,8 +13,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.commands.cli import main
 from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.export.shop.fixture import fixture_parts
-from delta_cad.export.shop.seats import COLUMN_MM, LEVELS, Seats, seats_of
+from delta_cad.export.shop.fixture import COLUMN_MM, LEVELS, Seats, fixture_parts, seats_of
 from delta_cad.mechanism import GeometryError, forward_kinematics
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import Noise, fit, poses_needed

@@ -23,7 +23,6 @@ from websockets.typing import Origin, Subprotocol
 
 from delta_cad.design import Design
 from delta_cad.report.live import guard as guard_module
-from delta_cad.report.live.force import SCENES
 from delta_cad.report.live.guard import (
     EVERY_S,
     MOST_BYTES,
@@ -33,7 +32,7 @@ from delta_cad.report.live.guard import (
     Refusals,
     guarded_server,
 )
-from delta_cad.report.live.page import HANDLE, SLIDERS, LivePage
+from delta_cad.report.live.page import HANDLE, SCENES, SLIDERS, LivePage
 from tests.delta_cad.report.live.test_page import free_port
 from tests.terminal import HANGS_S
 

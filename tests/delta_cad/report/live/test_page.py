@@ -21,10 +21,21 @@ from delta_cad.mechanism import jacobian
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.report.live import page as live_page
-from delta_cad.report.live.force import FLOOR, FLOOR_N_MM, FREE, RESISTANCE, RESISTANCE_N_S_MM, felt
 from delta_cad.report.live.guard import Guard, guarded_server
 from delta_cad.report.live.nearest import Nearest, Neighbours
-from delta_cad.report.live.page import ARROW_MM_N, HANDLE, NEAR_COLOUR, LivePage, quaternion
+from delta_cad.report.live.page import (
+    ARROW_MM_N,
+    FLOOR,
+    FLOOR_N_MM,
+    FREE,
+    HANDLE,
+    NEAR_COLOUR,
+    RESISTANCE,
+    RESISTANCE_N_S_MM,
+    LivePage,
+    felt,
+    quaternion,
+)
 from delta_cad.report.subject import Subject
 from tests.delta_cad.checks.machines import LIMITS, machine
 
