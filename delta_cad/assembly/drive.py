@@ -55,7 +55,7 @@ from delta_cad.solids import bought_parts, capstan, upper_arm
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
 from delta_cad.solids.part import Removal, ToolAccess
 
-BESIDE = (  # what of an arm passes what of its own bracket at less than the clearance of others
+ADJACENT = (  # what of an arm passes what of its own bracket at less than the clearance of others
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
     ("capstan_cable_{}_inner", "motor_cheek_{}"),
     ("capstan_cable_{}_inner_end", "motor_cheek_{}"),
@@ -120,7 +120,7 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
         builder.pin(f"sector_dowel_{i}_{k}", c.web_y_mm[1] - first, arm, placed, sector, arm)
     _bearings(builder, i)
     builder.gap(sector, f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
-    for moving, fixed in BESIDE:
+    for moving, fixed in ADJACENT:
         builder.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
     if d.sensed_at_shoulder:
         reason = "in the shaft's head, 1 mm or more by design"

@@ -44,7 +44,7 @@ class Sweep:
     def __init__(
         self, beside: WorkerProcess | None = None, mapped: bool = False, known: MeshClearance | None = None
     ) -> None:
-        self._beside, self._mapped, self._known = beside, mapped, known
+        self._adjacent, self._mapped, self._known = beside, mapped, known
         self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
@@ -55,9 +55,9 @@ class Sweep:
     ) -> None:
         """Begins with a machine."""
         self._progress = progress
-        if self._beside:
+        if self._adjacent:
             made = {part.number: meshes[part.number] for part in assembly.parts}
-            self._beside.send((assembly.without_solids(), limits, made, self._mapped, self._known))
+            self._adjacent.send((assembly.without_solids(), limits, made, self._mapped, self._known))
         else:
             self._here = results((assembly, limits, meshes, self._mapped, self._known), progress)
 
@@ -75,7 +75,7 @@ class Sweep:
         return self._outlined()[1] if self._progress else None
 
     def _outlined(self) -> Outlined:
-        outline: Outlined = self._outline or (self._beside.receive() if self._beside else next(self._here))
+        outline: Outlined = self._outline or (self._adjacent.receive() if self._adjacent else next(self._here))
         self._outline = outline
         return outline
 
@@ -88,8 +88,8 @@ class Sweep:
         if not self._progress:
             raise RuntimeError("no sweep goes on")
         self._outlined()
-        if self._beside:
+        if self._adjacent:
             self._progress(PROVING)
-        clearance: MeshClearance = self._beside.receive() if self._beside else next(self._here)
+        clearance: MeshClearance = self._adjacent.receive() if self._adjacent else next(self._here)
         self.over = clearance.over
         return clearance

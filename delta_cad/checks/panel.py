@@ -116,19 +116,21 @@ def arms_at_limit(assembly: Assembly, d: Dimensions, limits: CheckLimits) -> Ite
     beyond = d.panel.limit_mm
     low_mm, half_mm = limits.bottom_height_mm - beyond, limits.half_side_mm + beyond
     wider = replace(limits, bottom_height_mm=low_mm, half_side_mm=half_mm)
-    geometry, asked = assembly.placement.geometry, float(np.degrees(BEFORE_RAD))
+    geometry, required = assembly.placement.geometry, float(np.degrees(BEFORE_RAD))
     low, high = d.stops_rad
     tilt = float(np.degrees(d.forearm.tilt_limit_rad))
     try:
         theta = shoulder_range(geometry, wider)
         lean = float(np.degrees(np.abs(joint_ranges(geometry, wider.centre_mm, wider.half_side_mm).lean).max()))
     except FoldError as error:
-        for name, limit in (("before stops", asked), ("lean", tilt)):
+        for name, limit in (("before stops", required), ("lean", tilt)):
             yield CheckResult(f"handle limit {name}", False, None, limit, "deg", detail=str(error))
         return
     left = float(np.degrees(min(theta[:, 0].min() - low, high - theta[:, 1].max())))
     text = "that every arm has left to its stop wherever the bezel lets the handle go, enclosed"
-    yield CheckResult("handle limit before stops", left >= asked, left, asked, "deg", detail=f"least angle {text}")
+    yield CheckResult(
+        "handle limit before stops", left >= required, left, required, "deg", detail=f"least angle {text}"
+    )
     text = "largest lean of a rod wherever the bezel lets the handle go, enclosed; held against its joints' tilt"
     yield CheckResult("handle limit lean", lean <= tilt, lean, tilt, "deg", detail=text)
 

@@ -115,12 +115,12 @@ def _result(name: str, worst: Callable[..., _Share], shares: list[_Share], told:
 def _carried(span: Span, stations: np.ndarray, cut: _Cut) -> Iterator[_Share]:
     """The smallest share of each of area and second moments along a span."""
     assumed = [span.assumed(x) for x in stations]
-    for what, found, asked in (
+    for what, found, required in (
         ("area", cut.filled, [s.area_mm2 for s in assumed]),
         ("second moment about y", cut.about_y, [s.about_y_mm4 for s in assumed]),
         ("second moment about z", cut.about_z, [s.about_z_mm4 for s in assumed]),
     ):
-        shares = found / np.array(asked)
+        shares = found / np.array(required)
         k = int(shares.argmin())
         text = (
             f"{span.part}, {span.name} at {_place(span, stations[k])}: {shares[k]:.3f} of the {what} that the "

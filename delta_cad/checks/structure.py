@@ -42,24 +42,31 @@ def check_joint(value_N_mm: float) -> CheckResult:
     return CheckResult(name, value_N_mm >= JOINT_MIN_N_MM, value_N_mm, JOINT_MIN_N_MM, "N/mm", detail=detail)
 
 
-def check_knob(over: KnobStiffness, asked_N_mm: float | None) -> CheckResult:
+def check_knob(over: KnobStiffness, required_N_mm: float | None) -> CheckResult:
     """Checks the least stiffness at the knob over the sampled cube, or tells it where none is asked."""
     k, centre = over.worst, len(over.positions_mm) - 1
     values, shares = over.softest.stiffness_N_mm, over.softest.shares
     value = float(values[k])
     most = sorted(shares, key=lambda name: -shares[name][k])[:3]
-    told = ", ".join(f"{name} {shares[name][k]:.0%}" for name in most)
+    reported = ", ".join(f"{name} {shares[name][k]:.0%}" for name in most)
     x, y, z = (float(c) for c in over.softest.direction[k])
     detail = (
         f"softest of {len(values)} positions, corners among them, {over.table.knob_mm:g} mm over the wrists, "
-        f"actuators held, along ({x:.2f}, {y:.2f}, {z:.2f}): {told}; {values[centre]:.1f} N/mm in the centre; "
+        f"actuators held, along ({x:.2f}, {y:.2f}, {z:.2f}): {reported}; {values[centre]:.1f} N/mm in the centre; "
         f"ball joints {over.table.joint_N_mm:g} N/mm"
     )
-    passed = asked_N_mm is None or value >= asked_N_mm
+    passed = required_N_mm is None or value >= required_N_mm
     if not passed:
-        detail += f"; requirements.stiffness_min_N_mm = {asked_N_mm:g}"
+        detail += f"; requirements.stiffness_min_N_mm = {required_N_mm:g}"
     return CheckResult(
-        "structure stiffness at the knob", passed, value, asked_N_mm, "N/mm", _place(over.positions_mm[k]), None, detail
+        "structure stiffness at the knob",
+        passed,
+        value,
+        required_N_mm,
+        "N/mm",
+        _place(over.positions_mm[k]),
+        None,
+        detail,
     )
 
 

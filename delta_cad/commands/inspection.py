@@ -188,7 +188,7 @@ def _smallest(design: Design) -> list[InspectionRow]:
 
 def _structure(design: Design) -> list[InspectionRow]:
     """Stiffness at the knob, softest direction, actuators held; of a design whose parts cannot be made, the reason."""
-    group, asked = "structure over the cube (sampled)", design.requirements.stiffness_min_N_mm
+    group, demand = "structure over the cube (sampled)", design.requirements.stiffness_min_N_mm
     try:
         over = stiffness(dimensions(design))
     except DimensionError as error:
@@ -196,7 +196,7 @@ def _structure(design: Design) -> list[InspectionRow]:
     values, k = over.softest.stiffness_N_mm, over.worst
     x, y, z = (float(v) for v in over.positions_mm[k])
     value = float(values[k])
-    limit, holds = ("", None) if asked is None else (f">= {asked:g}", value >= asked)
+    limit, holds = ("", None) if demand is None else (f">= {demand:g}", value >= demand)
     shares = {name: float(share[k]) for name, share in over.softest.shares.items()}
     most = max(shares, key=lambda name: shares[name])
     knob = f"{over.table.knob_mm:g} mm over the wrists"

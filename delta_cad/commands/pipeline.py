@@ -145,8 +145,8 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
     """Gathers the limits that requirements and hardware put on the machine, with the masses that it has."""
     cube, required, (lowest, highest) = d.design.cube, d.design.requirements, d.stops_rad
     stated = Limits.stated(limit_values(d.design, known_masses(masses, d.design)))
-    if (asked := stated.get(Shoulder)) is not None:
-        lowest, highest = max(lowest, asked.shoulder_min), min(highest, asked.shoulder_max)
+    if (demand := stated.get(Shoulder)) is not None:
+        lowest, highest = max(lowest, demand.shoulder_min), min(highest, demand.shoulder_max)
     return CheckLimits(
         bottom_height_mm=cube.bottom_height_mm,
         half_side_mm=cube.half_side_mm,
@@ -290,13 +290,13 @@ def check_drawings(drawn: Drawn) -> CheckResult:
     """Gives the verdict on a machine's drawings: all of them there, all told in them, nothing over anything."""
     count = sum(len(faults) for faults in drawn.faults.values())
     worst = next(iter(drawn.faults), None)
-    told = f"{drawn.count} drawings: every bore and coordinate told once, no text over an edge or another"
+    reported = f"{drawn.count} drawings: every bore and coordinate told once, no text over an edge or another"
     if drawn.missing:
-        told += f"; shown by a substitute: {', '.join(sorted(drawn.missing))}"
+        reported += f"; shown by a substitute: {', '.join(sorted(drawn.missing))}"
     if worst is not None:
-        told = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
+        reported = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
     pair = None if worst is None else (worst,)
-    return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=told)
+    return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=reported)
 
 
 def cost_of(machine: BuiltMachine) -> Cost:

@@ -62,12 +62,12 @@ def _number(value: float | str | None) -> str:
 
 def _unit(unit: str) -> str:
     """A unit as people write it, where the terminal can."""
-    told = unit.replace("^2", "²").replace("^3", "³")
+    reported = unit.replace("^2", "²").replace("^3", "³")
     try:
-        told.encode(sys.stdout.encoding or "ascii")
+        reported.encode(sys.stdout.encoding or "ascii")
     except UnicodeEncodeError:
         return unit
-    return told
+    return reported
 
 
 def _console() -> Console:
@@ -117,8 +117,8 @@ def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False, 
     console.print(f"{name}: {verdict}", highlight=False, soft_wrap=True)
     for row in failed:
         at = "" if row.at_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*row.at_mm)
-        told = f"{_number(row.value)} {_unit(row.unit)}".strip()
-        console.print(f"[red]FAILS[/red] {row.quantity}{at}: {told}, {row.limit}", highlight=False, soft_wrap=True)
+        reported = f"{_number(row.value)} {_unit(row.unit)}".strip()
+        console.print(f"[red]FAILS[/red] {row.quantity}{at}: {reported}, {row.limit}", highlight=False, soft_wrap=True)
     if not whole:
         named = {word: row for word in FIRST_INSPECTED for row in reversed(rows) if row.quantity.startswith(word)}
         shown = list(named.values())[:MOST_FIGURES]

@@ -66,8 +66,8 @@ def run(given: argparse.Namespace) -> int:
         with socket.create_server((given.host, given.port), family=family):
             pass
     except OSError as error:
-        told = f"--host {given.host} --port {given.port}: {error.strerror or error}"
-        return refuse(f"{told}; must be an address of this machine and a free port", BAD_INPUT)
+        reported = f"--host {given.host} --port {given.port}: {error.strerror or error}"
+        return refuse(f"{reported}; must be an address of this machine and a free port", BAD_INPUT)
     guard = Guard(given.host, given.port, lambda line: refuse(line, DONE))
     server = guarded_server(guard, design.name)
     try:

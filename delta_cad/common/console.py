@@ -164,7 +164,7 @@ class Interrupt:
     heard = False
 
     def __init__(self) -> None:
-        self._asked = False
+        self._required = False
         self._before: dict[int, Any] = {}
         self._hook = sys.unraisablehook
 
@@ -172,14 +172,14 @@ class Interrupt:
         self._hook, sys.unraisablehook = sys.unraisablehook, self._lost
         handlers = {signal.SIGALRM: _interrupt, signal.SIGINT: self._take, signal.SIGTERM: self._take}
         self._before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
-        return lambda: self._asked
+        return lambda: self._required
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in self._before.items():
             signal.signal(number, handler)
         sys.unraisablehook = self._hook
-        if self._asked and isinstance(error, Exception):
+        if self._required and isinstance(error, Exception):
             raise KeyboardInterrupt from error
 
     def _lost(self, found: sys.UnraisableHookArgs) -> None:
@@ -187,7 +187,7 @@ class Interrupt:
             self._hook(found)
 
     def _take(self, number: int, frame: FrameType | None) -> None:
-        first, self._asked, Interrupt.heard = not self._asked, True, True
+        first, self._required, Interrupt.heard = not self._required, True, True
         signal.setitimer(signal.ITIMER_REAL, GRACE_S, AGAIN_S)
         if not (first and self.GRACE):
             _interrupt(number, frame)
@@ -222,7 +222,7 @@ class ProgressLine:
     _now: ClassVar[ProgressLine | None] = None
 
     def __init__(self, until_heard: bool = False) -> None:
-        self._until_heard, self._told = until_heard, False
+        self._until_heard, self._reported = until_heard, False
         self._live = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"  # which erases no line
         self._text, self._start = "", time.monotonic()
         self._done, self._lock = threading.Event(), threading.Lock()
@@ -253,7 +253,7 @@ class ProgressLine:
             line._erase()
 
     def _erase(self) -> None:
-        if self._live and (self._told or not self._until_heard):
+        if self._live and (self._reported or not self._until_heard):
             self._put("\r\033[K")
 
     def show(self, text: str) -> None:
@@ -275,7 +275,7 @@ class ProgressLine:
 
     def _tell(self) -> None:
         if self._text:
-            self._told = True
+            self._reported = True
             line = f"{time.monotonic() - self._start:5.0f} s  {' '.join(self._text.split())}"
             self._put(f"\r\033[K{line}" if self._live else f"{line}\n")
 

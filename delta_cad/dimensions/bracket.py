@@ -138,7 +138,7 @@ def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float, clear_mm: 
     return elbow[1] - sqrt(radius**2 - aside**2) if abs(aside) < radius else inf
 
 
-def _beside_mm(
+def _next_to_mm(
     inner_mm: float, base_top_mm: float, axis_mm: tuple[float, float], radius_mm: float, leg_mm: float
 ) -> float:
     """Gives how far out a foot must begin for the encoder's leg above it to pass the neighbour's motor.
@@ -321,10 +321,10 @@ def bracket_dimensions(
         """Both ends of a foot on a base there: where the arm leaves it room, and beside the neighbour's motor."""
         end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM, off))
         inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
-        beside = -inf if capstan is None else _beside_mm(inner, top, (u + du, dz), body, leg_mm)
+        adjacent = -inf if capstan is None else _next_to_mm(inner, top, (u + du, dz), body, leg_mm)
         low = tenths_below(end - long)
-        if low < beside:
-            low = -tenths_below(-beside)
+        if low < adjacent:
+            low = -tenths_below(-adjacent)
         return low, low + long
 
     def clear(top: float) -> bool:

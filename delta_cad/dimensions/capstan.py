@@ -241,8 +241,8 @@ def base_radius_min_mm(
         R, mm, of a rim a whole tenth farther out by rounding; arms whose sectors stay outside may stand closer.
     """
     tip, width = run.sector_mm + cable_mm / 2, sector_width_mm(run, cable_mm)
-    beside_arm = tenths_above(arm_thickness_mm / 2 + SECTOR_OFF_MM) + width
-    by_arm = (flange_radius_mm + tip / 2 + SIN_60 * beside_arm + clearance_mm) / 1.5
+    next_to_arm = tenths_above(arm_thickness_mm / 2 + SECTOR_OFF_MM) + width
+    by_arm = (flange_radius_mm + tip / 2 + SIN_60 * next_to_arm + clearance_mm) / 1.5
     by_sector = (flange_radius_mm + tip + clearance_mm * (1.0 + 0.5 / SIN_60) + SIN_60 * (width + 0.1)) / 2.0
     return max(by_arm, by_sector)
 
@@ -262,14 +262,14 @@ def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor, apart_
 
     It stands close where it is that much smaller than the pinion, farther off where it is as wide.
     """
-    beside = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
-    beside = max(beside, 0.0)
+    adjacent = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
+    adjacent = max(adjacent, 0.0)
     collar = BESIDE_RIM_MM[0] + BESIDE_RIM_SHARE * (cable_mm - USUAL_CABLE_MM)
-    asked = (
+    required = (
         (collar, 0.0),
         (max(BESIDE_RIM_MM[1], apart_mm), COLLAR_ASIDE_MM),
     )  # of the collar's end, and of its set screws
-    off = [sqrt(apart**2 - beside**2) - aside for apart, aside in asked if apart > beside]
+    off = [sqrt(apart**2 - adjacent**2) - aside for apart, aside in required if apart > adjacent]
     return tenths_above(max([COLLAR_OFF_MM, *off]))
 
 
@@ -458,12 +458,12 @@ def rim_end(c: CapstanDimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.
     angle = c.rim_angles_rad[end] + sense * c.turns_rad[end]
     normal = np.array([cos(angle), 0.0, sin(angle)])
     tangent = sense * np.array([-sin(angle), 0.0, cos(angle)])
-    beside = np.array([0.0, c.end_y_mm[end], 0.0])
+    adjacent = np.array([0.0, c.end_y_mm[end], 0.0])
     if end:
-        return beside + c.pitch_radius_mm * normal, tangent, normal
+        return adjacent + c.pitch_radius_mm * normal, tangent, normal
     x, z = c.nose_centre_mm
     nose = np.array([x, 0.0, z]) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * normal
-    return beside + nose, tangent, normal
+    return adjacent + nose, tangent, normal
 
 
 def carriage_frame(c: CapstanDimensions) -> np.ndarray:

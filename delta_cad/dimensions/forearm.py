@@ -154,7 +154,7 @@ def wrist_radius_min_mm(cup_radius_mm: float, width_mm: float, clearance_mm: flo
 
 
 def eyes_mm(
-    arm: ArmDimensions, fold_rad: float, lean_rad: float, beside_mm: float, length_mm: float, end_mm: float
+    arm: ArmDimensions, fold_rad: float, lean_rad: float, next_to_mm: float, length_mm: float, end_mm: float
 ) -> tuple[float, float]:
     """Computes where along a rod its two springs are hung, from the elbow's ball, mm.
 
@@ -172,7 +172,7 @@ def eyes_mm(
         end_mm: Least distance of an eye from a ball.
     """
     turn = min(fold_rad - asin((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm), pi / 2)
-    needed, rise = arm.boss_radius_mm + beside_mm, max(sin(turn), FOLD_LEAST) * cos(lean_rad)
+    needed, rise = arm.boss_radius_mm + next_to_mm, max(sin(turn), FOLD_LEAST) * cos(lean_rad)
     first = max(end_mm, (needed - EYE_Z_MM * cos(turn)) / rise)
     return first, max(length_mm - first, (needed + EYE_Z_MM * cos(turn)) / rise)
 
@@ -281,9 +281,9 @@ def forearm_dimensions(
     loop = (spring.mean_diameter_mm - spring.wire_mm) / 2  # radius inside
     shoulder = stem + NECK_MM
     sway = spring_sway(width_mm, EYE_MM, EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
-    beside = coil / 2 + room + sway.across_mm + sway.turn_rad * boss_width_mm / 2
-    end = max(shoulder + RING_MM[1], max(bar_mm / 2 + BAR_WALL_MM, wrist_boss_mm / 2) + beside + EYE_Z_MM)
-    first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
+    adjacent = coil / 2 + room + sway.across_mm + sway.turn_rad * boss_width_mm / 2
+    end = max(shoulder + RING_MM[1], max(bar_mm / 2 + BAR_WALL_MM, wrist_boss_mm / 2) + adjacent + EYE_Z_MM)
+    first, second = eyes_mm(arm, fold_rad, lean, adjacent, length_mm, end)
     require(
         length_mm - second >= end - 1e-9,
         "rod_eye",

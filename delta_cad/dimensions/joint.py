@@ -111,7 +111,7 @@ class JointDimensions:
         half = patch_angle_rad(self.ball_radius_mm, load, self.pair_N_mm2, self.bed_N_mm3, clearance)
         return np.arctan2(across, along) + half
 
-    def spare_preload_N(self, force_N: np.ndarray, lean_rad: np.ndarray) -> np.ndarray:
+    def margin_preload_N(self, force_N: np.ndarray, lean_rad: np.ndarray) -> np.ndarray:
         """Computes by how much the preload exceeds that with which the contact would reach the lip, (...) N.
 
         Args:

@@ -90,8 +90,8 @@ def lead_dimensions(design: Design, motor: catalogue.Motor) -> tuple[LeadDimensi
     phases = LeadDimensions("motor_lead", LEAD_MM, (BEND + 0.5) * LEAD_MM, across)
     if design.hardware.encoder_at != "motor":
         return (phases,)
-    beside = (across[-1] + APART_MM,)
-    return phases, LeadDimensions("encoder_lead", SENSOR_MM, (BEND + 0.5) * SENSOR_MM, beside)
+    adjacent = (across[-1] + APART_MM,)
+    return phases, LeadDimensions("encoder_lead", SENSOR_MM, (BEND + 0.5) * SENSOR_MM, adjacent)
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def sensor_lead_dimensions(
     return found
 
 
-def tie_lacks_mm(design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder) -> float:
+def tie_shortfall_mm(design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder) -> float:
     """Computes by how much an encoder's leg is too short for the tie of its board's lead over its foot; 0: it is not.
 
     Arguments as of `sensor_lead_dimensions`.

@@ -165,8 +165,8 @@ def platform_dimensions(
     )
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + forearm.room_mm
-    beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
-    length = forearm.width_mm - 2 * beside
+    adjacent = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
+    length = forearm.width_mm - 2 * adjacent
     ways = smaller(PLATFORM_THICKNESS), larger(WIDTH)
     message = f"rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm; at least {BOSS_LEAST_MM:g}"
     require(length >= BOSS_LEAST_MM - LENGTH_MM, "platform", "wrist boss, length", message, *ways)
@@ -212,9 +212,9 @@ def base_dimensions(
     )
     radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
     flat = float(min(radius, max(floor(behind_mm), FLAT_LEAST_MM)))
-    beside = flat - FOOT_RIM_MM  # of the feet, from the centre
-    hole = min(bracket.foot_u_mm[0] - HOLE_RIM_MM, beside - HOLE_RIM_MM)
-    room = 2 * floor((beside - hole) / 2 - WINDOW_RIM_MM)
+    adjacent = flat - FOOT_RIM_MM  # of the feet, from the centre
+    hole = min(bracket.foot_u_mm[0] - HOLE_RIM_MM, adjacent - HOLE_RIM_MM)
+    room = 2 * floor((adjacent - hole) / 2 - WINDOW_RIM_MM)
     mount, rim = radius - MOUNT_RIM_MM, list[Circle]()
     if flat < radius:
         mount = (flat - MOUNT_RIM_MM) / cos(MOUNT_SPREAD_RAD)
@@ -233,7 +233,7 @@ def base_dimensions(
         top_mm=bracket.base_top_mm,
         centre_hole_mm=float(floor(2 * hole)),
         window_mm=0.0 if room < WINDOW_LEAST_MM else min(WINDOW_MM, room),
-        foot_circle_mm=2 * beside,
+        foot_circle_mm=2 * adjacent,
         mount_circle_mm=2 * mount,
         mount_hole_mm=5.5,
     )

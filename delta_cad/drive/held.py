@@ -75,12 +75,12 @@ def held_masses(file: str, bodies: object, design: Design, tolerance: float = 0.
     carried, loose_mass = [of["platform"][0]] * 2, 0.0
     along, across, loose = [], [], []
     for i in CHAINS:
-        moment, beside = [0.0, 0.0], 0.0
+        moment, adjacent = [0.0, 0.0], 0.0
         for name in RODS[2 * i : 2 * i + 2]:
             mass, (x, y, z) = of[name]
             shares = sorted(x / length for length in rods)
             off = mass * math.hypot(y, z) / rods[0]
-            loose_mass, beside = loose_mass + off, beside + off * arms[1]
+            loose_mass, adjacent = loose_mass + off, adjacent + off * arms[1]
             carried = [total + mass * share for total, share in zip(carried, shares, strict=True)]
             ends = [mass * (1.0 - share) * arm for share in shares for arm in arms]
             moment = [moment[0] + min(ends), moment[1] + max(ends)]
@@ -88,7 +88,7 @@ def held_masses(file: str, bodies: object, design: Design, tolerance: float = 0.
         along += [end + mass * x for end in moment]
         across.append(mass * z)
         mass, (x, _, z) = of.get(f"pinion_{i}", (0.0, (0.0, 0.0, 0.0)))
-        loose.append(beside + ratio * mass * math.hypot(x, z))
+        loose.append(adjacent + ratio * mass * math.hypot(x, z))
     (M, m), (S, s), (Z, z) = (_middle(ends) for ends in (carried, along, across))
     gravity = design.requirements.gravity_m_s2
     rounding = (UPWARDS - 1.0) * (abs(M) + abs(S) + abs(Z))

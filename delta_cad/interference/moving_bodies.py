@@ -248,8 +248,8 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
 
     def lacking(v: np.ndarray, n: np.ndarray, needed: float) -> np.ndarray:
         along = v @ n
-        beside = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
-        return np.where(beside > 0.0, np.sqrt(np.maximum(beside, 0.0)) - along, -np.inf)
+        adjacent = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
+        return np.where(adjacent > 0.0, np.sqrt(np.maximum(adjacent, 0.0)) - along, -np.inf)
 
     def spare(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         del rough, only

@@ -58,10 +58,10 @@ def drive_clearances(d: Dimensions) -> tuple[DistanceField, DistanceField]:
     shoulder = np.eye(4)
     shoulder[0, 3] = d.bracket.shoulder_u_mm
     turns = arm_shapes(d, d.capstan) if d.capstan else arm_alone(d)
-    return _beside(d, [*cheeks(d), motor(d), *board(d)], shoulder), _beside(d, turns, None)
+    return _adjacent(d, [*cheeks(d), motor(d), *board(d)], shoulder), _adjacent(d, turns, None)
 
 
-def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None) -> DistanceField:
+def _adjacent(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None) -> DistanceField:
     """How near rods and springs come to shapes of their chain: in the shoulder's frame, or None: in the arm's."""
     moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
     inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
@@ -75,13 +75,13 @@ def _beside(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None)
             level, frame = chain_frame(i), placed[f"{link}_{i}_{side}"]
             turned = level[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
             at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
-            beside = np.broadcast_to(radii, at.shape[:2])
+            adjacent = np.broadcast_to(radii, at.shape[:2])
             inverse = np.linalg.inv(placed[f"upper_arm_{i}"] if shoulder is None else level @ shoulder)
             seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
             y, found = seen[..., 1], np.full(at.shape[:2], FAR_MM)
-            near = np.maximum(inside - y, y - outside) - beside < FAR_MM
+            near = np.maximum(inside - y, y - outside) - adjacent < FAR_MM
             if near.any():
-                found[near] = np.minimum(union_distance(shapes, seen[near]) - beside[near], FAR_MM)
+                found[near] = np.minimum(union_distance(shapes, seen[near]) - adjacent[near], FAR_MM)
             off.append(found.min(axis=1))
         return np.stack(off, axis=1)
 
@@ -98,20 +98,20 @@ def fold_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     cube, long, forearm = d.design.cube, d.arm.length_mm, d.forearm.length_mm
     drive = drive_clearances(d)
 
-    def lacks(bottom_mm: float) -> float:
+    def shortfall(bottom_mm: float) -> float:
         try:
             return least_mm - min(nearest(apart, bottom_mm, cube.half_side_mm, FEW) for apart in drive)
         except UnreachableError:  # so high does not fold
             return 0.0
 
-    lacking = lacks(cube.bottom_height_mm)
+    lacking = shortfall(cube.bottom_height_mm)
     if lacking <= 0.0:
         return
     sharpest = d.travel.forearm_angle_max
     bottom, fold, lowest = cube.bottom_height_mm, pi - sharpest.value, sharpest.position[2] * MM_PER_M
     # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
     opened = 2.0 * long * forearm * max(cos(fold) - cos(WIDEST_RAD), 0.0)
-    if fold >= WIDEST_RAD or lacks(bottom + sqrt(lowest**2 + opened) - lowest) > 0.0:
+    if fold >= WIDEST_RAD or shortfall(bottom + sqrt(lowest**2 + opened) - lowest) > 0.0:
         return  # no height parts them: it is not for the fold
     own = f"what holds {d.motor.id}, or their arm" if d.capstan is None else "their own drive, its arm or its sector"
     message = (
@@ -247,31 +247,31 @@ def _chains(
     """Drives, sectors, rods of neighbours: chains farther out, at base and platform alike, pass one another."""
     if d.capstan is None or (lacking := -margin(d, d.capstan)) <= (0.0 if is_angle else -margin_mm):
         return
-    lacks = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
-    yield Reason(part, feature, lacks, (*APART, larger(SECTOR)) if is_angle else APART)
+    shortfall = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
+    yield Reason(part, feature, shortfall, (*APART, larger(SECTOR)) if is_angle else APART)
 
 
 def _platform(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
     """Arms and sectors that stand down beside the platform's wrists: a higher cube passes them."""
     if d.capstan is None or (lacking := -_over_cube("platform")(d, d.capstan)) <= -margin_mm:
         return
-    lacks = f"the platform's wrists come {lacking:.2f} mm too near to arms with their sectors"
-    yield Reason("platform", "beside a sector", lacks, (larger(BOTTOM), smaller(SECTOR)))
+    shortfall = f"the platform's wrists come {lacking:.2f} mm too near to arms with their sectors"
+    yield Reason("platform", "beside a sector", shortfall, (larger(BOTTOM), smaller(SECTOR)))
 
 
 def _sleeves(d: Dimensions) -> Iterator[Reason]:
     """Both sleeves of a cable on their ways to their seats, beside the arm: a larger sector passes them."""
-    if d.capstan is None or (spare := ferrule_clearance_mm(d, d.capstan) - SLEEVE_OFF_MM) >= 0.0:
+    if d.capstan is None or (reserve := ferrule_clearance_mm(d, d.capstan) - SLEEVE_OFF_MM) >= 0.0:
         return
-    lacks = f"a sleeve of the cable lacks {-spare:.2f} mm to pass the arm on its way to its seat"
-    yield Reason("crimp_sleeve", "beside the arm", lacks, (larger(SECTOR, RATIO), larger(SECTOR)))
+    shortfall = f"a sleeve of the cable lacks {-reserve:.2f} mm to pass the arm on its way to its seat"
+    yield Reason("crimp_sleeve", "beside the arm", shortfall, (larger(SECTOR, RATIO), larger(SECTOR)))
 
 
 def _cups(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
     """Cups of neighbouring wrists, the rods turned about themselves."""
     cube, clear = d.design.cube, d.design.requirements.clearance_min_mm
-    spare = cup_margin(d, clear + CUPS_MM + margin_mm)
-    if (lacking := -nearest(spare, cube.bottom_height_mm, cube.half_side_mm, FEW)) <= 0.0:
+    reserve = cup_margin(d, clear + CUPS_MM + margin_mm)
+    if (lacking := -nearest(reserve, cube.bottom_height_mm, cube.half_side_mm, FEW)) <= 0.0:
         return
     message = f"cups of neighbouring rods that turn about themselves lack {lacking:.2f} mm of {clear + margin_mm:g}"
     ways = larger(PLATFORM), larger(BASE, PLATFORM), smaller(WIDTH)

@@ -92,10 +92,10 @@ def spring_sway(width_mm: float, eye_inside_mm: float, eye_aside_mm: float, tilt
     turn = np.arccos(np.clip(np.cos(tilt_rad) / np.cos(lean[:-1]), 0.0, 1.0))
     leaning = np.sin(lean[1:])
     along = z * np.sin(turn) + e * (1.0 - np.cos(turn))
-    beside = z * (1.0 - np.cos(turn)) + e * np.sin(turn)
+    adjacent = z * (1.0 - np.cos(turn)) + e * np.sin(turn)
     apart, off = 2.0 * (e + z * np.sin(turn)), z * (1.0 - np.cos(turn)) + 2.0 * e * np.sin(turn)
     direction = np.arctan(np.hypot(off, apart * leaning) / (width_mm - apart))
-    return SpringSway(float(along.max()), float(np.hypot(beside, along * leaning).max()), float(direction.max()))
+    return SpringSway(float(along.max()), float(np.hypot(adjacent, along * leaning).max()), float(direction.max()))
 
 
 @dataclass(frozen=True)

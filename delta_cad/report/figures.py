@@ -92,11 +92,13 @@ def line(result: CheckResult, words: str = "") -> Line:
         room = abs(value - limit)
         share = f" ({with_unit(100.0 * room / abs(limit), '%', 3)})" if limit else ""
         margin = f"{'+' if result.passed else '−'}{with_unit(room, unit, 3)}{share}" if room else ""
-    asked = value is None or limit is not None or not result.passed
+    demand = value is None or limit is not None or not result.passed
     where, pose = " / ".join(result.worst_pair or ()), result.worst_pose_mm
-    limit_told = f"{sense} {with_unit(limit, unit)}" if limit is not None else ""
-    passed = result.passed if asked else None
-    return Line(words or result.name, with_unit(value, unit), limit_told, margin, passed, where, pose, result.detail)
+    limit_reported = f"{sense} {with_unit(limit, unit)}" if limit is not None else ""
+    passed = result.passed if demand else None
+    return Line(
+        words or result.name, with_unit(value, unit), limit_reported, margin, passed, where, pose, result.detail
+    )
 
 
 def requirements(results: Sequence[CheckResult]) -> list[Line]:

@@ -233,7 +233,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
         manual=MANUAL if (folder / MANUAL).is_file() else "",
         files=files,
         drawn={name for group, names in files if group == "drawings" for name, _ in names},
-        sought=SOUGHT if (folder / SOUGHT).is_file() else "",
+        searched=SOUGHT if (folder / SOUGHT).is_file() else "",
         policy=page_policy(scripts, style),
         style=Markup(style),
         scripts=[Markup(script) for script in scripts],

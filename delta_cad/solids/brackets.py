@@ -231,8 +231,8 @@ def _encoder_body(d: Dimensions, leg: list[Circle]) -> cq.Shape:
     face, head = d.layers.encoder_head_mm[0], d.encoder_head_circles_mm
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
     if d.capstan is not None and board:
-        beside = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
-        body = edge_break(number, beside, ">Y or <Y", CHEEK_EDGE_MM)
+        adjacent = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
+        body = edge_break(number, adjacent, ">Y or <Y", CHEEK_EDGE_MM)
     else:
         body = edge_break(number, body, ">Y or <Y", CHEEK_EDGE_MM)
     if d.capstan is None:

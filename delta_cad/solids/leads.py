@@ -70,12 +70,12 @@ def make_sensor_lead(s: SensorLeadDimensions) -> Part:
     away, down = bend * (1.0 - cos(turn)), bend * sin(turn)
     middle = bend * (1.0 - cos(turn / 2.0)), bend * sin(turn / 2.0)
     first, second = at_way(away, low - down), at_way(away + s.level_mm, low - down)
-    beside, end = at_way(aside, low - 2.0 * down), at_way(aside, low - 2.0 * down - CLIP_MM[0] - TAIL_MM)
+    adjacent, end = at_way(aside, low - 2.0 * down), at_way(aside, low - 2.0 * down - CLIP_MM[0] - TAIL_MM)
     pieces: list[tuple[tuple[float, float, float], ...]] = [
         (at_way(0.0, top), at_way(0.0, low)),
         (at_way(0.0, low), at_way(middle[0], low - middle[1]), first),
-        (second, at_way(aside - middle[0], low - 2.0 * down + middle[1]), beside),
-        (beside, end),
+        (second, at_way(aside - middle[0], low - 2.0 * down + middle[1]), adjacent),
+        (adjacent, end),
     ]
     if s.level_mm > 0.0:
         pieces.insert(2, (first, second))

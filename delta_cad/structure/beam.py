@@ -96,9 +96,9 @@ def flexibility_by_kind(beam: Beam) -> np.ndarray:
         low, high = beyond, beyond + piece.length_mm
         # what a section bears is at most linear in d: Simpson's rule is exact in a slice
         for d, weight in ((low, 1 / 6), ((low + high) / 2, 4 / 6), (high, 1 / 6)):
-            borne = np.eye(6)
-            borne[4, 2], borne[5, 1] = -d, d
-            found += weight * piece.length_mm * borne[:, :, None] * borne[:, None, :] / rigidity[:, None, None]
+            carried = np.eye(6)
+            carried[4, 2], carried[5, 1] = -d, d
+            found += weight * piece.length_mm * carried[:, :, None] * carried[:, None, :] / rigidity[:, None, None]
         beyond = high
     return beam.factor * found
 

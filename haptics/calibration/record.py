@@ -62,10 +62,10 @@ def unobservable(found: Fit) -> list[Unobservable]:
     Returns:
         Groups of parameters that hang together, those that no poses would tell first.
     """
-    told, rows = found.singular_values, found.directions
-    missing = np.linalg.svd(rows)[2][len(told) :]  # where there are fewer equations than parameters
-    never = np.vstack([rows[told < NEVER], missing])
-    weak = rows[(told >= NEVER) & (told < DRAWN)]
+    reported, rows = found.singular_values, found.directions
+    missing = np.linalg.svd(rows)[2][len(reported) :]  # where there are fewer equations than parameters
+    never = np.vstack([rows[reported < NEVER], missing])
+    weak = rows[(reported >= NEVER) & (reported < DRAWN)]
     return [*_groups(never, True), *_groups(weak, False)]
 
 

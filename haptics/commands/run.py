@@ -228,12 +228,12 @@ class _Watch:
         now = time.monotonic()
         if now - self._looked > LOOK_S:
             self._looked = now
-            self._line.show(self._told())
+            self._line.show(self._reported())
         if self._paced and (ahead := self._last - (now - self._wall)) > 0.0:
             time.sleep(ahead)
         return self._seconds is not None and self._last >= self._seconds
 
-    def _told(self) -> str:
+    def _reported(self) -> str:
         from delta_cad.common.units import MM_PER_M
         from haptics.control.controller import FORCE
         from haptics.control.pose import POSITION

@@ -291,8 +291,8 @@ def loop_of(design: Design, device: Device, period: float) -> LoopChoice:
     damps = getattr(device, "damps_at_walls", None)  # of a board
     if damps is not None:
         loop = loop.linked
-    told = getattr(device, "touch", None) is not None and damps is not False
-    return loop if told else loop.untouched
+    reported = getattr(device, "touch", None) is not None and damps is not False
+    return loop if reported else loop.untouched
 
 
 def finite(values: np.ndarray) -> list[float | None]:

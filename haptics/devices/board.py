@@ -167,8 +167,8 @@ class Board:
             self._sequence, self._issued, self._silent, self.answered = self._first(), 0, 0.0, True
             self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
-        told = (self._period, self._watchdog, self._limit, self._counts_per_turn)
-        return self._packet(PacketKind.WELCOME, told, DAMPS_AT_WALLS * hasattr(self._device, "touch"))
+        reported = (self._period, self._watchdog, self._limit, self._counts_per_turn)
+        return self._packet(PacketKind.WELCOME, reported, DAMPS_AT_WALLS * hasattr(self._device, "touch"))
 
     def _command(self, packet: Packet) -> None:
         self._heard, self.answered = packet.sequence, True

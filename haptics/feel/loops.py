@@ -75,11 +75,11 @@ def held_force(
     here = linearise(real_plant(machine, loop), machine.centre, structure_at(machine, machine.centre, LOSS[1], share))
     body, place = here.body(FREE)
     n = len(body.mass)
-    rate, asked = continuous(
+    rate, required = continuous(
         loaded(body, place, stiffness=FIXED), here.ports(normal[:, None], n).push, loop.current_lag
     )
     s = 2j * math.pi * frequency[:, None, None] * np.eye(len(rate))
-    moved = np.linalg.solve(s - rate, np.broadcast_to(asked + 0j, (len(s), *asked.shape)))
+    moved = np.linalg.solve(s - rate, np.broadcast_to(required + 0j, (len(s), *required.shape)))
     return FIXED * (normal @ place @ moved[:, :n, 0].T) * np.sinc(frequency * loop.period)
 
 

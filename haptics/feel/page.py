@@ -291,7 +291,7 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
     devices = list(dict.fromkeys(row.device for row in rows))
     side = 2.0 * sheet.machine.design.cube.half_side_mm
     mass, friction = sheet.summaries["mass_max"], sheet.summaries["friction_max"]
-    ours = {
+    project = {
         "workspace_mm": f"{side:g} x {side:g} x {side:g}",
         "force_continuous_N": f"{sheet.summaries['force_continuous'].worst[0]:.1f} everywhere, any direction",
         "force_peak_N": f"{sheet.summaries['force_peak'].worst[0]:.1f} likewise, as the controller gives it",
@@ -306,7 +306,7 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
     lines = [f"| | {OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
     for quantity, label in LABELS.items():
         cells = " | ".join(shown.get((device, quantity), "not known") for device in devices)
-        lines.append(f"| {label} | {ours[quantity]} | {cells} |")
+        lines.append(f"| {label} | {project[quantity]} | {cells} |")
         if quantity == "force_peak_N" and sheet.drive.motor > sheet.drive.peak:
             own = f"{sheet.summaries['force_motor'].worst[0]:.1f} likewise, which the controller does not give"
             lines.append(f"| the same at the motor's own limit, N | {own} |{' - |' * len(devices)}")

@@ -74,7 +74,7 @@ def machine_header(machine: MachineModel) -> str:
     wall = STABILITY_MARGIN * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
         *(known.radius_difference, known.upper_arm_length, known.forearm_length),
-        *(known.hanging, known.moment, known.across),
+        *(known.below_elbows, known.moment, known.across),
     )
     gravity = (known.gravity_x, known.gravity_y, known.gravity_z)
     force = max(design.requirements.force_N, design.requirements.peak_force_N or 0.0)

@@ -215,12 +215,12 @@ def _hold(body: SampledBody, timing: Timing, push: np.ndarray) -> tuple[np.ndarr
     """Transition of q, q' (and the motors' force) over a period, and what a command adds that is there before the
     delay's fraction has passed, or after it.
     """
-    rate, asked = continuous(body, push, timing.current_lag)
-    size, m = asked.shape
+    rate, required = continuous(body, push, timing.current_lag)
+    size, m = required.shape
 
     def over(seconds: float) -> tuple[np.ndarray, np.ndarray]:
         joint = np.zeros((size + m, size + m))
-        joint[:size, :size], joint[:size, size:] = rate * seconds, asked * seconds
+        joint[:size, :size], joint[:size, size:] = rate * seconds, required * seconds
         moved = expm(joint)
         return moved[:size, :size], moved[:size, size:]
 
@@ -463,7 +463,7 @@ def continuous(body: SampledBody, push: np.ndarray, lag: float = 0.0) -> tuple[n
     """
     n, m = push.shape
     size = 2 * n + (m if lag > 0.0 else 0)
-    rate, asked = np.zeros((size, size)), np.zeros((size, m))
+    rate, required = np.zeros((size, size)), np.zeros((size, m))
     rate[:n, n : 2 * n] = np.eye(n)
     rate[n : 2 * n, :n] = -np.linalg.solve(body.mass, body.stiffness)
     rate[n : 2 * n, n : 2 * n] = -np.linalg.solve(body.mass, body.damping)
@@ -471,10 +471,10 @@ def continuous(body: SampledBody, push: np.ndarray, lag: float = 0.0) -> tuple[n
     if lag > 0.0:
         rate[n : 2 * n, 2 * n :] = acts
         rate[2 * n :, 2 * n :] = -np.eye(m) / lag
-        asked[2 * n :] = np.eye(m) / lag
+        required[2 * n :] = np.eye(m) / lag
     else:
-        asked[n:] = acts
-    return rate, asked
+        required[n:] = acts
+    return rate, required
 
 
 # Response to a constant position, as a share of the largest coefficient, up to which rounding explains it.

@@ -288,12 +288,12 @@ def handle(body: SampledBody, ports: Ports, place: np.ndarray, timing: Timing) -
         timing: Period, delay, lag.
     """
     n, T = len(body.mass), timing.period
-    rate, asked = continuous(body, ports.push, timing.current_lag)
+    rate, required = continuous(body, ports.push, timing.current_lag)
     size = len(rate)
     forced = np.zeros(size)
     forced[n : 2 * n] = np.linalg.solve(body.mass, place)
     roots, shapes = np.linalg.eig(rate + 1e-9 * np.diag(np.arange(size)))  # apart, so that it can be diagonalised
-    by_hand, by_command = np.linalg.solve(shapes, forced + 0j), np.linalg.solve(shapes, asked[:, 0] + 0j)
+    by_hand, by_command = np.linalg.solve(shapes, forced + 0j), np.linalg.solve(shapes, required[:, 0] + 0j)
     way, speed = np.zeros(size), np.zeros(size)
     way[:n], speed[n : 2 * n] = ports.see[0], place
     top = math.pi / T

@@ -317,8 +317,8 @@ def proven_cap(machine: MachineModel, loop: LoopChoice = BOARD) -> WallCap:
 def _stands(at: WallStability, cap: WallCap) -> bool:
     """Whether the walls that a cap lets through are stable with nobody at the handle."""
     loop = at.here.joint_loop(at.normal, FREE, at.timing, at.estimator, at_motor=at.at_motor)
-    for asked in (0.0, STRONG):
-        stiffness, damping = closed_form(cap, at.here.jacobian, at.normal, asked)
+    for required in (0.0, STRONG):
+        stiffness, damping = closed_form(cap, at.here.jacobian, at.normal, required)
         if any(loop.radius(part * stiffness, damping) >= 1.0 for part in PARTS):
             return False
     return True

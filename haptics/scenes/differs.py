@@ -229,9 +229,9 @@ def _figures(scene: Scene) -> dict[str, dict[str, Any]]:
 
 def figure_discussion(scene: str, found: list[FigureCase]) -> list[str]:
     """Says in sentences what the cases show; every figure is one of theirs."""
-    told = _corners if scene == "resistance" else _ways
+    reported = _corners if scene == "resistance" else _ways
     figures = "Figures 14 and 15" if scene == "resistance" else "Figure 16"
-    cases = "; ".join(f"{one.name} {told(one)}" for one in found)
+    cases = "; ".join(f"{one.name} {reported(one)}" for one in found)
     unit = "least force at a corner in N (off the law by N rms)" if scene == "resistance" else "s until home"
     said = [f"{figures} again, one change alone, {unit}: {cases}."]
     lost = [one.name for one in found if not one.kept]

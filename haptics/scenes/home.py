@@ -89,10 +89,10 @@ def home(
     """
     setting, mass = PAPER_SETTINGS[SETTING], smallest_mass(machine)
     cap = damping_limit(mass, delay, setting.stiffness)
-    asked_of: dict[float, list[float]] = {}
+    required_of: dict[float, list[float]] = {}
     for requested in DAMPINGS:
-        asked_of.setdefault(min(cap.applied(requested), assumed.damping), []).append(requested)
-    runs = [_released(machine, setting, b, requested, delay, seed, assumed) for b, requested in asked_of.items()]
+        required_of.setdefault(min(cap.applied(requested), assumed.damping), []).append(requested)
+    runs = [_released(machine, setting, b, requested, delay, seed, assumed) for b, requested in required_of.items()]
     beyond = [b for b in PAPERS if cap.applied(b) < b]
     runs += [_released(machine, setting, b, [b], delay, seed, assumed, capped=False) for b in beyond]
     middle, start = machine.centre, _start(machine)

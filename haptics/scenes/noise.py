@@ -126,7 +126,7 @@ def _run(
     width = math.hypot(errors.noise, count / math.sqrt(12.0))
     normal = None if held else np.array([1.0, 0.0, 0.0])
     same = real_plant(machine, loop)  # its structure alike in all directions
-    told = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal, par=same).figures(
+    reported = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal, par=same).figures(
         stiffness, damping
     )
     bits = int(np.bitwise_or.reduce(recording.bits[1:]))
@@ -136,9 +136,9 @@ def _run(
         "stiffness_N_per_m": stiffness,
         "damping_N_s_per_m": damping,
         "force_N_rms": _noisiest(recording.force[late]),
-        "force_predicted_N_rms": told.force,
+        "force_predicted_N_rms": reported.force,
         "motion_um_rms": 1e6 * _noisiest(in_band(recording.knob[late], loop.period)),
-        "motion_predicted_um_rms": 1e6 * told.motion,
+        "motion_predicted_um_rms": 1e6 * reported.motion,
         "supervisor_bits": bits,
     }
     shown = SimulatedRun(**{field.name: getattr(recording, field.name)[late] for field in fields(recording)})

@@ -118,10 +118,10 @@ def _run(machine: MachineModel, axis: str, role: str, trial: WallTrial, limit_se
 def _discussion(hand: str, limits: dict[str, dict[str, Any]], runs: list[SceneRun]) -> list[str]:
     said = []
     for axis, limit in limits.items():
-        ours, theirs = limit["simulated_N_per_mm"], limit["published_N_per_mm"]
+        own, theirs = limit["simulated_N_per_mm"], limit["published_N_per_mm"]
         more = "more than " if limit["never_oscillated"] else ""
         said.append(
-            f"{axis}: with a {hand} hand walls stand up to {more}{ours:.1f} N/mm here; the paper felt oscillation "
+            f"{axis}: with a {hand} hand walls stand up to {more}{own:.1f} N/mm here; the paper felt oscillation "
             f"above {theirs:g} N/mm."
         )
     worst = max((run for run in runs if run.facts.get("swing_um")), key=lambda run: run.facts["swing_um"], default=None)

@@ -457,8 +457,8 @@ def excluded(brief: DesignBrief, stop: Callable[[], bool] = bool) -> str:
         none = none.replace("less", "more", 1)
         return f"requirements.cube_side_mm = {side:g}: must be < {bound:.4g} mm in this outline: {none}"
     factor = _edge(1.0, WIDER, lambda factor: _none(widened(factor), stop))
-    asked, least = (" and ".join(f"{one:.4g}" for one in widened(by).outline_mm or ()) for by in (1.0, factor))
-    return f"requirements.envelope_width_mm and envelope_depth_mm = {asked}: must be > {least} mm: {none}"
+    required, least = (" and ".join(f"{one:.4g}" for one in widened(by).outline_mm or ()) for by in (1.0, factor))
+    return f"requirements.envelope_width_mm and envelope_depth_mm = {required}: must be > {least} mm: {none}"
 
 
 def _edge(excluded_at: float, able: float, none: Callable[[float], bool]) -> float:

@@ -119,7 +119,7 @@ def to_requirements(
     if target is None and task.cube_side_mm is not None:
         bounds["half_side"][0] = task.cube_side_mm / 2.0
     low_deg, high_deg = limits.shoulder_deg or SHOULDER_DEG
-    asked: dict[str, Any] = {
+    required: dict[str, Any] = {
         "parallelogram_width_mm": choice.width_mm,
         "outline_overhead_mm": list(overhead),
         "kappa_max": min(brief.feel.kappa_max or corrections.kappa_max, corrections.kappa_max) * (1.0 - room),
@@ -129,20 +129,20 @@ def to_requirements(
         "gravity_torque_N_m": corrections.held_torque_N_m,
     }
     if elbow_deg := max(limits.elbow_angle_min_deg or 0.0, corrections.elbow_angle_deg):
-        asked["elbow_angle_min_deg"] = elbow_deg + room_deg
+        required["elbow_angle_min_deg"] = elbow_deg + room_deg
     if limits.outline_radius_max_mm is not None:
-        asked["outline_radius_max_mm"] = limits.outline_radius_max_mm
+        required["outline_radius_max_mm"] = limits.outline_radius_max_mm
     most = brief.feel.effective_mass_max_kg
     if target is not None and brief.objective == "effective_mass":
         most = target
     elif target is not None:
-        asked["outline_radius_max_mm"] = target
+        required["outline_radius_max_mm"] = target
     if most is not None:
-        asked["effective_mass_max_kg"] = most * corrections.mass_share
+        required["effective_mass_max_kg"] = most * corrections.mass_share
     if brief.feel.friction_max_N is not None:
-        asked["friction_max_N"] = brief.feel.friction_max_N * corrections.friction_share
+        required["friction_max_N"] = brief.feel.friction_max_N * corrections.friction_share
     if brief.feel.position_step_max_mm is not None:
-        asked["position_step_max_mm"] = brief.feel.position_step_max_mm * corrections.step_share
+        required["position_step_max_mm"] = brief.feel.position_step_max_mm * corrections.step_share
     motor, (upright, level) = motor_of(brief, choice.motor), corrections.ball_friction_N
     data: dict[str, Any] = {
         "name": brief.name,
@@ -153,7 +153,7 @@ def to_requirements(
             "joint_torque_N_m": continuous_torque_N_m(brief, best, corrections),
         },
         "bounds_mm": bounds,
-        "limits": asked,
+        "limits": required,
         "hardware": {"ball_diameter_mm": ball},
         "inertia": {
             "carried_mass_kg": inertia.carried_mass,
@@ -175,14 +175,14 @@ def continuous_torque_N_m(brief: DesignBrief, choice: Selection, corrections: Co
     """Computes the torque of a joint for the lasting force beside the weight, N m: what is for ever, and no more than
     what leaves enough for the peak force, which goes with it.
     """
-    asked, row = brief.requirements, motor_of(brief, choice.motor)
-    lasting = min(choice.torque_N_m(row), asked.joint_torque_N_m or math.inf)
-    if asked.peak_force_N is None:
+    required, row = brief.requirements, motor_of(brief, choice.motor)
+    lasting = min(choice.torque_N_m(row), required.joint_torque_N_m or math.inf)
+    if required.peak_force_N is None:
         return lasting
-    stated = min(choice.peak_torque_N_m(row), asked.peak_torque_N_m or math.inf) / PEAK_SPARE
+    stated = min(choice.peak_torque_N_m(row), required.peak_torque_N_m or math.inf) / PEAK_SPARE
     pulled = choice.sector_mm(brief) / MM_PER_M * corrections.pull_N if corrections.pull_N < math.inf else math.inf
     most, held = min(stated, pulled), corrections.held_torque_N_m
-    return min(lasting, held + (most - held) * asked.force_N / asked.peak_force_N)
+    return min(lasting, held + (most - held) * required.force_N / required.peak_force_N)
 
 
 def best_lengths(
@@ -213,12 +213,12 @@ def best_lengths(
     Returns:
         The lengths; None where there are none, or none that beat the score.
     """
-    asked = brief.requirements
+    required = brief.requirements
     if corrections.held_torque_N_m >= continuous_torque_N_m(brief, choice, corrections):
         return None  # the weight takes all of it
-    if max(asked.force_N, asked.peak_force_N or 0.0) > force_most_N():
+    if max(required.force_N, required.peak_force_N or 0.0) > force_most_N():
         return None  # no spring holds rods on their balls
-    side = asked.cube_side_mm
+    side = required.cube_side_mm
     if brief.objective == "cube_side" or side is None:
         result = _largest(brief, choice, corrections, start_mm, seed, rounds, None, tick)
         if result is None or result.tiny:
@@ -257,8 +257,8 @@ def best_lengths(
     target, result = best
     lengths = (*_rounded(result)[:SIDE], side / 2.0)
     reach = lengths[0] + lengths[2]
-    sought = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, corrections, reach))}
-    return Found(lengths, -sought.get(brief.objective, target), None if brief.outline_mm else reach)
+    searched = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, corrections, reach))}
+    return Found(lengths, -searched.get(brief.objective, target), None if brief.outline_mm else reach)
 
 
 def _taken_mm(choice: Selection, corrections: Corrections, reach_mm: float) -> tuple[float, float]:
@@ -310,13 +310,13 @@ def _largest(
     """
     if not corrections.couple_per_mm:
         return _largest_held(brief, choice, corrections, start_mm, seed, rounds, target, tick)
-    asked = (target is None and brief.requirements.cube_side_mm) or 0.0
+    required = (target is None and brief.requirements.cube_side_mm) or 0.0
     low, high = corrections.couple_index_min, COUPLE_MOST
     best: Result | None = None
     for _ in range(LEVERS):
         index = (low + high) / 2.0
         held = index / corrections.couple_per_mm - KNOB_MM
-        if held <= max(asked, LEVERED_MM):
+        if held <= max(required, LEVERED_MM):
             low = index
             continue
         known = replace(corrections, couple_index_min=index, side_most_mm=held)

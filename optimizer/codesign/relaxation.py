@@ -118,7 +118,7 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Sele
 
     def able(of: list[tuple[str, ...]]) -> list[Selection]:
         """The hardware from the first on that does."""
-        task = _eased(search.brief, fields(of), _asked(search, fields(of)), MOST)
+        task = _eased(search.brief, fields(of), _required(search, fields(of)), MOST)
         first = next((k for k, choice in enumerate(hardware) if _possible(search, task, choice) is not None), None)
         return [] if first is None else hardware[first:]
 
@@ -133,7 +133,7 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Sele
 def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selection]) -> Relaxation | None:
     """Finds how much is enough of limits that give together, of the hardware that needs least; None: more than MOST."""
     search.begin(f"what {' and '.join(fields)} cost")
-    asked = _asked(search, fields)
+    asked = _required(search, fields)
     relaxation: Relaxation | None = None
 
     def feasible(choice: Selection, factor: float, near: Start | None = None) -> bool:
@@ -188,7 +188,7 @@ def _usual_clearance_mm(brief: DesignBrief) -> float:
     return usual
 
 
-def _asked(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
+def _required(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(float(search.brief.value(name) or 0.0) for name in fields)
 
 

@@ -118,15 +118,15 @@ class Builder:
         """What none of the family exceeds, as far as there is time for it; None where that says nothing."""
         run, at = self._run, self._run.clock()
         try:
-            with Request() as asked:
+            with Request() as required:
                 found = bound.bounded(
                     family,
                     side_mm,
-                    lambda: asked() or run.over(run.closing_s) or run.clock() > at + BOUND_MOST_S,
+                    lambda: required() or run.over(run.closing_s) or run.clock() > at + BOUND_MOST_S,
                     run.show,
                     lambda: run.clock() > at + BOUND_S,
                 )
-                self._stopped = asked()
+                self._stopped = required()
         except KeyboardInterrupt:
             self._stopped = True
             return None

@@ -174,8 +174,8 @@ class Search:
         """What is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
         row = motor_of(self.brief, choice.motor)
         masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
-        spare = max(TORQUE_SPARE_N_M, TORQUE_SPARE * choice.torque_N_m(row))
-        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=spare)
+        margin = max(TORQUE_SPARE_N_M, TORQUE_SPARE * choice.torque_N_m(row))
+        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=margin)
 
     def _or_log(self, choice: Selection, find: Callable[[], T | None]) -> T | None:
         """What is found; None where nothing is, which `log.no_progress` explains."""
@@ -502,12 +502,12 @@ class Search:
                 best, better = better, None
                 for one in neighbours(self.brief, best.choice, halved):
                     now = better or best
-                    found = self._beside(one, now, peak)
+                    found = self._adjacent(one, now, peak)
                     if found is not None and self._beats(found, now, peak):
                         better, peak = found, max(peak, found.score)
         return best
 
-    def _beside(self, one: Selection, best: Candidate, peak: float) -> Candidate | None:
+    def _adjacent(self, one: Selection, best: Candidate, peak: float) -> Candidate | None:
         """What closed forms leave of hardware near the best; None where that is worse, or no better without ties."""
         index, per_mm, elbow_deg = best.corrections.raised_limits
         raised = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
@@ -590,11 +590,11 @@ class Search:
 
 def _impossible(brief: DesignBrief) -> Iterator[str]:
     """Says what is asked that no hardware and no lengths give, by closed forms alone."""
-    asked = brief.requirements
-    if asked.clearance_min_mm > CLEARANCE_MOST_MM:
+    required = brief.requirements
+    if required.clearance_min_mm > CLEARANCE_MOST_MM:
         most = f"{CLEARANCE_MOST_MM:g} mm in any machine"
-        yield f"requirements.clearance_min_mm = {asked.clearance_min_mm:g} must be at most {most}"
-    for name, force in (("force_N", asked.force_N), ("peak_force_N", asked.peak_force_N)):
+        yield f"requirements.clearance_min_mm = {required.clearance_min_mm:g} must be at most {most}"
+    for name, force in (("force_N", required.force_N), ("peak_force_N", required.peak_force_N)):
         if force is not None and force > force_most_N():
             most = f"{force_most_N():.4g} N: no spring holds rods on their balls"
             yield f"requirements.{name} = {force:g} must be at most {most}"

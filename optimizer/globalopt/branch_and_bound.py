@@ -130,7 +130,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
     Returns:
         `DONE`; `QUESTION`, the box being on top of the stack; `STUCK`, likewise.
     """
-    cuts, spare, work = np.empty((CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
+    cuts, margin, work = np.empty((CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
     pose, other = np.empty((TABLE, 6)), np.empty((TABLE, 6))
     u, basis, weight = np.zeros(SYMBOLS), np.zeros(SIZE, dtype=np.int64), np.zeros(SIZE)
     matrix, right = np.empty((SIZE, SIZE)), np.empty(SIZE)
@@ -167,7 +167,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
                 c, r = 0.5 * (box[0, j] + box[1, j]), 0.5 * (box[1, j] - box[0, j])
                 candidate[j] = min(max(c + r * u[j], box[0, j]), box[1, j])
                 point[0, j] = point[1, j] = candidate[j]
-            if _allowed(point, mask, points, count, numbers, cube_limits, other, work, spare):
+            if _allowed(point, mask, points, count, numbers, cube_limits, other, work, margin):
                 return QUESTION
         share = _contract(cuts, n, box)
         if share == 0.0:

@@ -76,8 +76,8 @@ def summary(facts: Facts) -> str:
     head = ("step", "runs", "results in print", WITHIN, HALF, "off by at most", "gap at most", "feasible by proof")
     rows = []
     for one in facts["steps"]:
-        *counts, off, gap, feasible, ours = one.values()
-        shares = (percent(share, ".2g") for share in ours.values())
+        *counts, off, gap, feasible, own = one.values()
+        shares = (percent(share, ".2g") for share in own.values())
         rows.append([*map(str, counts), percent(off), percent(gap), str(feasible), *shares])
     return markdown_table([*head, *(f"our {name.upper()} off by" for name in METHODS)], rows)
 
@@ -85,9 +85,9 @@ def summary(facts: Facts) -> str:
 def _parameters(made: Reproduction) -> list[dict[str, Any]]:
     """Gathers table 2: the parameters of the paper's GA and of ours."""
     paper = numbers()["table_2_ga_parameters"]
-    ours = [genetic.POPULATIONS[step] if made.population is None else made.population for step in (1, 2, 3)]
+    own = [genetic.POPULATIONS[step] if made.population is None else made.population for step in (1, 2, 3)]
     return [
-        {"parameter": "population in steps 1, 2, 3", "paper": paper["population"], "ours": ours},
+        {"parameter": "population in steps 1, 2, 3", "paper": paper["population"], "ours": own},
         {"parameter": "variables in steps 1, 2, 3", "paper": paper["variables"], "ours": [6, 6, 3]},
         {"parameter": "crossover fraction", "paper": paper["crossover_fraction"], "ours": genetic.CROSSOVER},
         {"parameter": "migration fraction", "paper": paper["migration_fraction"], "ours": None},

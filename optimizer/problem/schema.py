@@ -66,8 +66,8 @@ def _table(table: Schema, name: str) -> Schema:
 
 def _field(inner: Schema, unit: str) -> Schema:
     """Finishes a field's schema."""
-    told = inner.get("description", "") + (f" [{unit}]" if unit else "")
-    about = {"description": told} | ({} if inner.get("default") is None else {"default": inner["default"]})
+    reported = inner.get("description", "") + (f" [{unit}]" if unit else "")
+    about = {"description": reported} | ({} if inner.get("default") is None else {"default": inner["default"]})
     rules = {key: value for key, value in _not_null(inner).items() if key not in ("description", "default", "title")}
     return about | _with_units(rules, unit)
 

@@ -239,8 +239,10 @@ def step_problem(
     values = given.values
     stated = {"half_side": step == 3 or low > 0.0}
     for limit in LIMITS:
-        asked = limit.stated(values) if step > 1 or limit.first_step else None
-        stated[limit.name] = asked is not None and not (limit.of_every_design and _implied(asked, bounds, step, values))
+        required = limit.stated(values) if step > 1 or limit.first_step else None
+        stated[limit.name] = required is not None and not (
+            limit.of_every_design and _implied(required, bounds, step, values)
+        )
     names = tuple(name for name in CONSTRAINTS if stated.get(name) and name not in without)
     return Problem(given, step, tuple(b[0] for b in bounds), tuple(b[1] for b in bounds), names)
 

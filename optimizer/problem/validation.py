@@ -207,10 +207,10 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: ob
     if kind == "extra_forbidden":
         known = _tables(model).get(str(loc[0]), model) if len(loc) > 1 else model
         other = [f"{table}.{name}" for table, inner in _tables(model).items() for name in inner.model_fields]
-        told = unknown_key(field.rpartition(".")[2], known.model_fields, other)
+        reported = unknown_key(field.rpartition(".")[2], known.model_fields, other)
         if field in getattr(model, "second_edition", ()):
-            told = told.replace("unknown key", "of the second edition, which design alone reads")
-        return RequirementsError(file, field, short(value), told)
+            reported = reported.replace("unknown key", "of the second edition, which design alone reads")
+        return RequirementsError(file, field, short(value), reported)
     if kind == "missing" and not isinstance(loc[-1], int):
         return RequirementsError(file, field, "", f"is missing; {_allowed(model, loc)}")
     if kind == "finite_number":

@@ -170,7 +170,7 @@ class Result:
         """
         if kind not in self._worst:
             limit = next(limit for limit in self.told if type(limit) is kind)
-            self._worst.update(self._sought([limit]))
+            self._worst.update(self._searched([limit]))
         return self._worst[kind]
 
     @property
@@ -181,9 +181,9 @@ class Result:
     @cached_property
     def _worst(self) -> dict[type[PoseLimit], float]:
         """Those of the worst values that are known; what grows without bound at a singularity is sought together."""
-        return self._sought([limit for limit in self.told if limit.infinite_at_singularity])
+        return self._searched([limit for limit in self.told if limit.infinite_at_singularity])
 
-    def _sought(self, limits: list[PoseLimit]) -> dict[type[PoseLimit], float]:
+    def _searched(self, limits: list[PoseLimit]) -> dict[type[PoseLimit], float]:
         row, wanted = self._row, {name for limit in limits for name in limit.evaluates}
         near = fold_points(row)[0] if any(limit.infinite_at_singularity for limit in limits) else np.empty((0, 3))
 

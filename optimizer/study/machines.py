@@ -213,10 +213,10 @@ def hardware_of(points: Iterable[MachinePoint]) -> list[Selection]:
 
 def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Candidate) -> Iterator[MachinePoint]:
     """The points of one hardware along one axis."""
-    (asked,) = (p for p in points if p.axis == REQUIRED and p.choice == candidate.choice)
+    (required,) = (p for p in points if p.axis == REQUIRED and p.choice == candidate.choice)
     values = [search.brief.value(name) for name in axis.fields]
     if axis.figure:
-        values = [getattr(asked.figures, axis.figure)]
+        values = [getattr(required.figures, axis.figure)]
     if any(value is None for value in values):
         return
     start: Lengths | None = candidate.lengths_mm

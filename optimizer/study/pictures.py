@@ -190,8 +190,8 @@ def _limit(ax: Axes, limit: float | None, form: str) -> None:
     if limit <= NEAR_LIMIT * high:
         ax.axhline(limit, color=BLACK, linewidth=1.0, linestyle=(0, (5, 2)))
         ax.set_ylim(low, max(high, limit + 0.05 * (limit - low)))
-        beside = {"xycoords": ("axes fraction", "data"), "xytext": (0, -3), "textcoords": "offset points"}
-        ax.annotate(text, (0.01, limit), **beside, va="top", fontsize=8.5)
+        adjacent = {"xycoords": ("axes fraction", "data"), "xytext": (0, -3), "textcoords": "offset points"}
+        ax.annotate(text, (0.01, limit), **adjacent, va="top", fontsize=8.5)
     else:
         text = f"{text}: far above the picture"
         ax.text(0.995, 0.05, text, transform=ax.transAxes, ha="right", va="bottom", fontsize=8.5)

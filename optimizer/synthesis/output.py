@@ -98,10 +98,10 @@ def _provenance(path: Path, given: Requirements) -> dict[str, Any]:
     if name != given.name:
         raise OtherDesignError(f"{path.name}: name = {short(name)}: must be {short(given.name)}; {leave}")
     digest = found.get("requirements_sha256") if isinstance(found, dict) else None
-    ours = requirements_hash(given)
-    if not isinstance(found, dict) or digest != ours:
+    own = requirements_hash(given)
+    if not isinstance(found, dict) or digest != own:
         field = f"{path.name}: provenance.requirements_sha256 = {short(digest)}"
-        raise OtherDesignError(f"{field}: must be {ours}, that of these requirements; {leave}")
+        raise OtherDesignError(f"{field}: must be {own}, that of these requirements; {leave}")
     return found
 
 

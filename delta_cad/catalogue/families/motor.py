@@ -125,8 +125,8 @@ class Motor(CatalogueRow):
             inertia = f"rotor_inertia_kg_m2 = {self.rotor_inertia_kg_m2:g}"
             return f"{inertia}: must be < {ring:.3g}, that of all its mass at its rim"
         loss_W = (self.nominal_torque_N_m / self.torque_constant_N_m_A) ** 2 * self.resistance_ohm
-        told = "(nominal_torque_N_m / torque_constant_N_m_A)^2 resistance_ohm over mass_g"
-        return outside(told, loss_W / mass_kg, LOSS_W_kg, "W/kg")
+        reported = "(nominal_torque_N_m / torque_constant_N_m_A)^2 resistance_ohm over mass_g"
+        return outside(reported, loss_W / mass_kg, LOSS_W_kg, "W/kg")
 
 
 motor = Family("motor", "motors.csv", Motor)

@@ -217,7 +217,7 @@ def _not_proven(
     possible = space.reachable(centres, np.zeros_like(halves))
     open_ = np.ones(len(left), dtype=bool)
     refuted: list[int] = []
-    spare_there = np.full(len(pair), np.inf)
+    margin_there = np.full(len(pair), np.inf)
     for m in np.argsort(box[left], kind="stable").tolist():
         k = int(left[m])
         if later[m] or engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
@@ -226,7 +226,7 @@ def _not_proven(
         d, at_a, at_b = engine.closest_points(one, other, one.placement, b_in_a[m] @ other.placement)
         certain = d - bounds.deviation[a[k]] - bounds.deviation[b[k]]
         if possible[box[k]]:
-            spare_there[k] = certain - pairs.limit[pair[k]]
+            margin_there[k] = certain - pairs.limit[pair[k]]
         open_[m] = not certain >= need[k]
         if open_[m]:
             normal[k] = frames[box[k], link_a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
@@ -235,7 +235,7 @@ def _not_proven(
                 refuted.append(k)
     new = np.flatnonzero(measured[left])
     open_[new] = ~(slabs.spare(left[new], normal[left[new]]) >= 0.0)
-    return travel, left[open_], np.array(refuted, dtype=int), spare_there
+    return travel, left[open_], np.array(refuted, dtype=int), margin_there
 
 
 class _Slabs:

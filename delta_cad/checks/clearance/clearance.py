@@ -130,7 +130,7 @@ def mesh_clearance(
     over: list[Near] = []
     if mapped:
         progress("clearance: map")
-        several = [p for p in _by_spare(ordinary, proofs) if by_several_joints(p, assembly.placement)]
+        several = [p for p in _by_margin(ordinary, proofs) if by_several_joints(p, assembly.placement)]
         positions = limits.slices_mm(MAP_CELLS).reshape(-1, 3)
         least = Sampler(assembly.placement, positions, engine, tilt).least(several) if several else []
         over = [Near((s.pair.a.name, s.pair.b.name), s.certain_mm) for s in least]
@@ -168,15 +168,17 @@ def handle_proofs(assembly: Assembly, limits: CheckLimits, meshes: Meshes, calls
 def _nearest(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
     """The pairs that the proofs measured closest to their limits; all where they measured none."""
     measured = {frozenset(names) for p in proofs for names in p.closest}
-    return _by_spare([p for p in pairs if frozenset((p.a.name, p.b.name)) in measured], proofs)[:NEAREST] or list(pairs)
+    return _by_margin([p for p in pairs if frozenset((p.a.name, p.b.name)) in measured], proofs)[:NEAREST] or list(
+        pairs
+    )
 
 
-def _by_spare(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
+def _by_margin(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
     """The pairs, those first that the proofs measured closest to their limits, those last that they did not measure."""
-    spare: dict[frozenset[str], float] = {}
+    margin: dict[frozenset[str], float] = {}
     for names, mm in (item for p in proofs for item in p.closest.items()):
-        spare[frozenset(names)] = min(mm, spare.get(frozenset(names), np.inf))
-    return sorted(pairs, key=lambda p: spare.get(frozenset((p.a.name, p.b.name)), np.inf))
+        margin[frozenset(names)] = min(mm, margin.get(frozenset(names), np.inf))
+    return sorted(pairs, key=lambda p: margin.get(frozenset((p.a.name, p.b.name)), np.inf))
 
 
 def _sampled(name: str, samples: Sequence[PairSample], limit: float, sampler: Sampler, calls: int) -> CheckResult:
@@ -327,15 +329,15 @@ def _proof(
     left.sort(key=lambda pair: pair[0])  # what has least to spare is why, not what the calls did not suffice for
     undecided = [(names, box) for _, names, box in left if frozenset(names) not in gone]
     if undecided or refuted:
-        lacking = [(spare, names) for spare, names, _ in left if frozenset(names) not in gone]
+        lacking = [(margin, names) for margin, names, _ in left if frozenset(names) not in gone]
         lacking += [(s.certain_mm - s.pair.limit_mm, (s.pair.a.name, s.pair.b.name)) for s in refuted]
-        spare, first = min(lacking, key=lambda one: one[0])
+        margin, first = min(lacking, key=lambda one: one[0])
         failures = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]
         failures += [
             f"{s.pair.a.name} / {s.pair.b.name} refuted by a sample at {s.certain_mm:.3f} mm" for s in refuted[:5]
         ]
         detail = f"{len(undecided)} pairs undecided, {len(refuted)} refuted; {'; '.join(failures)}; {counts}"
-        value = limit_mm + spare if spare < 0.0 else None
+        value = limit_mm + margin if margin < 0.0 else None
         return CheckResult("clearance proof", False, value, limit_mm, "mm", worst_pair=first, detail=detail)
     sampled = f"; smallest found {closest[0].certain_mm:.3f} mm" if closest else ""
     return CheckResult(

@@ -142,14 +142,14 @@ def spaces_of(
         spaces: list[RodAtJoint] = []
         for round_holders, q in _by_roundness(p, joint[0]):
             cut_up = _in_segments(q, *joint, width, bool(tilt_rad))
-            told = f"{name}, what is round" if round_holders else name
+            reported = f"{name}, what is round" if round_holders else name
             turning = np.array([bool(tilt_rad) and not is_round(cut_up.bodies[k]) for k in cut_up.second], dtype=bool)
             if not turning.all():
-                spaces.append(RodAtJoint(told, cut_up.chosen(~turning), *joint, width, rasters, round_holders))
+                spaces.append(RodAtJoint(reported, cut_up.chosen(~turning), *joint, width, rasters, round_holders))
             if turning.any():
                 turned = cut_up.chosen(turning).cut(_socket_in_cells)
-                told = f"{told}, turning"
-                spaces.append(RodAtJoint(told, turned, *joint, width, rasters, round_holders, tilt_rad))
+                reported = f"{reported}, turning"
+                spaces.append(RodAtJoint(reported, turned, *joint, width, rasters, round_holders, tilt_rad))
         return spaces
 
     made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {

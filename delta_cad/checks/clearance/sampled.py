@@ -159,10 +159,10 @@ class Sampler:
         for k in range(len(pairs)) if is_sorted else np.argsort(low, kind="stable"):
             if low[k] >= best[0] - TOLERANCE_MM:
                 continue
-            asked = np.full(len(best), np.inf)
+            required = np.full(len(best), np.inf)
             poses = self.positions(pairs[k])
-            asked[poses] = bounds[k, poses]
-            sample = self._smallest(pairs[k], asked, best, hear)
+            required[poses] = bounds[k, poses]
+            sample = self._smallest(pairs[k], required, best, hear)
             if sample is not None:
                 samples.append(sample)
         return sorted(samples, key=lambda s: s.distance_mm)

@@ -86,11 +86,11 @@ class Around:
         near = apart <= (self.radii_mm + radius_mm + self.deviation_mm)[:, None]
         found = np.ones(len(ends_mm), dtype=bool)
         placed: dict[int, Any] = {}
-        asked = np.flatnonzero(near.any(axis=0))
-        aside = cross_rows(along[asked], np.eye(3)[np.abs(along[asked]).argmin(axis=1)])
+        required = np.flatnonzero(near.any(axis=0))
+        aside = cross_rows(along[required], np.eye(3)[np.abs(along[required]).argmin(axis=1)])
         aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-        turns = np.stack([aside, cross_rows(along[asked], aside), along[asked]], axis=2)
-        for n, turn in zip(asked.tolist(), turns, strict=True):
+        turns = np.stack([aside, cross_rows(along[required], aside), along[required]], axis=2)
+        for n, turn in zip(required.tolist(), turns, strict=True):
             frame = fcl.Transform(turn, (start_mm + ends_mm[n]) / 2.0)
             for k in np.flatnonzero(near[:, n]):
                 tool = fcl.CollisionObject(fcl.Cylinder(radius_mm + self.deviation_mm[k], length), frame)
@@ -126,12 +126,12 @@ class Scene:
         self._deviation = np.array([meshes[o.part.number].deviation_mm for o in self.occurrences])
         self._balls = np.array(balls)
 
-    def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, beside: int, standing: bool) -> Around:
+    def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, beside: int, static: bool) -> Around:
         """What a tool may meet within a reach of a point: any occurrence but one, or any that stands still."""
         centres = self._centres(pose)
         near = np.linalg.norm(centres - centre_mm, axis=1) <= self._balls[:, 3] + reach_mm
         near[beside] = False
-        if standing:
+        if static:
             near &= self.stands
         found = np.flatnonzero(near)
         return Around(
@@ -179,7 +179,7 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
     swings = [(key_swing(reach, scene), reach) for reach in assembly.reached]
     known: dict[Key, bool] = {}
     stuck = [(what, removal) for removal in assembly.removals if (what := _stuck(removal, scene, known))]
-    return [_told_swings(swings), _told_stuck(stuck, len(assembly.removals))]
+    return [_reported_swings(swings), _reported_stuck(stuck, len(assembly.removals))]
 
 
 def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> float:
@@ -234,7 +234,7 @@ def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
     return limits.centre_mm + heights[np.argsort(np.abs(heights), kind="stable"), None] * along
 
 
-def _told_swings(swings: list[tuple[float, ToolAccess]]) -> CheckResult:
+def _reported_swings(swings: list[tuple[float, ToolAccess]]) -> CheckResult:
     if not swings:
         limit = float(np.degrees(SWING_RAD))
         return CheckResult("tool access", True, None, limit, "deg", detail="no screw is stated to be reached")
@@ -254,11 +254,11 @@ def swing_result(name: str, swings: list[tuple[float, str, str]], detail: str) -
     )
 
 
-def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
+def _reported_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
     detail = f"{count} parts drawn off along their axes, {STEP_MM:g} mm a step"
     if stuck:
-        told = "; ".join(f"{removal.name} {removal.reason}, {what}" for what, removal in stuck[:SHOWN])
-        detail = f"{len(stuck)} fail: {told}; {detail}"
+        reported = "; ".join(f"{removal.name} {removal.reason}, {what}" for what, removal in stuck[:SHOWN])
+        detail = f"{len(stuck)} fail: {reported}; {detail}"
     names = tuple(removal.name for _, removal in stuck[:SHOWN]) or None
     return CheckResult("parts come off", not stuck, len(stuck), 0, "", worst_pair=names, detail=detail)
 
@@ -292,16 +292,16 @@ def _swing_at(
     inside_mm: float,
     handle_mm: float,
     scene: Scene,
-    standing: bool = False,
+    static: bool = False,
 ) -> float:
     """Swing of a handle at a position, rad: of a key that stands in its socket and of one just drawn off it.
 
-    With `standing` only what stands still is in its way.
+    With `static` only what stands still is in its way.
     """
     frame, radius = scene.frames[pose, k], CORNERS * socket.flats_mm / 2.0
     x, y, z = frame[:3, :3].T
     mouth = frame[:3, 3] + socket.mouth_mm * z
-    around = scene.around(pose, mouth, float(np.hypot(max(inside_mm, way_mm), handle_mm)) + socket.head_mm, k, standing)
+    around = scene.around(pose, mouth, float(np.hypot(max(inside_mm, way_mm), handle_mm)) + socket.head_mm, k, static)
     for width, end in (radius, inside_mm), (socket.head_mm, way_mm):
         if not around.free(width, mouth + OFF_MM * z, (mouth + end * z)[None]).all():
             return 0.0

@@ -99,8 +99,8 @@ def _filled(assembly: Assembly) -> CheckResult:
         holes += needed
         empty += [(o.name, f"{o.name} {hole}") for hole in missing]
     names = tuple(dict.fromkeys(name for name, _ in empty[:8])) or None
-    told = "; ".join(text for _, text in empty[:8]) + " with nothing in it; " if empty else ""
-    detail = f"{told}{holes} kinds of tapped or reamed holes"
+    reported = "; ".join(text for _, text in empty[:8]) + " with nothing in it; " if empty else ""
+    detail = f"{reported}{holes} kinds of tapped or reamed holes"
     return CheckResult("holes filled", not empty, len(empty), 0, "", worst_pair=names, detail=detail)
 
 

@@ -174,11 +174,11 @@ def _result(rule: Rule, findings: list[Finding], parts: int) -> CheckResult:
     findings.sort(key=lambda finding: -finding.share)
     bad = [finding for finding in findings if finding.share > 1.0 + ROUNDING]
     shown = [finding.where for finding in (bad[:SHOWN] or findings[:1])]
-    told = f"{f'{len(bad)} fail' if bad else 'worst'}: {'; '.join(shown)}; " if shown else ""
+    reported = f"{f'{len(bad)} fail' if bad else 'worst'}: {'; '.join(shown)}; " if shown else ""
     value, limit = (findings[0].value, findings[0].limit) if findings else (None, None)
     if rule.counts:
         value, limit = float(len(bad)), 0.0
     pair = (findings[0].part,) if findings else None
     return CheckResult(
-        rule.name, not bad, value, limit, rule.unit, worst_pair=pair, detail=f"{rule.what}; {told}{parts} parts"
+        rule.name, not bad, value, limit, rule.unit, worst_pair=pair, detail=f"{rule.what}; {reported}{parts} parts"
     )

@@ -62,7 +62,7 @@ class _Seen:
     """What a chain's cable does over its stroke: largest angle, least spare groove or rim, and both in words."""
 
     fleet_rad: float
-    spare_mm: float
+    margin_mm: float
     told: str
 
 
@@ -88,8 +88,8 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
                 CheckResult("cable on its groove", False, None, 0.0, "mm", detail=told),
             ]
     i, steep = max(seen, key=lambda one: one[1].fleet_rad)
-    j, short = min(seen, key=lambda one: one[1].spare_mm)
-    angle, spare = steep.fleet_rad, short.spare_mm
+    j, short = min(seen, key=lambda one: one[1].margin_mm)
+    angle, margin = steep.fleet_rad, short.margin_mm
     return [
         CheckResult(
             "cable fleet angle",
@@ -101,7 +101,7 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
             (f"sector_{i}",),
             steep.told,
         ),
-        CheckResult("cable on its groove", spare >= 0.0, spare, 0.0, "mm", None, (f"pinion_{j}",), short.told),
+        CheckResult("cable on its groove", margin >= 0.0, margin, 0.0, "mm", None, (f"pinion_{j}",), short.told),
     ]
 
 
@@ -132,7 +132,7 @@ def _seen(assembly: Assembly, i: int) -> _Seen:
         raise _NotFoundError(f"axes {distance:.2f} mm apart leave no gap between the drums of the cable")
     tangent = acos((wound + small) / distance)
     free = sqrt(distance**2 - (wound + small) ** 2)
-    fleet, spare = 0.0, inf
+    fleet, margin = 0.0, inf
     for theta in np.linspace(min(angles), max(angles), ANGLES).tolist():
         walked = p.climb_rad * wound / small * (theta - home)  # the pinion turns against the arm
         for end, sense in enumerate((-1.0, 1.0)):
@@ -140,15 +140,15 @@ def _seen(assembly: Assembly, i: int) -> _Seen:
             arc -= tau if arc > 1.5 * pi else 0.0  # beyond the rim's end
             take_off = p.ends_mm[end] + walked
             fleet = max(fleet, atan2(abs(take_off - s.lugs_mm[end]), max(arc * wound + free, 0.0)))
-            spare = min(spare, take_off - p.groove_mm[0], p.groove_mm[1] - take_off)
-    spare = min(spare, *(min(y - half - s.sides_mm[0], s.sides_mm[1] - y - half) for y in s.lugs_mm))
+            margin = min(margin, take_off - p.groove_mm[0], p.groove_mm[1] - take_off)
+    margin = min(margin, *(min(y - half - s.sides_mm[0], s.sides_mm[1] - y - half) for y in s.lugs_mm))
     off = max(p.off_mm, s.lug_off_mm)
     told = (
         f"of the solids: rim {s.rim_mm:.2f} mm, axes {distance:.2f} mm apart, lugs at {s.lugs_mm[0]:.2f} and "
         f"{s.lugs_mm[1]:.2f} mm, groove from {p.groove_mm[0]:.2f} to {p.groove_mm[1]:.2f} mm, "
         f"{p.wrap_rad / tau:.2f} turns, lead {degrees(atan(abs(p.climb_rad) / small)):.2f} deg"
     )
-    return _Seen(fleet, min(spare, -off) if off else spare, told)
+    return _Seen(fleet, min(margin, -off) if off else margin, told)
 
 
 def _is_along_y(c: SolidFace) -> bool:

@@ -263,7 +263,7 @@ def length_chains(d: Dimensions, general: str) -> list[Chain]:
         "forearm": (m.forearm_length_mm, _rod()),
         "platform radius": (m.platform_radius_mm, _wrist(d)),
         "wrist's height": (0.0, _wrist(d)),
-        "wrist along its axis": (0.0, _beside(d)),
+        "wrist along its axis": (0.0, _adjacent(d)),
     }
     return [Chain(name, "mm", nominal, tuple(links), -inf, inf, WHY) for name, (nominal, links) in chains.items()]
 
@@ -365,7 +365,7 @@ def _wrist(d: Dimensions) -> list[Link]:
     ]
 
 
-def _beside(d: Dimensions) -> list[Link]:
+def _adjacent(d: Dimensions) -> list[Link]:
     """A wrist along its axis, middle of a pair."""
     hole = d.forearm.pin_diameter_mm / 2 + BALL_GLUE_MM
     rim = hole / sqrt((d.forearm.ball_diameter_mm / 2) ** 2 - hole**2) * EROSION_UM / 2000.0
@@ -415,12 +415,12 @@ def tolerance_record(d: Dimensions) -> dict[str, Any]:
         "general_class": NOTES[general],
         "loosest_class": loosest_class(d),
         "largest_length_deviation_mm": _plain(max(map(deviation_mm, lengths))),
-        "chains": [_told(chain) for chain in machine_chains(d, general)],
-        "lengths": [_told(chain) for chain in lengths],
+        "chains": [_reported(chain) for chain in machine_chains(d, general)],
+        "lengths": [_reported(chain) for chain in lengths],
     }
 
 
-def _told(chain: Chain) -> dict[str, Any]:
+def _reported(chain: Chain) -> dict[str, Any]:
     return {
         "name": chain.name,
         "unit": chain.unit,
@@ -438,7 +438,7 @@ def _told(chain: Chain) -> dict[str, Any]:
 
 def _link(chain: Chain, link: Link) -> dict[str, Any]:
     """A link, and how much looser what a shop is asked for could be."""
-    told: dict[str, Any] = {
+    reported: dict[str, Any] = {
         "part": link.part,
         "what": link.what,
         "kind": link.kind,
@@ -446,11 +446,11 @@ def _link(chain: Chain, link: Link) -> dict[str, Any]:
         "adds": [_plain(v) for v in link.range],
     }
     if link.kind in MADE and isfinite(largest := chain.largest_mm(link)):
-        told["largest_mm"] = _plain(largest)
+        reported["largest_mm"] = _plain(largest)
         if link.nominal_mm:
             grade = coarsest_grade(2.0 * largest, link.nominal_mm)
-            told["loosest_grade"] = None if grade is None else f"IT{grade}"
-    return told
+            reported["loosest_grade"] = None if grade is None else f"IT{grade}"
+    return reported
 
 
 def _plain(value: float) -> float | None:

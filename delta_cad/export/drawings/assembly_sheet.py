@@ -236,8 +236,8 @@ def _page(group: Sequence[_Shown]) -> tuple[str, list[Item], dict[str, Box]]:
         drawn = box_of(items)
         if view.overall:
             items += _over_all(drawn, view.scale)
-        told = {k: (x * view.scale, y * view.scale) for k, (x, y) in view.balloons.items()}
-        items += balloons(told, drawn)
+        reported = {k: (x * view.scale, y * view.scale) for k, (x, y) in view.balloons.items()}
+        items += balloons(reported, drawn)
         box = box_of(items)
         items = [moved(item, (left - box[0], area[3] - 16.0 - box[3])) for item in items]
         items.append(Text((left, area[3] - 8.0), 3.5, view.title))
@@ -307,6 +307,6 @@ def _dot(at: Point) -> Area:
 
 def balloon_faults(drawing: Drawing, items: set[int], rows: Sequence[BomRow]) -> list[str]:
     """Finds items without a balloon, or with more than one, and rows that are not in the list once."""
-    told = [key for sheet in drawing.sheets for text in sheet.texts for key in text.states]
+    reported = [key for sheet in drawing.sheets for text in sheet.texts for key in text.states]
     counts = [(f"item {n}", "balloons") for n in sorted(items)] + [(f"row {row.item}", "rows") for row in rows]
-    return [f"{key} has {told.count(key)} {what}" for key, what in counts if told.count(key) != 1]
+    return [f"{key} has {reported.count(key)} {what}" for key, what in counts if reported.count(key) != 1]

@@ -63,11 +63,11 @@ def completeness_faults(drawing: Drawing, features: Features) -> Iterable[str]:
     wanted |= {f"bore {g}.{b}" for g, group in enumerate(features.groups) for b in range(len(group.bores))}
     wanted |= {one.key for one in (*features.datums, *features.zones)}
     wanted |= {f"slot {n}" for n in range(len(features.slots))}
-    told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.states)
+    reported = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.states)
     for key in sorted(wanted):
-        if told[key] != 1:
-            yield f"{key} is stated {told[key]} times"
-    yield from (f"{key} is stated and is nothing of the part" for key in sorted(told.keys() - wanted))
+        if reported[key] != 1:
+            yield f"{key} is stated {reported[key]} times"
+    yield from (f"{key} is stated and is nothing of the part" for key in sorted(reported.keys() - wanted))
 
 
 def hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:

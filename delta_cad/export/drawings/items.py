@@ -51,10 +51,10 @@ def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, 
         if y == top:
             items.append(Stroke("table", ((left, y), (edges[-1], y))))
         for k, cell in enumerate(cells):
-            told = (f"row {row.item}",) if row is not None and k == 0 else ()
+            reported = (f"row {row.item}",) if row is not None and k == 0 else ()
             for n, line in enumerate(cell):
                 at = edges[k] + 1.0, y - PADDING_MM / 2.0 - n * ROW_MM - 2.0 * 1.2
-                items.append(Text(at, 2.0, line, states=told))
+                items.append(Text(at, 2.0, line, states=reported))
         y -= lines * ROW_MM + PADDING_MM
         items.append(Stroke("table", ((left, y), (edges[-1], y))))
     if note := missing_note(line for row in rows for cell in _cells(row) for line in cell):

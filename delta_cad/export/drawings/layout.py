@@ -95,7 +95,7 @@ def _sheets(
     """The sheets at a size and a scale; None if they cannot be filled so."""
     area, taken = inner(size), [title_box(size)]
     room = (area[0] + 3.0, area[1] + 3.0, area[2] - 3.0, area[3] - 3.0)
-    main = _beside(blocks)
+    main = _adjacent(blocks)
     start = _find(lambda at: _boxes(main, at), taken, room)
     if start is None:
         return None
@@ -140,7 +140,7 @@ def ratio(scale: float) -> str:
     return f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
 
 
-def _beside(blocks: Sequence[Block]) -> list[tuple[Block, Point]]:
+def _adjacent(blocks: Sequence[Block]) -> list[tuple[Block, Point]]:
     """The main view at (0, 0) and the views beside it, each in line with it."""
     front = blocks[0]
     found = [(front, (0.0, 0.0))]

@@ -157,8 +157,8 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
     y = 0.0
 
     def row(texts: Sequence[tuple[float, str, tuple[str, ...]]]) -> None:
-        for x, text, told in texts:
-            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, states=told))
+        for x, text, reported in texts:
+            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, states=reported))
 
     row([(edges[k] + 1.0, name, ()) for k, name in enumerate(("Hole", "X right", "Y up", "Each"))])
     y -= pitch

@@ -91,8 +91,8 @@ def seats_of(d: Dimensions) -> Seats:
     places = np.vstack([np.zeros(2), radius * np.column_stack([np.cos(angles), np.sin(angles)])])
     poses = [(x, y, first + level * spacer) for level in range(LEVELS) for x, y in places]
     relief = catalogue.screw(stem.stem_thread).clearance_hole_mm
-    beside = d.base.radius_mm + BESIDE_MM + COLUMN_MM / 2
-    return Seats(mouth, relief, places, beside, float(column), float(spacer), np.array(poses))
+    adjacent = d.base.radius_mm + BESIDE_MM + COLUMN_MM / 2
+    return Seats(mouth, relief, places, adjacent, float(column), float(spacer), np.array(poses))
 
 
 def nominal_readings_deg(d: Dimensions, seats: Seats) -> np.ndarray:

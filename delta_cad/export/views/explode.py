@@ -261,12 +261,12 @@ def apart(units: list[_Unit], holds: Callable[[_Unit], int]) -> dict[str, np.nda
         return (max(beyond(unit), *through, -np.inf), bool(through), -unit.volume, unit.names)
 
     moves = {name: np.zeros(3) for unit in still for name in unit.names}
-    standing = np.concatenate([unit.boxes for unit in still])
+    static = np.concatenate([unit.boxes for unit in still])
     for unit in sorted(rows.values(), key=far):  # all keys are of where parts stand in the machine
         move = np.zeros(3)
-        move[unit.axis] = unit.sense * _step(unit, standing)
+        move[unit.axis] = unit.sense * _step(unit, static)
         unit.boxes = unit.boxes + move
-        standing = np.concatenate([standing, unit.boxes])
+        static = np.concatenate([static, unit.boxes])
         moves |= dict.fromkeys(unit.names, move)
     units[:] = [*still, *rows.values()]
     return moves
@@ -279,10 +279,10 @@ def _meets(one: _Unit, other: _Unit) -> bool:
     return bool((high > low).all(axis=-1).any())
 
 
-def _step(unit: _Unit, standing: np.ndarray) -> float:
+def _step(unit: _Unit, static: np.ndarray) -> float:
     """The least way along a part's axis after which its boxes clear those that stand, mm."""
     a, others = unit.axis, [axis for axis in range(3) if axis != unit.axis]
-    low, high = standing[None, :, 0] - GAP_MM, standing[None, :, 1] + GAP_MM
+    low, high = static[None, :, 0] - GAP_MM, static[None, :, 1] + GAP_MM
     own_low, own_high = unit.boxes[:, None, 0], unit.boxes[:, None, 1]
     meets = ((own_high > low) & (own_low < high))[..., others].all(axis=-1)
     if unit.sense > 0:

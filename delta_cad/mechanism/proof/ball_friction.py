@@ -93,12 +93,12 @@ def _frictions(
             )
             arm = [part.times(la.inverse()) for part in n]
             ends = rod, tuple(a - b for a, b in zip(rod, arm, strict=True))
-            beside = _along((exactly(0.0) - s, c, exactly(0.0)), v).square() * _at(inverse, where)
+            adjacent = _along((exactly(0.0) - s, c, exactly(0.0)), v).square() * _at(inverse, where)
             tilt = _at(pose.t[i].square(), where) * lb.square().inverse()
             flat = _at(across2, where) * lb.square().inverse()
             for end in ends:
                 rate = _along(tuple(_at(part, where) for part in end), v).square()
-                total = total + exactly(lean) * _root(rate * tilt + beside) + exactly(turn) * _root(rate * flat)
+                total = total + exactly(lean) * _root(rate * tilt + adjacent) + exactly(turn) * _root(rate * flat)
         over.append(total)
     return over[0].hi.max(axis=0), over[1].lo.max(axis=0)
 

@@ -118,9 +118,9 @@ class Refusals:
         with self._lock:
             self.count += 1
             (waiting, last), now = self._waiting.get(kind, (0, -math.inf)), self._now()
-            told = now - last >= EVERY_S
-            self._waiting[kind] = (0, now) if told else (waiting + 1, last)
-        if told:
+            reported = now - last >= EVERY_S
+            self._waiting[kind] = (0, now) if reported else (waiting + 1, last)
+        if reported:
             self._say(f"refused: {kind}" + (f" ({waiting + 1} since the last line)" if waiting else ""))
 
 

@@ -115,7 +115,7 @@ class LivePage:
         server.initial_camera.position = (0.45 * far, -0.75 * far, 0.6 * far)
         server.initial_camera.look_at = tuple(M_PER_MM * self.own.centre_mm * 0.4)
         server.on_client_connect(lambda client: self.frame(client.camera))
-        self._told = server.gui.add_html("")
+        self._reported = server.gui.add_html("")
         with server.gui.add_folder("Lengths, mm"):
             self._sliders = {name: self._slider(name, words) for name, words in SLIDERS.items()}
             original = server.gui.add_button("original lengths")
@@ -329,7 +329,7 @@ class LivePage:
             self._arrow("felt", force, FELT_COLOUR, self._knob_mm if solid else 0.0)
             self._arrow("weight", -held, WEIGHT_COLOUR)
             self._lines("floor", self._floor() if self._scene.value == FLOOR else None, FELT_COLOUR, THIN_PX)
-            self._told.content = self._table(reached, force, held)
+            self._reported.content = self._table(reached, force, held)
 
     def _floor(self) -> np.ndarray:
         """(4, 2, 3) edges of the floor that is felt, mm."""
@@ -404,16 +404,16 @@ class LivePage:
             return f"{head}<br><b>out of reach</b></div>"
         rows = readings(self.lengths, self._design.requirements.force_N, self._inertia, self.handle_mm)
         cells = "".join(f"<tr><td>{r.words}</td><td>{r.here}</td><td>{r.worst}</td></tr>" for r in rows)
-        told = [("rendered force", f"{np.linalg.norm(force_N):.2f} N")]
+        reported = [("rendered force", f"{np.linalg.norm(force_N):.2f} N")]
         if held_N.any():
             motors = jacobian(self.lengths.geometry, self.handle_mm / MM_PER_M).T @ (force_N + held_N)
-            told += [("weight, held by the motors", f"{np.linalg.norm(held_N):.2f} N")]
-            told += [("joint torques for both", ", ".join(f"{one:.3f}" for one in motors) + " N m")]
+            reported += [("weight, held by the motors", f"{np.linalg.norm(held_N):.2f} N")]
+            reported += [("joint torques for both", ", ".join(f"{one:.3f}" for one in motors) + " N m")]
         if self._neighbours is not None and self.lengths == self.own:
             near, waits = self._near and self._near[1], "" if self._near_here() else " ..."
             where = f"{near.distance_mm:.2f} mm, {' / '.join(near.names)}{waits}" if near else waits
-            told += [(f"clearance, required {self._neighbours.limit_mm:g} mm", where)]
-        cells += "".join(f"<tr><td>{words}</td><td colspan=2>{value}</td></tr>" for words, value in told)
+            reported += [(f"clearance, required {self._neighbours.limit_mm:g} mm", where)]
+        cells += "".join(f"<tr><td>{words}</td><td colspan=2>{value}</td></tr>" for words, value in reported)
         note = "" if self.lengths == self.own else "masses as designed; solids are shown for the original lengths only"
         heads = "<tr><th></th><th align=left>here</th><th align=left>worst in the cube</th></tr>"
         return f"{head}<table width=100%>{heads}{cells}</table>{note}</div>"

@@ -165,7 +165,7 @@ class Studio:
             along = points @ out
             box = np.array([points.min(axis=0), points.max(axis=0)])
             size = float(along.max() - along.min())
-            before = [d for way, other, d in gone if way @ out > 0.99 and _beside(box, other, out)]
+            before = [d for way, other, d in gone if way @ out > 0.99 and _adjacent(box, other, out)]
             length = min(OWN * size, MOST_MM / 2) + GAP_MM + max(before, default=0.0)
             gone.append((out, box, length))
             away = out * min(length, MOST_MM)
@@ -192,7 +192,7 @@ class Studio:
                 overlay.AddActor(flat_shapes(shapes, ARROW, width))
 
 
-def _beside(box: np.ndarray, other: np.ndarray, out: np.ndarray) -> bool:
+def _adjacent(box: np.ndarray, other: np.ndarray, out: np.ndarray) -> bool:
     """Whether two boxes overlap when they are seen along a direction: in the two axes that it is least along."""
     across = np.argsort(np.abs(out))[:2]
     return bool((box[0, across] < other[1, across]).all() and (box[1, across] > other[0, across]).all())

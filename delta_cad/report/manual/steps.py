@@ -121,10 +121,10 @@ def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Map
     part = {o.name: o.part for o in assembly.occurrences}
     counts, titles = Counter(unit.kind for unit in assembly.order), {unit.name: unit for unit in assembly.order}
     found, number = [], 0
-    for unit, told in scenes(assembly.order):
+    for unit, reported in scenes(assembly.order):
         count = counts[unit.kind]
         chapter = Chapter(unit.kind, unit.title, PER_UNIT.get(count, f"Make {count}") if count > 1 else "")
-        for scene in told:
+        for scene in reported:
             number += 1
             colours, step = drawn.get(scene.picture, {}), scene.step
             amounts: Counter[str] = Counter()

@@ -89,7 +89,7 @@ def _platform(d: Dimensions, joints_kg: float) -> MovingBody:
     long = max(last - first, 0.0)
     window = max(end * last / p.radius_mm - RIB_MM, 0.0) * max(long - RIB_MM, 0.0)
     web = max((2.0 * p.hub_radius_mm + slope * (first + last)) * long - window, 0.0) * p.plate_mm
-    web += 2.0 * max(p.hub_radius_mm + slope * last, 0.0) * _beside_round(top, p.plate_mm)
+    web += 2.0 * max(p.hub_radius_mm + slope * last, 0.0) * _next_to_round(top, p.plate_mm)
     low, high = STEM_FLATS_Z_MM
     stem = _round_kg(p.stem_diameter_mm, p.stem_length_mm - high + low, TURNED)
     stem += _round_kg(STEM_FLATS_MM, high - low, TURNED)
@@ -102,7 +102,7 @@ def _platform(d: Dimensions, joints_kg: float) -> MovingBody:
     ])  # fmt: skip
 
 
-def _beside_round(radius_mm: float, under_mm: float) -> float:
+def _next_to_round(radius_mm: float, under_mm: float) -> float:
     """Area between a cylinder's side, from so much under its top up, and its upright tangent plane, mm^2."""
     low = max(radius_mm - under_mm, 0.0)
     segment = radius_mm**2 * (pi / 2.0 - asin(low / radius_mm)) - low * sqrt(radius_mm**2 - low**2)

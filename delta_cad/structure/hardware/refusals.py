@@ -163,11 +163,11 @@ def _turning(design: Design) -> Iterator[Reason]:
 def _drive(design: Design) -> Iterator[Reason]:
     """Continuous and peak torque, the cable's strength and bend."""
     drive, h = drive_torque(design), design.hardware
-    asked = (
+    demand = (
         ("continuous", drive.continuous_torque_N_m, drive.required_torque_N_m),
         ("peak", drive.peak_torque_N_m, drive.required_peak_N_m),
     )
-    for words, value, required in asked:
+    for words, value, required in demand:
         if value < required:
             lasts = words == "continuous" or design.requirements.peak_torque_N_m is None
             less = smaller(f"requirements.{'joint' if lasts else 'peak'}_torque_N_m")
@@ -206,20 +206,20 @@ def _outline(d: Dimensions) -> list[Reason]:
     """Outline of what stands out farthest, the way round in which it fits best."""
     required, least = d.design.requirements, least_outline_mm(d)
     plate = np.ptp(d.base.reach_mm, axis=1)
-    asked = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}
-    ways = ([*zip(asked, least, strict=True)], [*zip(asked, least[::-1], strict=True)])
-    best = min(ways, key=lambda way: max(float(size) - asked[name] for name, size in way))
+    demand = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}
+    ways = ([*zip(demand, least, strict=True)], [*zip(demand, least[::-1], strict=True)])
+    best = min(ways, key=lambda way: max(float(size) - demand[name] for name, size in way))
     inwards = smaller(ARM), smaller(BASE)
     what = "its feet stand", "elbows and motors reach"
     return [
         Reason(
             "base_plate" if size in plate else "assembly",
             name.replace("_mm", "").replace("_", " "),
-            f"{what[size not in plate]} over {ceil_sig(size)} mm; at most {asked[name]:g}",
+            f"{what[size not in plate]} over {ceil_sig(size)} mm; at most {demand[name]:g}",
             (*inwards, larger(f"requirements.{name}")),
         )
         for name, size in best
-        if size > asked[name]
+        if size > demand[name]
     ]
 
 

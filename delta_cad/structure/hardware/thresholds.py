@@ -221,12 +221,12 @@ class Refused:
         return {"part": one.part, "feature": one.feature, "message": one.message, "changes": changes}
 
     def __str__(self) -> str:
-        asked = [f"{one}" for one in self.thresholds if one.required]
+        demand = [f"{one}" for one in self.thresholds if one.required]
         enough = "; or ".join(f"{one}" for one in self.thresholds if not one.required)
         if not enough:
             tried = ", ".join(dict.fromkeys(field for way in self.reason.ways for field in way.fields))
-            enough = f"no value of {tried} alone ends this" if tried and not asked else ""
-        loosened = f"where the requirement may change, {' or '.join(asked)}" if asked else ""
+            enough = f"no value of {tried} alone ends this" if tried and not demand else ""
+        loosened = f"where the requirement may change, {' or '.join(demand)}" if demand else ""
         return ": ".join([f"{self.reason}", *filter(None, ["; or, ".join(filter(None, [enough, loosened]))])])
 
 

@@ -244,7 +244,7 @@ def test_without_boxes_and_without_a_design_nothing_is_said() -> None:
     assert found.bound == 100.0
 
 
-def test_it_stops_where_it_is_asked_to_and_tells_its_progress() -> None:
+def test_it_stops_where_it_is_required_to_and_tells_its_progress() -> None:
     told: list[Now] = []
     problem = TASKS["L_A free, step 3"]
     found = prove_optimum(problem, report=told.append, stop=lambda: len(told) >= 4)
@@ -360,7 +360,7 @@ def test_gravity_takes_its_share_of_the_torque() -> None:
     assert problem.pose_limits()["torque"].told() == pytest.approx(0.3, rel=1e-12)
 
 
-def test_what_is_certified_is_all_that_is_asked() -> None:
+def test_what_is_certified_is_all_that_is_required() -> None:
     limits = TASKS["all limits, step 3"].pose_limits(2.0)
     assert limits.names == ("reach", "assembly_mode", "torque", "kappa", "shoulder")
     torque, shoulder = limits.get(Torque), limits["shoulder"].told()

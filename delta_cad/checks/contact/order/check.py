@@ -83,7 +83,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
             if step.tightened:
                 swings += _swings(step, present, assembly, limits, meshes)
     detail = f"free swing of a hexagon key in each screw when its step tightens it, least of {len(swings)} screws"
-    return [_told_faults(faults, count, assembly), swing_result("assembly keys", swings, detail)]
+    return [_reported_faults(faults, count, assembly), swing_result("assembly keys", swings, detail)]
 
 
 def _uncovered(assembly: Assembly, made: dict[str, tuple[str, ...]]) -> Iterator[tuple[list[str], str]]:
@@ -138,20 +138,20 @@ def _alike(
     if first is None:
         return (unit.name,)
     base = np.linalg.inv(ways.frames[first])
-    told: list[object] = []
+    reported: list[object] = []
     for step in unit.steps:
         for insertion in step.insertions:
             names = [name for name in brought(insertion, made) if name in known]
-            told.append((tuple(numbers[name] for name in names), insertion.is_flexible, len(insertion.units)))
+            reported.append((tuple(numbers[name] for name in names), insertion.is_flexible, len(insertion.units)))
             for name in names:
-                told += np.round((base @ ways.frames[name])[:3] / ALIKE_MM).astype(int).ravel().tolist()
+                reported += np.round((base @ ways.frames[name])[:3] / ALIKE_MM).astype(int).ravel().tolist()
             frame = insertion.frame or (names[0] if names else "")
             if frame in ways.frames:
                 turn = (base @ ways.frames[frame])[:3, :3]
                 for leg in insertion.path:
-                    told += [*np.round(turn @ np.array(leg.along), 6).tolist(), leg.length_mm]
-        told.append(len(step.tightened))
-    return tuple(told)
+                    reported += [*np.round(turn @ np.array(leg.along), 6).tolist(), leg.length_mm]
+        reported.append(len(step.tightened))
+    return tuple(reported)
 
 
 def _swings(
@@ -171,7 +171,7 @@ def _swings(
     ]
 
 
-def _told_faults(faults: list[tuple[list[str], str]], count: int, assembly: Assembly) -> CheckResult:
+def _reported_faults(faults: list[tuple[list[str], str]], count: int, assembly: Assembly) -> CheckResult:
     steps = sum(len(unit.steps) for unit in assembly.order)
     detail = (
         f"{len(assembly.occurrences)} parts in {len(assembly.order)} units and {steps} steps, equal units gone through "

@@ -129,7 +129,7 @@ class Ways:
         mesh_a, mesh_b = self._mesh(a), self._mesh(b)
         near = mesh_a.deviation_mm + mesh_b.deviation_mm
         at = max(begin, LEAST_MM)  # the seat itself is what all other checks look at
-        is_asked = False
+        is_required = False
         while at < end:
             frame = seen.copy()
             frame[:3, 3] += at * way
@@ -143,9 +143,9 @@ class Ways:
                     return None
                 at += max(apart - near, gap / nearing if nearing > 0.0 else 0.0, LEAST_MM)
                 continue
-            if not is_asked and self._slides(a, b, seen, way, (at, end)):
+            if not is_required and self._slides(a, b, seen, way, (at, end)):
                 return None
-            is_asked = True
+            is_required = True
             if runs_into(self._of[b].part.solid, self._of[a].part.solid, frame):
                 return at
             at += SLIDE_MM

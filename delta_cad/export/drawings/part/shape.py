@@ -53,15 +53,15 @@ def main_direction(faces: Sequence[Face], groups: Sequence[HoleGroup]) -> np.nda
     """The part's axis along which most bores, arcs and slanted planes are seen in their true shape."""
 
     def score(k: int) -> tuple[float, float]:
-        axis, told = unit(k), 0.0
-        told += sum(4.0 for group in groups for bore in group.bores if is_along(bore.axis, axis))
+        axis, reported = unit(k), 0.0
+        reported += sum(4.0 for group in groups for bore in group.bores if is_along(bore.axis, axis))
         for face in faces:
             if face.kind == "cylinder" and is_along(face.axis, axis):
-                told += 2.0
+                reported += 2.0
             elif face.kind == "plane" and is_across(face.axis, axis) and not is_straight(face.axis):
-                told += 3.0
+                reported += 3.0
         reach = np.delete(np.ptp(np.concatenate([face.box for face in faces]), axis=0), k)
-        return told, float(np.prod(reach))
+        return reported, float(np.prod(reach))
 
     return unit(max(range(3), key=score))
 
@@ -149,10 +149,10 @@ def is_threefold(faces: Sequence[Face], axis: np.ndarray) -> bool:
     turn[i, j], turn[j, i] = -s, s
     middles = np.array([np.append(face.centre, face.radius) for face in faces])
     turned = np.column_stack([middles[:, :3] @ turn.T, middles[:, 3]])
-    beside = np.linalg.norm(np.delete(middles[:, :3], k, axis=1), axis=1) > 1.0
-    if not beside.any():
+    adjacent = np.linalg.norm(np.delete(middles[:, :3], k, axis=1), axis=1) > 1.0
+    if not adjacent.any():
         return False
-    return all(np.abs(middles - one).max(axis=1).min() < 0.01 for one in turned[beside])
+    return all(np.abs(middles - one).max(axis=1).min() < 0.01 for one in turned[adjacent])
 
 
 def is_of_first_arm(face: Face, axis: np.ndarray) -> bool:

@@ -276,7 +276,7 @@ class Annotator(LeaderTargets):
             u, v = self.view.frame.axes @ face.axis
             places = self.edge(face)
             lines: list[Line] = [
-                Flag(line.datum, line.beside, hung=line.beside is not None) if isinstance(line, Flag) else line
+                Flag(line.datum, line.beside, suspended=line.beside is not None) if isinstance(line, Flag) else line
                 for line in tolerances_of([face], self.features)
             ]
             outward = (float(u), float(v)) if any(isinstance(line, Flag) for line in lines) else None

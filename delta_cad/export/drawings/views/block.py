@@ -76,8 +76,8 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     tagged = [g for g in view.groups if all(view.end_on(b) for b in g.bores)]
     count = sum(len(g.bores) for g in tagged)
     tagged = tagged if count > MANY else []
-    told = {key for g in tagged for key in setting.keys(g)}
-    block.items += setting.ordinates([p for p in view.places if not any(p.key.startswith(f"{k} ") for k in told)])
+    reported = {key for g in tagged for key in setting.keys(g)}
+    block.items += setting.ordinates([p for p in view.places if not any(p.key.startswith(f"{k} ") for k in reported)])
     block.items += setting.callouts([g for g in view.groups if g not in tagged])
     if view.title:
         at = (drawn[0] + drawn[2]) / 2 - width_of(view.title, TITLE_MM) / 2
@@ -112,6 +112,6 @@ def _cut_line(cut: Cut, scale: float, drawn: Box, items: Sequence[Item]) -> list
             Stroke("dimension", (point(end, at), tip)),
         ]
     for end in (low, high):
-        beside = point(end, at + cut.sense * 2.5)
-        found.append(free_text(cut.letter, beside, 0.0, [*items, *found], TITLE_MM))
+        adjacent = point(end, at + cut.sense * 2.5)
+        found.append(free_text(cut.letter, adjacent, 0.0, [*items, *found], TITLE_MM))
     return found

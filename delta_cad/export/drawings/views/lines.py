@@ -29,7 +29,7 @@ class Flag:
 
     datum: Datum
     beside: Zone | None = None
-    hung: bool = True
+    suspended: bool = True
 
 
 Line = str | Zone | Flag
@@ -41,7 +41,7 @@ def length_of(line: Line) -> float:
         return PITCH_MM + sum(_cell(text) for text in _said(line))
     if isinstance(line, Flag):
         before = 0.0 if line.beside is None else length_of(line.beside)
-        return before + (BOX_MM[1] if line.hung else BOX_MM[1] - BOX_MM[0])
+        return before + (BOX_MM[1] if line.suspended else BOX_MM[1] - BOX_MM[0])
     return width_of(line, LETTER_MM)
 
 
@@ -142,7 +142,7 @@ def _characteristic(kind: str, middle: Point) -> list[Primitive]:
 def _flag(flag: Flag, corner: Point) -> Annotation:
     """A datum's letter in its box from the line's lower left corner, tied by its triangle to what it belongs to."""
     x, y = corner
-    left = x + BOX_MM[0] if flag.hung else x
+    left = x + BOX_MM[0] if flag.suspended else x
     side, letter = BOX_MM[1] - BOX_MM[0], flag.datum.letter
     base = left + (side - width_of(letter, SMALL_MM)) / 2, y + 0.15 + (side - SMALL_MM) / 2
     items: list[Primitive] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
@@ -150,7 +150,7 @@ def _flag(flag: Flag, corner: Point) -> Annotation:
     if flag.beside is not None:
         foot = x, y + PITCH_MM / 2
         items += [triangle(foot, (1.0, 0.0)), Stroke("dimension", ((x + TRIANGLE_MM[1], foot[1]), (left, foot[1])))]
-    elif flag.hung:
+    elif flag.suspended:
         foot = x + 1.5, y + PITCH_MM
         items += [
             triangle(foot, (0.0, -1.0)),
