@@ -16,11 +16,11 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.worker_process import WorkerProcess
 
 LOADS = ("fcl", "scipy.spatial")
-Order = tuple[Assembly, CheckLimits, Meshes, bool, MeshClearance | None]
-Outlined = tuple[list[CheckResult], np.ndarray | None]
+_Order = tuple[Assembly, CheckLimits, Meshes, bool, MeshClearance | None]
+_Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
-def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
+def results(order: _Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
     """Computes the results of `check_envelope`, then those of `mesh_clearance` where they are not known."""
     assembly, limits, meshes, mapped, known = order
     progress("outline")
@@ -48,7 +48,7 @@ class Sweep:
         self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
-        self._outline: Outlined | None = None
+        self._outline: _Outlined | None = None
 
     def begin(
         self, assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
@@ -74,8 +74,8 @@ class Sweep:
         """(4,) bound on the outline along +x, -x, +y, -y, mm; None where it has none, or no sweep goes on."""
         return self._outlined()[1] if self._progress else None
 
-    def _outlined(self) -> Outlined:
-        outline: Outlined = self._outline or (self._adjacent.receive() if self._adjacent else next(self._here))
+    def _outlined(self) -> _Outlined:
+        outline: _Outlined = self._outline or (self._adjacent.receive() if self._adjacent else next(self._here))
         self._outline = outline
         return outline
 

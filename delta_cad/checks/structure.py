@@ -12,7 +12,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.structure.loads import Load
 from delta_cad.structure.report import KnobStiffness, StructureReport, structure_report
 
-JOINT_MIN_N_MM = 500.0  # below, the joints are what gives most at the knob
+_JOINT_MIN_N_MM = 500.0  # below, the joints are what gives most at the knob
 
 
 def check_structure(d: Dimensions, bodies: Mapping[str, Any]) -> list[CheckResult]:
@@ -29,7 +29,7 @@ def check_structure(d: Dimensions, bodies: Mapping[str, Any]) -> list[CheckResul
     found = structure_report(d, bodies)
     count = len(found.stiffness.positions_mm)
     loads = [_load(case, force, load, count) for case, (force, all_) in found.cases.items() for load in all_]
-    knob = check_knob(found.stiffness, d.design.requirements.stiffness_min_N_mm)
+    knob = _check_knob(found.stiffness, d.design.requirements.stiffness_min_N_mm)
     return [knob, check_joint(found.stiffness.table.joint_N_mm), _first_mode(found), *loads]
 
 
@@ -39,10 +39,10 @@ def check_joint(value_N_mm: float) -> CheckResult:
         "along the rod at rest, tension or compression: ball in its cup with the largest clearance, and the rod's end"
     )
     name = "structure ball joint stiffness"
-    return CheckResult(name, value_N_mm >= JOINT_MIN_N_MM, value_N_mm, JOINT_MIN_N_MM, "N/mm", detail=detail)
+    return CheckResult(name, value_N_mm >= _JOINT_MIN_N_MM, value_N_mm, _JOINT_MIN_N_MM, "N/mm", detail=detail)
 
 
-def check_knob(over: KnobStiffness, required_N_mm: float | None) -> CheckResult:
+def _check_knob(over: KnobStiffness, required_N_mm: float | None) -> CheckResult:
     """Checks the least stiffness at the knob over the sampled cube, or tells it where none is asked."""
     k, centre = over.worst, len(over.positions_mm) - 1
     values, shares = over.softest.stiffness_N_mm, over.softest.shares

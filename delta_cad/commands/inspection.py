@@ -20,7 +20,7 @@ from delta_cad.mechanism.proof.judgement import can_prove, judge
 from delta_cad.mechanism.workspace import CubeExtremes, cube_extremes
 from delta_cad.structure.report import stiffness
 
-OUTLINE = "outline by eq. (1), points only"
+_OUTLINE = "outline by eq. (1), points only"
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def inspection(
     if kinematics:
         of_hardware = {figure.words for kind in POSE_LIMITS if kind.needs for figure in kind.figures}
         of_hardware |= {"parallelogram width L_c"}
-        kept = [row for row in rows if row.group != OUTLINE and row.quantity not in of_hardware]
+        kept = [row for row in rows if row.group != _OUTLINE and row.quantity not in of_hardware]
         if design.requirements.joint_torque_N_m == KINEMATICS["requirements"]["joint_torque_N_m"]:  # none is stated
             kept = [
                 replace(row, limit="", holds=None) if row.quantity.startswith("torque for") else row for row in kept
@@ -102,7 +102,7 @@ def _dimensions(design: Design) -> list[InspectionRow]:
     )
     sides = sorted((required.envelope_width_mm, required.envelope_depth_mm), reverse=True)
     return rows + [
-        InspectionRow(OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
+        InspectionRow(_OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
         for name, value, side in zip(("longer side", "shorter side"), points, sides, strict=True)
     ]
 

@@ -24,13 +24,13 @@ BAD_INPUT = 2
 NOT_BUILT = 3  # the geometry could not be built
 CUT_SHORT = 4  # a search ended before it knew: its time was over, or it was stopped
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
-LAST_STREAM = 2  # descriptor of standard error, after those of input and output
+_LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 # s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
 # command is to end.
-GRACE_S, AGAIN_S = 1.0, 0.5
-LATER_S = 0.02  # s until it is tried again where it cannot be at once
+GRACE_S, _AGAIN_S = 1.0, 0.5
+_LATER_S = 0.02  # s until it is tried again where it cannot be at once
 # What of the interpreter runs while a module in C or C++ begins: tables of its functions and classes are being made.
-BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
+_BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
 FIRST_S = 0.8  # s until the first line of progress where nobody watches: what ends sooner says nothing
 TELL_S = 4.0  # s between two lines of progress there, as in a log
 
@@ -42,7 +42,7 @@ def open_streams() -> None:
     """
     if None not in (sys.stdin, sys.stdout, sys.stderr):
         return
-    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= LAST_STREAM:
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= _LAST_STREAM:
         pass
     os.close(descriptor)
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
@@ -188,7 +188,7 @@ class Interrupt:
 
     def _take(self, number: int, frame: FrameType | None) -> None:
         first, self._required, Interrupt.heard = not self._required, True, True
-        signal.setitimer(signal.ITIMER_REAL, GRACE_S, AGAIN_S)
+        signal.setitimer(signal.ITIMER_REAL, GRACE_S, _AGAIN_S)
         if not (first and self.GRACE):
             _interrupt(number, frame)
 
@@ -202,8 +202,8 @@ class Request(Interrupt):
 def _interrupt(_number: int, frame: FrameType | None) -> None:
     """Interrupts, or asks again a little later where a module in C begins."""
     while frame is not None:
-        if frame.f_code in BEGINS:
-            signal.setitimer(signal.ITIMER_REAL, LATER_S, AGAIN_S)
+        if frame.f_code in _BEGINS:
+            signal.setitimer(signal.ITIMER_REAL, _LATER_S, _AGAIN_S)
             return
         frame = frame.f_back
     raise KeyboardInterrupt

@@ -24,10 +24,10 @@ from delta_cad.drive.masses import CHAINS, MassError, mass_and_centre, masses_fr
 from delta_cad.drive.report import drive_torque
 from delta_cad.mechanism.limits import HeldMasses
 
-RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
-NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *RODS)
+_RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
+NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *_RODS)
 KNOWN = ("base", *NEEDED, *(f"pinion_{i}" for i in CHAINS))
-UPWARDS = 1.0 + 2.0**-40  # lifts a sum of some twenty products over its own rounding, 2^-47 of it at most
+_UPWARDS = 1.0 + 2.0**-40  # lifts a sum of some twenty products over its own rounding, 2^-47 of it at most
 
 
 def known_masses(data: Mapping[str, Any], design: Design, file: str = "masses") -> dict[str, Any]:
@@ -76,7 +76,7 @@ def held_masses(file: str, bodies: object, design: Design, tolerance: float = 0.
     along, across, loose = [], [], []
     for i in CHAINS:
         moment, adjacent = [0.0, 0.0], 0.0
-        for name in RODS[2 * i : 2 * i + 2]:
+        for name in _RODS[2 * i : 2 * i + 2]:
             mass, (x, y, z) = of[name]
             shares = sorted(x / length for length in rods)
             off = mass * math.hypot(y, z) / rods[0]
@@ -91,12 +91,12 @@ def held_masses(file: str, bodies: object, design: Design, tolerance: float = 0.
         loose.append(adjacent + ratio * mass * math.hypot(x, z))
     (M, m), (S, s), (Z, z) = (_middle(ends) for ends in (carried, along, across))
     gravity = design.requirements.gravity_m_s2
-    rounding = (UPWARDS - 1.0) * (abs(M) + abs(S) + abs(Z))
+    rounding = (_UPWARDS - 1.0) * (abs(M) + abs(S) + abs(Z))
     return HeldMasses(
         *(gravity[0], abs(gravity[1]), gravity[2]),
         *(M, S, Z),
-        loose_mass=(loose_mass + m + rounding) * UPWARDS,
-        loose_moment=(max(loose) + math.hypot(s, z) + rounding) * UPWARDS,
+        loose_mass=(loose_mass + m + rounding) * _UPWARDS,
+        loose_moment=(max(loose) + math.hypot(s, z) + rounding) * _UPWARDS,
     )
 
 

@@ -46,7 +46,7 @@ from delta_cad.mechanism.errors import UnreachableError
 from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
 
 # Rods and springs beside their own drive: motor, cheeks and board, and the arm with its sector.
-WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
+_WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
 
 
 def drive_clearances(d: Dimensions) -> tuple[DistanceField, DistanceField]:
@@ -110,8 +110,8 @@ def fold_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     sharpest = d.travel.forearm_angle_max
     bottom, fold, lowest = cube.bottom_height_mm, pi - sharpest.value, sharpest.position[2] * MM_PER_M
     # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
-    opened = 2.0 * long * forearm * max(cos(fold) - cos(WIDEST_RAD), 0.0)
-    if fold >= WIDEST_RAD or shortfall(bottom + sqrt(lowest**2 + opened) - lowest) > 0.0:
+    opened = 2.0 * long * forearm * max(cos(fold) - cos(_WIDEST_RAD), 0.0)
+    if fold >= _WIDEST_RAD or shortfall(bottom + sqrt(lowest**2 + opened) - lowest) > 0.0:
         return  # no height parts them: it is not for the fold
     own = f"what holds {d.motor.id}, or their arm" if d.capstan is None else "their own drive, its arm or its sector"
     message = (
@@ -122,21 +122,21 @@ def fold_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
 
 
 # Ends of rods, turned about themselves, beside the bosses of the cross-bars that they hang on: elbow's and wrist's.
-RIM_POINTS = 48  # around a boss's end
-LEANS, TURNS = 7, 9  # between none and the largest lean, and from one end of a turn to the other
-LONG_MM = 40.0  # of a tube that is looked at: farther out no boss comes near
+_RIM_POINTS = 48  # around a boss's end
+_LEANS, _TURNS = 7, 9  # between none and the largest lean, and from one end of a turn to the other
+_LONG_MM = 40.0  # of a tube that is looked at: farther out no boss comes near
 
 
 def rod_end(f: ForearmDimensions) -> list[Shape]:
     """Lists the square stem of a rod's end and the tube behind it, in the rod's frame."""
     rod, x = f.tube_outer_mm / 2, np.array([1.0, 0.0, 0.0])
     stem = Block(np.eye(3), (0.0, 0.0, 0.0), (f.stem_mm, -rod, -rod), (f.shoulder_mm, rod, rod))
-    return [stem, Bar(rod, LONG_MM, f.shoulder_mm * x, x)]
+    return [stem, Bar(rod, _LONG_MM, f.shoulder_mm * x, x)]
 
 
 def _rims(radius_mm: float, half_mm: float) -> np.ndarray:
     """(n, 3) both edges of a boss's bevelled end, its axis along y."""
-    turns = np.linspace(0.0, 2.0 * np.pi, RIM_POINTS, endpoint=False)
+    turns = np.linspace(0.0, 2.0 * np.pi, _RIM_POINTS, endpoint=False)
     rims = (radius_mm - BOSS_BEVEL_MM, half_mm), (radius_mm, half_mm - BOSS_BEVEL_MM)
     return np.concatenate([np.stack([r * np.cos(turns), 0.0 * turns + y, r * np.sin(turns)], axis=1) for r, y in rims])
 
@@ -154,17 +154,17 @@ def boss_clearance_mm(f: ForearmDimensions, radius_mm: float, length_mm: float, 
     """
     rims = _rims(radius_mm, length_mm / 2) - np.array([0.0, f.width_mm / 2, 0.0])
     seen = []
-    for lean in np.linspace(0.0, min(lean_rad, f.tilt_limit_rad), LEANS):
+    for lean in np.linspace(0.0, min(lean_rad, f.tilt_limit_rad), _LEANS):
         free = float(np.arccos(np.clip(cos(f.tilt_limit_rad) / cos(lean), -1.0, 1.0)))
         along = np.array([np.cos(lean), -np.sin(lean), 0.0])
         aside, up_ = np.array([np.sin(lean), np.cos(lean), 0.0]), np.array([0.0, 0.0, 1.0])
-        for turn in np.linspace(-free, free, TURNS):
+        for turn in np.linspace(-free, free, _TURNS):
             y, z = np.cos(turn) * aside + np.sin(turn) * up_, np.cos(turn) * up_ - np.sin(turn) * aside
             seen.append(rims @ np.stack([along, y, z], axis=1))
     return float(union_distance(rod_end(f), np.concatenate(seen)).min())
 
 
-def rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
+def _rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     """Gives the reason why rods that lean and turn come too near to the elbow's boss.
 
     The wrist's boss follows from the same, see `delta_cad.dimensions.platform`.
@@ -184,13 +184,13 @@ def rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
     yield Reason("rod_cup", "beside its boss", message, (larger(WIDTH), larger(FOREARM)))
 
 
-CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
-SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
-SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
+_CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
+_SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
+_SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
 
-Margin = Callable[[Dimensions, CapstanDimensions], float]
+_Margin = Callable[[Dimensions, CapstanDimensions], float]
 """What a machine has more than it must; negative: what it lacks."""
-Form = Callable[[Dimensions, float], Iterable[Reason]]
+_Form = Callable[[Dimensions, float], Iterable[Reason]]
 """A machine, what is to be left beyond what must be, mm -> reasons."""
 
 
@@ -211,7 +211,7 @@ def _least_mm(d: Dimensions) -> float:
     return d.design.requirements.clearance_min_mm + MESHES_MM
 
 
-def _over_cube(kind: str) -> Margin:
+def _over_cube(kind: str) -> _Margin:
     """What "sector", "rod" or "spring" of another chain keep of a sector over the cube."""
 
     def margin(d: Dimensions, c: CapstanDimensions) -> float:
@@ -228,27 +228,27 @@ def _springs(d: Dimensions, _: CapstanDimensions) -> float:
 
 
 # Part, feature, in words, spare, whether it is an angle: what chains that stand farther out pass.
-CHAINS_APART: tuple[tuple[str, str, str, Margin, bool], ...] = (
+_CHAINS_APART: tuple[tuple[str, str, str, _Margin, bool], ...] = (
     ("pinion", "beside a neighbour's cheek", "mm apart", lambda d, c: pinion_clearance_mm(d, c) - _least_mm(d), False),
     ("sector", "beside a neighbour's cheek", "mm apart", lambda d, c: sector_clearance_mm(d, c) - _least_mm(d), False),
-    ("motor", "on its way in", "mm from a cheek", lambda d, c: slide_in_clearance_mm(d, c) - SLID_MM, False),
+    ("motor", "on its way in", "mm from a cheek", lambda d, c: slide_in_clearance_mm(d, c) - _SLID_MM, False),
     ("motor_screw", "key", "deg free", lambda d, _: key_swing_rad(d) - SWING_RAD, True),
     ("sector", "beside a neighbour's", "mm apart", _over_cube("sector"), False),
     ("sector", "beside a neighbour's rods", "mm apart", _over_cube("rod"), False),
     ("sector", "beside a neighbour's springs", "mm apart", _over_cube("spring"), False),
     ("rod_spring", "beside a neighbour's", "mm apart", _springs, False),
 )
-APART: tuple[Way, ...] = larger(BASE, PLATFORM), smaller(SECTOR)
+_APART: tuple[Way, ...] = larger(BASE, PLATFORM), smaller(SECTOR)
 
 
 def _chains(
-    part: str, feature: str, words: str, margin: Margin, is_angle: bool, d: Dimensions, margin_mm: float
+    part: str, feature: str, words: str, margin: _Margin, is_angle: bool, d: Dimensions, margin_mm: float
 ) -> Iterator[Reason]:
     """Drives, sectors, rods of neighbours: chains farther out, at base and platform alike, pass one another."""
     if d.capstan is None or (lacking := -margin(d, d.capstan)) <= (0.0 if is_angle else -margin_mm):
         return
     shortfall = f"{degrees(lacking):.0f} deg less than a key needs" if is_angle else f"{lacking:.2f} {words} too few"
-    yield Reason(part, feature, shortfall, (*APART, larger(SECTOR)) if is_angle else APART)
+    yield Reason(part, feature, shortfall, (*_APART, larger(SECTOR)) if is_angle else _APART)
 
 
 def _platform(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
@@ -261,7 +261,7 @@ def _platform(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
 
 def _sleeves(d: Dimensions) -> Iterator[Reason]:
     """Both sleeves of a cable on their ways to their seats, beside the arm: a larger sector passes them."""
-    if d.capstan is None or (reserve := ferrule_clearance_mm(d, d.capstan) - SLEEVE_OFF_MM) >= 0.0:
+    if d.capstan is None or (reserve := ferrule_clearance_mm(d, d.capstan) - _SLEEVE_OFF_MM) >= 0.0:
         return
     shortfall = f"a sleeve of the cable lacks {-reserve:.2f} mm to pass the arm on its way to its seat"
     yield Reason("crimp_sleeve", "beside the arm", shortfall, (larger(SECTOR, RATIO), larger(SECTOR)))
@@ -270,7 +270,7 @@ def _sleeves(d: Dimensions) -> Iterator[Reason]:
 def _cups(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
     """Cups of neighbouring wrists, the rods turned about themselves."""
     cube, clear = d.design.cube, d.design.requirements.clearance_min_mm
-    reserve = cup_margin(d, clear + CUPS_MM + margin_mm)
+    reserve = cup_margin(d, clear + _CUPS_MM + margin_mm)
     if (lacking := -nearest(reserve, cube.bottom_height_mm, cube.half_side_mm, FEW)) <= 0.0:
         return
     message = f"cups of neighbouring rods that turn about themselves lack {lacking:.2f} mm of {clear + margin_mm:g}"
@@ -278,11 +278,11 @@ def _cups(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
     yield Reason("rod_cup", "beside a neighbour's", message, ways)
 
 
-PASSING: dict[str, Form] = {
+PASSING: dict[str, _Form] = {
     "sleeves": lambda d, _: _sleeves(d),
-    **{f"{one[0]} {one[1]}": partial(_chains, *one) for one in CHAINS_APART},
+    **{f"{one[0]} {one[1]}": partial(_chains, *one) for one in _CHAINS_APART},
     "platform": _platform,
-    "rod beside boss": lambda d, margin_mm: rod_boss_interference(d, _least_mm(d) + margin_mm),
+    "rod beside boss": lambda d, margin_mm: _rod_boss_interference(d, _least_mm(d) + margin_mm),
     "folded": lambda d, margin_mm: fold_interference(d, _least_mm(d) + margin_mm),
     "cups": _cups,
 }

@@ -13,12 +13,12 @@ import numpy as np
 
 from delta_cad.dimensions.bracket import Circle
 
-DIRECTIONS = 180  # in which a hull's arcs are looked at: to 5 um of a circle of 30 mm; and along each straight side's
-NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
+_DIRECTIONS = 180  # in which a hull's arcs are looked at: to 5 um of a circle of 30 mm; and along each straight side's
+_NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
 TOGETHER = 8  # points of a row that are looked at by one ball first
-FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
+_FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
 
 
 class Shape(Protocol):
@@ -31,7 +31,7 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Prism:
-    """Hull of circles in the plane of x and z, from one y to another; beyond `FAR_MM` a lower bound of the distance.
+    """Hull of circles in the plane of x and z, from one y to another; beyond `_FAR_MM` a lower bound of the distance.
 
     Both its ends are bevelled, as its edges are broken.
     """
@@ -49,21 +49,21 @@ class Prism:
     def across_mm(self, points: np.ndarray) -> np.ndarray:
         """Computes how far points (n, 3) are off the outline, in its plane, (n)."""
         flat, (normals, support) = points[:, [0, 2]], self._outline
-        (east, north, west, south), (x, z) = support[: DIRECTIONS : DIRECTIONS // 4], flat.T
+        (east, north, west, south), (x, z) = support[: _DIRECTIONS : _DIRECTIONS // 4], flat.T
         across = np.maximum(np.maximum(x - east, -x - west), np.maximum(z - north, -z - south))  # off a box around it
-        near = _adjacent(across, points[:, 1], self.y_mm) < FAR_MM
+        near = _adjacent(across, points[:, 1], self.y_mm) < _FAR_MM
         if near.any():
             across[near] = (flat[near] @ normals - support).max(axis=1)
         return across
 
     @cached_property
     def _outline(self) -> tuple[np.ndarray, np.ndarray]:
-        """(2, n) directions, `NORMALS` and those of the straight sides, and how far the outline reaches along each."""
+        """(2, n) directions, `_NORMALS` and those of the straight sides, and how far the outline reaches along each."""
         circles = np.array(self.circles)
-        normals = np.hstack([NORMALS, *(_tangents(a, b) for a, b in combinations(circles, 2))])
+        normals = np.hstack([_NORMALS, *(_tangents(a, b) for a, b in combinations(circles, 2))])
         reach = circles[:, :2] @ normals + circles[:, 2:]
         on_two = np.partition(reach, -2, axis=0)[-2] > reach.max(axis=0) - 1e-9 if len(circles) > 1 else False
-        kept = (np.arange(normals.shape[1]) < DIRECTIONS) | on_two
+        kept = (np.arange(normals.shape[1]) < _DIRECTIONS) | on_two
         return normals[:, kept], reach.max(axis=0)[kept]
 
 
@@ -133,7 +133,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Ring:
-    """Segment of a ring about y between two radii and two angles from x to z; as of `Prism` beyond `FAR_MM`."""
+    """Segment of a ring about y between two radii and two angles from x to z; as of `Prism` beyond `_FAR_MM`."""
 
     radii_mm: tuple[float, float]
     angles_rad: tuple[float, float]
@@ -144,7 +144,7 @@ class Ring:
         inner, outer = self.radii_mm
         radius = np.hypot(points[:, 0], points[:, 2])
         across = np.maximum(inner - radius, radius - outer)  # off the whole ring
-        near = _adjacent(across, points[:, 1], self.y_mm) < FAR_MM
+        near = _adjacent(across, points[:, 1], self.y_mm) < _FAR_MM
         middle, half = sum(self.angles_rad) / 2.0, (self.angles_rad[1] - self.angles_rad[0]) / 2.0
         (cosine, sine), (cos_half, sin_half) = ((cos(angle), sin(angle)) for angle in (middle, half))
         x, z = points[near, 0], points[near, 2]

@@ -27,7 +27,7 @@ from delta_cad.structure.loads import GRID, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz, moving
 
 CELLS = 17  # positions along an edge of a slice, both edges among them
-DIGITS = 4  # significant digits in a map
+_DIGITS = 4  # significant digits in a map
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def maps(s: Subject, over: list[Field]) -> dict[str, Any]:
             "limit": field.limit,
             "note": field.note,
             "x_mm": plain(slices[0, 0, :, 0], 6),
-            "values": plain(field.values(positions).reshape(slices.shape[:3]), DIGITS),
+            "values": plain(field.values(positions).reshape(slices.shape[:3]), _DIGITS),
         }
         for field in over
         if field.drawn
@@ -186,7 +186,7 @@ def _clearance(s: Subject) -> list[dict[str, Any]]:
             "limit": s.limits.clearance_min_mm,
             "note": f"{reported} Closest: {' / '.join(least.names)}{whole}.",
             "x_mm": plain(slices[0, 0, :, 0], 6),
-            "values": plain(np.reshape([one.distance_mm for one in s.near], slices.shape[:3]), DIGITS),
+            "values": plain(np.reshape([one.distance_mm for one in s.near], slices.shape[:3]), _DIGITS),
             "names": names,
             "pairs": np.reshape([names.index(" / ".join(one.names)) for one in s.near], slices.shape[:3]).tolist(),
         }

@@ -25,16 +25,16 @@ from delta_cad.report.statements import assumptions, certificate, proof, provena
 from delta_cad.report.subject import Subject, plain
 
 # Tables of the page about making: what the machine costs, and what its tolerances do, from the files beside it.
-COST, TOLERANCES = "cost.json", "tolerances.json"
-DECIDES = {"worst": "worst case", "rss": "statistically"}
-DEAREST = 10  # lines that are told, of what is made and bought together
+_COST, _TOLERANCES = "cost.json", "tolerances.json"
+_DECIDES = {"worst": "worst case", "rss": "statistically"}
+_DEAREST = 10  # lines that are told, of what is made and bought together
 
 
 def cost(folder: Path) -> dict[str, Any] | None:
     """Gives the sums and the dearest lines of `cost.json` in a folder as text; None where it is not there."""
-    if not (folder / COST).is_file():
+    if not (folder / _COST).is_file():
         return None
-    record: Mapping[str, Any] = read_json(folder / COST)
+    record: Mapping[str, Any] = read_json(folder / _COST)
     lines = sorted(record["lines"], key=lambda line: -line["quantity"] * line["unit_EUR"][0])
     sums = (("made parts", "made_EUR"), ("bought parts", "bought_EUR"), ("one machine", "total_EUR"))
     return {
@@ -46,7 +46,7 @@ def cost(folder: Path) -> dict[str, Any] | None:
                 [_euro(line["quantity"] * one) for one in line["unit_EUR"]],
                 line["source"],
             )
-            for line in lines[:DEAREST]
+            for line in lines[:_DEAREST]
         ],
         "left_out": record["assumed"]["left_out"],
         "hour": _euro(record["assumed"]["shop"]["hour_EUR"]),
@@ -55,9 +55,9 @@ def cost(folder: Path) -> dict[str, Any] | None:
 
 def tolerances(folder: Path) -> dict[str, Any] | None:
     """Gives the chains of `tolerances.json` in a folder as text; None where it is not there."""
-    if not (folder / TOLERANCES).is_file():
+    if not (folder / _TOLERANCES).is_file():
         return None
-    record: Mapping[str, Any] = read_json(folder / TOLERANCES)
+    record: Mapping[str, Any] = read_json(folder / _TOLERANCES)
     return {
         "general": record["general_class"],
         "assumed": record["assumed"],
@@ -75,7 +75,7 @@ def _chain(chain: Mapping[str, Any]) -> dict[str, Any]:
         "worst": _range(chain["worst"], unit),
         "rss": _range(chain["rss"], unit),
         "allowed": _allowed(low, high, unit),
-        "decides": DECIDES.get(chain["decided_by"], chain["decided_by"]) if bounded else "",
+        "decides": _DECIDES.get(chain["decided_by"], chain["decided_by"]) if bounded else "",
         "holds": chain["holds"] if bounded else None,
         "why": chain["why"],
         "links": [
@@ -101,7 +101,7 @@ def _euro(value: float) -> str:
 
 
 # What the page needs to move the machine: lengths, parts, how each leaves in the exploded view, cube, outline.
-DIGITS = 5  # of what is only looked at
+_DIGITS = 5  # of what is only looked at
 
 
 def mechanism(placement: LinkPlacement, force_N: float, handle: Handle) -> dict[str, Any]:
@@ -155,7 +155,7 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
             for part in s.assembly.parts
         ],
         "occurrences": {
-            o.name: [o.link, numbers[o.part.number], plain(moves[o.name], DIGITS)] for o in s.assembly.occurrences
+            o.name: [o.link, numbers[o.part.number], plain(moves[o.name], _DIGITS)] for o in s.assembly.occurrences
         },
         "home_mm": plain(s.assembly.home_mm),
         "cube": {"bottom_mm": s.limits.bottom_height_mm, "half_mm": s.limits.half_side_mm},
@@ -165,19 +165,19 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
 
 FILE_NAME = "report.html"
 SOUGHT = "design.html"  # which `design` writes beside what it found
-CERTIFICATE = "certificate.json"  # which only some builds have beside them
-MANUAL = "manual/manual.html"  # which a build may be asked to leave out
+_CERTIFICATE = "certificate.json"  # which only some builds have beside them
+_MANUAL = "manual/manual.html"  # which a build may be asked to leave out
 ASSETS = Path(__file__).parent / "assets"
 VENDOR = Path(__file__).parent / "vendor"
-SCRIPTS = ("kinematics.js", "viewer.js", "maps.js", "main.js")
+_SCRIPTS = ("kinematics.js", "viewer.js", "maps.js", "main.js")
 # Columns of the bill of materials that come first; others that a build may write follow. Sources stand with what is
 # described.
 COLUMNS = (
     "item", "part_number", "description", "quantity", "make_or_buy", "specification", "unit_mass_g", "total_mass_g",
     "unit_cost_EUR", "total_cost_EUR",
 )  # fmt: skip
-SPECIFIED = ("material", "standard", "order_code")  # told in one column, which a page is wide enough for
-SOURCES = ("source", "cost_source")
+_SPECIFIED = ("material", "standard", "order_code")  # told in one column, which a page is wide enough for
+_SOURCES = ("source", "cost_source")
 
 
 def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: str = "") -> Path:
@@ -201,13 +201,13 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
     handle = handle_of(s)
     over = fields(s, handle) if s.reachable else []
     data = scene(s, handle) | {"slices": maps(s, over)}
-    scripts = [_script(VENDOR / "three.js"), *(_script(ASSETS / name) for name in SCRIPTS)]
+    scripts = [_script(VENDOR / "three.js"), *(_script(ASSETS / name) for name in _SCRIPTS)]
     style = (ASSETS / "page.css").read_text(encoding="utf-8")
     tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
     environment = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
     rows = [_specified(row) for row in read_json(folder / "bom.json")["items"]]
     files = _files(folder)
-    certified = certificate(s.design, folder / CERTIFICATE)
+    certified = certificate(s.design, folder / _CERTIFICATE)
     text = environment.get_template("page.html").render(
         name=s.design.name,
         poor=poor,
@@ -230,7 +230,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
         assumptions=assumptions(s),
         provenance=provenance(s, dict(versions)),
         design=design_to_json(s.design),
-        manual=MANUAL if (folder / MANUAL).is_file() else "",
+        manual=_MANUAL if (folder / _MANUAL).is_file() else "",
         files=files,
         drawn={name for group, names in files if group == "drawings" for name, _ in names},
         searched=SOUGHT if (folder / SOUGHT).is_file() else "",
@@ -271,14 +271,14 @@ def page_policy(scripts: Sequence[str], style: str) -> str:
 
 def _specified(row: Mapping[str, Any]) -> dict[str, Any]:
     """A line of the bill of materials with material, standard and order code in one."""
-    stated = [str(row[key]) for key in SPECIFIED if row.get(key) not in ("", None)]
-    rest = {key: value for key, value in row.items() if key not in SPECIFIED}
+    stated = [str(row[key]) for key in _SPECIFIED if row.get(key) not in ("", None)]
+    rest = {key: value for key, value in row.items() if key not in _SPECIFIED}
     return rest | ({"specification": "; ".join(dict.fromkeys(stated))} if stated else {})
 
 
 def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     found = {key for row in rows for key, value in row.items() if value not in ("", None)}
-    return [key for key in COLUMNS if key in found] + sorted(found - {*COLUMNS, *SOURCES})
+    return [key for key in COLUMNS if key in found] + sorted(found - {*COLUMNS, *_SOURCES})
 
 
 def _files(folder: Path) -> list[tuple[str, list[tuple[str, int]]]]:

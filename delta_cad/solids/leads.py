@@ -26,7 +26,7 @@ from delta_cad.solids.making import material
 from delta_cad.solids.part import Extent, Hole, Part
 from delta_cad.solids.primitive import box, cut, cylinder, feature, fuse, one_solid, swept_round
 
-UNVERIFIED = "verified: no, from memory, check before ordering"
+_UNVERIFIED = "verified: no, from memory, check before ordering"
 SENSOR, CLIP = "sensor_lead", "lead_clip"
 CODES = {
     "motor_lead": f"silicone lead 0.5 mm2, 2.3, {LONG_MM / MM_PER_M:g} m",
@@ -34,12 +34,12 @@ CODES = {
     SENSOR: f"JST SHR-06V-S-B, six wires AWG 28 in a sleeve of {SENSOR_MM:g}, {LONG_MM / MM_PER_M:g} m",
     CLIP: f"cable tie base {CLIP_MM[0]:g} x {CLIP_MM[0]:g}, glued, with a tie {TIE_MM[0]:g}",
 }
-SOURCES = {
-    "motor_lead": f"common stock size; {UNVERIFIED}",
-    "encoder_lead": f"an estimate; {UNVERIFIED}",
+_SOURCES = {
+    "motor_lead": f"common stock size; {_UNVERIFIED}",
+    "encoder_lead": f"an estimate; {_UNVERIFIED}",
     SENSOR: "JST series SH: header 2.95 high, wires to 0.8 (pdf.elecfans.com/p/10625074.html); verified: partly; that "
     "the board has such a header: no, measure the board in hand",
-    CLIP: f"common stock size; {UNVERIFIED}",
+    CLIP: f"common stock size; {_UNVERIFIED}",
 }
 CLIP_G = 1.0  # an estimate
 
@@ -108,7 +108,7 @@ def make_lead_clip() -> Part:
 
 
 def _bought(number: str, text: str, shape: cq.Shape, mass: float, extent: Extent, holes: tuple[Hole, ...] = ()) -> Part:
-    solid, stuff, code, source = one_solid(shape, number), material(_stuff(number)), CODES[number], SOURCES[number]
+    solid, stuff, code, source = one_solid(shape, number), material(_stuff(number)), CODES[number], _SOURCES[number]
     return Part(number, text, solid, stuff, False, holes, mass, extent_mm=extent, order_code=code, source=source)
 
 

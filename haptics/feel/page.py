@@ -37,7 +37,7 @@ LABELS = {
 
 
 @dataclass(frozen=True)
-class PublishedDevice:
+class _PublishedDevice:
     """One figure of a device.
 
     Attributes:
@@ -64,11 +64,11 @@ class PublishedDevice:
         return self.text if self.value is None else f"{self.bound} {self.value:g}".strip()
 
 
-def reference_devices() -> tuple[PublishedDevice, ...]:
+def reference_devices() -> tuple[_PublishedDevice, ...]:
     """Published figures of the data file, in its order."""
     with FILE.open(encoding="utf-8", newline="") as file:
         return tuple(
-            PublishedDevice(
+            _PublishedDevice(
                 device=row["device"],
                 quantity=row["quantity"],
                 value=float(row["value"]) if row["value"] else None,
@@ -81,13 +81,13 @@ def reference_devices() -> tuple[PublishedDevice, ...]:
         )
 
 
-SCHEMA = "delta-feel/2"
+_SCHEMA = "delta-feel/2"
 MAPS = (
     *("mass_max", "isotropy", "friction_max", "force_continuous", "force_peak", "acceleration"),
     *("position_step", "wall", "gravity"),
 )
-OURS = "this design"
-WIDTH = 110
+_OURS = "this design"
+_WIDTH = 110
 
 
 def map_values(sheet: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -100,7 +100,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
     """The facts as JSON types, with a unit in every key."""
     friction = joint_friction(sheet.machine)
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "name": sheet.machine.design.name,
         "answers": [asdict(answer) for answer in sheet.answers],
         "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
@@ -161,7 +161,7 @@ def feel_text(sheet: Feel) -> str:
     for answer in sheet.answers:
         lines += [
             f"{answer.question} {answer.short}",
-            *wrap(answer.text, WIDTH, initial_indent="  ", subsequent_indent="  "),
+            *wrap(answer.text, _WIDTH, initial_indent="  ", subsequent_indent="  "),
         ]
     head = f"{'':44}{'unit':>6}{'centre':>9}{'best':>9}{'worst':>9}   worst at, mm"
     rows = [
@@ -287,7 +287,7 @@ def _stops(sheet: Feel) -> str:
     )
 
 
-def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
+def _comparison(sheet: Feel, rows: tuple[_PublishedDevice, ...]) -> list[str]:
     devices = list(dict.fromkeys(row.device for row in rows))
     side = 2.0 * sheet.machine.design.cube.half_side_mm
     mass, friction = sheet.summaries["mass_max"], sheet.summaries["friction_max"]
@@ -303,7 +303,7 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
         f"{MM_PER_M * sheet.loop.noise_rad / sheet.drive.count * sheet.summaries['position_step'].worst[0]:.1g} rms",
     }
     shown = {(row.device, row.quantity): row.shown for row in rows}
-    lines = [f"| | {OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
+    lines = [f"| | {_OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
     for quantity, label in LABELS.items():
         cells = " | ".join(shown.get((device, quantity), "not known") for device in devices)
         lines.append(f"| {label} | {project[quantity]} | {cells} |")

@@ -32,7 +32,7 @@ from optimizer.problem.requirements import Requirements
 
 # All constraints, in the order in which reports name them.
 CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
-SIDE, PLATFORM = VARIABLES.index("half_side"), VARIABLES.index("platform_radius")
+SIDE, _PLATFORM = VARIABLES.index("half_side"), VARIABLES.index("platform_radius")
 TINY_MM = 1e-3  # a half side below this is no cube: lengths are given in whole micrometres
 
 
@@ -251,6 +251,6 @@ def _implied(limit: Limit, bounds: list[tuple[float, float]], step: int, values:
     """Tells whether the bounds, or a clearance limit, already imply a limit that holds for every design."""
     room = WristClearance.stated(values) if step > 1 else None
     least = 0.0 if room is None else room.design_bounds().platform_radius_min_mm
-    ends = [(max(b[0], least), max(b[1], least)) if k == PLATFORM else b for k, b in enumerate(bounds)]
+    ends = [(max(b[0], least), max(b[1], least)) if k == _PLATFORM else b for k, b in enumerate(bounds)]
     margins = limit.design_margin(np.array(list(product(*ends))).T)
     return margins is not None and bool((margins >= 0.0).all())

@@ -54,7 +54,7 @@ class Population:
 
 
 # Called after each generation with its number, how many there are, and the best objective so far.
-GenerationReport = Callable[[int, int, float], None]
+_GenerationReport = Callable[[int, int, float], None]
 
 
 def evolve(
@@ -64,7 +64,7 @@ def evolve(
     generations: int = GENERATIONS,
     known: np.ndarray | None = None,
     memo: Memo = lambda _, compute: compute(),
-    report: GenerationReport | None = None,
+    report: _GenerationReport | None = None,
     stop: Callable[[], bool] = bool,
 ) -> Population:
     """Runs the genetic algorithm.

@@ -18,7 +18,7 @@ from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import Ending
 
 # Endings of which only a bound tells how far they are from the best there is.
-GUESSES = ("converged", "sampled", "not improved")
+_GUESSES = ("converged", "sampled", "not improved")
 CLOSE = 1e-3  # relative gap below which nothing is left to be gained that could be built
 # Points along an edge of the surface on which a result checks itself, before each face's worst point is polished.
 FINE_GRID = 41
@@ -38,8 +38,8 @@ ADVICE = {
 }
 STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"
 # What ended a proof that did not come to its end, by whether that was the time -> what to raise.
-MORE = {False: "raise --boxes", True: "the time was over: raise --proof-minutes"}
-NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
+_MORE = {False: "raise --boxes", True: "the time was over: raise --proof-minutes"}
+_NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
 FULL_SIDE = (
     "its half side is the largest that step 2 found, which leaves kappa next to nothing to gain: "
     "set step_3.half_side_mm below it"
@@ -92,14 +92,14 @@ class Result:
     def advice(self) -> str:
         """Advice on how the step ended; a proven bound replaces guesses."""
         gap = None if self.proof is None else self.proof.gap
-        if self.status in GUESSES and gap is not None and gap <= CLOSE:
+        if self.status in _GUESSES and gap is not None and gap <= CLOSE:
             return "the best there is within the bounds, but for the gap"
-        text, more = ADVICE[self.status], MORE[self.proof is not None and self.proof.late]
+        text, more = ADVICE[self.status], _MORE[self.proof is not None and self.proof.late]
         if self.status in ("gap not reached", "undecided"):
             text = f"{text}: {more}"
         if self.status == "gap not reached" and self.proof is not None and self.proof.certified is None:
             text = STEEP
-        if self.status in GUESSES and gap is not None:
+        if self.status in _GUESSES and gap is not None:
             text = f"at most {gap:.2g} of it can still be gained; {more}, or use `proven`"
         return text if gap is not None and gap <= CLOSE else text + self._narrowed()
 
@@ -107,7 +107,7 @@ class Result:
         """Notes that the half side found by the step before limits this one; empty where it does not."""
         given, step = self.problem.requirements, self.problem.step
         most = self.problem.upper[SIDE]
-        if step == 3 and given.step_3.half_side_mm is None and self.status in NOTHING_GAINED:
+        if step == 3 and given.step_3.half_side_mm is None and self.status in _NOTHING_GAINED:
             return f"; {FULL_SIDE}"
         if step == 2 and most < given.bounds_mm.half_side[1] and self.design_mm[SIDE] >= most * (1.0 - ROUNDING):
             return f"; {CAPPED}"

@@ -11,7 +11,7 @@ from delta_cad.common.memoize import memoize
 from delta_cad.solids.part import Part
 
 MOST = 4.0  # each loses a hundredth of a millimetre, and costs as much as the cutting
-SAME = 1e-4  # sine of the angle between directions that one clamping has
+_SAME = 1e-4  # sine of the angle between directions that one clamping has
 
 
 def setups(part: Part) -> Iterator[Finding]:
@@ -39,7 +39,7 @@ def _fewest(part: Part) -> tuple[int, str]:
     reported = f"{len(plain)} directions"
     count = len(plain)
     for axis in (*np.eye(3), *plain):
-        rest = [ways for ways in asked if all(abs(float(way @ axis)) > SAME for way in ways)]
+        rest = [ways for ways in asked if all(abs(float(way @ axis)) > _SAME for way in ways)]
         if len(rest) < len(asked) and (turned := 1 + len(_directions(rest))) < count:
             x, y, z = np.round(axis, 2) + 0.0
             count, reported = turned, f"{len(plain)} directions, a rotary table turns about ({x:g}, {y:g}, {z:g})"
@@ -55,7 +55,9 @@ def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
     x, y, z = ways.T
     sine = np.sqrt(sum(np.subtract(np.outer(a, b), np.outer(b, a)) ** 2 for a, b in ((y, z), (z, x), (x, y))))
     starts = np.flatnonzero(np.diff(of, prepend=-1))
-    has = np.logical_or.reduceat((sine < SAME) & (ways @ ways.T > 0.0), starts, axis=1)  # what is asked has a direction
+    has = np.logical_or.reduceat(
+        (sine < _SAME) & (ways @ ways.T > 0.0), starts, axis=1
+    )  # what is asked has a direction
     found: list[np.ndarray] = []
     left = np.ones(len(asked), dtype=bool)
     while left.any():

@@ -16,7 +16,7 @@ from delta_cad.dimensions.tolerances.machine import (
     machine_chains,
 )
 
-LARGEST = 3  # links that a report names
+_LARGEST = 3  # links that a report names
 
 
 def check_tolerances(d: Dimensions) -> list[CheckResult]:
@@ -38,7 +38,7 @@ def check_chain(chain: Chain) -> CheckResult:
     low, high = chain.decides
     below = low - chain.low <= chain.high - high
     value, limit = (low, chain.low) if below else (high, chain.high)
-    largest = sorted(chain.links, key=lambda link: -link.half)[:LARGEST]
+    largest = sorted(chain.links, key=lambda link: -link.half)[:_LARGEST]
     most = ", ".join(f"{link.part} {link.what} {link.half:.3g}" for link in largest)
     (a, b), (r, s) = chain.worst, chain.rss
     looser = chain.looser()

@@ -17,10 +17,10 @@ from delta_cad.structure.hardware.mass_lower_bound import mass_lower_bound
 from delta_cad.structure.loads import Load, PartLoads, loads, part_loads, sampled_mm
 from delta_cad.structure.strength import allowables
 
-FORCE, PEAK_FORCE = "requirements.force_N", "requirements.peak_force_N"
-TORQUE, PEAK_TORQUE = "requirements.joint_torque_N_m", "requirements.peak_torque_N_m"
-TENSIONED = "cable's slack strand", "cable's slip"  # what a higher tension of the cable holds
-SIZED = {  # load -> the part of the hardware that bears it
+FORCE, _PEAK_FORCE = "requirements.force_N", "requirements.peak_force_N"
+_TORQUE, _PEAK_TORQUE = "requirements.joint_torque_N_m", "requirements.peak_torque_N_m"
+_TENSIONED = "cable's slack strand", "cable's slip"  # what a higher tension of the cable holds
+_SIZED = {  # load -> the part of the hardware that bears it
     "rod buckling": "tube",
     "rod end bending": "tube",
     "stud": "ball_diameter_mm",
@@ -94,7 +94,7 @@ def _torque(design: Design, pushed: np.ndarray, below_elbows: np.ndarray, weighe
         f"{force:g} N in the worst direction take {force * float(pushed.max()):.3g} N m, the weight "
         f"{float(below_elbows.max()):.3g} at least, both at once {most:.3g}; at most {held:g}"
     )
-    given = (larger(TORQUE),) if most <= drive_torque(design).continuous_torque_N_m else ()  # else the drive lacks it
+    given = (larger(_TORQUE),) if most <= drive_torque(design).continuous_torque_N_m else ()  # else the drive lacks it
     yield Reason("drive", "torque with gravity", message, (*given, smaller(ARM), smaller(FORCE)))
 
 
@@ -106,11 +106,11 @@ def _overloaded(d: Dimensions, load: Load, field: str) -> Reason:
         load: What a part may not bear.
         field: Field of the force that makes it.
     """
-    required, part = d.design.requirements, SIZED.get(load.name)
-    weaker = (smaller(field),) if field == FORCE else (smaller(field), smaller(PEAK_FORCE, FORCE))
-    if load.name in TENSIONED:
+    required, part = d.design.requirements, _SIZED.get(load.name)
+    weaker = (smaller(field),) if field == FORCE else (smaller(field), smaller(_PEAK_FORCE, FORCE))
+    if load.name in _TENSIONED:
         drive = drive_torque(d.design)
-        tensioned = larger(PEAK_TORQUE if required.peak_torque_N_m is not None else TORQUE)
+        tensioned = larger(_PEAK_TORQUE if required.peak_torque_N_m is not None else _TORQUE)
         weak = drive.peak_torque_N_m < drive.required_peak_N_m
         ways = (larger(RATIO), tensioned) if weak else (tensioned, larger(RATIO))
     elif part == "motor":

@@ -43,9 +43,9 @@ from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 
-PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
+_PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
 HEAVIER = 1.25  # times what `mass_lower_bound` gives: only small sectors and long rods were built heavier
-COUNT = 5  # positions along an edge of the cube, its corners among them
+_COUNT = 5  # positions along an edge of the cube, its corners among them
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ class Held:
 
 NECESSARY = Held(1.0, 0.0)
 """What no machine does without: what is refused would fail."""
-SURE = Held(HEAVIER, PROVEN_MM)
+SURE = Held(HEAVIER, _PROVEN_MM)
 """What a suggested design is held to, so that solids pass, too."""
 LEARNT = Held(0.0, 0.0)
 """What a candidate is held to in a search that learns weights and distances from solids."""
 
-Form = Callable[[Dimensions, Held], Iterable[Reason]]
+_Form = Callable[[Dimensions, Held], Iterable[Reason]]
 
 
 class Judged:
@@ -137,7 +137,7 @@ def refusals(design: Design, held: Held = NECESSARY) -> tuple[Reason, ...]:
 def _mode(design: Design) -> tuple[Reason, ...]:
     """The assembly mode where it is not the machine's own, of a cube that can be reached."""
     cube = design.cube
-    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, COUNT)
+    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, _COUNT)
     margins = direct_margin(design.geometry, positions / MM_PER_M)
     if margins.min() > 0.0 or reach_excess(design.geometry, positions / MM_PER_M).max() > 0.0:
         return ()
@@ -242,7 +242,7 @@ def _cable_travel(d: Dimensions) -> Iterator[Reason]:
 MODE, PARTS = "assembly mode", "dimensions"
 ALONE: dict[str, Callable[[Design], Iterable[Reason]]] = {"turning": _turning, "drive": _drive}
 """Forms that need no dimensions of parts."""
-FORMS: dict[str, Form] = {
+FORMS: dict[str, _Form] = {
     "outline": lambda d, _: _outline(d),
     "cable plane": lambda d, _: _cable_plane(d),
     "cable travel": lambda d, _: _cable_travel(d),
