@@ -172,8 +172,8 @@ def fit(
     jacobian, rows = problem.jacobian(x), 3 * count
     # what parts are made to holds each combination of unknowns, too: of one that poses tell s times better, noise takes
     # s^2 / (1 + s^2) of a measurement
-    reported_better = np.linalg.svd(jacobian[:rows], compute_uv=False) ** 2
-    freedom = rows - (reported_better / (1.0 + reported_better)).sum()
+    resolution = np.linalg.svd(jacobian[:rows], compute_uv=False) ** 2
+    freedom = rows - (resolution / (1.0 + resolution)).sum()
     misfit = float(np.sqrt((problem.residuals(x)[:rows] ** 2).sum() / freedom))
     sure = jacobian.copy()
     sure[:rows] /= max(1.0, misfit)  # what is left beyond the noise makes the poses worth less, not the drawing
