@@ -241,7 +241,7 @@ def _summary(result: Result) -> str:
     lengths = ", ".join(
         f"{name} {value:.4g}" for name, value in zip(("L_A", "L_B", "R", "r", "H", "L"), result.design_mm, strict=True)
     )
-    figures = [(limit.figures[0], result.worst(type(limit))) for limit in result.told]
+    figures = [(limit.figures[0], result.worst(type(limit))) for limit in result.reported_limits]
     told = ", ".join(f"{one.words} {value * one.scale:.4g} {one.unit}".rstrip() for one, value in figures)
     goal = "worst kappa" if result.problem.step == 3 else "half side"
     unit = "" if result.problem.step == 3 else " mm"

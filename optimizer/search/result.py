@@ -153,7 +153,7 @@ class Result:
         return self.worst(Torque)
 
     @cached_property
-    def told(self) -> tuple[PoseLimit, ...]:
+    def reported_limits(self) -> tuple[PoseLimit, ...]:
         """The limits whose worst figure can be told, bounding nothing; without those whose masses are not stated."""
         values = self.problem.requirements.values
         measured = (limit.measured(values) for limit in POSE_LIMITS if limit.output_key)
@@ -169,7 +169,7 @@ class Result:
             SI units; infinite where it grows without bound.
         """
         if kind not in self._worst:
-            limit = next(limit for limit in self.told if type(limit) is kind)
+            limit = next(limit for limit in self.reported_limits if type(limit) is kind)
             self._worst.update(self._searched([limit]))
         return self._worst[kind]
 
@@ -181,7 +181,7 @@ class Result:
     @cached_property
     def _worst(self) -> dict[type[PoseLimit], float]:
         """Those of the worst values that are known; what grows without bound at a singularity is sought together."""
-        return self._searched([limit for limit in self.told if limit.infinite_at_singularity])
+        return self._searched([limit for limit in self.reported_limits if limit.infinite_at_singularity])
 
     def _searched(self, limits: list[PoseLimit]) -> dict[type[PoseLimit], float]:
         row, wanted = self._row, {name for limit in limits for name in limit.evaluates}
@@ -219,7 +219,10 @@ class Result:
             "objective": finite(self.objective),
             "objective_name": self.problem.objective_name,
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
-            **{limit.output_key: finite(self.worst(type(limit)) * limit.figures[0].scale) for limit in self.told},
+            **{
+                limit.output_key: finite(self.worst(type(limit)) * limit.figures[0].scale)
+                for limit in self.reported_limits
+            },
             "proven_bound": bound,
             "gap": gap,
             "boxes": boxes,

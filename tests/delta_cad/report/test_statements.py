@@ -22,7 +22,7 @@ def proof(subject: Subject) -> dict[str, Any]:
     """A certificate's data, all but its leaves."""
     required = subject.design.requirements.model_dump()
     limits = Limits.stated(required)
-    findings = [{"condition": limit.name, "verdict": "proved", "limit": limit.told()} for limit in limits]
+    findings = [{"condition": limit.name, "verdict": "proved", "limit": limit.thresholds()} for limit in limits]
     return {
         "schema": "delta-certificate/1",
         "verdict": "proved",
