@@ -6,12 +6,12 @@ from delta_cad.common.command_line import Program
 from delta_cad.common.console import NOT_MET
 from haptics.commands import board, calibrate, feel, firmware, gravity, interfaces, run, simulate, stiffness
 
-_COMMANDS = (simulate, stiffness, feel, gravity, firmware, calibrate, run, interfaces, board)
-_PROGRAM = Program(
+COMMANDS = (simulate, stiffness, feel, gravity, firmware, calibrate, run, interfaces, board)
+PROGRAM = Program(
     "haptics",
     "What a delta haptic device will feel like, and the controller that drives it.",
-    _COMMANDS,
+    COMMANDS,
     {NOT_MET: "done, but a promise fails"},
     "sim",
 )
-parser, main = _PROGRAM.parser, _PROGRAM.main
+parser, main = PROGRAM.parser, PROGRAM.main

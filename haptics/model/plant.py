@@ -33,7 +33,7 @@ from delta_cad.common.jit import compiled, inlined
 from delta_cad.common.units import DOWN
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.kernel import add_inertia, arm, azimuth, chain_closure, in_base, wrist
+from delta_cad.mechanism.kernel import arm, azimuth, chain_closure, in_base, wrist
 from haptics.model.drive_train import ARM_BRISTLES, BRISTLES, MOTOR, STATES, TWIST, bristle, drive_torque, rotor_energy
 from haptics.model.handle import handle_energy, handle_force
 
@@ -252,7 +252,8 @@ def motion(par, hand_mass, state, out):
     cross = par.rod_cross * la
     platform_mass = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
-    inertia = (translating_mass, translating_mass, translating_mass, 0.0, 0.0, 0.0)
+    m11 = m22 = m33 = translating_mass
+    m12 = m13 = m23 = 0.0
     fx, fy, fz = platform_mass * par.gravity_x, platform_mass * par.gravity_y, platform_mass * par.gravity_z
     for i in range(3):
         ca, sa, cos, sin, w, sx, sy, sz = chain(par, i, x, y, z)
@@ -264,7 +265,12 @@ def motion(par, hand_mass, state, out):
         speed = la * rate
         dx, dy, dz = vx - speed * ex, vy - speed * ey, vz - speed * ez
         h = (dx * dx + dy * dy + dz * dz + la * rate * rate * (sx * ax + sy * ay + sz * az)) * lever
-        inertia = add_inertia(inertia, turning, cross, (gx, gy, gz), (ex, ey, ez))
+        m11 += 2.0 * cross * ex * gx + turning * gx * gx
+        m22 += 2.0 * cross * ey * gy + turning * gy * gy
+        m33 += 2.0 * cross * ez * gz + turning * gz * gz
+        m12 += cross * (ex * gy + gx * ey) + turning * gx * gy
+        m13 += cross * (ex * gz + gx * ez) + turning * gx * gz
+        m23 += cross * (ey * gz + gy * ez) + turning * gy * gz
         square = rate * rate
         pull = moment * (ex * par.gravity_x + ey * par.gravity_y + ez * par.gravity_z)
         pull -= par.arm_across * (ax * par.gravity_x + ay * par.gravity_y + az * par.gravity_z)
@@ -276,7 +282,7 @@ def motion(par, hand_mass, state, out):
         out[3, i] = rate
         out[5, i] = math.atan2(sin, cos)
     out[4, 0], out[4, 1], out[4, 2] = fx, fy, fz
-    return inertia
+    return m11, m22, m33, m12, m13, m23
 
 
 @inlined

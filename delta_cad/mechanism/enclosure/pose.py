@@ -244,9 +244,9 @@ def fill_forearms(pose):
         put(pose, FOREARM + 3 * i, x)
         put(pose, FOREARM + 3 * i + 1, y)
         put(pose, FOREARM + 3 * i + 2, at(pose, VERTICAL + i))
-    put(pose, PRODUCT + 2, _scalar(pose, 0, 1))
-    put(pose, PRODUCT + 1, _scalar(pose, 0, 2))
-    put(pose, PRODUCT, _scalar(pose, 1, 2))
+    put(pose, PRODUCT + 2, scalar(pose, 0, 1))
+    put(pose, PRODUCT + 1, scalar(pose, 0, 2))
+    put(pose, PRODUCT, scalar(pose, 1, 2))
     total = at(pose, FOREARM)
     for axis in range(3):
         j, k = (axis + 1) % 3, (axis + 2) % 3
@@ -260,7 +260,7 @@ def fill_forearms(pose):
 
 
 @compiled
-def _scalar(pose, i, j):
+def scalar(pose, i, j):
     """Computes the scalar product of two forearms."""
     a, b = FOREARM + 3 * i, FOREARM + 3 * j
     x = multiply(at(pose, a), at(pose, b))
