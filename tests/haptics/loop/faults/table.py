@@ -58,7 +58,7 @@ def reactions() -> list[str]:
         machine().geometry, machine().masses, machine().centre + grid, machine().design.requirements.gravity_m_s2
     )
     force = 1e3 * np.ceil(limits.torque / (limits.slew * limits.period)) * limits.period
-    gone = f"gone within {1e3 * np.abs(held).max() / limits.gravity_slew:.0f} ms"
+    gone = f"released within {1e3 * np.abs(held).max() / limits.gravity_slew:.0f} ms"
     weight = {
         "LOWER": f"let down within {limits.lowering:g} s",
         "DAMP": f"let down within {limits.lowering:g} s, the handle damped until then",
