@@ -1,4 +1,4 @@
-"""What carries has the cross-sections that the structure is computed with, read off the exact solids.
+"""Load-bearing parts have the cross-sections that the structural model uses, as read from the exact solids.
 
 A solid is cut across a bar wherever something of it begins or ends, and halfway between: at every corner of its edges
 and at both sides of its round faces. Between two such places a section changes steadily, so nothing sawn or notched

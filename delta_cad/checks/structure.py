@@ -1,4 +1,4 @@
-"""What the machine bears beside what it may: loads of every part, and the stiffness at the knob where it is asked."""
+"""Loads of every part against their allowable values, and the required stiffness at the knob."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Interference before CAD: which parts come too close to others, one form for each pair, and what may be changed."""
+"""Interference before CAD: which parts are too close, one closed form for each pair, and the fields that change it."""
 
 from __future__ import annotations
 

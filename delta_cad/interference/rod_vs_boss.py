@@ -1,4 +1,4 @@
-"""Ends of rods, turned about themselves, beside the bosses of the cross-bars that they hang on: elbow's and wrist's."""
+"""Clearance of rod ends, free to rotate about the rod axis, to the bosses of their cross-bars at elbow and wrist."""
 
 from __future__ import annotations
 

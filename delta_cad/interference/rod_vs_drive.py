@@ -1,4 +1,4 @@
-"""Rods and springs beside their own drive: motor, cheeks and board, and the arm with its sector."""
+"""Clearance of rods and springs to their own drive: motor, cheeks, encoder board, and the arm with its sector."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes that lie within solids, and how far points are off them, mm."""
+"""Shapes contained in solids, and the signed distance of points to them, mm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands beside a neighbouring drive: its motor, its pinion and its sector, and keys in its motor's screws."""
+"""Static obstacles of the adjacent drive: motor, pinion, sector, and keys in the screws of the motor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads of every part for a force on the knob in its worst direction, with the weight, beside what they may be.
+"""Loads of every part for a force on the knob in its worst direction, with gravity, against the allowable loads.
 
 For a force of any direction a load that is one number is `|g| F + |w|`, g its row for unit forces and w what the weight
 makes of it; of two numbers at once (a bearing's radial load) the largest stretch of the two rows takes the place of

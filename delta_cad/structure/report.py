@@ -1,4 +1,4 @@
-"""The whole of it for one design: stiffness, first mode and loads over the cube, and `structure.json`."""
+"""The structural results of one design: stiffness, first mode and loads over the cube, and `structure.json`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a rod's metal end adds to the flexibility of its ball joint along the rod, and what its springs do to it."""
+"""A rod's metal end: its flexibility in series with the ball joint along the rod, and the effect of the springs."""
 
 from __future__ import annotations
 

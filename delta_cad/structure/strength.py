@@ -1,4 +1,4 @@
-"""What the parts of a design may bear, made from its dimensions; every figure with where it comes from.
+"""Allowable loads of every part, computed from its dimensions, with sources.
 
 A redesigned part changes its lines here, as it does in `beam_model.py`.
 """

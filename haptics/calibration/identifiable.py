@@ -1,4 +1,4 @@
-"""Unobservable parameters: those that act alike, and those that the poses are too close together for."""
+"""Unobservable parameters: combinations with the same effect, and those for which the poses are too close together."""
 
 from __future__ import annotations
 

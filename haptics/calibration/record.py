@@ -1,4 +1,4 @@
-"""The file of a calibration, `delta-calibration/1`: written whole, read strictly, for one design only."""
+"""The file of a calibration, `delta-calibration/1`: written completely, read strictly, valid for one design only."""
 
 from __future__ import annotations
 

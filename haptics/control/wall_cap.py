@@ -1,4 +1,4 @@
-"""How hard a wall the loop bears at a pose: the closed form by which a tick holds every virtual wall down.
+"""Largest stable wall at a pose: the closed form by which a tick limits every virtual wall.
 
 A sampled wall takes energy away by the device's friction and the wall's damping and gives some by what a sample costs,
 half a period, delay and current lag: `b + B >= K (T / 2 + delay + lag)`, whatever hand holds it (`loop.walls`).

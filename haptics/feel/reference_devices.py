@@ -1,4 +1,4 @@
-"""Published figures of devices on the market, each with the source that was opened and how it was tested."""
+"""Published figures of devices on the market, each with the source that was read and the test method."""
 
 from __future__ import annotations
 

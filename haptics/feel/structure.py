@@ -1,4 +1,4 @@
-"""What gives way as a person meets it: first resonance, and bandwidth of the force on a held handle.
+"""Compliance as felt by a person: first resonance, and bandwidth of the force on a held handle.
 
 The structure is that of the build where `structure.json` is at hand, else as stiff as the design requires. Importing
 this module loads numba.

@@ -1,4 +1,4 @@
-"""What ports know of a device beside its controller: figures for wires and encoders, and the device simulated in C."""
+"""Device data for ports, besides the controller: figures for wires and encoders, and the simulated device in C."""
 
 from __future__ import annotations
 

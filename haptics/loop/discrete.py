@@ -1,4 +1,4 @@
-"""Exact discrete-time model of a sampled haptic loop, its eigenvalues, and the largest gains that it bears.
+"""Exact discrete-time model of a sampled haptic loop, its eigenvalues, and the largest stable gains.
 
 Between samples `M q'' + D q' + S q = P f`: device and hand, whatever gives way between them as springs and dampers.
 Every period the controller reads y = C q, estimates its rate and asks for `u = -(K y + B rate)`. u is held for a

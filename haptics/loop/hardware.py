@@ -1,4 +1,4 @@
-"""Sensors and drives as they are: what catalogue and design tell of them, and what is assumed where they do not.
+"""Real sensors and drives: data of catalogue and design, and assumptions where data are missing.
 
 `nominal_plant` of `assumptions` is rigid, without stops and ripple; `real_plant` here has them all. Importing this
 module loads numba.

@@ -1,4 +1,4 @@
-"""The device at rest at a pose, linearised: what the discrete model takes, along one axis or in all three joints.
+"""The device at rest at a pose, linearised for the discrete model, along one axis or in all three joints.
 
 At rest the velocity terms of the equations of motion vanish in first order, which leaves `M(p) a = G^T torque - G^T
 viscous G v + force`. Left out: the stiffness of gravity less that of its compensation, and what the change of J with

@@ -1,4 +1,4 @@
-"""Passivity of a rendered wall, and what holds where it is not passive: three verdicts that are kept apart.
+"""Passivity of a rendered wall, and the weaker properties where it is not passive: three separate verdicts.
 
 The wall as a sampled-data system, v(t) -> f(t): the position is sampled, `u_k` follows by the filter
 `H(z) = K + B E(z)`, is held, delayed and passed through the motor's lag. In one period `f(t) = s_z(t) u` for a signal

@@ -1,4 +1,4 @@
-"""Largest stable wall along each axis: what the simulated loop bears, what the linear one does, and what is passive.
+"""Largest stable wall along each axis: of the simulated loop, of the linear loop, and the passive one.
 
 Three answers to one question, kept apart:
 

@@ -1,4 +1,4 @@
-"""A push against a virtual wall in the time domain: a hand comes, leans on the wall and holds still.
+"""A push against a virtual wall in the time domain: a hand approaches, leans on the wall and holds still.
 
 The handle rests `GAP` before the wall, the hand moves its aim smoothly into it until it leans on it with `LEAN`, and
 holds. `oscillation` decides on what follows. Nothing is linear here: counts, bristles, saturation, the supervisor and

@@ -1,4 +1,4 @@
-"""Four answers to "how stiff a wall", which promise different things, and the formula behind them.
+"""Four definitions of the largest wall stiffness, with different guarantees, and the formula behind them.
 
 - own: passive by the device's own damping alone, B = 0: whatever passive hand, exact (`passivity.strain`). It belongs
   to the device and its drives.

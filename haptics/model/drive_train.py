@@ -1,4 +1,4 @@
-"""A joint's drive as it is: friction, torque that ripples, a cable that gives way, and the arm's stops; compiled.
+"""A joint's real drive: friction, torque ripple, a compliant cable, and the arm's stops; compiled.
 
 The rotor, seen at the joint, turns by the arm's angle and the cable's twist. Where the cable gives way,
 

@@ -1,4 +1,4 @@
-"""What stands between platform and person: a structure that gives way, the knob, a grasp, the arm; compiled.
+"""Bodies between platform and person: a compliant structure, the knob, a grasp, the arm; compiled.
 
 Platform, knob and the arm's mass are a chain; each link of it is a spring and damper, or rigid. The structure's
 compliance is lumped in the one link under the knob, alike in all directions; the knob's weight acts on the platform, so

@@ -1,4 +1,4 @@
-"""What the scenes share: the device at its place, the guide, the damping that it bears, its friction at the handle."""
+"""Common parts of the scenes: the placed device, the guide, its permitted damping, its friction at the handle."""
 
 from __future__ import annotations
 

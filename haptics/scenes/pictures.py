@@ -1,4 +1,4 @@
-"""Pictures of what was simulated: data in, figure out. Importing this loads matplotlib."""
+"""Figures of simulated series. Importing this loads matplotlib."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Proofs over hardware: a bound that no machine of a family exceeds, and requirements that no machine meets.
+"""Proofs over hardware: a bound on every machine of a family, and requirements that no machine meets.
 
 For the bound motors, drives, ratios and arms stand in intervals, each of them proved; what cannot be is shown with the
 best of all hardware at once, before any is searched.

@@ -1,4 +1,4 @@
-"""A candidate: lengths and hardware as a design file has them, weighed by its solids, refused in closed form or not."""
+"""A candidate: lengths and hardware as in a design file, with the masses of its solids and its closed-form refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hardware of a candidate: motor, ratio, sector, width of the parallelograms, what follows from them and the price."""
+"""Hardware of a candidate: motor, ratio, sector, width of the parallelograms, and the derived values and price."""
 
 from __future__ import annotations
 

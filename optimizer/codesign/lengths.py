@@ -1,4 +1,4 @@
-"""Lengths of a candidate: the largest cube, or the least machine, that its hardware and what is known of it allow."""
+"""Lengths of a candidate: the largest cube or the smallest machine for its hardware and model corrections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Relaxed limits: how far one, or several together, must give for a machine, and what each set limit costs."""
+"""Relaxation of limits: how much one or several together must change for a machine, and the cost of each set limit."""
 
 from __future__ import annotations
 

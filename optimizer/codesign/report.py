@@ -1,4 +1,4 @@
-"""What `design` reports of a machine: results beside set limits, JSON, `design.md`, `design.html`, certificate.
+"""The report of `design`: results next to set limits, JSON, `design.md`, `design.html`, certificate.
 
 A limit that the user's file sets, a value derived from it or from the machine, and a result are three things: a result
 is held here against set limits, never against what was derived.

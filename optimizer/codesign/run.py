@@ -1,4 +1,4 @@
-"""Machines of a search, built into their folder within its time, and the nearest one where requirements have none."""
+"""Runs a search within its time, builds its machines into their folder, and the nearest one if there is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search over hardware and lengths: candidates in closed form, then machines that are built, until one passes."""
+"""The search over hardware and lengths: candidates in closed form, then builds, until one passes."""
 
 from __future__ import annotations
 

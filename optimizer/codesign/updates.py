@@ -1,4 +1,4 @@
-"""Updates of the corrections by a refusal or a failed check: a bound, another part, or that no progress is possible."""
+"""Updates of the corrections after a refusal or a failed check: a bound, another part, or `InconclusiveError`."""
 
 from __future__ import annotations
 

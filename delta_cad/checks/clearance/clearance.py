@@ -1,4 +1,4 @@
-"""Clearance of bodies on different links over the whole cube: proven, found where it is smallest, measured exactly."""
+"""Clearance of bodies on different links over the cube: proved; its smallest value is located and measured exactly."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names

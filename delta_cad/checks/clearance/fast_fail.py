@@ -1,4 +1,4 @@
-"""Room for keys, outline and clearance of a machine that may fail: soon told, on two cores."""
+"""Fast fail: key access, outline and clearance on two cores, ended at the first violation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Pairs that depend on the whole position of the handle: frames, and how far bodies travel while it stays in a box.
+r"""Pairs that depend on the whole handle position: their frames, and bounds on the travel of bodies within a box.
 
 A point of a rod at the share f of the way from elbow to wrist and at v square to the rod lies at `E + f (W - E) + R v`;
 elbow and wrist are translated with the arm's end and with the handle. While the handle goes from c to p it travels

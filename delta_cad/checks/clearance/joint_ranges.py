@@ -1,4 +1,4 @@
-"""Which joint angles occur in the cube: rigorous supersets, as ranges and as rasters of two angles."""
+"""Rigorous supersets of the joint angles that occur in the cube, as ranges and as rasters of two angles."""
 
 from __future__ import annotations
 

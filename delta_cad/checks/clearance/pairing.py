@@ -1,4 +1,4 @@
-"""Which bodies are held apart by how much, and in which configuration space each pair is proven."""
+"""The pairs of bodies that need clearance, the required distance, and the configuration space that proves each."""
 
 from __future__ import annotations
 

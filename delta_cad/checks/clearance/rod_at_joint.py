@@ -1,4 +1,4 @@
-"""A rod against the link that holds one of its balls: the space of the forearm's directions, and of its own turn."""
+"""A rod against the link that holds one of its balls: the space of forearm directions and of the rod's own rotation."""
 
 from __future__ import annotations
 

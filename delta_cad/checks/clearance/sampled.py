@@ -1,4 +1,4 @@
-"""The smallest distance over many sampled positions, without measuring most of them.
+"""The smallest distance over many sampled positions, with measurements of only a few of them.
 
 Every (position, pair) starts with a lower bound from bounding spheres and then from oriented boxes. The lowest bound
 is measured; what was measured bounds the other positions of that pair in two ways. No point of a body leaves the

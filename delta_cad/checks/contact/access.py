@@ -1,4 +1,4 @@
-"""A machine can be mended: a key reaches what must be loosened, and what is exchanged comes off in a straight line.
+"""Serviceability: a key reaches every screw to loosen, and exchangeable parts come off in a straight line.
 
 A key is an L of two round legs as wide as its corners. One leg stands in the screw's socket, on its axis, the other is
 the handle, which must be free to swing by what turns a hexagon on to its next corner. Both legs may be cut, the long

@@ -1,4 +1,4 @@
-"""Stops end the travel where they are stated: a degree before they are free, a degree beyond they meet, deep enough."""
+"""End stops act where stated: free a degree before, in contact a degree beyond, with enough depth."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names

@@ -1,4 +1,4 @@
-"""Bores that a shop can make: drills in stock, not too deep, blind threads with run-out, reached by the tool."""
+"""Manufacturable bores: drills in stock, limited depth, blind threads with run-out, tool access."""
 
 from __future__ import annotations
 

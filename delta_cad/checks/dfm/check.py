@@ -1,4 +1,4 @@
-"""Parts that a shop can make: each rule over all parts that are machined, with the one that is worst and where."""
+"""The manufacturing rules over all machined parts, each with the worst part and place."""
 
 from __future__ import annotations
 

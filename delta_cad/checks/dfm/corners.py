@@ -1,4 +1,4 @@
-"""Inner corners that a round cutter makes: none sharp along a milling axis, none too deep for its cutter."""
+"""Inner corners for a round cutter: none sharp along a milling axis, none too deep for its cutter."""
 
 from __future__ import annotations
 

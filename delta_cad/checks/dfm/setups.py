@@ -1,4 +1,4 @@
-"""How often a part is clamped: the directions from which its bores and its sharp inner edges are made."""
+"""Number of setups of a part: the directions from which its bores and sharp inner edges are machined."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Walls that stand the cut, and faces that a tool sees."""
+"""Walls that withstand the cutting force, and faces that a tool can reach."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The capstan's cable over the whole stroke: its strands keep to the groove's helix, its turns to the groove.
+"""The capstan's cable over the whole stroke: its strands follow the groove's helix, its turns stay in the groove.
 
 All of it is read off the solids as they are placed: rim, nose and lugs of the sector, the pinion's groove and where its
 axis is, the turns upon it. The cable is developed into a plane: on the rim and between the drums it is one straight

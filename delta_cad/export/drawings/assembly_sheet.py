@@ -1,4 +1,4 @@
-"""The assembly drawing: the machine from two sides, a drive and a pair of rods pulled apart, balloons, item list.
+"""The assembly drawing: two views of the machine, a drive and a pair of rods exploded, balloons, item list.
 
 Each item of the bill of materials that has a place in the machine gets one balloon, in the first view that shows
 enough of one of its parts.

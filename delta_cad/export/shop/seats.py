@@ -1,4 +1,4 @@
-"""Where the seats of a calibration plate are, and how high it stands: seven cones on three levels, poses in the cube.
+"""Positions of the seats of a calibration plate, and its height: seven cones on three levels, poses in the cube.
 
 The plate stands over the machine on three columns, between the chains, on whatever the base plate is screwed to with
 its feet off. The knob is taken off; the upper edge of the handle's stem, a sharp circle, centres itself in a cone of 90

@@ -1,4 +1,4 @@
-"""What parts may not bear and joints not hold, in closed form: with the weight of what moves at least."""
+"""Overloaded parts and joints in closed form, with the lower bound of the moving mass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why a design's hardware is refused, in closed form and all at once: no solid is made, only samples are posed.
+"""Why a design's hardware is refused: all reasons in closed form, from sampled poses without solids.
 
 Six kinds: a platform that hangs below its elbows, after which nothing else is judged; parts that cannot be given sound
 dimensions; a drive that gives too little or breaks its cable; an outline that elbows or motors alone exceed; a cable

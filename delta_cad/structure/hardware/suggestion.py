@@ -1,4 +1,4 @@
-"""The smallest change of what a design leaves free that every closed form passes, as found along some directions."""
+"""The smallest change found of a design's free fields with which every closed form passes."""
 
 from __future__ import annotations
 

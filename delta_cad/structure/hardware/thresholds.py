@@ -1,4 +1,4 @@
-"""What ends a refusal, found on the refusal itself: one search that changes a field until the reason is gone."""
+"""Threshold of a field that removes a refusal, found by a search on the refusal itself."""
 
 from __future__ import annotations
 

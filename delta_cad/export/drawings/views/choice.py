@@ -1,4 +1,4 @@
-"""Which views a part is drawn in, and what is told in which: as few as show all of it in its true shape.
+"""The views of a part and the dimensions in each: the fewest views that show everything in true shape.
 
 First angle: the view from the left stands on the right of the main one, that from above below it.
 """
