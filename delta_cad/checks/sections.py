@@ -54,7 +54,7 @@ class _Cut:
 
 @dataclass(frozen=True)
 class _Share:
-    """A share of what is asked, at least 1 where it holds, and what it is of."""
+    """Ratio of a result to its requirement, at least 1 if it holds, and its name."""
 
     value: float
     part: str

@@ -90,7 +90,7 @@ class ShoulderBearings:
 
 @dataclass(frozen=True)
 class BeamModel:
-    """What bears load, of one design; all chains are alike.
+    """Load-bearing parts of one design; all chains are equal.
 
     Attributes:
         geometry: The mechanism, m.

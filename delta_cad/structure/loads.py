@@ -54,7 +54,7 @@ class Load:
 
     @property
     def holds(self) -> bool:
-        """Decides whether the part bears it."""
+        """Decides whether the load is allowable."""
         return self.value >= self.limit if self.least else self.value <= self.limit
 
     @property
@@ -65,7 +65,7 @@ class Load:
 
 @dataclass(frozen=True)
 class PartLoads:
-    """What each part bears, (..., 3 chains) unless said; forces N, moments N mm.
+    """Loads of each part, (..., 3 chains) unless stated; forces N, moments N mm.
 
     Attributes:
         rod: Force of the worse rod.
@@ -153,7 +153,7 @@ def part_loads(table: BeamModel, what: Moving, p_mm: np.ndarray, force_N: float,
 
 
 def loads(table: BeamModel, limits: Allowables, p_mm: np.ndarray, given: PartLoads) -> list[Load]:
-    """Puts the largest loads beside what they may be.
+    """Compares the largest loads with the allowable ones.
 
     Args:
         table: The machine.

@@ -156,7 +156,7 @@ def _shown(k: int, value: float) -> float:
 
 
 def _table(file: str, field: str, data: object, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Reads a table between two others, all m and rad; the bounds are told as the file has its numbers."""
+    """Reads a table between two others, all m and rad; messages state the bounds in the units of the file."""
     if not (isinstance(data, list) and len(data) == len(low)):
         raise CalibrationError(file, field, short(data), f"must be a list of {len(low)} chains")
     out = np.empty(low.shape)

@@ -295,7 +295,7 @@ def scanned(holds: Callable[[float], bool], values: Sequence[float], ratio: floa
 
 @dataclass(frozen=True)
 class DampingCap:
-    """Damping that a loop bears, and the cap that is kept.
+    """Largest stable damping of a loop, and the cap applied.
 
     Attributes:
         limit: Where it becomes unstable, N s/m.
@@ -325,7 +325,7 @@ def damping_cap(
     current_lag: float = 0.0,
     stiffness: float = 0.0,
 ) -> DampingCap:
-    """Damping that a handle let go of bears, without friction: nobody can be counted on to hold it.
+    """Largest stable damping of a released handle without friction: a hand cannot be relied on.
 
     Args:
         effective_mass: Smallest mass of the device in any direction of the damping, kg: for damping alike in all

@@ -70,7 +70,7 @@ RIM = 2.7  # Angle of a sector's rim where the design cannot be built, rad
 
 @dataclass(frozen=True)
 class Compliance:
-    """What gives way in a device.
+    """Compliances of a device.
 
     Attributes:
         cable: Stiffness of a joint's cable, N m/rad; 0 for a direct drive.
@@ -85,7 +85,7 @@ class Compliance:
 
 
 def compliance(machine: MachineModel) -> Compliance:
-    """Computes what gives way: two strands of rope on the sector, and the structure, as `structure_stiffness` has it.
+    """Computes the compliances: two strands of rope on the sector, and the structure from `structure_stiffness`.
 
     The strands are taken as equal, at the middle of the sector's turn, where the cable is softest; the sector's rim and
     the motor's shaft take some 3 % off.
@@ -95,7 +95,7 @@ def compliance(machine: MachineModel) -> Compliance:
 
 
 def structure_stiffness(machine: MachineModel, p: np.ndarray) -> np.ndarray:
-    """Stiffness at the knob of what gives way besides the cable: as built, or as the design requires without a build.
+    """Stiffness at the knob without the cable's compliance: as built, or as the design requires without a build.
 
     Args:
         machine: The device.
@@ -299,7 +299,7 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
 
 
 def board_controller(machine: MachineModel, loop: LoopChoice = BOARD, **limits: float) -> Controller:
-    """The controller of a device in a loop: its period, its velocity filter, and the walls that it bears.
+    """The controller of a device in a loop: its period, its velocity filter, and its stable walls.
 
     Args:
         machine: The device.
@@ -317,7 +317,7 @@ def with_sensors(limits: SafetyLimits, known: dict[str, float]) -> SafetyLimits:
 
 
 def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = STABILITY_MARGIN) -> WallCap:
-    """What walls a loop bears: with the least friction and the largest delay.
+    """The stable walls of a loop: with the least friction and the largest delay.
 
     Args:
         machine: The device.

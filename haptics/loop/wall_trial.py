@@ -87,7 +87,7 @@ class WallTrial:
 
     @property
     def stable(self) -> bool:
-        """Whether the wall stands: no oscillation, no fault, and all of its force."""
+        """Whether the wall is stable: no oscillation, no fault, and its full force."""
         return self.verdict is not None and not self.verdict.oscillates and not self.limited
 
     @property

@@ -52,7 +52,7 @@ class WallCase:
 
     @property
     def reaches_published(self) -> bool:
-        """Whether it bears the paper's wall along every axis."""
+        """Whether the paper's wall is stable along every axis."""
         return all(self.limits_N_per_mm[axis] >= STIFFNESS_N_PER_MM[axis] for axis in AXES)
 
 

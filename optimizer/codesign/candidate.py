@@ -265,7 +265,7 @@ def solid(design: Design, begin: Callable[[str], None]) -> BuiltMachine:
 
 
 def ball_joint_friction(design: Design) -> tuple[float, float]:
-    """Bounds what the ball joints of a design rub with at the knob: along z, and square to it, N."""
+    """Bounds the friction of a design's ball joints at the knob: along z, and perpendicular to z, N."""
     found = known_joints(design)["friction"]
     return (0.0, 0.0) if found is None else (found.upright, found.level)
 

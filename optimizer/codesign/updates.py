@@ -49,7 +49,7 @@ KERNEL, KERNEL_TRIES, KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
 SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
-"""Check -> the share of its limit that is asked for."""
+"""Check -> the required fraction of its limit."""
 GRAVITY_CHECK = "torque with gravity"
 
 
@@ -132,7 +132,7 @@ def from_refusals(
 def _room_for_arm_mm(
     brief: DesignBrief, choice: Selection, corrections: Corrections, radii_mm: Sequence[float]
 ) -> float:
-    """The longest upper arm that an outline holds beside the base radius that is asked for."""
+    """The longest upper arm within an outline for the required base radius."""
     if brief.outline_mm is None:
         return math.inf
     reach = Outline(*brief.outline_mm, choice.width_mm, corrections.overhead_mm).reach_max_mm
@@ -185,7 +185,7 @@ def utilisation(one: Estimate | CheckResult) -> float:
 
 
 def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
-    """Corrects the cable force that a motor's shaft bears, of which a peak joint torque takes a share."""
+    """Corrects the allowable cable force on a motor's shaft, to which the peak joint torque contributes."""
     pull = SPARE * torque_N_m / share / (sector_mm / MM_PER_M)
     return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
@@ -212,7 +212,7 @@ def _stiffer(corrections: Corrections, why: str) -> Corrections:
 
 
 def _levered(corrections: Corrections, side_mm: float, share: float, why: str) -> Corrections:
-    """Raises the couple index per mm of a knob's lever behind a panel, by the share of its load that a part bears."""
+    """Raises the couple index per mm of a knob's lever behind a panel, by a part's ratio of load to allowable load."""
     least, most = LEVER_STEPS
     now = max(corrections.couple_per_mm, corrections.couple_index_min / (side_mm + KNOB_MM))
     return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
@@ -309,13 +309,13 @@ def _kind(name: str) -> str:
 
 
 def _chains_apart(candidate: Candidate, corrections: Corrections, short_mm: float, why: str) -> Corrections:
-    """Asks for chains that are farther apart, by what the base radius of a candidate lacks."""
+    """Moves the chains apart by the shortfall of a candidate's base radius."""
     radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
     return corrections.with_chains_apart(candidate.choice.width_mm, radius, short_mm, why)
 
 
 def by_weight(check: str) -> bool:
-    """Whether a check rests on masses, inertias and what joints rub with."""
+    """Whether a check depends on masses, inertias and joint friction."""
     return check == GRAVITY_CHECK or check in SHARES
 
 

@@ -317,7 +317,7 @@ def _proof(
     closest: Sequence[PairSample],
     counts: str,
 ) -> CheckResult:
-    """What the proofs came to; a pair that a sample refutes is not told as undecided.
+    """Result of the proofs; a pair that a sample refutes is not reported as undecided.
 
     The pair that fails is that which lacks most of its own limit, and the value the clearance less that: of what was
     measured, at positions that may occur. None where nothing was found lacking, and a proof gave up.

@@ -134,7 +134,7 @@ class Handle(ConfigurationSpace):
     def along(
         self, centres: np.ndarray, halves: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions while the handle stays in the boxes."""
+        """Bound on the approach of pairs along directions while the handle stays in the boxes."""
         bounds, low, high = self.angles(centres, halves)
         theta, rotation = bounds.theta, np.fmin(bounds.rotation, ROTATION_MAX)
 

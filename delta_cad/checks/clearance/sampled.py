@@ -263,7 +263,7 @@ class Sampler:
                 low[near] = np.maximum(low[near], apart)
 
     def _uncut(self, sample: PairSample | None) -> PairSample | None:
-        """A sample measured again between whole bodies: a part stands for the whole only below its bound."""
+        """A sample measured again between whole bodies: a segment represents the whole only below its bound."""
         if sample is None:
             return None
         a, b = sample.pair.a, sample.pair.b

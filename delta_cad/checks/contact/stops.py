@@ -79,7 +79,7 @@ def _meeting(
 def _shared_length(
     pair: tuple[Occurrence, Occurrence], in_joint: tuple[np.ndarray, np.ndarray], is_beyond: bool
 ) -> float:
-    """Length along y of what two parts share in a joint's frame, mm, as `_meeting` tells it."""
+    """Length along y of the common volume of two parts in a joint's frame, mm, from `_meeting`."""
     shapes = [o.part.solid.wrapped.Moved(location_of(frame)) for o, frame in zip(pair, in_joint, strict=True)]
     common = common_size((shapes[0], shapes[1]), (volume(shapes[0]), volume(shapes[1])), volume, NOISE_MM3)
     if common is None:

@@ -28,7 +28,7 @@ SIZE_MM = 1e-6
 
 @dataclass(frozen=True)
 class Finding:
-    """A figure of one feature of a part, beside what a shop makes.
+    """A figure of one feature of a part with the limit of manufacture.
 
     Attributes:
         part: Part number.

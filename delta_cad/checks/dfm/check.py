@@ -48,7 +48,7 @@ RULES = (
     Rule("dfm undercuts", undercuts, "", "faces to which no straight tool comes", counts=True),
     Rule("dfm setups", setups, "", "clampings of a part"),
 )
-"""All there are, in the order in which they are told."""
+"""All rules, in the order of the report."""
 
 
 def check_dfm(parts: Iterable[Part]) -> list[CheckResult]:

@@ -1,4 +1,4 @@
-"""Threads that a tap cuts without bulging or breaking the wall beside them."""
+"""Threads that a tap cuts without bulging or breaking the adjacent wall."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RING, STATIONS = 24, 7  # directions about a thread's axis, places along it
 
 
 def thread_walls(part: Part) -> Iterator[Finding]:
-    """The thinnest wall beside each thread: from its outer diameter straight out to where a face ends the material."""
+    """The thinnest wall next to each thread: from its outer diameter straight to the face that ends the material."""
     lines = Lines(part.solid)
     for bore in (bore for bore in bores(part) if bore.thread):
         wall = min(_ends(lines, bore), default=np.inf) - catalogue.screw(bore.thread).diameter_mm / 2

@@ -67,7 +67,7 @@ class _Seen:
 
 
 def check_cable(assembly: Assembly) -> list[CheckResult]:
-    """Holds the fleet angle against what a cable bears, and both take-offs against the ends of the groove.
+    """Checks the fleet angle against the cable's limit, and both take-off points against the ends of the groove.
 
     Returns:
         `cable fleet angle`, the largest of all strands against the plane across the axes over the stroke, deg;

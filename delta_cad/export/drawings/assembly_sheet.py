@@ -227,7 +227,7 @@ def _scale(group: Sequence[_Shown]) -> None:
 
 
 def _page(group: Sequence[_Shown]) -> tuple[str, list[Item], dict[str, Box]]:
-    """Views on a sheet of their own, side by side, with what is told of them."""
+    """Lays views out side by side on a separate sheet, with their annotations."""
     area, page, frames = inner(SIZE), [], {}
     left = area[0] + 8.0
     for n, view in enumerate(group):

@@ -141,7 +141,7 @@ class _Search:
         return next(((form, some) for form in ORDER if (some := self._of(values, form))), ("", ()))
 
     def _of(self, values: Values, form: str) -> tuple[Reason, ...]:
-        """Reasons of a form, with margins as far as they are asked for; the forms before it refuse nothing."""
+        """Reasons of a form, with the requested margins; the forms before it refuse nothing."""
         key = frozenset(values.items()), form
         if key not in self._known:
             self.spent_ms += COSTS_MS.get(form, QUICK_MS)

@@ -47,7 +47,7 @@ class Met:
 
 
 class Ways:
-    """The parts of a machine where they sit at home, to be asked what one meets on its way there."""
+    """The parts of a machine in their home position, for queries of collisions on a path to it."""
 
     def __init__(self, assembly: Assembly, meshes: Meshes) -> None:
         self._of = {o.name: o for o in assembly.occurrences}

@@ -206,7 +206,7 @@ def _through_most(bores: Sequence[Bore], others: Sequence[Bore], view: View) -> 
 
 
 def _share(views: list[View], features: Features) -> None:
-    """Gives each view what is told in it: each coordinate, size and group of holes to the first that shows it."""
+    """Assigns dimensions to views: each coordinate, size and group of holes to the first view that shows it."""
     for place in features.places:
         able = [view for view in views if view.shows(place)]
         needed = place.end_on
