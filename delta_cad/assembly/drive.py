@@ -55,7 +55,7 @@ from delta_cad.solids import bought_parts, capstan, upper_arm
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
 from delta_cad.solids.part import Removal, ToolAccess
 
-BESIDE = (  # what of an arm passes what of its own bracket at less than the clearance of others
+_ADJACENT = (  # what of an arm passes what of its own bracket at less than the clearance of others
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
     ("capstan_cable_{}_inner", "motor_cheek_{}"),
     ("capstan_cable_{}_inner_end", "motor_cheek_{}"),
@@ -64,7 +64,7 @@ BESIDE = (  # what of an arm passes what of its own bracket at less than the cle
     ("shoulder_shaft_{}", "wave_spring_{}"),
     *((f"sector_dowel_{{}}_{k}", "encoder_cheek_{}") for k in range(2)),
 )
-LOOSE_MM = 0.5  # way of a set screw that leaves its shaft free
+_LOOSE_MM = 0.5  # way of a set screw that leaves its shaft free
 
 
 def _motor_screws(builder: AssemblyBuilder, i: int) -> list[str]:
@@ -110,7 +110,7 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
     ]
     thread = motor_thread_mm(d.motor)  # the screws fill it
     builder.reached += [ToolAccess(name, thread, "holds the motor") for name in screws]
-    builder.reached += [ToolAccess(name, LOOSE_MM, "holds the pinion on the motor's shaft") for name in grubs]
+    builder.reached += [ToolAccess(name, _LOOSE_MM, "holds the pinion on the motor's shaft") for name in grubs]
     builder.removals.append(Removal(motor, (0.0, 1.0, 0.0), (*screws, *grubs, *lead_names(d, i)), "is exchanged"))
     _cable(builder, c, i)
     _tensioner(builder, c, i)
@@ -120,7 +120,7 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
         builder.pin(f"sector_dowel_{i}_{k}", c.web_y_mm[1] - first, arm, placed, sector, arm)
     _bearings(builder, i)
     builder.gap(sector, f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
-    for moving, fixed in BESIDE:
+    for moving, fixed in _ADJACENT:
         builder.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
     if d.sensed_at_shoulder:
         reason = "in the shaft's head, 1 mm or more by design"

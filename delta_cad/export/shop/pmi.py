@@ -54,8 +54,8 @@ GENERAL = {
     "edges": EDGES,
 }
 """What holds for every part where nothing else is said."""
-NOT_PLAIN = re.compile(r"[^\x00-\x5b\x5d-\x7f]+")
-GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
+_NOT_PLAIN = re.compile(r"[^\x00-\x5b\x5d-\x7f]+")
+_GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
 
 
 def notes(part: Part, general: str = ASKED) -> dict[str, str]:
@@ -119,7 +119,7 @@ def mend_tolerances(model: Any) -> None:
             for end in (entity.LowerBound(), entity.UpperBound()):
                 end.ValueComponentMember().SetName("LENGTH_MEASURE")
         if isinstance(entity, StepShape_LimitsAndFits):
-            grade = int(entity.Grade().ToCString()) - GRADE_TOO_HIGH
+            grade = int(entity.Grade().ToCString()) - _GRADE_TOO_HIGH
             entity.SetGrade(TCollection_HAsciiString(str(grade)))
 
 
@@ -274,4 +274,4 @@ def step_text(value: str) -> TCollection_HAsciiString:
         kind, code = ("X2", "utf-16-be") if max(found[0]) <= "\uffff" else ("X4", "utf-32-be")
         return f"\\{kind}\\{found[0].encode(code).hex().upper()}\\X0\\"
 
-    return TCollection_HAsciiString(NOT_PLAIN.sub(coded, value))
+    return TCollection_HAsciiString(_NOT_PLAIN.sub(coded, value))

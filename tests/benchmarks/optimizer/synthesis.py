@@ -102,14 +102,14 @@ def _peers(say: Callable[[str], None]) -> list[Figure]:
 
 def _verdict(step: int, found: dict[str, Outcome], best: float) -> list[Figure]:
     """The fastest feasible peer that comes near enough, against our GA+SQP on the same objective."""
-    ours = found["our ga+sqp"].seconds
+    project = found["our ga+sqp"].seconds
     near = {n: o.seconds for n, o in found.items() if n in PEERS and o.feasible and o.off(best) <= CLOSE}
     if not near:
         return []
     name = f"step {step} on NumPy: fastest peer within {100.0 * CLOSE:g} % of the best, against our GA+SQP"
     first = min(near, key=lambda n: near[n])
-    who = f"{first} wins" if near[first] < ours else f"{first} is the next"
-    return [Figure(SUBJECT, name, ours / near[first], "x", note=f"{who}; above 1 the peer is faster")]
+    who = f"{first} wins" if near[first] < project else f"{first} is the next"
+    return [Figure(SUBJECT, name, project / near[first], "x", note=f"{who}; above 1 the peer is faster")]
 
 
 def _memory(say: Callable[[str], None]) -> list[Figure]:

@@ -99,7 +99,7 @@ def test_the_files_name_is_the_designs(tmp_path: Path) -> None:
     assert load_brief(tmp_path / "my arm.toml").name == "pocket"
 
 
-def test_a_file_is_replaced_only_if_that_is_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_is_replaced_only_if_that_is_required(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("mine", encoding="utf-8")
     assert call("init", "--out", path) == 2

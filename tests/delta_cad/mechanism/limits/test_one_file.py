@@ -111,7 +111,7 @@ def test_its_file_and_its_line_are_all_that_a_limit_needs(tmp_path):
     assert value == pytest.approx(height, rel=1e-12)
     assert limit < height <= found["worst"] * (1.0 + 1e-9)
     assert found["searched"] == pytest.approx([share * highest / 0.082 for share in (0.001, -0.001)], rel=1e-9)
-    assert found["laxer"] == "elbow_height"
+    assert found["looser"] == "elbow_height"
     mm, line = found["told"]
     assert mm == pytest.approx(1e3 * highest, rel=1e-9)
     assert f", elbow height {mm:.4g} mm; converged" in line
