@@ -12,12 +12,12 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.assembly.builder import (
-    BESIDE_MM,
     CHAMFERS_MM,
     DRIVEN,
     GLUE_MM,
     HALF_TURN,
     IN,
+    NEXT_TO_MM,
     OUT,
     SHARE,
     THREAD_MM,
@@ -63,12 +63,12 @@ from delta_cad.solids.upper_arm import make_shoulder_shaft, make_upper_arm
 
 _ABOUT_X, _ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.0])
 _EYE_FRAMES = ((_ABOUT_X, HALF_TURN), (_ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
-_BESIDE_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
-_BESIDE_TUBE_MM = 1.5  # least gap of a spring's loop beside the tube that carries its eye: 2.7 mm as it hangs
+_NEXT_TO_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
+_NEXT_TO_TUBE_MM = 1.5  # least gap of a spring's loop beside the tube that carries its eye: 2.7 mm as it hangs
 _LOOP_SHARE = (
     1.1  # times what a loop, drawn stiff, shares with its eye at the largest lean: the sum's pieces, roundings
 )
-_BESIDE_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
+_NEXT_TO_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
 _TO_THE_ELBOW = straight(-1.0, 0.0, 0.0)
 _IN_BOSS = "cross-bar bonded in its boss", BAR_GLUE_MM
 _ENDS = ("elbow", "wrist")
@@ -195,7 +195,7 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
 def _arm(builder: AssemblyBuilder, i: int) -> None:
     d, arm, shaft = builder.d, f"upper_arm_{i}", f"shoulder_shaft_{i}"
     builder.put(arm, builder.made(make_upper_arm), arm, np.eye(4))
-    builder.gap(arm, f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    builder.gap(arm, f"encoder_cheek_{i}", NEXT_TO_MM, "arm turns beside the cheek, 1 mm by design")
     b, of = d.bearing, arm if d.capstan is None else f"foot_block_{i}"
     if d.capstan is None:
         held = [pressed(arm, STUB_DEPTH_MM - CHAMFERS_MM / 2, "stub bonded in the arm", GLUE_MM)]
@@ -250,14 +250,14 @@ def _rods(builder: AssemblyBuilder, i: int) -> None:
         _rod_end(builder, i, j, "wrist", at(f.length_mm) @ (_ABOUT_Y if j else HALF_TURN))
         for eye, x, frame in zip(eyes, f.eyes_x_mm, _EYE_FRAMES[j], strict=True):
             builder.put(eye, builder.made(forearm.make_rod_eye), link, at(x) @ frame, path=_TO_THE_ELBOW, frame=tube)
-            if f.eye_room_mm < d.design.requirements.clearance_min_mm + _BESIDE_ARM_MM:
-                builder.gap(eye, f"upper_arm_{i}", _BESIDE_ARM_MM, "folds beside the arm, held by its spring")
+            if f.eye_room_mm < d.design.requirements.clearance_min_mm + _NEXT_TO_ARM_MM:
+                builder.gap(eye, f"upper_arm_{i}", _NEXT_TO_ARM_MM, "folds beside the arm, held by its spring")
     shared = _LOOP_SHARE * loop_overlap_mm3(f, d.travel.lean_max.value)
     for k in SIDES:  # both springs, each on a link of its own, which follows the rods
         name = builder.put(f"rod_spring_{i}_{k}", builder.made(make_rod_spring), f"spring_{i}_{k}", np.eye(4))
         for j in SIDES:
             builder.touch(name, f"rod_eye_{i}_{j}_{k}", "loop in its eye", overlap_mm3=shared)
-            builder.gap(name, f"rod_tube_{i}_{j}", _BESIDE_TUBE_MM, "hangs on the tube")
+            builder.gap(name, f"rod_tube_{i}_{j}", _NEXT_TO_TUBE_MM, "hangs on the tube")
 
 
 def _rod_end(builder: AssemblyBuilder, i: int, j: int, end: str, frame: np.ndarray) -> None:
@@ -272,7 +272,7 @@ def _rod_end(builder: AssemblyBuilder, i: int, j: int, end: str, frame: np.ndarr
     builder.put(shell, builder.made(forearm.make_cup_shell), link, frame, in_cup, path=IN if j else OUT, frame=tube)
     builder.touch(ball, cup, "the cup around its shell", guides=False)
     for part in (cup, shell):
-        builder.gap(part, f"cross_bar_{i}_{end}", _BESIDE_STUD_MM, "the rod leans beside the stud it hangs on")
+        builder.gap(part, f"cross_bar_{i}_{end}", _NEXT_TO_STUD_MM, "the rod leans beside the stud it hangs on")
 
 
 def _platform(builder: AssemblyBuilder) -> None:

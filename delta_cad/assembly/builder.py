@@ -24,7 +24,7 @@ from delta_cad.solids.part import Contact, Fit, Occurrence, Part, Removal, ToolA
 
 _ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
 _CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
-BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
+NEXT_TO_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
 FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
 GLUE_MM = 0.06  # radius: the widest bond, of the magnet
 SEATED_MM = 0.02  # along a normal: what a shim cannot enter

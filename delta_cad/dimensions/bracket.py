@@ -398,7 +398,7 @@ def bracket_dimensions(
     )
 
 
-_BESIDE_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
+_NEXT_TO_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
 _BOARD_SCREW = "M2.5"
 PLUG_MM = (5.0, 4.0, 5.0)  # half width, height over the board and length of the plug at its lower end
 BOARD_EDGE_MM = 4.0  # of a direct drive's leg around its board's screws
@@ -433,11 +433,11 @@ def require_room_for_board(
             body = (u - half, u + half), (face, face + 2 * motor.length_mm)  # and its way off
             found = min(found, _apart_mm(body, ((base_radius_mm - wide, base_radius_mm + wide), y)))
     require(
-        found >= _BESIDE_MM,
+        found >= _NEXT_TO_MM,
         "encoder_board",
         "beside the neighbour's motor",
         f"the motors come within {found:.2f} mm of the encoders' boards of the chains beside them; at least "
-        f"{_BESIDE_MM:g}",
+        f"{_NEXT_TO_MM:g}",
         *FARTHER_OUT,
     )
 

@@ -55,8 +55,8 @@ CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
 ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest class; bending is the ratio's affair
 _COLLAR_OFF_MM = -0.1  # along the axis from the sector's rim to the collar, at least: one within the pinion passes it
 _COLLAR_ASIDE_MM = THREAD_WALL_MM + 0.25  # by which the set screws, as drawn, lie farther from the rim than its end
-_BESIDE_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
-_BESIDE_RIM_SHARE = 0.75  # by which the former grows with a cable over `_USUAL_CABLE_MM`
+_NEXT_TO_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
+_NEXT_TO_RIM_SHARE = 0.75  # by which the former grows with a cable over `_USUAL_CABLE_MM`
 _USUAL_CABLE_MM = 0.54
 TENSION_SCREW, TENSION_SCREW_LENGTH_MM = "M3", 10.0
 CARRIAGE_MM = (6.0, 5.0)  # length and thickness of the block that pulls the cable's outer end
@@ -264,10 +264,10 @@ def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor, apart_
     """
     adjacent = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
     adjacent = max(adjacent, 0.0)
-    collar = _BESIDE_RIM_MM[0] + _BESIDE_RIM_SHARE * (cable_mm - _USUAL_CABLE_MM)
+    collar = _NEXT_TO_RIM_MM[0] + _NEXT_TO_RIM_SHARE * (cable_mm - _USUAL_CABLE_MM)
     required = (
         (collar, 0.0),
-        (max(_BESIDE_RIM_MM[1], apart_mm), _COLLAR_ASIDE_MM),
+        (max(_NEXT_TO_RIM_MM[1], apart_mm), _COLLAR_ASIDE_MM),
     )  # of the collar's end, and of its set screws
     off = [sqrt(apart**2 - adjacent**2) - aside for apart, aside in required if apart > adjacent]
     return tenths_above(max([_COLLAR_OFF_MM, *off]))

@@ -40,7 +40,7 @@ EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about
 _PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
 _PRELOAD_PER_N = 1.05  # by which the least grows with a larger force: see `spring_range_N`
 _LEAST_N = 1e-3  # a load below this rubs in an arm that no longer shrinks: nothing to speak of, and no division by 0
-_SPARE_RANGE = 8.0  # times the preload, within which the preload that a load needs is looked for
+_MARGIN_RANGE = 8.0  # times the preload, within which the preload that a load needs is looked for
 HALVINGS = 40
 POISSON = 0.35  # of the plastic; of steel 0.3 changes the modulus of the pair by less than 1 %
 SPRING_SHARE = 0.1  # of a spring's force by which it may be weaker than told: DIN 2097, grade 2
@@ -122,7 +122,7 @@ class JointDimensions:
             (...) preload left; negative where more is needed than there is, down to `1 - SPARE_RANGE` times it.
         """
         low = np.zeros(np.broadcast_shapes(np.shape(force_N), np.shape(lean_rad)))
-        high = np.full_like(low, _SPARE_RANGE * self.preload_N)
+        high = np.full_like(low, _MARGIN_RANGE * self.preload_N)
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
             holds = self.edge_rad(force_N, lean_rad, middle) <= self.wrap_rad

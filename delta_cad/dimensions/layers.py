@@ -11,7 +11,10 @@ from delta_cad import catalogue
 from delta_cad.dimensions.rules import ARM_THICKNESS, PRESS_DEPTH_MM, RATIO, RUNNING_GAP_MM, another, larger, require
 from delta_cad.dimensions.sizes import plate_mm
 
-_ELBOW_BOSS_WIDTH_MM, _ELBOW_BOSS_BESIDE_MM = 16.0, 1.0  # grips the cross-bar over 2.7 diameters; over the arm's plate
+_ELBOW_BOSS_WIDTH_MM, _ELBOW_BOSS_OVERHANG_MM = (
+    16.0,
+    1.0,
+)  # grips the cross-bar over 2.7 diameters; over the arm's plate
 STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
 _SHAFT_ENDS_GAP_MM = 0.5
 _PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
@@ -131,7 +134,7 @@ def layers(
         bearings = (outer, outer + bearing.width_mm), (motor_inside, motor_inside + bearing.width_mm)
         head = min(head, outer - preload_mm - PRESS_DEPTH_MM)
     board = head - BOARD_STAND_OFF_MM
-    boss = max(_ELBOW_BOSS_WIDTH_MM / 2, half + _ELBOW_BOSS_BESIDE_MM)
+    boss = max(_ELBOW_BOSS_WIDTH_MM / 2, half + _ELBOW_BOSS_OVERHANG_MM)
     return Layers(
         arm_mm=(-half, half),
         sector_mm=sector,

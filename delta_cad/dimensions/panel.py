@@ -25,11 +25,11 @@ CLOTH_MM = 0.6  # coated cloth, as it is clamped
 _CLOTH_G_M2 = 250.0  # polyamide coated with polyurethane or neoprene; estimate
 _EASE = 1.03  # of the cloth's length over the longest way: it is never taut
 LIP_MM = 1.0  # of the bezel over the panel's edge, which the stem must not meet
-_BESIDE_SCREW_MM = 6.0  # from a screw's axis to the opening, and to the bezel's rim
+_NEXT_TO_SCREW_MM = 6.0  # from a screw's axis to the opening, and to the bezel's rim
 _AROUND_MM = 5.0  # of the panel around the bezel that is drawn
 _APART_MM = 80.0  # of neighbouring screws, at most
 _UNDER_TIP_MM = 1.0  # of the bezel over the tips of its bores
-SPARE_MM = 0.5  # beyond a clearance, for what is drawn round by flats; and of a thread beyond its screw
+MARGIN_MM = 0.5  # beyond a clearance, for what is drawn round by flats; and of a thread beyond its screw
 COLLAR_MM = (2.0, 8.0)  # the boot's collar on the stem: wall with its tie, and height
 _UNDER_KNOB_MM = 1.0  # from the collar to the knob
 _STEP_MM = 0.5  # heights are whole steps
@@ -81,12 +81,12 @@ class PanelDimensions:
     @property
     def screws_mm(self) -> float:
         """Corner radius of the line that the screws stand on."""
-        return self.opening_mm + _BESIDE_SCREW_MM
+        return self.opening_mm + _NEXT_TO_SCREW_MM
 
     @property
     def rim_mm(self) -> float:
         """Corner radius of the bezel's outer rim."""
-        return self.screws_mm + _BESIDE_SCREW_MM
+        return self.screws_mm + _NEXT_TO_SCREW_MM
 
     @property
     def piece_mm(self) -> float:
@@ -148,13 +148,13 @@ def panel_dimensions(design: Design, platform: PlatformDimensions, cup_radius_mm
     cube, clear = design.cube, design.requirements.clearance_min_mm
     row, boss = catalogue.screw(SCREW), platform.boss_diameter_mm / 2
     highest = cube.bottom_height_mm + 2 * cube.half_side_mm + max(boss, cup_radius_mm)
-    under = _stepped(highest + clear + row.head_height_mm + SPARE_MM)
+    under = _stepped(highest + clear + row.head_height_mm + MARGIN_MM)
     clamped = panel.thickness_mm + CLOTH_MM
     screw = next(length for length in row.lengths_mm if length >= clamped + row.diameter_mm)
-    thread = _stepped(screw - clamped + SPARE_MM)
+    thread = _stepped(screw - clamped + MARGIN_MM)
     bezel = _stepped(drilled_mm(SCREW, thread) + tip_mm(row.tap_drill_mm) + _UNDER_TIP_MM)
     top, lowest = under + clamped + bezel, cube.bottom_height_mm + boss
-    stem = _stepped(top + clear + SPARE_MM + COLLAR_MM[1] + _UNDER_KNOB_MM - lowest)
+    stem = _stepped(top + clear + MARGIN_MM + COLLAR_MM[1] + _UNDER_KNOB_MM - lowest)
     collar = boss + stem - _UNDER_KNOB_MM - COLLAR_MM[1]
     radius = platform.stem_diameter_mm / 2
     edge = radius + panel.limit_mm + CLOTH_MM
@@ -192,7 +192,7 @@ def sleeve_mm(design: Design, foot: catalogue.Foot, circle_mm: float, spread_rad
         return 0.0
     height = foot.height_mm - _SQUEEZE_MM
     apart = circle_mm * spread_rad / 2.0 * 0.98  # the chord of a small angle
-    least = foot.diameter_mm / 2 + hole_mm / 2 + SLEEVE_WALL_MM + SPARE_MM
+    least = foot.diameter_mm / 2 + hole_mm / 2 + SLEEVE_WALL_MM + MARGIN_MM
     words, ways = "hardware.mounting = both asks for sleeves beside the feet", another("foot", "mounting")
     low = f"{words}: a foot of {foot.height_mm:g} mm leaves them {height:g} mm; at least {_SLEEVE_LEAST_MM:g}"
     require(height >= _SLEEVE_LEAST_MM, "mount_sleeve", "height", low, *ways)

@@ -34,7 +34,7 @@ from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.dimensions.tolerances.general import ASKED
+from delta_cad.dimensions.tolerances.general import REQUIRED
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.fingerprint import canonical
 from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, step_text, without_runouts
@@ -89,7 +89,7 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
 
 
 def write_part_step(
-    part: Part, path: Path, schema: str = "AP242", general: str = ASKED, held: Controlled | None = None
+    part: Part, path: Path, schema: str = "AP242", general: str = REQUIRED, held: Controlled | None = None
 ) -> None:
     """Writes one part at its own origin, with its number, colour and material; schemas as for the assembly.
 
@@ -172,7 +172,7 @@ def _name(label: TDF_Label, name: str) -> None:
 
 
 def _write(
-    document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None, general: str = ASKED
+    document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None, general: str = REQUIRED
 ) -> None:
     """Transfers a document, adds the notes of a part, fills the header and writes the file."""
     if schema not in SCHEMAS:

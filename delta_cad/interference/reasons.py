@@ -204,7 +204,7 @@ def interference_reasons(d: Dimensions, margin_mm: float = 0.0) -> list[Reason]:
         d: The machine.
         margin_mm: What is to be left beyond what must be.
     """
-    return [reason for form in PASSING.values() for reason in form(d, margin_mm)]
+    return [reason for form in INTERFERENCE_FORMS.values() for reason in form(d, margin_mm)]
 
 
 def _least_mm(d: Dimensions) -> float:
@@ -278,7 +278,7 @@ def _cups(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
     yield Reason("rod_cup", "beside a neighbour's", message, ways)
 
 
-PASSING: dict[str, _Form] = {
+INTERFERENCE_FORMS: dict[str, _Form] = {
     "sleeves": lambda d, _: _sleeves(d),
     **{f"{one[0]} {one[1]}": partial(_chains, *one) for one in _CHAINS_APART},
     "platform": _platform,

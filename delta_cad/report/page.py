@@ -164,7 +164,7 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
 
 
 FILE_NAME = "report.html"
-SOUGHT = "design.html"  # which `design` writes beside what it found
+SEARCHED = "design.html"  # which `design` writes beside what it found
 _CERTIFICATE = "certificate.json"  # which only some builds have beside them
 _MANUAL = "manual/manual.html"  # which a build may be asked to leave out
 ASSETS = Path(__file__).parent / "assets"
@@ -233,7 +233,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
         manual=_MANUAL if (folder / _MANUAL).is_file() else "",
         files=files,
         drawn={name for group, names in files if group == "drawings" for name, _ in names},
-        searched=SOUGHT if (folder / SOUGHT).is_file() else "",
+        searched=SEARCHED if (folder / SEARCHED).is_file() else "",
         policy=page_policy(scripts, style),
         style=Markup(style),
         scripts=[Markup(script) for script in scripts],

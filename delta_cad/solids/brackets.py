@@ -49,7 +49,7 @@ DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
 _BOARD_THREAD_MM = 8.0
 _UNDER_TIP_MM = 1.4  # least metal before a blind drill's tip
-_BESIDE_TIP_MM = 1.0  # from the tips of a foot block's cross dowels to its upright ones: else they end flat
+_NEXT_TO_TIP_MM = 1.0  # from the tips of a foot block's cross dowels to its upright ones: else they end flat
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 _BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 _PILOT_WALL_MM, _HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its screws' counterbores; of diameter, in them
@@ -320,7 +320,7 @@ def make_foot_block(d: Dimensions) -> Part:
     for at in cheek_dowel_positions(d):
         pins += [along_y(DOWEL_MM, at, (y[0], y[0] + into)), along_y(DOWEL_MM, at, (y[1], y[1] - into))]
     depths = f"2 x {_DOWEL_DEPTH_MM:g} deep from below, 2 x {into:g} deep from both sides"
-    tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + _BESIDE_TIP_MM else 0.0
+    tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + _NEXT_TO_TIP_MM else 0.0
     boring.add(f"{DOWEL_MM:g} H7: {depths}", [fitted(blind(pin, tip), "H7") for pin in pins])
     solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, boring.tools))
     extent = (low, high), y, z

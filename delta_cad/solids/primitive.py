@@ -24,7 +24,7 @@ Point = tuple[float, float]
 Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
 
 _SHORT_MM = 1e-9  # two circles of a hull that touch inside have no line between them
-_BESIDE_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a floor
+_NEXT_TO_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a floor
 _FAR_MM = 1e3  # beyond every part
 _SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it
 _LEFT_MM = 0.05  # that a cutter may leave in a corner without a rounding: half of what ISO 2768-m allows a size
@@ -393,7 +393,7 @@ def corner_ways(shape: cq.Shape) -> list[tuple[_InnerEdge, list[np.ndarray]]]:
         if not corner.planes[floor] or up @ wall < -_SHORT_MM:
             return False
         off = wall - (wall @ up) * up
-        start = corner.point + _BESIDE_MM * off / np.linalg.norm(off) + _SHIFT_MM * up
+        start = corner.point + _NEXT_TO_MM * off / np.linalg.norm(off) + _SHIFT_MM * up
         lines.Perform(gp_Lin(gp_Pnt(*start.tolist()), gp_Dir(*up.tolist())), 0.0, _FAR_MM)
         return lines.NbPnt() == 0
 

@@ -16,7 +16,7 @@ from delta_cad.structure.modes import Moving, first_mode_Hz, moving
 from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, allowables
 
 _SCHEMA = "delta-structure/1"
-_TOLD = 5  # positions along an edge in the file
+_REPORTED = 5  # positions along an edge in the file
 _DIGITS = 6  # significant digits in the file
 LEFT_OUT = "base plate and feet, faces of screw joints, slits of clamps, play"  # of the stiffness
 
@@ -108,7 +108,7 @@ def structure_report(d: Dimensions, bodies: Mapping[str, Any]) -> StructureRepor
 def structure_record(d: Dimensions, whole: StructureReport) -> dict[str, Any]:
     """Gives the structural results as JSON types: `structure.json`."""
     over = whole.stiffness
-    coarse = stiffness(d, _TOLD)
+    coarse = stiffness(d, _REPORTED)
     matrices = np.linalg.inv(np.sum(list(coarse.given.at_knob().values()), axis=0))
     worst, centre = over.worst, len(over.positions_mm) - 1
     slowest = int(np.argmin(whole.modes_Hz))

@@ -22,7 +22,7 @@ from haptics.calibration.poses import Poses
 from haptics.calibration.unknowns import COUNT, WAVE_SIGMA, ZERO, Unknowns, nominal, sigmas
 
 _UNIDENTIFIABLE = 3  # of the unknowns: the sum of each chain's two radii
-_SPARE = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
+_MARGIN = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
 # Of a tracker's frame beyond the closest one: so wide that it says nothing, and yet finite where nothing else does.
 _TURN_SIGMA, _SHIFT_SIGMA = 0.3, 0.1
 _FAR = 20e-3  # m, of half the poses with the zeros alone fitted: lengths within 5 mm of the drawing leave less
@@ -123,7 +123,7 @@ class Fit:
 def poses_needed(own_frame: bool) -> int:
     """Computes how many poses the parameters need: three equations a pose, and some to spare."""
     unknown = 3 * COUNT - _UNIDENTIFIABLE + (6 if own_frame else 0)
-    return math.ceil(unknown / 3) + _SPARE
+    return math.ceil(unknown / 3) + _MARGIN
 
 
 def fit(
@@ -152,7 +152,9 @@ def fit(
     count, needed = len(poses.positions), poses_needed(own_frame)
     if count < needed:
         unknowns = f"{3 * COUNT - _UNIDENTIFIABLE} identifiable parameters{' and a frame' if own_frame else ''}"
-        raise FitError(f"{count} poses; at least {needed} are needed for {unknowns}, {_SPARE} of them to judge the fit")
+        raise FitError(
+            f"{count} poses; at least {needed} are needed for {unknowns}, {_MARGIN} of them to judge the fit"
+        )
     drawn = nominal(g, turns)
     scale, frame = sigmas(wave).ravel(), _Frame(np.eye(3), np.zeros(3), own_frame)
     reached = _reached(drawn, poses)

@@ -18,7 +18,7 @@ from haptics.loop.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_te
 from haptics.loop.walls import StiffnessLimits
 from haptics.model.machine import MachineModel
 
-_TOLD_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are listed
+_REPORTED_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are listed
 _WIDTH = 110
 
 
@@ -260,13 +260,13 @@ def _impedances(sheet: LoopSheet) -> list[str]:
     """|Z| of each plane at some frequencies, of the free handle and at the wall."""
 
     def cells(z: np.ndarray) -> str:
-        return " | ".join(f"{np.interp(f, sheet.frequency, z):.3g}" for f in _TOLD_Hz)
+        return " | ".join(f"{np.interp(f, sheet.frequency, z):.3g}" for f in _REPORTED_Hz)
 
     lines = [
         "Range of \\|Z\\|, N s/m:",
         "",
-        f"| place, axis | | {' | '.join(f'{f:g} Hz' for f in _TOLD_Hz)} |",
-        f"|---|---|{'---:|' * len(_TOLD_Hz)}",
+        f"| place, axis | | {' | '.join(f'{f:g} Hz' for f in _REPORTED_Hz)} |",
+        f"|---|---|{'---:|' * len(_REPORTED_Hz)}",
     ]
     for (place, axis), one in sheet.z_width.items():
         lines += [

@@ -86,7 +86,7 @@ MAPS = (
     *("mass_max", "isotropy", "friction_max", "force_continuous", "force_peak", "acceleration"),
     *("position_step", "wall", "gravity"),
 )
-_OURS = "this design"
+_PROJECT = "this design"
 _WIDTH = 110
 
 
@@ -303,7 +303,7 @@ def _comparison(sheet: Feel, rows: tuple[_PublishedDevice, ...]) -> list[str]:
         f"{MM_PER_M * sheet.loop.noise_rad / sheet.drive.count * sheet.summaries['position_step'].worst[0]:.1g} rms",
     }
     shown = {(row.device, row.quantity): row.shown for row in rows}
-    lines = [f"| | {_OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
+    lines = [f"| | {_PROJECT} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
     for quantity, label in LABELS.items():
         cells = " | ".join(shown.get((device, quantity), "not known") for device in devices)
         lines.append(f"| {label} | {project[quantity]} | {cells} |")

@@ -55,7 +55,7 @@ _LEAF_BOXES = 20_000  # of designs, in which a cube is shown to be too large for
 _LEAF_GAP = 1e-3  # to which that cube is found for a narrow one
 _WIDE_GAP = 0.03  # of one that is wide, whose halves follow anyway, for a factor e between its ends
 LIGHT = 0.99  # share of the parts' masses and of gravity's torque below which no machine of the family comes
-SPARE_MM = 0.2  # of the outline beyond eq. (1), likewise
+MARGIN_MM = 0.2  # of the outline beyond eq. (1), likewise
 _RATIOS = 3  # intervals of the ratio to begin with
 STARTS = 1  # of SQP in one interval
 _OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
@@ -208,7 +208,7 @@ class Family:
         self._brief, self._machine, self._corrections = brief, machine, dict(corrections)
         key = machine.choice.motor, machine.choice.drive
         own = self._corrections[key] = _with(machine, corrections[key])
-        longer, shorter = (max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
+        longer, shorter = (max(over - MARGIN_MM, 0.0) for over in own.overhead_mm)
         self._overhead = longer, shorter
         self._least = {
             length: min(one.least(length) for one in self._corrections.values())

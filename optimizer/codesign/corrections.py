@@ -24,7 +24,7 @@ SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and
 NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
 FARTHEST = 3.0  # times what a base radius lacks that it is made longer by
 _LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
-TORQUE_SPARE, TORQUE_SPARE_N_M = 1e-3, 4e-4  # of a joint's torque, and the least
+TORQUE_MARGIN, TORQUE_MARGIN_N_M = 1e-3, 4e-4  # of a joint's torque, and the least
 _RADIUS_STEP_MM, _ARM_STEP_MM = 0.5, 2.0
 _ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's side: about, for what is learnt mends it
@@ -137,7 +137,7 @@ class Corrections:
     friction_share: float = 0.998
     step_share: float = 0.998
     ball_friction_N: tuple[float, float] = (0.12, 0.18)
-    spare_torque_N_m: float = TORQUE_SPARE_N_M
+    spare_torque_N_m: float = TORQUE_MARGIN_N_M
     why: tuple[str, ...] = ()
 
     def least(self, length: str) -> float:

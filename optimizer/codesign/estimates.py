@@ -45,7 +45,7 @@ SIZES = (
     "ball_diameter_mm",
 )
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
-_SOUGHT = {
+_SEARCHED = {
     *LENGTHS,
     WIDTH,
     *(f"hardware.{name}" for name in SIZES),
@@ -113,7 +113,7 @@ def _estimate(variants: Variants, form: str, reason: Reason, known: Sequence[Est
         leads.setdefault(way.fields[0], []).append(way)
     for field, ways in leads.items():
         own = value_of(design, field)
-        if field not in _SOUGHT:
+        if field not in _SEARCHED:
             return Estimate(reason, field, own)
         farthest = max((one.bound for one in known if one.field == field in LENGTHS and one.bound), default=None)
         if farthest and reason.key not in _ANGLES and _gone(variants, form, reason)(along(design, ways[0], farthest)):

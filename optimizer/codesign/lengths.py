@@ -14,7 +14,7 @@ from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia, Outline
-from optimizer.codesign.candidate import PEAK_SPARE
+from optimizer.codesign.candidate import PEAK_MARGIN
 from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Corrections
 from optimizer.codesign.hardware import Selection, motor_of, price_EUR
 from optimizer.problem.brief import DesignBrief
@@ -181,7 +181,7 @@ def continuous_torque_N_m(brief: DesignBrief, choice: Selection, corrections: Co
     lasting = min(choice.torque_N_m(row), required.joint_torque_N_m or math.inf)
     if required.peak_force_N is None:
         return lasting
-    stated = min(choice.peak_torque_N_m(row), required.peak_torque_N_m or math.inf) / PEAK_SPARE
+    stated = min(choice.peak_torque_N_m(row), required.peak_torque_N_m or math.inf) / PEAK_MARGIN
     pulled = choice.sector_mm(brief) / MM_PER_M * corrections.pull_N if corrections.pull_N < math.inf else math.inf
     most, held = min(stated, pulled), corrections.held_torque_N_m
     return min(lasting, held + (most - held) * required.force_N / required.peak_force_N)

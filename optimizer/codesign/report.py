@@ -25,7 +25,7 @@ from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits import HoldingTorque
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
-from delta_cad.report.page import FILE_NAME, SOUGHT
+from delta_cad.report.page import FILE_NAME, SEARCHED
 from optimizer.certify.certificate import Certificate, certify, limits_of
 from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import allowance_of_masses
@@ -320,7 +320,7 @@ class DesignReport:
 
     def write(self, folder: Path, design: Design, certificate: Certificate) -> None:
         """Writes `design.json`, `design.md`, `design.html` and `certificate.json` into the folder of a build."""
-        (folder / SOUGHT).write_text(self.html(), encoding="utf-8")
+        (folder / SEARCHED).write_text(self.html(), encoding="utf-8")
         write_design(folder, design)
         (folder / "design.md").write_text(self.markdown(), encoding="utf-8")
         text = certificate_text(certificate, "certificate.json")  # the folder's own lock is held by the build

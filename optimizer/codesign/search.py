@@ -27,8 +27,8 @@ from optimizer.codesign.candidate import (
     worst_torque,
 )
 from optimizer.codesign.corrections import (
-    TORQUE_SPARE,
-    TORQUE_SPARE_N_M,
+    TORQUE_MARGIN,
+    TORQUE_MARGIN_N_M,
     WEIGHED_AGAIN,
     Corrections,
     MassEstimate,
@@ -174,7 +174,7 @@ class Search:
         """What is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
         row = motor_of(self.brief, choice.motor)
         masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
-        margin = max(TORQUE_SPARE_N_M, TORQUE_SPARE * choice.torque_N_m(row))
+        margin = max(TORQUE_MARGIN_N_M, TORQUE_MARGIN * choice.torque_N_m(row))
         return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=margin)
 
     def _or_log(self, choice: Selection, find: Callable[[], T | None]) -> T | None:

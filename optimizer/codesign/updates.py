@@ -15,7 +15,7 @@ from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.rules import ARM, BASE, WIDTH
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Corrections, apart_by, folds
+from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_MARGIN_N_M, Corrections, apart_by, folds
 from optimizer.codesign.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
 from optimizer.codesign.hardware import Selection, default_of
 from optimizer.problem.brief import DesignBrief
@@ -49,8 +49,8 @@ _CREEP_MM = 0.4
 _LEFT_MM = 2.0  # of a base radius that closed forms are asked about
 _ROUNDED_MM = 0.002  # to which lengths are rounded, and a little
 _KERNEL, KERNEL_TRIES, _KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
-SPARE_MM = 0.05  # of an outline, over what the last machine took too much
-_SPARE = 0.998  # of what a machine just missed
+MARGIN_MM = 0.05  # of an outline, over what the last machine took too much
+_MARGIN = 0.998  # of what a machine just missed
 _SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
 """Check -> the required fraction of its limit."""
 _GRAVITY_CHECK = "torque with gravity"
@@ -110,7 +110,7 @@ def from_refusals(
             over = list(corrections.overhead_mm)
             shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
             # an outline that is free is posed in whole millimetres: by less it may stay as it is
-            over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
+            over[shorter] += bound - reason.value + MARGIN_MM if brief.outline_mm else math.ceil(bound - reason.value)
             corrections = corrections.updated(str(reason), overhead_mm=(over[0], over[1]))
         elif field == ELBOW_FIELD and isinstance(bound, float):
             least = math.ceil(bound * _SIZE_STEP) / _SIZE_STEP
@@ -189,7 +189,7 @@ def utilisation(one: Estimate | CheckResult) -> float:
 
 def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
     """Corrects the allowable cable force on a motor's shaft, to which the peak joint torque contributes."""
-    pull = _SPARE * torque_N_m / share / (sector_mm / MM_PER_M)
+    pull = _MARGIN * torque_N_m / share / (sector_mm / MM_PER_M)
     return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
 
@@ -268,9 +268,9 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
         why = _outcome(result)
         if (share := _SHARES.get(result.name)) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
-            corrections = corrections.updated(why, **{share: getattr(corrections, share) * _SPARE / max(over, 1.0)})
+            corrections = corrections.updated(why, **{share: getattr(corrections, share) * _MARGIN / max(over, 1.0)})
         elif result.name == _GRAVITY_CHECK:
-            more = corrections.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
+            more = corrections.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_MARGIN_N_M
             corrections = corrections.updated(why, spare_torque_N_m=more)
         elif result.name.startswith("structure") and candidate.design.panel is not None:
             known = max(corrections.couple_per_mm, candidate.corrections.couple_per_mm)
@@ -330,8 +330,8 @@ def with_outline(candidate: Candidate, corrections: Corrections, results: Iterab
         return corrections
     reach = candidate.lengths_mm[0] + candidate.lengths_mm[2]
     longer, shorter = (float(size) for size in Outline(0.0, 0.0, candidate.choice.width_mm).size_mm(np.array(reach)))
-    over = max(width, depth) + SPARE_MM - longer, min(width, depth) + SPARE_MM - shorter
-    if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < SPARE_MM:
+    over = max(width, depth) + MARGIN_MM - longer, min(width, depth) + MARGIN_MM - shorter
+    if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < MARGIN_MM:
         return corrections
     why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
     return corrections.updated(why, overhead_mm=over)
@@ -372,7 +372,7 @@ def with_least_radius(candidate: Candidate, corrections: Corrections) -> Correct
     if passes(_LEFT_MM):
         return corrections
     left, most = 0.0, _LEFT_MM
-    while most - left > SPARE_MM:
+    while most - left > MARGIN_MM:
         middle = (left + most) / 2.0
         left, most = (middle, most) if passes(middle) else (left, middle)
     return corrections.with_chains_apart(

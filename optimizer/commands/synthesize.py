@@ -46,7 +46,7 @@ NAME = "synthesize"
 TEXT = "the three steps of dimensional synthesis; writes the design file of the last step"
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
 # Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds.
-_GAP, BOXES, _BOXES_BESIDE = 1e-5, 2_000_000, 100_000
+_GAP, BOXES, _BOXES_IN_BACKGROUND = 1e-5, 2_000_000, 100_000
 
 
 # Arguments that make a run another run; what its proofs may cost does not.
@@ -83,7 +83,7 @@ OPTIONS = (
         type=whole(0),
         metavar="N",
         help="boxes of designs after which a proof ends; "
-        f"default: {BOXES:,} for proven, {_BOXES_BESIDE:,} beside another method",
+        f"default: {BOXES:,} for proven, {_BOXES_IN_BACKGROUND:,} beside another method",
     ),
     REQUIREMENTS_CATALOGUE,
     proof_minutes("of a step's proof"),
@@ -147,7 +147,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, fil
         store.remove()
         return refuse(message, code)
 
-    boxes = (BOXES if given.method == "proven" else _BOXES_BESIDE) if given.boxes is None else given.boxes
+    boxes = (BOXES if given.method == "proven" else _BOXES_IN_BACKGROUND) if given.boxes is None else given.boxes
     effort = Effort(given.gap, boxes, 60.0 * given.proof_minutes)
     try:
         with Request() as stop:

@@ -12,7 +12,7 @@ from delta_cad.design import NAME_RULE, Hardware
 from delta_cad.design.file import UNITS
 from optimizer.problem.quantity import DEGREES, KINDS, QuantityError, quantity
 
-MOST_TOLD = 40  # faults of one file that are told, a line each: more scroll away what they begin with
+MOST_REPORTED = 40  # faults of one file that are told, a line each: more scroll away what they begin with
 _Loc = tuple[int | str, ...]
 Fault = tuple[str, str, str]
 """Dotted field, its value as text, what would be allowed."""
@@ -71,8 +71,8 @@ def read(
     if record is not None and not faults:
         return record, found.stated
     first, lines = faults[0], list(dict.fromkeys(map(str, faults)))
-    rest = len(lines) - MOST_TOLD
-    first.more = tuple(lines[1:MOST_TOLD]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
+    rest = len(lines) - MOST_REPORTED
+    first.more = tuple(lines[1:MOST_REPORTED]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
     raise first
 
 

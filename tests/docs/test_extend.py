@@ -1,4 +1,4 @@
-"""The examples of CONTRIBUTING.md: each diff of docs/extend applies, touches at most three files, and its test passes."""
+"""The examples of CONTRIBUTING.md: each diff of docs/extend applies, touches few files, and its own test passes."""
 
 from __future__ import annotations
 

@@ -163,7 +163,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{CODESIGN}/bound.py", "a shaft bears less than any of the family",
          "known.pull_N / LIGHT", "known.pull_N * LIGHT"),
         (f"{CODESIGN}/bound.py", "an outline leaves less room",
-         "max(over - SPARE_MM, 0.0)", "max(over + SPARE_MM, 0.0)"),
+         "max(over - MARGIN_MM, 0.0)", "max(over + MARGIN_MM, 0.0)"),
         (f"{CODESIGN}/lengths.py", "friction of a drive at another ratio",
          "coulomb_N_m(motor, choice.ratio)[1]", "coulomb_N_m(motor, best.ratio)[1]"),
         (f"{CODESIGN}/hardware.py", "sectors need twice the room", "* self.ratio / 2.0 if", "* self.ratio if"),

@@ -40,7 +40,7 @@ _FINE_HEIGHTS = 2001  # of those at which the arms' angles are looked at
 TURN_RAD = np.radians(0.6)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
 _SAME_MM = 0.05  # of a socket as it is drawn and of its key
 MOST_MM, TOLERANCE_MM = 16.0, 0.25  # of a base radius that keys lack: how far is looked, and how closely
-SPARE_MM = 2.0  # that keys leave of it: how far is looked
+MARGIN_MM = 2.0  # that keys leave of it: how far is looked
 _SPREAD_STEP = 64  # of the handle's heights one in so many, then
 _CHAIN = re.compile(r"^(?!bezel_|mount_).*?_(\d)(?:_|$)")  # in an occurrence's name, but of screws of panel and floor
 _OFF_MM = 0.1  # a tool begins so far before the face that it stands on
@@ -209,7 +209,7 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
         scene.frames[..., :3, 3] = home[..., :3, 3] + more_mm * out
         return all(key_swing(one, scene) >= SWING_RAD for one in held or still)
 
-    low, high = (0.0, MOST_MM) if held else (-SPARE_MM, 0.0)
+    low, high = (0.0, MOST_MM) if held else (-MARGIN_MM, 0.0)
     if not still or (held and not free(high)):
         return high
     if not held and free(low):

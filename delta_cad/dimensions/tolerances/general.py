@@ -9,7 +9,7 @@ from delta_cad.dimensions.tolerances import GRADES_UM, NOMINAL_MM
 
 CLASSES = ("f", "m", "c")
 """Of ISO 2768-1, the finest first; "v" has no values for small sizes."""
-ASKED = "m"  # what drawings state
+REQUIRED = "m"  # what drawings state
 NOTES = {"f": "ISO 2768-fH", "m": "ISO 2768-mK", "c": "ISO 2768-cL"}
 """Class -> how drawings state it, with the class of forms and places that goes with it."""
 EDGES = f"ISO 13715: -0.1 to -0.3 outside, up to +{INSIDE_MM:g} inside"
@@ -39,7 +39,7 @@ _COARSE_UM = {
 """Standard tolerances beyond those of fits, by the ranges of `NOMINAL_MM`. Source: ISO 286-1, table 1."""
 
 
-def general_mm(length_mm: float, name: str = ASKED) -> float:
+def general_mm(length_mm: float, name: str = REQUIRED) -> float:
     """Looks up the general tolerance of a length, either way, mm.
 
     Args:
@@ -52,7 +52,7 @@ def general_mm(length_mm: float, name: str = ASKED) -> float:
     return _looked_up(_GENERAL_MM, _LINEAR_MM, length_mm, name)
 
 
-def flat_mm(length_mm: float, name: str = ASKED) -> float:
+def flat_mm(length_mm: float, name: str = REQUIRED) -> float:
     """Looks up the flatness of a face of a length up to 3000 mm, the width of its zone, mm; see `general_mm`."""
     return _looked_up(_FLAT_MM, _FLAT_TO_MM, length_mm, name)
 

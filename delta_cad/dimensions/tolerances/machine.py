@@ -44,7 +44,7 @@ from delta_cad.dimensions.tolerances import (
     working_mm,
 )
 from delta_cad.dimensions.tolerances.chain import MADE, Chain, Link, either_way
-from delta_cad.dimensions.tolerances.general import ASKED, CLASSES, NOTES, coarsest_grade, flat_mm, general_mm
+from delta_cad.dimensions.tolerances.general import CLASSES, NOTES, REQUIRED, coarsest_grade, flat_mm, general_mm
 
 _CHIP_MM = 0.25  # height of a chip on its board, either way: 0.85 to 1.2 of a TSSOP-16 (MT6835 data sheet, 13)
 _MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
@@ -388,7 +388,7 @@ _ASSUMED = (
 _DECIMALS = 5
 
 
-def machine_chains(d: Dimensions, general: str = ASKED) -> list[Chain]:
+def machine_chains(d: Dimensions, general: str = REQUIRED) -> list[Chain]:
     """Lists the chains that have bounds; the three chains of a machine are alike."""
     return [*_shoulder_chains(d, general), *cable_chains(d, general), _twist_chain(d)]
 
@@ -402,7 +402,7 @@ def loosest_class(d: Dimensions) -> str | None:
 def general_class(d: Dimensions) -> str:
     """Chooses the general class that drawings state: the usual one, or a finer one where chains need it."""
     loosest = loosest_class(d)
-    return ASKED if loosest is None or CLASSES.index(loosest) >= CLASSES.index(ASKED) else loosest
+    return REQUIRED if loosest is None or CLASSES.index(loosest) >= CLASSES.index(REQUIRED) else loosest
 
 
 def tolerance_record(d: Dimensions) -> dict[str, Any]:

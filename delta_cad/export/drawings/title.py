@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
+from delta_cad.dimensions.tolerances.general import EDGES, NOTES, REQUIRED
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, width_of, wrapped
 from delta_cad.export.drawings.sheet_io.sheet import Arc, Box, Item, Sheet, Stroke, Text
@@ -33,7 +33,7 @@ class Titles:
     machine: str
     revision: str
     surface: str = _SURFACE
-    tolerance: str = NOTES[ASKED]
+    tolerance: str = NOTES[REQUIRED]
 
 
 def grams(mass_g: float) -> str:

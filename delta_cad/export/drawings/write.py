@@ -15,7 +15,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import G_PER_KG
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.tolerances.general import ASKED, NOTES
+from delta_cad.dimensions.tolerances.general import NOTES, REQUIRED
 from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.assembly_sheet import assembly_drawing, balloon_faults, placed_items
@@ -230,7 +230,7 @@ def _finish(part: Part) -> str:
     return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
 
 
-def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[ASKED]) -> Titles:
+def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[REQUIRED]) -> Titles:
     """Gives the title block of a made part: how many a machine has, what one weighs, the general tolerances."""
     box = part.solid.BoundingBox(1e-4)
     return Titles(

@@ -31,7 +31,7 @@ SHARE = 0.8  # of the cube's half side at which the ring is: from 0.6 the error 
 _EDGE_MM = 4.0  # least way from a level to the cube's bottom and top
 _PLATE_MM = 12.0
 COLUMN_MM, _SPIGOT_MM, _SPIGOT_LONG_MM = 20.0, 10.0, 8.0
-_BESIDE_MM = 20.0  # from the base plate's rim to a column: arms and rods stay within a cone over the plate there
+_NEXT_TO_MM = 20.0  # from the base plate's rim to a column: arms and rods stay within a cone over the plate there
 _RIM_MM = 6.0  # of the plate beyond a column
 
 
@@ -91,7 +91,7 @@ def seats_of(d: Dimensions) -> Seats:
     places = np.vstack([np.zeros(2), radius * np.column_stack([np.cos(angles), np.sin(angles)])])
     poses = [(x, y, first + level * spacer) for level in range(LEVELS) for x, y in places]
     relief = catalogue.screw(stem.stem_thread).clearance_hole_mm
-    adjacent = d.base.radius_mm + _BESIDE_MM + COLUMN_MM / 2
+    adjacent = d.base.radius_mm + _NEXT_TO_MM + COLUMN_MM / 2
     return Seats(mouth, relief, places, adjacent, float(column), float(spacer), np.array(poses))
 
 

@@ -35,7 +35,7 @@ from delta_cad.dimensions.rules import (
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
 from delta_cad.drive import drive_torque
-from delta_cad.interference.reasons import PASSING
+from delta_cad.interference.reasons import INTERFERENCE_FORMS
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_vectors
@@ -246,7 +246,7 @@ FORMS: dict[str, _Form] = {
     "outline": lambda d, _: _outline(d),
     "cable plane": lambda d, _: _cable_plane(d),
     "cable travel": lambda d, _: _cable_travel(d),
-    **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in PASSING.items()},
+    **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in INTERFERENCE_FORMS.items()},
     "overloads": lambda d, held: overloads(d, held.weighed),
 }
 """Forms of a machine that has dimensions, in the order in which reasons are listed."""

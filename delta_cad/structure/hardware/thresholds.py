@@ -15,7 +15,7 @@ from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.design.record import HARDWARE_FAMILIES
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import Way
-from delta_cad.interference.reasons import PASSING
+from delta_cad.interference.reasons import INTERFERENCE_FORMS
 from delta_cad.mechanism import MechanismError
 from delta_cad.structure.hardware.refusals import NECESSARY, Held, Judged
 
@@ -246,7 +246,9 @@ def refused(design: Design) -> Iterator[Refused]:
         for reason in forms[form]:
             found = list[Threshold]()
             for way in reason.ways:
-                if form in PASSING and found:  # what is sampled takes a tenth of a second a value: one change of it
+                if (
+                    form in INTERFERENCE_FORMS and found
+                ):  # what is sampled takes a tenth of a second a value: one change of it
                     break
                 found += _threshold(variants, form, reason, way)
             yield Refused(reason, tuple(sorted(found, key=lambda one: one.required)))

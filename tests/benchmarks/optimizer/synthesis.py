@@ -28,7 +28,7 @@ GRIDS = (9, 17, 33, 65)
 POPULATIONS = (55, 110, 220, 440, 880)
 CLOSE = 5e-3
 """Of the best objective: what counts as the same."""
-OURS = ("ga+sqp", "sqp")
+PROJECT_OWN = ("ga+sqp", "sqp")
 
 
 def run(say: Callable[[str], None]) -> list[Figure]:
@@ -85,7 +85,7 @@ def _peers(say: Callable[[str], None]) -> list[Figure]:
     for step, what in ((2, "half side in mm"), (3, "worst kappa")):
         problem = step_problem(PUBLISHED, step)
         found: dict[str, Outcome] = {}
-        for method in OURS:
+        for method in PROJECT_OWN:
             say(f"step {step}: our {method} on the NumPy objective")
             found[f"our {method}"] = own(PUBLISHED, method, step)
         for name in PEERS:

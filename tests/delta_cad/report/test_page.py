@@ -15,7 +15,7 @@ from delta_cad.checks.range.feel import poor_verdict
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.reading import ReadError
 from delta_cad.design import design_hash, load_design
-from delta_cad.report.page import FILE_NAME, SOUGHT, VENDOR, write_report
+from delta_cad.report.page import FILE_NAME, SEARCHED, VENDOR, write_report
 from delta_cad.report.subject import Subject
 from tests.committed import Built
 from tests.delta_cad.export.machine import make_assembly, make_parts
@@ -173,9 +173,9 @@ def test_a_certificate_next_to_it_is_reported_with_the_command_that_replays_it(s
 
 def test_how_it_was_found_is_a_page_next_to_it(subject: Subject, folder: Path) -> None:
     assert "How it was found" not in [e.text for e in written(subject, folder).all("a")]
-    (folder / SOUGHT).write_text("")
+    (folder / SEARCHED).write_text("")
     (link,) = [e for e in written(subject, folder).all("a") if e.text == "How it was found"]
-    assert link.attributes["href"] == SOUGHT
+    assert link.attributes["href"] == SEARCHED
 
 
 def test_the_same_machine_gives_the_same_bytes(subject: Subject, folder: Path) -> None:

@@ -23,12 +23,12 @@ from tests.committed import ROOT
 
 CHOICE = Selection("maxon-re30-310007", "capstan", 4.8, 50.0)
 CORRECTIONS = Corrections(replace(reference(), own=True))
-ASKED = {"force_N": 3.0, "clearance_min_mm": 2.0}
+REQUIRED = {"force_N": 3.0, "clearance_min_mm": 2.0}
 FELT = {"kappa_max": 2.27, "effective_mass_max_kg": 0.4}
 
 
 def brief(requirements: dict[str, float], felt: dict[str, float] = FELT, **tables: object) -> DesignBrief:
-    return brief_from_dict({"name": "b", "requirements": ASKED | requirements, "feel": felt} | tables, "b")
+    return brief_from_dict({"name": "b", "requirements": REQUIRED | requirements, "feel": felt} | tables, "b")
 
 
 def largest(width: float = 270.0, depth: float = 220.0, **felt: float) -> Found:

@@ -108,7 +108,7 @@ def test_every_limit_of_a_figure_is_a_field_of_the_requirements_and_of_one_figur
 
 
 BAD = "<b>&'\""
-TOLD: dict[str, Any] = dict.fromkeys(one.key for one in FIGURES) | {
+REPORTED: dict[str, Any] = dict.fromkeys(one.key for one in FIGURES) | {
     "name": BAD,
     "outline_mm": [248.3, 219.9],
     "cube_side_mm": 82.52,
@@ -150,7 +150,7 @@ def page(
 ) -> Page:
     log = SearchLog(31, posed, [], {f"weak {BAD}": "too weak"})
     cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
-    facts = TOLD | told | {"objective": objective}
+    facts = REPORTED | told | {"objective": objective}
     return Page(DesignReport(BRIEF, facts, log, why, [], cost, bound).html())
 
 

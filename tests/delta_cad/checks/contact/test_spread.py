@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.contact.access import MOST_MM, SPARE_MM, TOLERANCE_MM, missing_spread_mm
+from delta_cad.checks.contact.access import MARGIN_MM, MOST_MM, TOLERANCE_MM, missing_spread_mm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.bought_parts import make_cap_screw
@@ -49,7 +49,7 @@ def test_what_a_neighbour_leaves_is_by_how_much_the_radius_may_be_shorter() -> N
 
 
 def test_nothing_in_the_way_misses_nothing_and_what_goes_along_is_never_off() -> None:
-    assert missing(walled(-20.0, "wall_1")) == -SPARE_MM
+    assert missing(walled(-20.0, "wall_1")) == -MARGIN_MM
     assert missing(walled(3.0, "wall_0")) == MOST_MM
 
 
