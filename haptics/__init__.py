@@ -1,4 +1,4 @@
-"""Haptics of the delta device; `open` gives a device to programs of others."""
+"""Haptics of the delta device; `open` connects other programs to a device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks of a placed machine: each returns records that say what holds, by how much and where; `registry` lists all.
+"""Checks of a placed machine: each returns records with result, margin and place; `registry` lists all.
 
 Nothing here loads the CAD kernel on import.
 """

@@ -1,4 +1,4 @@
-"""What the moving machine sweeps: its outline and its clearance, of meshes alone, so that another process may do it."""
+"""Outline and clearance of the moving machine, computed from meshes alone so that a worker process can do it."""
 
 from __future__ import annotations
 

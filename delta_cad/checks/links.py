@@ -1,4 +1,4 @@
-"""Links by name: chains, rigid bodies, pinions that sweep bodies of revolution, rods that turn about themselves.
+"""Links by name: chains, rigid bodies, pinions as bodies of revolution, rods that rotate about their own axis.
 
 The springs across a pair of rods are carried by none of them. What turns and leans about a spring's middle is taken
 into its body (`sway_of`), a body of revolution about the shoulder's direction that holds it whatever the rods do. That

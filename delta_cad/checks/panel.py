@@ -1,4 +1,4 @@
-"""Handle and panel: the bezel stops the stem where it is stated, before anything else is met; the boot is long enough.
+"""Handle and panel: the bezel stops the stem where stated, before any other contact; the boot is long enough.
 
 Aside the handle is stopped by the bezel at |x| or |y| = L + limit, at every height; up and down, and where a design has
 no panel, the arms' stops end its way. The stem is a straight round bar and the bezel's edge a straight wall over the

@@ -1,4 +1,4 @@
-"""What carries has the cross-sections that the structure is computed with, read off the exact solids.
+"""Load-bearing parts have the cross-sections that the structural model uses, as read from the exact solids.
 
 A solid is cut across a bar wherever something of it begins or ends, and halfway between: at every corner of its edges
 and at both sides of its round faces. Between two such places a section changes steadily, so nothing sawn or notched
@@ -54,7 +54,7 @@ class _Cut:
 
 @dataclass(frozen=True)
 class _Share:
-    """A share of what is asked, at least 1 where it holds, and what it is of."""
+    """Ratio of a result to its requirement, at least 1 if it holds, and its name."""
 
     value: float
     part: str

@@ -1,4 +1,4 @@
-"""Every part is one sound solid that reaches as far as it declares, with the bores it declares."""
+"""Every part is one valid solid with its declared extent and its declared bores."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names

@@ -1,4 +1,4 @@
-"""What the machine bears beside what it may: loads of every part, and the stiffness at the knob where it is asked."""
+"""Loads of every part against their allowable values, and the required stiffness at the knob."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def check_joint(value_N_mm: float) -> CheckResult:
 
 
 def _check_knob(over: KnobStiffness, required_N_mm: float | None) -> CheckResult:
-    """Checks the least stiffness at the knob over the sampled cube, or tells it where none is asked."""
+    """Checks the smallest stiffness at the knob over the sampled cube; without a limit it only reports it."""
     k, centre = over.worst, len(over.positions_mm) - 1
     values, shares = over.softest.stiffness_N_mm, over.softest.shares
     value = float(values[k])

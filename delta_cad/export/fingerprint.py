@@ -1,4 +1,4 @@
-"""Content fingerprint of a STEP file: equal exactly when the files say the same, however they number it.
+"""Content fingerprint of a STEP file, independent of the numbering of its entities.
 
 A STEP file lists entities `#12=NAME(...)` that refer to each other by number. Numbers, the order of the lines, the
 order inside sets and the counters of assembly occurrences differ from run to run; the content does not. So each

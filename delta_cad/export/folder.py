@@ -1,4 +1,4 @@
-"""The folder of a build, `out/<name>` or `out/<name>.rejected`: it appears whole or not at all."""
+"""The folder of a build, `out/<name>` or `out/<name>.rejected`: it appears complete or not at all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""assembly.glb: the machine at home for viewers: metres, Y up, one mesh a part, one node an occurrence."""
+"""assembly.glb: the machine at home for viewers: metres, Y up, one mesh per part, one node per occurrence."""
 
 from __future__ import annotations
 

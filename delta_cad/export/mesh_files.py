@@ -1,4 +1,4 @@
-"""What a build writes without the solids, by a second process while this one goes on: STL, 3MF, GLB, twins, pictures.
+"""Files of a build that need no solids, written by a second process: STL, 3MF, GLB, simulation models, pictures.
 
 Software rendering keeps a core busy for seconds; what all these need is loaded while the solids are still being made.
 """

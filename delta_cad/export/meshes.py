@@ -1,4 +1,4 @@
-"""STL and 3MF of one part: what a printer or a slicer reads. Bytes depend on the mesh and the name only."""
+"""STL and 3MF of one part, for printers and slicers. The bytes depend only on the mesh and the name."""
 
 from __future__ import annotations
 

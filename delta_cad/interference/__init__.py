@@ -1,1 +1,1 @@
-"""What passes what of other chains, before any solid is made: shapes that solids hold, at sampled positions."""
+"""Interference between chains before CAD: shapes contained in the solids, at sampled positions."""

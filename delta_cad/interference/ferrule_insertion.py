@@ -1,4 +1,4 @@
-"""A cable's sleeves on their ways to their seats: beside the arm, and beside the foot block below it."""
+"""Ferrules of a cable on the paths to their seats: clearance to the arm, and to the foot block below it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What moves beside what of other chains: sectors beside sectors, rods and springs; wrists' cups beside cups."""
+"""Clearance between moving bodies of different chains: sectors, rods and springs; cups at the wrists."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The platform with its wrists and the handle's stem, as shapes and as points within them (platform's frame)."""
+"""The platform with wrists and the handle's stem, as shapes and as points within them, in the platform's frame."""
 
 from __future__ import annotations
 

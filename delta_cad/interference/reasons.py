@@ -1,4 +1,4 @@
-"""Interference before CAD: which parts come too close to others, one form for each pair, and what may be changed."""
+"""Interference before CAD: which parts are too close, one closed form for each pair, and the fields that change it."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ _SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
 _SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
 
 _Margin = Callable[[Dimensions, CapstanDimensions], float]
-"""What a machine has more than it must; negative: what it lacks."""
+"""Margin of a machine; negative: its shortfall."""
 _Form = Callable[[Dimensions, float], Iterable[Reason]]
 """A machine, what is to be left beyond what must be, mm -> reasons."""
 
@@ -252,7 +252,7 @@ def _chains(
 
 
 def _platform(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
-    """Arms and sectors that stand down beside the platform's wrists: a higher cube passes them."""
+    """Lowered arms and sectors next to the platform's wrists: a higher cube clears them."""
     if d.capstan is None or (lacking := -_over_cube("platform")(d, d.capstan)) <= -margin_mm:
         return
     shortfall = f"the platform's wrists come {lacking:.2f} mm too near to arms with their sectors"
@@ -260,7 +260,7 @@ def _platform(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
 
 
 def _sleeves(d: Dimensions) -> Iterator[Reason]:
-    """Both sleeves of a cable on their ways to their seats, beside the arm: a larger sector passes them."""
+    """Both ferrules of a cable on the paths to their seats, past the arm: a larger sector clears them."""
     if d.capstan is None or (reserve := ferrule_clearance_mm(d, d.capstan) - _SLEEVE_OFF_MM) >= 0.0:
         return
     shortfall = f"a sleeve of the cable lacks {-reserve:.2f} mm to pass the arm on its way to its seat"

@@ -1,4 +1,4 @@
-"""Shapes that lie within solids, and how far points are off them, mm."""
+"""Shapes contained in solids, and the signed distance of points to them, mm."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ class Placed:
 
 
 def union_distance(shapes: Sequence[Shape], points: np.ndarray) -> np.ndarray:
-    """Computes how far points (..., 3) are off the nearest of several shapes, (...)."""
+    """Computes the signed distance of points (..., 3) to the union of several shapes, (...)."""
     flat = points.reshape(-1, 3)
     return np.min([shape.signed_distance(flat) for shape in shapes], axis=0).reshape(points.shape[:-1])
 

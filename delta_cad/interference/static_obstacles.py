@@ -1,4 +1,4 @@
-"""What stands beside a neighbouring drive: its motor, its pinion and its sector, and keys in its motor's screws."""
+"""Static obstacles of the adjacent drive: motor, pinion, sector, and keys in the screws of the motor."""
 
 from __future__ import annotations
 
@@ -109,14 +109,14 @@ def _shaft_end(c: CapstanDimensions, d: Dimensions) -> Round:
 
 
 def pinion_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
-    """Computes how near a pinion comes to what stands on another chain."""
+    """Computes the distance of a pinion to the static obstacles of another chain."""
     points = np.concatenate([_on_round(one) for one in pinion(c, d)])
     stands = [*cheeks(d), motor(d)]
     return min(float(union_distance(stands, _seen_from(points, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
 
 
 def sector_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
-    """Computes how near a sector comes to what stands on another chain, between its arm's stops."""
+    """Computes the distance of a sector to the static obstacles of another chain, between its arm's stops."""
     low, high = d.stops_rad
     stands: list[Shape] = [*cheeks(d), motor(d), *pinion(c, d)]
     turns, (x, y, z) = np.linspace(low, high, _SWINGS)[:, None], sector_points(d, c).T
@@ -139,7 +139,7 @@ def slide_in_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
 
 
 def _in_the_way(d: Dimensions) -> list[_Obstacle]:
-    """What stands still around a motor's screws."""
+    """Static obstacles around a motor's screws."""
     block = foot(d)
     others: list[Shape] = [*cheeks(d), motor(d), block]
     own = pinion(d.capstan, d) if d.capstan is not None else []
@@ -147,7 +147,7 @@ def _in_the_way(d: Dimensions) -> list[_Obstacle]:
 
 
 def _arms(d: Dimensions) -> list[list[_Obstacle]]:
-    """Arms with sectors where the handle stands on the cube's middle axis, the middle first."""
+    """Arms with sectors for handle positions on the cube's middle axis, the middle first."""
     if d.capstan is None:
         return [[]]
     cube, still = d.design.cube, arm_shapes(d, d.capstan)
@@ -187,7 +187,7 @@ def key_swing_rad(d: Dimensions) -> float:
         return _free(d, at, mouth, radius, row.socket_depth_mm, key, beside, among)
 
     def best(at: tuple[float, float]) -> float:
-        """Swing of the key that swings farthest; of the first that swings far enough, which is all that is asked."""
+        """Swing of the key that swings farthest; the search ends at the first that swings far enough."""
         most, still = 0.0, dict[tuple[float, float], np.ndarray]()
         point = np.array([[at[0], mouth, at[1]]])
         around = _off(stands, point, d.bracket.shoulder_u_mm)
@@ -222,7 +222,7 @@ def _screws(d: Dimensions) -> Iterator[tuple[float, float]]:
 
 
 def _off(stands: list[_Obstacle], point: np.ndarray, shoulder_u: float) -> list[_ObstacleDistance]:
-    """How far what stands is off a point (1, 3)."""
+    """Signed distances from a point (1, 3) to all static obstacles."""
     found = []
     for shapes, chain in stands:
         there = _seen_from(point, -chain % 3, shoulder_u)
@@ -237,7 +237,7 @@ def _within(stands: list[_ObstacleDistance], reach: float) -> list[_Obstacle]:
 
 
 def _met_by_plate(d: Dimensions, points: np.ndarray, radius: float) -> np.ndarray:
-    """Whether balls at points (..., 3) in a shoulder's frame meet the base plate, beside its large holes."""
+    """Whether balls at points (..., 3) in a shoulder's frame meet the base plate outside its large holes."""
     at = points + np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
     top, (x, y, z) = d.bracket.base_top_mm, np.moveaxis(at, -1, 0)
     bottom = top - d.base.thickness_mm

@@ -1,4 +1,4 @@
-"""The one table that all of this room takes: what of a design bears load, made from its dimensions.
+"""The one table of load-bearing parts of a design, computed from its dimensions, that all modules here use.
 
 A redesigned part changes its function here and nothing else. Left out, because nothing computes them well: the base
 plate and its feet, the preloaded faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
@@ -90,7 +90,7 @@ class _ShoulderBearings:
 
 @dataclass(frozen=True)
 class BeamModel:
-    """What bears load, of one design; all chains are alike.
+    """Load-bearing parts of one design; all chains are equal.
 
     Attributes:
         geometry: The mechanism, m.

@@ -1,4 +1,4 @@
-"""Ball bearings: how far they give, what they may bear, how long they live."""
+"""Ball bearings: compliance, allowable load, life."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stiffness at platform and knob, actuators held: each part's flexibility under what it bears for a unit load.
+"""Stiffness at platform and knob with locked actuators: each part's flexibility under its share of a unit load.
 
 `C = sum G_e^T c_e G_e` (unit load method, Timoshenko and Gere): c_e is the flexibility of element e, G_e what it bears
 for a unit wrench. No play, small motions, a loaded joint as stiff in tension as in compression.

@@ -1,4 +1,4 @@
-"""Loads of every part for a force on the knob in its worst direction, with the weight, beside what they may be.
+"""Loads of every part for a force on the knob in its worst direction, with gravity, against the allowable loads.
 
 For a force of any direction a load that is one number is `|g| F + |w|`, g its row for unit forces and w what the weight
 makes of it; of two numbers at once (a bearing's radial load) the largest stretch of the two rows takes the place of
@@ -54,7 +54,7 @@ class Load:
 
     @property
     def holds(self) -> bool:
-        """Decides whether the part bears it."""
+        """Decides whether the load is allowable."""
         return self.value >= self.limit if self.least else self.value <= self.limit
 
     @property
@@ -65,7 +65,7 @@ class Load:
 
 @dataclass(frozen=True)
 class PartLoads:
-    """What each part bears, (..., 3 chains) unless said; forces N, moments N mm.
+    """Loads of each part, (..., 3 chains) unless stated; forces N, moments N mm.
 
     Attributes:
         rod: Force of the worse rod.
@@ -153,7 +153,7 @@ def part_loads(table: BeamModel, what: Moving, p_mm: np.ndarray, force_N: float,
 
 
 def loads(table: BeamModel, limits: Allowables, p_mm: np.ndarray, given: PartLoads) -> list[Load]:
-    """Puts the largest loads beside what they may be.
+    """Compares the largest loads with the allowable ones.
 
     Args:
         table: The machine.

@@ -1,4 +1,4 @@
-"""First natural frequency of the handle, actuators held."""
+"""First natural frequency of the handle with locked actuators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole of it for one design: stiffness, first mode and loads over the cube, and `structure.json`."""
+"""The structural results of one design: stiffness, first mode and loads over the cube, and `structure.json`."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def stiffness(d: Dimensions, count: int = GRID) -> KnobStiffness:
 
 @dataclass(frozen=True)
 class StructureReport:
-    """What a machine bears.
+    """Structural results of a machine.
 
     Attributes:
         stiffness: Over the cube.
@@ -106,7 +106,7 @@ def structure_report(d: Dimensions, bodies: Mapping[str, Any]) -> StructureRepor
 
 
 def structure_record(d: Dimensions, whole: StructureReport) -> dict[str, Any]:
-    """Tells what a machine bears as JSON types: `structure.json`."""
+    """Gives the structural results as JSON types: `structure.json`."""
     over = whole.stiffness
     coarse = stiffness(d, _REPORTED)
     matrices = np.linalg.inv(np.sum(list(coarse.given.at_knob().values()), axis=0))

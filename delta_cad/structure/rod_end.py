@@ -1,4 +1,4 @@
-"""What a rod's metal end adds to the flexibility of its ball joint along the rod, and what its springs do to it."""
+"""A rod's metal end: its flexibility in series with the ball joint along the rod, and the effect of the springs."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def end_mm_N(f: ForearmDimensions, youngs_N_mm2: float) -> float:
 
 
 def spigot_bending_N_mm2(f: ForearmDimensions, rod_N: np.ndarray) -> np.ndarray:
-    """Computes the largest stress in a rod's spigot where it leaves the end: the springs' preload bends it for ever.
+    """Computes the largest stress in a rod's spigot at the rod end: the springs' preload bends it permanently.
 
     Args:
         f: The rods.

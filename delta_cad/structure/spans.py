@@ -1,4 +1,4 @@
-"""Where the table's bars lie in the parts as they are drawn, so that checks can hold the solids against them.
+"""Positions of the table's bars in the drawn parts, for checks of the solids.
 
 With `beam_model.py` and `strength.py` alone this knows dimensions: a redesigned part changes its function here, too.
 Left out beside what the model leaves out: the boss of an arm, whose bore takes half of it and whose bar gives that

@@ -1,4 +1,4 @@
-"""What the parts of a design may bear, made from its dimensions; every figure with where it comes from.
+"""Allowable loads of every part, computed from its dimensions, with sources.
 
 A redesigned part changes its lines here, as it does in `beam_model.py`.
 """
@@ -40,7 +40,7 @@ STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place
 
 @dataclass(frozen=True)
 class Allowables:
-    """Levers and limits of what bears load, mm, N, N mm, N/mm^2; None where a direct drive has no such part.
+    """Levers and limits of load-bearing parts, mm, N, N mm, N/mm^2; None where a direct drive has no such part.
 
     Attributes:
         bearing: Of the shoulder.

@@ -1,4 +1,4 @@
-"""What every part bears for a unit wrench on the platform: the machine below the knob is statically determinate.
+"""Loads of every part for a unit wrench on the platform: below the knob the machine is statically determinate.
 
 Shapes: positions p are (..., 3) in mm in the base frame; a wrench is (force, moment) about the platform's centre in the
 base frame, N and N mm; the last axis of every result holds its six unit wrenches. Chains 3, rods of a chain 2.

@@ -1,1 +1,1 @@
-"""A device as it came out of the shop: its lengths, zeros and encoders from poses at known positions."""
+"""Calibration of a made device: its lengths, zeros and encoders from poses at known positions."""

@@ -1,4 +1,4 @@
-"""How exactly a calibrated device knows where its handle is: the covariance of its parameters carried over the cube.
+"""Predicted accuracy of a calibrated device: the covariance of its parameters propagated over the cube.
 
 At a position p the error is `A(p) x` with the derivatives A of the kinematics and the error x of the parameters, so
 that its covariance is `A C A^T`. Where the frame of the positions was fitted, its error belongs to x: what counts is

@@ -1,4 +1,4 @@
-"""Why poses do not fit: units, columns, frame or a label are changed as a person gets them wrong, and the fit repeated.
+"""Diagnosis of poses that do not fit: the fit repeated with common errors of units, columns, frame or labels reversed.
 
 A hypothesis is a cause where the poses then fit as well as noise lets them, or ten times as well as before. Nothing is
 corrected: the causes are named, for the person to correct the file.

@@ -1,4 +1,4 @@
-"""The parameters that explain measured poses best, how sure each is, and what the poses say nothing of.
+"""The best fit of parameters to measured poses, their uncertainty, and the parameters that are not identifiable.
 
 Weighted least squares of positions: each row is divided by what the noise of positions and of readings explains of it.
 Manufacturing tolerances weigh in as one more measurement of each parameter, so that what poses do not determine stays

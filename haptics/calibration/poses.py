@@ -1,4 +1,4 @@
-"""Poses as a person or a tracker wrote them down: where the handle was, and what the encoders read there."""
+"""Measured poses: the position of the handle and the encoder readings there."""
 
 from __future__ import annotations
 

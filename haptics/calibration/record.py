@@ -1,4 +1,4 @@
-"""The file of a calibration, `delta-calibration/1`: written whole, read strictly, for one design only."""
+"""The file of a calibration, `delta-calibration/1`: written completely, read strictly, valid for one design only."""
 
 from __future__ import annotations
 
@@ -225,7 +225,7 @@ def _shown(k: int, value: float) -> float:
 
 
 def _table(file: str, field: str, data: object, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Reads a table between two others, all m and rad; the bounds are told as the file has its numbers."""
+    """Reads a table between two others, all m and rad; messages state the bounds in the units of the file."""
     if not (isinstance(data, list) and len(data) == len(low)):
         raise CalibrationError(file, field, short(data), f"must be a list of {len(low)} chains")
     out = np.empty(low.shape)

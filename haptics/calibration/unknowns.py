@@ -1,4 +1,4 @@
-"""What is not known of a device: parameters of each chain, how far each may be off, and the angle behind a reading."""
+"""The unknowns of a device: parameters of each chain, their tolerances, and the angle that belongs to a reading."""
 
 from __future__ import annotations
 

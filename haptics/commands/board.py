@@ -1,4 +1,4 @@
-"""`board`: the simulated machine behind the socket protocol, in place of a controller board."""
+"""`board`: the simulated machine behind the socket protocol, instead of a controller board."""
 
 from __future__ import annotations
 

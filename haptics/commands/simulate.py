@@ -1,4 +1,4 @@
-"""`simulate`: a scene of the paper on the simulated device, its series and figures, and what differs from the paper."""
+"""`simulate`: a scene of the paper on the simulated device, its series and figures, and differences from the paper."""
 
 from __future__ import annotations
 

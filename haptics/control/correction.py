@@ -1,4 +1,4 @@
-"""Readings of a made device as those of the drawn one, and torques of the drawn one as those of the made; compiled.
+"""Maps readings of a made device to the drawn one, and torques of the drawn device to the made one; compiled.
 
 A controller that knows the drawn lengths alone is right about a calibrated device if it sees, in place of the readings,
 the angles that the drawn device has where the made one is: readings to angles, angles to the position by the made

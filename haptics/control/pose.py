@@ -1,4 +1,4 @@
-"""The device seen from its encoders: position, Jacobian, closeness to singularities and holding torque; compiled.
+"""The pose from the encoders: position, Jacobian, singularity margins and holding torque; compiled.
 
 Everything follows from the shoulder angles in closed form: the position from three spheres, the forearms from it, and
 the Jacobian's columns `J_i = L_A w_i (s_j x s_k) / det S`. The same formulas stand in `delta_cad.mechanism` for arrays;

@@ -1,4 +1,4 @@
-"""How far a pose is from both kinds of singularity, compiled; importing this module loads numba."""
+"""Margins of a pose to both kinds of singularity, compiled; importing this module loads numba."""
 
 from __future__ import annotations
 

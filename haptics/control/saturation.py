@@ -1,4 +1,4 @@
-"""Torque within its limits: gravity is served first, then the force as far as its direction can be kept.
+"""Torque within its limits: gravity has priority, then the force, as far as its direction can be kept.
 
 With g the torque that holds the device, f = J^T F that of the wanted force and l the limits, the torque is `g + c f`
 with the largest c in [0, 1] for which `|g_i + c f_i| <= l_i`. Each joint allows `c <= (l_i - g_i) / f_i` for f_i > 0

@@ -1,4 +1,4 @@
-"""Sine and cosine of our own: sums and products alone, so that host, board and Python agree to the last bit.
+"""Sine and cosine from sums and products alone, so that host, board and Python agree to the last bit.
 
 Every C library has its own `sin`: newlib's for Cortex-M holds fused multiply-adds, glibc's picks its code by the
 processor. Here the angle is brought to |y| <= pi/4 by five parts of pi/2. The first three have at most 11 bits: n

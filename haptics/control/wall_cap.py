@@ -1,4 +1,4 @@
-"""How hard a wall the loop bears at a pose: the closed form by which a tick holds every virtual wall down.
+"""Largest stable wall at a pose: the closed form by which a tick limits every virtual wall.
 
 A sampled wall takes energy away by the device's friction and the wall's damping and gives some by what a sample costs,
 half a period, delay and current lag: `b + B >= K (T / 2 + delay + lag)`, whatever hand holds it (`loop.walls`).
@@ -38,7 +38,7 @@ WALL = next(kind for kind, law in LAWS.items() if law is virtual_wall.LAW)
 
 
 class WallCap(NamedTuple):
-    """What decides the wall that a loop bears; plain floats.
+    """Parameters of a loop's largest stable wall; plain floats.
 
     Attributes:
         share: Of the closed form, 0 to 1; 0 lets every wall through as it is asked for.
@@ -116,7 +116,7 @@ def largest(xx, yy, zz, xy, xz, yz):
 
 @compiled
 def capped_force(cap, jacobian, laws, px, py, pz, vx, vy, vz):
-    """Force of all laws on the handle, walls held to what the loop bears, and whether one of them is touched.
+    """Force of all laws on the handle, walls limited to what is stable, and whether one of them is touched.
 
     Args:
         cap: `WallCap`.

@@ -1,4 +1,4 @@
-"""A device for programs of others: open it, ask where the handle is, say what force it shall feel, close it.
+"""A device for other programs: open it, read the handle's position, set the force, close it.
 
 `haptics.open` is the way in. Under it lie the controller with its supervisor, gravity compensation, and any device
 of this package. Importing this module loads numba.

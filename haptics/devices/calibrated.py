@@ -1,4 +1,4 @@
-"""A made device behind its calibration: whoever drives it sees the drawn one. Importing this module loads numba."""
+"""A made device with its calibration: it behaves like the drawn one. Importing this module loads numba."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One small interface for whatever has three joints: simulated, recorded, scripted, or a board at the end of a socket.
+"""One small interface for every device with three joints: simulated, recorded, scripted, or a board on a socket.
 
 A controller reads angles, thinks, and writes torques; the device holds them until the next write. `read` waits for the
 device's next tick, so the device is the clock. `run` drives any device and leaves it without torque, whatever happens.

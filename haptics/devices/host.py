@@ -1,4 +1,4 @@
-"""The host: the compiled controller as what `device.run` calls at each tick, and what an operator may do meanwhile.
+"""The host: the compiled controller that `device.run` calls at each tick, and the operator's functions.
 
 What a device reports of itself (watchdog, emergency stop) reaches the supervisor at every tick, beside the host's own
 emergency stop; a device that does not answer any more is the supervisor's DEVICE_LOST. Importing this module loads

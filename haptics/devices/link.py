@@ -1,4 +1,4 @@
-"""Datagrams between two ends: by UDP, which stays on this machine unless others are allowed, or by a serial line."""
+"""Datagrams between two ends: by UDP, on this machine only unless others are permitted, or by a serial line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The packets between host and board, version 1; the page beside it, `PROTOCOL.md`, says what they mean."""
+"""The packets between host and board, version 1; `PROTOCOL.md` in this folder explains them."""
 
 from __future__ import annotations
 

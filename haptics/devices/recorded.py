@@ -1,4 +1,4 @@
-"""A recording as a device: it reads what was read once, and keeps what is written now."""
+"""A recording as a device: it returns the recorded readings and stores the torques written now."""
 
 from __future__ import annotations
 

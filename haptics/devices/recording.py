@@ -1,4 +1,4 @@
-"""Recordings of a device: what was read and what was written at each tick, in memory, as CSV, and as npz."""
+"""Recordings of a device: readings and torques of each tick, in memory, as CSV, and as npz."""
 
 from __future__ import annotations
 

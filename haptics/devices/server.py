@@ -1,4 +1,4 @@
-"""The reference server: a board behind a UDP socket, its ticks either as fast as the host answers or by the clock."""
+"""The reference server: a board behind a UDP socket, with ticks as fast as the host answers or in real time."""
 
 from __future__ import annotations
 

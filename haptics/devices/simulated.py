@@ -1,4 +1,4 @@
-"""The machine as equations: the exact plant, its encoders, and the time that a torque takes. Loads numba."""
+"""The simulated machine: the exact plant, its encoders, and the delay of a torque. Loads numba."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ def _in_phase(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _least_friction(machine: MachineModel, p: np.ndarray, columns: np.ndarray, coulomb: float) -> np.ndarray:
-    """Friction at the handle along the motion that the drives rub least: one joint turns alone, `c / |J_i|`.
+    """Friction at the handle along the motion of least drive friction: one joint turns alone, `c / |J_i|`.
 
     Args:
         machine: The device, for its ball joints.

@@ -1,4 +1,4 @@
-"""How long a force may be held: from the torque that gives it everywhere to the motor's winding at its limit.
+"""How long a force may be held: from the continuous torque up to the motor's winding at its limit.
 
 Importing this module loads numba.
 """

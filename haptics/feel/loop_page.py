@@ -231,7 +231,7 @@ def _structure(machine: MachineModel, wall: Summary) -> list[str]:
 
 
 def met(wall: float, structure: float) -> float:
-    """Stiffness of a wall behind what gives way, `K S / (K + S)`, in the unit of both."""
+    """Stiffness of a wall in series with the structure, `K S / (K + S)`, in the unit of both."""
     return wall * structure / (wall + structure)
 
 

@@ -1,4 +1,4 @@
-"""The feel sheet: a page, the same facts as JSON types, and which maps belong to it."""
+"""The feel sheet: a page, the same facts as JSON types, and the list of its maps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a device will feel like: figures over its cube, their summary, and three answers to a designer's questions.
+"""The feel sheet of a device: figures over its cube, their summary, and answers to three questions of a designer.
 
 Whether the handle stays where it is left, whether a wall is hard, whether it buzzes: each follows from the figures of
 `field.feel_at` and the walls of `loop_sheet`, with the assumptions of `assumptions`. Importing this module loads numba.

@@ -1,4 +1,4 @@
-"""The figures of the sheet: name, unit and what is better, and each over the cube."""
+"""The figures of the sheet: name, unit, better direction, and values over the cube."""
 
 from __future__ import annotations
 

@@ -195,7 +195,7 @@ class Expressions:
         return self.named(node, node.id)
 
     def outside(self, node: ast.expr) -> Any:
-        """What a name or a module's attribute stands for, outside the function."""
+        """The value of a name or a module's attribute outside the function."""
         if isinstance(node, ast.Name):
             for known in (self.scope.nonlocals, self.scope.globals, self.scope.builtins):
                 if node.id in known:

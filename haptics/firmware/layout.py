@@ -1,4 +1,4 @@
-"""How the types of compiled functions look in C: scalars, rows and tables of doubles, records, and tuples returned."""
+"""C types of compiled functions: scalars, rows and tables of doubles, records, and returned tuples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is single and what stays double in a controller for a board without doubles in hardware.
+"""Single and double precision in a controller for a board without doubles in hardware.
 
 Pose, laws, filters and saturation lose nothing that a hand feels in single precision: a torque is 1e-5 N m off. Two
 things would be lost, and stay in double:

@@ -1,4 +1,4 @@
-"""All that a board needs for a design: controller, start-up, hardware layer, ports and their guide, in one folder."""
+"""The folder of a board for a design: controller, start-up, hardware layer, ports and their guide."""
 
 from __future__ import annotations
 

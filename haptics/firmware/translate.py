@@ -1,4 +1,4 @@
-"""Compiled Python functions to C99: the part of the language that a tick is written in, and nothing else.
+"""Compiled Python functions to C99: the part of the language that a tick uses.
 
 The functions are read as syntax trees; types come from numba's own inference, so that what is an integer there is one
 here. Understood are arithmetic on doubles and integers, comparisons, conditions, `for ... in range`, `while`, tuples

@@ -1,4 +1,4 @@
-"""Identification of the prototype's masses from the published holding torques, and what these leave open.
+"""Identification of the prototype's masses from the published holding torques, and the undetermined combinations.
 
 With the paper's point masses and gravity along -z the torque of joint i is
 `g (W (J^T z)_i + E L_A cos theta_i)`, `W = m1 + 3 m3 / 2` on the wrists and `E = (m2 + m3) / 2` on each elbow. The

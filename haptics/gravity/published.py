@@ -1,4 +1,4 @@
-"""What [RCIM2018] measured on its prototype; copied from its text and table 13, never tuned to."""
+"""Measurements of [RCIM2018] on its prototype; copied from its text and table 13, never adjusted."""
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import DeltaGeometry

@@ -1,1 +1,1 @@
-"""Sources that bring a device into programs in C and C++, CHAI3D and ROS 2."""
+"""Sources that connect a device to programs in C and C++, CHAI3D and ROS 2."""

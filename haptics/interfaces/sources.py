@@ -1,4 +1,4 @@
-"""The C library with a design's numbers, and what uses it, as a folder. Importing this module loads numba."""
+"""The C library with a design's numbers, and its users, as a folder. Importing this module loads numba."""
 
 from __future__ import annotations
 

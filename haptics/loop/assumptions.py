@@ -1,4 +1,4 @@
-"""What is assumed of a device that has not been built: friction, delay, motors, estimator, and the plant they give.
+"""Assumptions on a device that has not been built: friction, delay, motors, estimator, and the resulting plant.
 
 None of these follows from the drawings. Each has a nominal value and, where results depend on it, a range; results that
 matter are given over the range. Importing this module loads numba.

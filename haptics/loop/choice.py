@@ -1,4 +1,4 @@
-"""The loops of the project: that of a controller's board, the default, the same with drives that damp, the paper's.
+"""The loops of the project: board (the default), board with drives that damp, and the paper's.
 
 What decides a wall is `K (T / 2 + delay + lag)`, the damping that it costs: the board loop is eight times as fast as
 the paper's, its currents four times, its velocity filter five times. Importing this module is light.

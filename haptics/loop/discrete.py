@@ -1,4 +1,4 @@
-"""Exact discrete-time model of a sampled haptic loop, its eigenvalues, and the largest gains that it bears.
+"""Exact discrete-time model of a sampled haptic loop, its eigenvalues, and the largest stable gains.
 
 Between samples `M q'' + D q' + S q = P f`: device and hand, whatever gives way between them as springs and dampers.
 Every period the controller reads y = C q, estimates its rate and asks for `u = -(K y + B rate)`. u is held for a
@@ -295,7 +295,7 @@ def scanned(holds: Callable[[float], bool], values: Sequence[float], ratio: floa
 
 @dataclass(frozen=True)
 class DampingCap:
-    """Damping that a loop bears, and the cap that is kept.
+    """Largest stable damping of a loop, and the cap applied.
 
     Attributes:
         limit: Where it becomes unstable, N s/m.
@@ -325,7 +325,7 @@ def damping_cap(
     current_lag: float = 0.0,
     stiffness: float = 0.0,
 ) -> DampingCap:
-    """Damping that a handle let go of bears, without friction: nobody can be counted on to hold it.
+    """Largest stable damping of a released handle without friction: a hand cannot be relied on.
 
     Args:
         effective_mass: Smallest mass of the device in any direction of the damping, kg: for damping alike in all

@@ -1,4 +1,4 @@
-"""Sensors and drives as they are: what catalogue and design tell of them, and what is assumed where they do not.
+"""Real sensors and drives: data of catalogue and design, and assumptions where data are missing.
 
 `nominal_plant` of `assumptions` is rigid, without stops and ripple; `real_plant` here has them all. Importing this
 module loads numba.
@@ -73,7 +73,7 @@ _RIM = 2.7  # Angle of a sector's rim where the design cannot be built, rad
 
 @dataclass(frozen=True)
 class _Compliance:
-    """What gives way in a device.
+    """Compliances of a device.
 
     Attributes:
         cable: Stiffness of a joint's cable, N m/rad; 0 for a direct drive.
@@ -88,7 +88,7 @@ class _Compliance:
 
 
 def compliance(machine: MachineModel) -> _Compliance:
-    """Computes what gives way: two strands of rope on the sector, and the structure, as `structure_stiffness` has it.
+    """Computes the compliances: two strands of rope on the sector, and the structure from `structure_stiffness`.
 
     The strands are taken as equal, at the middle of the sector's turn, where the cable is softest; the sector's rim and
     the motor's shaft take some 3 % off.
@@ -98,7 +98,7 @@ def compliance(machine: MachineModel) -> _Compliance:
 
 
 def structure_stiffness(machine: MachineModel, p: np.ndarray) -> np.ndarray:
-    """Stiffness at the knob of what gives way besides the cable: as built, or as the design requires without a build.
+    """Stiffness at the knob without the cable's compliance: as built, or as the design requires without a build.
 
     Args:
         machine: The device.
@@ -302,7 +302,7 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
 
 
 def board_controller(machine: MachineModel, loop: LoopChoice = BOARD, **limits: float) -> Controller:
-    """The controller of a device in a loop: its period, its velocity filter, and the walls that it bears.
+    """The controller of a device in a loop: its period, its velocity filter, and its stable walls.
 
     Args:
         machine: The device.
@@ -320,7 +320,7 @@ def with_sensors(limits: SafetyLimits, known: dict[str, float]) -> SafetyLimits:
 
 
 def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = STABILITY_MARGIN) -> WallCap:
-    """What walls a loop bears: with the least friction and the largest delay.
+    """The stable walls of a loop: with the least friction and the largest delay.
 
     Args:
         machine: The device.

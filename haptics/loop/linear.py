@@ -1,4 +1,4 @@
-"""The device at rest at a pose, linearised: what the discrete model takes, along one axis or in all three joints.
+"""The device at rest at a pose, linearised for the discrete model, along one axis or in all three joints.
 
 At rest the velocity terms of the equations of motion vanish in first order, which leaves `M(p) a = G^T torque - G^T
 viscous G v + force`. Left out: the stiffness of gravity less that of its compensation, and what the change of J with
@@ -38,7 +38,7 @@ UNIT = 1e-9  # Deviation of a normal's length from 1 that rounding may cause
 
 
 class Structure(NamedTuple):
-    """What gives way between platform and knob.
+    """Compliance between platform and knob.
 
     Attributes:
         stiffness: (3, 3) N/m.
@@ -189,7 +189,7 @@ class LinearLoop:
 
 
 def structure_at(machine: MachineModel, p: ArrayLike, loss: float = LOSS[1], share: float = 1.0) -> Structure:
-    """What gives way under the knob at a position: as built, each direction its own, or as the design requires.
+    """Compliance under the knob at a position: as built, by direction, or as the design requires.
 
     Args:
         machine: The device.

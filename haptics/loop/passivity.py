@@ -1,4 +1,4 @@
-"""Passivity of a rendered wall, and what holds where it is not passive: three verdicts that are kept apart.
+"""Passivity of a rendered wall, and the weaker properties where it is not passive: three separate verdicts.
 
 The wall as a sampled-data system, v(t) -> f(t): the position is sampled, `u_k` follows by the filter
 `H(z) = K + B E(z)`, is held, delayed and passed through the motor's lag. In one period `f(t) = s_z(t) u` for a signal
@@ -70,7 +70,7 @@ class PassivityClass(StrEnum):
 
 
 class _Demand(NamedTuple):
-    """Friction that passivity asks of a device.
+    """Friction that passivity requires of a device.
 
     Attributes:
         friction: The most that any frequency asks for, N s/m.
@@ -110,7 +110,7 @@ class Verdict:
 def friction_demand(
     frequency: np.ndarray, timing: Timing, estimator: LinearEstimator, stiffness: float, damping: float
 ) -> np.ndarray:
-    """Friction that passivity asks for at each frequency.
+    """Friction that passivity requires at each frequency.
 
     Args:
         frequency: (...) rad/s, above 0 and up to pi / T.
@@ -155,7 +155,7 @@ def _deficit(timing: Timing, back: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def required_friction(timing: Timing, estimator: LinearEstimator, stiffness: float, damping: float) -> _Demand:
-    """The most friction that any frequency asks for: the maximum on a grid, refined about its best points.
+    """The largest friction required at any frequency: the maximum on a grid, refined about its best points.
 
     Args:
         timing: Period, delay, lag.

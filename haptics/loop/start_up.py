@@ -1,4 +1,4 @@
-"""The start-up of a design's device: its stops, inertias and torques, and how far each may be off.
+"""The start-up of a design's device: its stops, inertias and torques, with their tolerances.
 
 Importing this module loads numba.
 """

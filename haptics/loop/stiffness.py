@@ -1,4 +1,4 @@
-"""Largest stable wall along each axis: what the simulated loop bears, what the linear one does, and what is passive.
+"""Largest stable wall along each axis: of the simulated loop, of the linear loop, and the passive one.
 
 Three answers to one question, kept apart:
 
@@ -316,7 +316,7 @@ def simulated_range(linear: Sequence[End], stable_at: Callable[[Corner], Predica
 
 
 def edge(stands: Predicate, guess: End) -> End:
-    """A stiffness that stands, with one that does not by `TOLERANCE` above it, nearest to a guess.
+    """A stable stiffness, with an unstable one `TOLERANCE` above it, nearest to a guess.
 
     A simulated wall need not be stable up to one stiffness and nowhere above it: counts stir some soft walls that a
     stiffer one swallows. Of several such edges this is the one that is met first from the guess.
@@ -353,7 +353,7 @@ def edge(stands: Predicate, guess: End) -> End:
 
 
 def _passivity(loop: WallLoop, axis: str, stiffness: float) -> Verdict:
-    """Passivity verdict with nominal friction and delay, by the model of the estimator that asks for most."""
+    """Passivity verdict with nominal friction and delay, by the most demanding model of the estimator."""
     here, normal = linearise(nominal_plant(loop.machine), loop.machine.centre), AXES[axis]
     mass, friction = here.effective_mass(normal), here.effective_friction(normal)
     timing = Timing(loop.period, loop.delays[1], CURRENT_LAG)

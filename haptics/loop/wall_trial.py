@@ -1,4 +1,4 @@
-"""A push against a virtual wall in the time domain: a hand comes, leans on the wall and holds still.
+"""A push against a virtual wall in the time domain: a hand approaches, leans on the wall and holds still.
 
 The handle rests `_GAP` before the wall, the hand moves its aim smoothly into it until it leans on it with `LEAN`, and
 holds. `oscillation` decides on what follows. Nothing is linear here: counts, bristles, saturation, the supervisor and
@@ -87,7 +87,7 @@ class WallTrial:
 
     @property
     def stable(self) -> bool:
-        """Whether the wall stands: no oscillation, no fault, and all of its force."""
+        """Whether the wall is stable: no oscillation, no fault, and its full force."""
         return self.verdict is not None and not self.verdict.oscillates and not self.limited
 
     @property

@@ -1,4 +1,4 @@
-"""Four answers to "how stiff a wall", which promise different things, and the formula behind them.
+"""Four definitions of the largest wall stiffness, with different guarantees, and the formula behind them.
 
 - own: passive by the device's own damping alone, B = 0: whatever passive hand, exact (`passivity.strain`). It belongs
   to the device and its drives.
@@ -163,7 +163,7 @@ def computed_wall(machine: MachineModel, p: ArrayLike, normal: ArrayLike, loop: 
 
 
 def centre_and_corners(machine: MachineModel) -> list[np.ndarray]:
-    """The poses (3,) of a cube at which what stands everywhere in it is tried, m."""
+    """The poses (3,) of a cube at which stability over the whole cube is tested, m."""
     corners = (machine.centre + machine.half_side * np.array(signs) for signs in product((-1.0, 1.0), repeat=3))
     return [machine.centre, *corners]
 

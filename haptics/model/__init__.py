@@ -1,1 +1,1 @@
-"""The device: its masses, motors, equations of motion, and who holds it."""
+"""The device: its masses, motors, equations of motion, and the hands that hold it."""

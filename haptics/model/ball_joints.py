@@ -64,7 +64,7 @@ def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> _JointRates:
 
 
 def ball_loads_N(design: Design, p: np.ndarray, force_N: np.ndarray) -> np.ndarray:
-    """Computes what presses the balls of the rods in their cups while the platform bears a force.
+    """Computes the contact forces of the rods' balls in their cups under a force on the platform.
 
     Args:
         design: Whose rods and springs these are.

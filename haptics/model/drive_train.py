@@ -1,4 +1,4 @@
-"""A joint's drive as it is: friction, torque that ripples, a cable that gives way, and the arm's stops; compiled.
+"""A joint's real drive: friction, torque ripple, a compliant cable, and the arm's stops; compiled.
 
 The rotor, seen at the joint, turns by the arm's angle and the cable's twist. Where the cable gives way,
 
@@ -118,7 +118,7 @@ def drive_torque(par, i, command, state, began, angle, rate, out):
 
 @inlined
 def rotor_energy(par, i, state):
-    """Kinetic energy of a rotor behind a cable that gives way, and the cable's own, J; 0 where it is rigid."""
+    """Kinetic energy of a rotor behind a compliant cable, and the cable's elastic energy, J; 0 if it is rigid."""
     if par.cable_stiffness <= 0.0:
         return 0.0, 0.0
     turning, twist = state[ROTOR_RATE + i], state[TWIST + i]

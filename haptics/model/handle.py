@@ -1,4 +1,4 @@
-"""What stands between platform and person: a structure that gives way, the knob, a grasp, the arm; compiled.
+"""Bodies between platform and person: a compliant structure, the knob, a grasp, the arm; compiled.
 
 Platform, knob and the arm's mass are a chain; each link of it is a spring and damper, or rigid. The structure's
 compliance is lumped in the one link under the knob, alike in all directions; the knob's weight acts on the platform, so
@@ -91,7 +91,7 @@ def _along(par, hand, anchor, force, state, out, k):
 
 @inlined
 def handle_energy(par, state):
-    """Kinetic energy of a knob on a structure that gives way, and the structure's own, J; 0 where it is rigid."""
+    """Kinetic energy of a knob on a compliant structure, and the structure's elastic energy, J; 0 if it is rigid."""
     if par.structure_stiffness <= 0.0:
         return 0.0, 0.0
     moving = bent = 0.0

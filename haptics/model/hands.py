@@ -1,4 +1,4 @@
-"""Hands that hold the handle: five parameters each, a grasp before an arm, as measured; light, medium, firm.
+"""Hands that hold the handle: five measured parameters each, a grasp in series with an arm; light, medium, firm.
 
 The arm's mass hangs on the handle through the grasp's spring and damper, and on the person through the arm's. The three
 are those of one study along its three directions, by the stiffness of their arms; here each acts alike in all

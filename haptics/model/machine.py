@@ -1,4 +1,4 @@
-"""One device to be driven: its design file, and masses and structure from its build."""
+"""One device: its design file, and masses and structure from its build."""
 
 from __future__ import annotations
 

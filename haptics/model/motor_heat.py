@@ -1,4 +1,4 @@
-"""How warm a motor gets: two bodies, winding and housing, from the catalogue; a running mean of the square otherwise.
+"""Temperature of a motor: winding and housing from the catalogue; otherwise a running mean of the squared torque.
 
 The winding is heated by `R(T) i^2`, gives its heat to the housing, and the housing to the air:
 

@@ -1,4 +1,4 @@
-"""The device as a machine: its state, exact equations of motion, friction, motors, and a hand; compiled.
+"""The plant: its state, exact equations of motion, friction, motors, and a hand; compiled.
 
 Coordinates are the platform's position p and velocity v. With `theta_dot_i = G_i . v` (G the inverse Jacobian),
 elbow velocity `u_i = L_A theta_dot_i e_i` and its acceleration `L_A (e_i theta_ddot_i - x_i theta_dot_i^2)`, the

@@ -1,4 +1,4 @@
-"""What a reading of an angle has beyond its count: noise, and an error that goes with the angle; compiled.
+"""Errors of an angle reading in addition to its counts: noise, and a non-linearity over the angle; compiled.
 
 A magnet off its axis, and a chip that sees its field unevenly, err by one and by two waves a turn. The noise of one
 reading is normal; a filter of first order in the chip lets some of it stay until the next. That filter's lag, and a

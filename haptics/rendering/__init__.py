@@ -1,4 +1,4 @@
-"""Force laws: what is felt at the handle, over positions and velocities."""
+"""Force laws: the force at the handle over positions and velocities."""
 
 from haptics.rendering.laws.constant_force import constant_force
 from haptics.rendering.laws.home import home

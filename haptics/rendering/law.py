@@ -1,4 +1,4 @@
-"""What a force law is: named parameters with their checks, a compiled force, and the energy that it stores.
+"""Definition of a force law: named parameters with their checks, a compiled force, and its stored energy.
 
 A table of laws has a law in each row, in doubles: `KIND` (its number in the registry), `GAIN` (0 to 1, a factor of the
 force), then its parameters in the order of its fields; what is left of the row is 0. A law's own file names its

@@ -1,4 +1,4 @@
-"""A law as a function of many states at once: arrays are checked, broadcast, and handed to a compiled loop."""
+"""A law as a function of many states: arrays are checked, broadcast, and passed to a compiled loop."""
 
 from __future__ import annotations
 

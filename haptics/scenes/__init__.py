@@ -1,4 +1,4 @@
-"""The scenes that are simulated, one a file: the runs of a figure of the paper, what they came to, what is promised.
+"""The simulated scenes, one per file: the runs of a figure of the paper, their results, and the stated properties.
 
 Importing one of them loads numba.
 """

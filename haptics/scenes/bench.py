@@ -1,4 +1,4 @@
-"""What the scenes share: the device at its place, the guide, the damping that it bears, its friction at the handle."""
+"""Common parts of the scenes: the placed device, the guide, its permitted damping, its friction at the handle."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ GRID = 9
 
 @dataclass(frozen=True)
 class Assumed:
-    """What a scene assumes of the device and of who leads its handle, beside the delay.
+    """Assumptions of a scene on the device and on the hand or guide, apart from the delay.
 
     Attributes:
         friction: Place of the joints' friction in its range: 0 least, 1 nominal, 2 largest.
@@ -67,7 +67,7 @@ def smallest_mass(machine: MachineModel) -> float:
 
 
 def damping_limit(mass: float, delay: float, stiffness: float, period: float = PERIOD) -> DampingCap:
-    """Damping in all directions that the loop bears beside a spring, without a hand.
+    """Largest stable damping in all directions together with a spring, without a hand.
 
     Args:
         mass: Effective mass, kg.

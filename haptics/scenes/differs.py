@@ -1,4 +1,4 @@
-"""Why results differ from the paper's: table 13 and figures 14 to 16 again, one assumption changed at a time.
+"""Reasons for differences from the paper: table 13 and figures 14 to 16 with one assumption changed at a time.
 
 Source:
     [RCIM2018] table 13, figures 14 to 16. Hand, friction, delay, filter, noise and compliance are not given there.
@@ -52,7 +52,7 @@ class WallCase:
 
     @property
     def reaches_published(self) -> bool:
-        """Whether it bears the paper's wall along every axis."""
+        """Whether the paper's wall is stable along every axis."""
         return all(self.limits_N_per_mm[axis] >= STIFFNESS_N_PER_MM[axis] for axis in AXES)
 
 

@@ -1,4 +1,4 @@
-"""The way home of a handle that is let go away from the origin: settling time, overshoot, oscillation.
+"""The return of a released handle to the origin: settling time, overshoot, oscillation.
 
 A damping beyond what the loop bears is applied uncapped, too, and shows what the cap prevents.
 

@@ -1,4 +1,4 @@
-"""What the noise of the encoders does: a spring that is held, and a wall that is leant on, with three encoders.
+"""The effect of encoder noise: a held spring, and a wall under a leaning hand, with three encoders.
 
 The board loop, or the one that is chosen, and the device with all that gives way. The design's own encoder stands
 with a coarse one of the catalogue and one without any error; each figure with the prediction by the covariance of the

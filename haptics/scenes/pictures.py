@@ -1,4 +1,4 @@
-"""Pictures of what was simulated: data in, figure out. Importing this loads matplotlib."""
+"""Figures of simulated series. Importing this loads matplotlib."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from haptics.scenes.record import Scene, SceneRun
 
 
 def label_ends(ax: Axes, ends: Sequence[tuple[float, str, str]], gap: float = 0.06) -> None:
-    """Writes labels to the right of the axes beside the ends of their lines, moved apart where they would overlap.
+    """Writes labels to the right of the axes at the ends of their lines, moved apart where they would overlap.
 
     Args:
         ax: Axes whose limits are set.

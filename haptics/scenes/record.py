@@ -1,4 +1,4 @@
-"""Results of a scene: runs with time series and figures, promises kept or not, and a discussion.
+"""Results of a scene: runs with time series and figures, properties that hold or not, and a discussion.
 
 Time series as files: CSV for everybody, parquet where pyarrow is installed; both hold the same doubles.
 """

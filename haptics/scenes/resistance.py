@@ -1,4 +1,4 @@
-"""The operating resistance: the handle is led from the origin to each corner of the cube and back.
+"""The operating resistance: the handle is moved from the origin to each corner of the cube and back.
 
 Source:
     [RCIM2018] eq. (23), figures 14 and 15, and the 3 N at the cube's eight corners.

@@ -1,4 +1,4 @@
-"""Virtual walls across each axis, against which a hand pushes the handle and holds it: do they stand?
+"""Virtual walls across each axis, against which a hand pushes and holds the handle: are they stable?
 
 Source:
     [RCIM2018] eq. (24), figures 17 and 18, table 13.

@@ -1,1 +1,1 @@
-"""From a customer's brief to a built machine: lengths and hardware together, with a bound that none exceeds."""
+"""From requirements to a built machine: lengths and hardware together, with a proved bound."""

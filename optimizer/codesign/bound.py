@@ -1,4 +1,4 @@
-"""Proofs over hardware: a bound that no machine of a family exceeds, and requirements that no machine meets.
+"""Proofs over hardware: a bound on every machine of a family, and requirements that no machine meets.
 
 For the bound motors, drives, ratios and arms stand in intervals, each of them proved; what cannot be is shown with the
 best of all hardware at once, before any is searched.
@@ -156,7 +156,7 @@ def _allowed_drives(brief: DesignBrief) -> str:
 
 
 def _kept_limits(brief: DesignBrief) -> str:
-    """Names the limits on the mechanism that every candidate keeps: what is asked, or else the search's own."""
+    """Names the limits on the mechanism that every candidate keeps: the set limits, or else those of the search."""
     feel, limits = brief.feel, brief.limits
     low, high = limits.shoulder_deg or SHOULDER_DEG
     return (
@@ -241,7 +241,7 @@ class Family:
         )
 
     def _radius_mm(self) -> float:
-        """The least base radius of a machine of this one's motor, beside what sectors ask for."""
+        """The smallest base radius of a machine with this motor, apart from the requirement of the sectors."""
         choice = self._machine.choice
         return self._corrections[choice.motor, choice.drive].least_radius_mm(choice.width_mm)
 
@@ -342,7 +342,7 @@ class Family:
         return most_mm
 
     def _strongest(self, one: Interval) -> Selection:
-        """The hardware of an interval with its largest ratio, and the largest sector beside its arms in the outline."""
+        """The hardware of an interval: its largest ratio, and the largest sector in the outline next to its arms."""
         chosen, most = self._machine.choice, SECTORS_MM[1]
         entries = {name: value for name, value in chosen.entries.items() if name != SECTOR}
         if self._brief.outline_mm is not None:

@@ -1,4 +1,4 @@
-"""A candidate: lengths and hardware as a design file has them, weighed by its solids, refused in closed form or not."""
+"""A candidate: lengths and hardware as in a design file, with the masses of its solids and its closed-form refusals."""
 
 from __future__ import annotations
 
@@ -265,7 +265,7 @@ def solid(design: Design, begin: Callable[[str], None]) -> BuiltMachine:
 
 
 def ball_joint_friction(design: Design) -> tuple[float, float]:
-    """Bounds what the ball joints of a design rub with at the knob: along z, and square to it, N."""
+    """Bounds the friction of a design's ball joints at the knob: along z, and perpendicular to z, N."""
     found = known_joints(design)["friction"]
     return (0.0, 0.0) if found is None else (found.upright, found.level)
 

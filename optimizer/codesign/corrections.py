@@ -61,7 +61,7 @@ class MassEstimate:
 
 
 def reference() -> MassEstimate:
-    """Gives masses to begin from, of a machine of 86 mm and 3 N, rounded: nothing that is told rests on them."""
+    """Gives initial masses, of a machine of 86 mm and 3 N, rounded: no reported result depends on them."""
     masses = Masses(
         platform=0.065,
         arm_along=0.0022,
@@ -203,7 +203,7 @@ class Corrections:
         return self.couple_index_min, self.couple_per_mm, self.elbow_angle_deg
 
     def with_raised_limits(self, least: RaisedLimits) -> Corrections:
-        """The same with at least so much asked of each of them."""
+        """The same with at least these required values."""
         return replace(self, **dict(zip(_RAISED, map(max, self.raised_limits, least), strict=True)))
 
     def raised(self, length: str, least_mm: float, why: str) -> Corrections:

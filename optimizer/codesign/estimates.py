@@ -1,4 +1,4 @@
-"""How far each reason against a candidate asks the search to go: one threshold, found on the closed forms themselves.
+"""How far each refusal of a candidate moves the search: one threshold, found on the closed form itself.
 
 Nothing here knows what a reason is about: it changes the fields that the reason names until the forms no longer give
 it, as `delta_cad.structure.hardware.thresholds` does for who reads a refusal, but no finer than a search needs.

@@ -1,4 +1,4 @@
-"""Hardware of a candidate: motor, ratio, sector, width of the parallelograms, what follows from them and the price."""
+"""Hardware of a candidate: motor, ratio, sector, width of the parallelograms, and the derived values and price."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _SIZED = ("upper_arm_length", "forearm_length", "base_radius")
 
 @dataclass(frozen=True)
 class Selection:
-    """A selection of hardware: what a candidate has beside its lengths.
+    """A selection of hardware: a candidate without its lengths.
 
     Attributes:
         motor: Id in the catalogue.
@@ -79,7 +79,7 @@ class Selection:
         return SECTOR_ROOM_MM + (PINION_MM + self.wider_mm) * self.ratio / 2.0 if self.drive == "capstan" else 0.0
 
     def hardware(self, row: catalogue.Motor) -> dict[str, Any]:
-        """Gives the entries of a design's hardware; the sector is as large as the pinion asks for."""
+        """Gives the entries of a design's hardware; the size of the sector follows from the pinion."""
         entries: dict[str, Any] = {"motor": self.motor, "drive": self.drive}
         if self.drive == "capstan":
             pinion = PINION_MM + max(row.shaft_diameter_mm - _SHAFT_MM, 0.0) / 2 + self.wider_mm
@@ -88,7 +88,7 @@ class Selection:
         return entries | dict(self.entries)
 
     def sector_mm(self, brief: DesignBrief) -> float:
-        """Gives the radius of a capstan's sector: chosen or stated, else as large as the pinion asks for."""
+        """Gives the radius of a capstan's sector: chosen or stated, else from pinion and ratio."""
         stated = self.stated(brief, SECTOR) if SECTOR in brief.hardware else None
         return float(stated or self.hardware(motor_of(brief, self.motor))[SECTOR])
 
@@ -111,7 +111,7 @@ class Selection:
         return self.ratio * efficiency * row.peak_torque_N_m
 
     def torque_N_m(self, row: catalogue.Motor) -> float:
-        """Computes what a joint gives for ever, rounded down to what a design states, N m."""
+        """Computes the continuous torque of a joint, rounded down to the digits of a design file, N m."""
         efficiency = CAPSTAN_EFFICIENCY if self.drive == "capstan" else DIRECT_EFFICIENCY
         digits = 10**TORQUE_DIGITS
         return int(self.ratio * efficiency * row.nominal_torque_N_m * digits) / digits

@@ -1,4 +1,4 @@
-"""Lengths of a candidate: the largest cube, or the least machine, that its hardware and what is known of it allow."""
+"""Lengths of a candidate: the largest cube or the smallest machine for its hardware and model corrections."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def best_lengths(
     beats: float | None = None,
     tick: Callable[[], None] = lambda: None,
 ) -> Found | None:
-    """Finds the lengths of the largest cube, or of the least machine with the cube that is asked.
+    """Finds the lengths of the largest cube, or of the smallest machine with the required cube.
 
     With given hardware the least machine is the cheapest, too: what is bought stays, what is made grows with it.
     The largest cube grows with what is allowed, so that the least that is enough for the cube asked is a root.

@@ -1,4 +1,4 @@
-"""What pages without a script share: their template and style, and a plot's edge with round values."""
+"""Common parts of pages without a script: template and style, and the axis of a plot with round values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Relaxed limits: how far one, or several together, must give for a machine, and what each set limit costs."""
+"""Relaxation of limits: how much one or several together must change for a machine, and the cost of each set limit."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selectio
 
 
 def strongest(brief: DesignBrief) -> Iterator[Selection]:
-    """Gives the hardware that stands for all that is allowed: with the most torque, and with the lightest rotor."""
+    """Gives the hardware that represents all permitted: with the most torque, and with the lightest rotor."""
     low, high = ratios_of(brief)
     width = brief.limits.parallelogram_width_mm or WIDTHS[0]
     middle = round(sqrt(low * high), 2)

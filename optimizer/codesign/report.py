@@ -1,4 +1,4 @@
-"""What `design` reports of a machine: results beside set limits, JSON, `design.md`, `design.html`, certificate.
+"""The report of `design`: results next to set limits, JSON, `design.md`, `design.html`, certificate.
 
 A limit that the user's file sets, a value derived from it or from the machine, and a result are three things: a result
 is held here against set limits, never against what was derived.
@@ -125,7 +125,7 @@ FIGURES = (
 
 @dataclass(frozen=True)
 class _ResultAtLimit:
-    """A result beside a limit.
+    """A result with its limit.
 
     Attributes:
         figure: What it is.
@@ -171,7 +171,7 @@ def results_of(outcome: Outcome) -> dict[str, float]:
 
 
 def force_N(design: Design, masses: Mapping[str, Any], torque_N_m: float) -> float:
-    """Computes the force that a torque of the joints gives beside the weight, in any direction, anywhere in the cube.
+    """Computes the force that a joint torque gives in addition to gravity, in any direction, anywhere in the cube.
 
     Returns:
         The force, N; 0 where the weight takes all of the torque.
@@ -193,7 +193,7 @@ def force_N(design: Design, masses: Mapping[str, Any], torque_N_m: float) -> flo
 
 
 def height_mm(d: Dimensions) -> float:
-    """Computes the height of a machine with its handle at the top of the cube, from what it stands on, mm."""
+    """Computes the height of a machine with its handle at the top of the cube, from its mounting surface, mm."""
     feet = d.foot.height_mm if d.has_feet else 0.0
     floor = d.base.top_mm - d.base.thickness_mm - feet
     knob = d.platform.boss_diameter_mm / 2.0 + d.platform.stem_length_mm + d.knob.height_mm
@@ -229,7 +229,7 @@ def with_provenance(design: Design, brief: DesignBrief, command: str, seed: int)
 
 
 def placed(design: Design, brief: DesignBrief, folder: Path) -> Design:
-    """Gives a design whose file stands in a folder, from which it names that of own parts."""
+    """Gives a design whose file is in a folder; the folder of own parts is relative to it."""
     if design.hardware.catalogue is None:
         return design
     own = brief.hardware_from(folder, {})["catalogue"]
@@ -272,7 +272,7 @@ def facts_of(brief: DesignBrief, outcome: Outcome, log: SearchLog, bound: Bound 
 
 
 _EMPTY = ("cube_side_mm", "bound_mm", "gap", *(one.key for one in FIGURES), "outline_mm", "motor", "ratio", "folder")
-"""Keys of the facts that have no value where no machine stands."""
+"""Keys of the facts that have no value without a machine."""
 
 
 def no_facts(name: str, ends: Verdict, log: SearchLog, nearest: dict[str, Any]) -> dict[str, Any]:
@@ -394,7 +394,7 @@ class DesignReport:
         return "\n".join(lines).rstrip() + "\n"
 
     def html(self) -> str:
-        """Writes `design.html`: the same with every candidate in a plot, as a page like report.html beside it."""
+        """Writes `design.html`: the same with every candidate in a plot, in the style of report.html."""
         return rendered(
             "design.html",
             _STYLE,
@@ -408,7 +408,7 @@ class DesignReport:
         )
 
     def _cards(self) -> list[tuple[str, str, str, str]]:
-        """The figures that the page begins with: label, value, unit, what stands below."""
+        """The figures at the top of the page: label, value, unit, text below."""
         facts = self.facts
         width, depth = facts["outline_mm"]
         cards = [

@@ -1,4 +1,4 @@
-"""Machines of a search, built into their folder within its time, and the nearest one where requirements have none."""
+"""Runs a search within its time, builds its machines into their folder, and the nearest one if there is none."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class Builder:
         return found if found.gap <= _STATED else None
 
     def _built(self, design: Design) -> Outcome:
-        """Builds a machine, or takes it over from a run before where it stands without a remark."""
+        """Builds a machine, or reuses that of an earlier run if it has no remark."""
         run, folder = self._run, self._run.out / self._brief.name
         stated = report.with_provenance(design, self._brief, run.command, run.seed)
         remarks, begun = [HURRIED] if self._hurried() else [], list[Built]()

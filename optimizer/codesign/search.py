@@ -1,4 +1,4 @@
-"""The search over hardware and lengths: candidates in closed form, then machines that are built, until one passes."""
+"""The search over hardware and lengths: candidates in closed form, then builds, until one passes."""
 
 from __future__ import annotations
 
@@ -296,7 +296,7 @@ class Search:
         raise InconclusiveError("closed forms and weights did not come to agree")
 
     def _weighed(self, design: Design) -> SolidResults:
-        """Weighs a design, and what its ball joints rub with; raises as `weigh`."""
+        """Computes masses and ball joint friction of a design; raises as `weigh`."""
         return self.memoize(
             "weighed",
             design_hash(design),
@@ -480,7 +480,7 @@ class Search:
         return best if best is None or not self.finely else self._climbed(best, _AGAIN if again else _COARSE)
 
     def _polished(self, candidate: Candidate) -> Candidate:
-        """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
+        """Improves ratio and pinion of a candidate by small steps with its solids' masses, and weighs it again."""
         known, self.ready = dict(self.corrections), candidate
         try:
             finer = self._climbed(candidate, _FINE)
@@ -589,7 +589,7 @@ class Search:
 
 
 def _impossible(brief: DesignBrief) -> Iterator[str]:
-    """Says what is asked that no hardware and no lengths give, by closed forms alone."""
+    """Gives the requirements that no hardware and no lengths meet, by closed forms alone."""
     required = brief.requirements
     if required.clearance_min_mm > CLEARANCE_MOST_MM:
         most = f"{CLEARANCE_MOST_MM:g} mm in any machine"

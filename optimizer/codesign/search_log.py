@@ -1,4 +1,4 @@
-"""What a search went through, the verdict that follows, and the journal from which an interrupted one goes on."""
+"""The history of a search, the resulting verdict, and the journal from which an interrupted search continues."""
 
 from __future__ import annotations
 

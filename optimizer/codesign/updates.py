@@ -1,4 +1,4 @@
-"""Updates of the corrections by a refusal or a failed check: a bound, another part, or that no progress is possible."""
+"""Updates of the corrections after a refusal or a failed check: a bound, another part, or `InconclusiveError`."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _KERNEL, KERNEL_TRIES, _KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radi
 MARGIN_MM = 0.05  # of an outline, over what the last machine took too much
 _MARGIN = 0.998  # of what a machine just missed
 _SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
-"""Check -> the share of its limit that is asked for."""
+"""Check -> the required fraction of its limit."""
 _GRAVITY_CHECK = "torque with gravity"
 
 
@@ -135,7 +135,7 @@ def from_refusals(
 def _room_for_arm_mm(
     brief: DesignBrief, choice: Selection, corrections: Corrections, radii_mm: Sequence[float]
 ) -> float:
-    """The longest upper arm that an outline holds beside the base radius that is asked for."""
+    """The longest upper arm within an outline for the required base radius."""
     if brief.outline_mm is None:
         return math.inf
     reach = Outline(*brief.outline_mm, choice.width_mm, corrections.overhead_mm).reach_max_mm
@@ -188,7 +188,7 @@ def utilisation(one: Estimate | CheckResult) -> float:
 
 
 def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
-    """Corrects the cable force that a motor's shaft bears, of which a peak joint torque takes a share."""
+    """Corrects the allowable cable force on a motor's shaft, to which the peak joint torque contributes."""
     pull = _MARGIN * torque_N_m / share / (sector_mm / MM_PER_M)
     return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
@@ -215,7 +215,7 @@ def _stiffer(corrections: Corrections, why: str) -> Corrections:
 
 
 def _levered(corrections: Corrections, side_mm: float, share: float, why: str) -> Corrections:
-    """Raises the couple index per mm of a knob's lever behind a panel, by the share of its load that a part bears."""
+    """Raises the couple index per mm of a knob's lever behind a panel, by a part's ratio of load to allowable load."""
     least, most = LEVER_STEPS
     now = max(corrections.couple_per_mm, corrections.couple_index_min / (side_mm + KNOB_MM))
     return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, _LITTLE) ** -LEVER_EXPONENT), least))
@@ -312,13 +312,13 @@ def _kind(name: str) -> str:
 
 
 def _chains_apart(candidate: Candidate, corrections: Corrections, short_mm: float, why: str) -> Corrections:
-    """Asks for chains that are farther apart, by what the base radius of a candidate lacks."""
+    """Moves the chains apart by the shortfall of a candidate's base radius."""
     radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
     return corrections.with_chains_apart(candidate.choice.width_mm, radius, short_mm, why)
 
 
 def by_weight(check: str) -> bool:
-    """Whether a check rests on masses, inertias and what joints rub with."""
+    """Whether a check depends on masses, inertias and joint friction."""
     return check == _GRAVITY_CHECK or check in _SHARES
 
 

@@ -1,4 +1,4 @@
-"""Proof of a least distance over a continuum of positions by adaptive subdivision.
+"""Proof of a smallest distance over a continuum of positions by adaptive subdivision.
 
 A box of variables is proven for a pair when `distance at the centre - travel of both bodies inside the box` is at least
 the limit. Four lower bounds are tried, cheapest first: bounding spheres, oriented bounding boxes, a slab, and the FCL

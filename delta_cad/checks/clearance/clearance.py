@@ -1,4 +1,4 @@
-"""Clearance of bodies on different links over the whole cube: proven, found where it is smallest, measured exactly."""
+"""Clearance of bodies on different links over the cube: proved; its smallest value is located and measured exactly."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names
@@ -319,7 +319,7 @@ def _proof(
     closest: Sequence[PairSample],
     counts: str,
 ) -> CheckResult:
-    """What the proofs came to; a pair that a sample refutes is not told as undecided.
+    """Result of the proofs; a pair that a sample refutes is not reported as undecided.
 
     The pair that fails is that which lacks most of its own limit, and the value the clearance less that: of what was
     measured, at positions that may occur. None where nothing was found lacking, and a proof gave up.

@@ -144,7 +144,7 @@ class ConfigurationSpace(ABC):
     def along(
         self, centres: np.ndarray, halves: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions while the variables stay in boxes.
+        """Bound on the approach of pairs along directions while the variables stay in boxes.
 
         Args:
             centres: (n, d) centres of the boxes.
@@ -257,7 +257,7 @@ class _Arms(ConfigurationSpace):
     def along(
         self, centres: np.ndarray, halves: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions: of a turn a direction sees what is square to its axis."""
+        """Bound on the approach of pairs along directions; a rotation contributes its component normal to the axis."""
         (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
 
         def travel(box: np.ndarray, pair: np.ndarray, n: np.ndarray) -> np.ndarray:

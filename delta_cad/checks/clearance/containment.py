@@ -1,4 +1,4 @@
-"""Bodies wholly inside others, which a distance of surfaces does not show."""
+"""Bodies completely inside others, which a distance between surfaces does not detect."""
 
 from __future__ import annotations
 

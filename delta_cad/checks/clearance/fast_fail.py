@@ -1,4 +1,4 @@
-"""Room for keys, outline and clearance of a machine that may fail: soon told, on two cores."""
+"""Fast fail: key access, outline and clearance on two cores, ended at the first violation."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def results(order: _Order) -> Iterator[list[ClearanceProof]]:
 def check_moving(
     assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
 ) -> Moved:
-    """Runs the checks of keys' access, outline and clearance; what fails is not told where it is worst, but soon.
+    """Fast fail: runs key access, outline and clearance; a failure reports a violation, not the worst pose.
 
     Args:
         assembly: The machine.

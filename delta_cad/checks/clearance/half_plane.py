@@ -1,4 +1,4 @@
-"""Bodies seen in the half plane through an axis: a lower bound of their distance that holds at every angle about it.
+"""Profiles of bodies in the half plane through an axis: a lower bound of their distance, valid at every angle about it.
 
 A rotation about the y axis keeps the radius `rho` and the height `y` of a point. Points at `(rho_a, phi_a, y_a)` and
 `(rho_b, phi_b, y_b)` have the squared distance

@@ -1,4 +1,4 @@
-r"""Pairs that depend on the whole position of the handle: frames, and how far bodies travel while it stays in a box.
+r"""Pairs that depend on the whole handle position: their frames, and bounds on the travel of bodies within a box.
 
 A point of a rod at the share f of the way from elbow to wrist and at v square to the rod lies at `E + f (W - E) + R v`;
 elbow and wrist are translated with the arm's end and with the handle. While the handle goes from c to p it travels
@@ -134,7 +134,7 @@ class Handle(ConfigurationSpace):
     def along(
         self, centres: np.ndarray, halves: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions while the handle stays in the boxes."""
+        """Bound on the approach of pairs along directions while the handle stays in the boxes."""
         bounds, low, high = self.angles(centres, halves)
         theta, rotation = bounds.theta, np.fmin(bounds.rotation, _ROTATION_MAX)
 

@@ -1,4 +1,4 @@
-"""Which joint angles occur in the cube: rigorous supersets, as ranges and as rasters of two angles."""
+"""Rigorous supersets of the joint angles that occur in the cube, as ranges and as rasters of two angles."""
 
 from __future__ import annotations
 
@@ -240,7 +240,7 @@ def _counted(total: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarr
 
 
 def _grown(marked: np.ndarray, cells: int) -> np.ndarray:
-    """The marked cells of a grid and those at most so many beside them; what lies outside is not marked."""
+    """The marked cells of a grid and their neighbours within a number of cells; the outside is not marked."""
     size = np.array(marked.shape)
     at = np.stack(np.meshgrid(*map(np.arange, size), indexing="ij"), axis=-1).reshape(-1, 2)
     first, last = np.maximum(at - cells, 0), np.minimum(at + cells + 1, size)

@@ -1,4 +1,4 @@
-r"""How far the links can move while the handle stays in a box: rigorous bounds in closed form.
+r"""Rigorous closed-form bounds on the motion of the links while the handle stays in a box.
 
 Chain i, lengths in mm: `q, t, z` of the wrist seen from the shoulder,
 `m = (q^2 + t^2 + z^2 + L_A^2 - L_B^2) / (2 L_A)`, `w = sqrt(q^2 + z^2 - m^2)`; s is the forearm from elbow to wrist,

@@ -1,4 +1,4 @@
-"""Which bodies are held apart by how much, and in which configuration space each pair is proven."""
+"""The pairs of bodies that need clearance, the required distance, and the configuration space that proves each."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def clearance_pairs(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> 
 
 
 def by_several_joints(pair: ClearancePair, placement: LinkPlacement) -> bool:
-    """Decides whether more than one joint moves two bodies against each other: their distance tells of the position."""
+    """Decides whether more than one joint moves two bodies against each other, so that the position matters."""
     fixed = {"base", *swept_links(placement)}
     one, other = sorted("base" if b.link in fixed else b.link for b in (pair.a, pair.b))
     if (one.rstrip("_012"), other.rstrip("_012")) in _BY_ONE_JOINT:

@@ -1,4 +1,4 @@
-"""A rod against the link that holds one of its balls: the space of the forearm's directions, and of its own turn."""
+"""A rod against the link that holds one of its balls: the space of forearm directions and of the rod's own rotation."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class RodAtJoint(ConfigurationSpace):
     def along(
         self, centres: np.ndarray, halves: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions: of each turn a direction sees what is square to its axis."""
+        """Bound on the approach of pairs along directions; a rotation contributes only normal to its axis."""
         (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
 
         def travel(box: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:

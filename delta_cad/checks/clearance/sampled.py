@@ -1,4 +1,4 @@
-"""The smallest distance over many sampled positions, without measuring most of them.
+"""The smallest distance over many sampled positions, with measurements of only a few of them.
 
 Every (position, pair) starts with a lower bound from bounding spheres and then from oriented boxes. The lowest bound
 is measured; what was measured bounds the other positions of that pair in two ways. No point of a body leaves the
@@ -263,7 +263,7 @@ class Sampler:
                 low[near] = np.maximum(low[near], apart)
 
     def _uncut(self, sample: PairSample | None) -> PairSample | None:
-        """A sample measured again between whole bodies: a part stands for the whole only below its bound."""
+        """A sample measured again between whole bodies: a segment represents the whole only below its bound."""
         if sample is None:
             return None
         a, b = sample.pair.a, sample.pair.b

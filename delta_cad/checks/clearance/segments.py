@@ -1,4 +1,4 @@
-"""Long bodies cut into segments across their length, so that what is near a joint is not taken to move like the rest.
+"""Long bodies cut into segments across their length, because the part near a joint moves less than the rest.
 
 A rotation by a small angle about a joint's centre moves a point by the angle times its distance from there. The
 triangles of a tube reach over its whole length, so they are cut at planes; together the segments are the same surface,

@@ -1,4 +1,4 @@
-"""A machine can be mended: a key reaches what must be loosened, and what is exchanged comes off in a straight line.
+"""Serviceability: a key reaches every screw to loosen, and exchangeable parts come off in a straight line.
 
 A key is an L of two round legs as wide as its corners. One leg stands in the screw's socket, on its axis, the other is
 the handle, which must be free to swing by what turns a hexagon on to its next corner. Both legs may be cut, the long
@@ -60,7 +60,7 @@ class _Socket:
 
 @dataclass(frozen=True)
 class _Around:
-    """What stands around a screw, as long as its scene is asked for no other position.
+    """The obstacles around a screw, valid until its scene moves to another position.
 
     Attributes:
         place: (index) -> an object of the collision library, where it is at that position.
@@ -103,7 +103,7 @@ class _Around:
 
 
 class Scene:
-    """The machine at positions of its handle, to be asked what a tool or a moved part meets there.
+    """The machine at positions of its handle, for queries of collisions with a tool or a moved part.
 
     Attributes:
         count: Number of positions.
@@ -127,7 +127,7 @@ class Scene:
         self._balls = np.array(balls)
 
     def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, beside: int, static: bool) -> _Around:
-        """What a tool may meet within a reach of a point: any occurrence but one, or any that stands still."""
+        """Possible obstacles of a tool within a reach of a point: all occurrences except one, or all static ones."""
         centres = self._centres(pose)
         near = np.linalg.norm(centres - centre_mm, axis=1) <= self._balls[:, 3] + reach_mm
         near[beside] = False
@@ -143,7 +143,7 @@ class Scene:
         return (frame[:, :3, :3] @ self._balls[:, :3, None])[..., 0] + frame[:, :3, 3]
 
     def met_by(self, pose: int, k: int, frame: np.ndarray, beside: Collection[str]) -> list[int]:
-        """Indices of the occurrences whose meshes that of one meets in another frame (4, 4), those beside left out."""
+        """Indices of the occurrences whose meshes one mesh meets in another frame (4, 4), without its neighbours."""
         import fcl
 
         moved = self._objects[k]
@@ -183,7 +183,7 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
 
 
 def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> float:
-    """Computes what the base radius lacks for keys to reach all screws that stand still.
+    """Computes the shortfall of the base radius for keys to reach all static screws.
 
     Each chain goes outwards as it is, the platform stays: a longer base radius, as far as keys see it.
 

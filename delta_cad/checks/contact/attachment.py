@@ -114,7 +114,7 @@ class _Neighbours:
     def touch(
         self, a: CollisionBody, b: CollisionBody, one: Occurrence, other: Occurrence, exactly: bool
     ) -> bool | None:
-        """Whether two bodies are neighbours; None where their meshes cannot tell and the solids are not asked."""
+        """Whether two bodies are neighbours; None if their meshes do not decide it and the solids are not used."""
         b_in_a = np.linalg.inv(a.placement) @ b.placement
         key = relative_key(a.key, b.key, b_in_a)
         if key not in self._known:

@@ -1,4 +1,4 @@
-"""Material and gaps under the head of a screw, along lines beside its shank."""
+"""Material and gaps under the head of a screw, along lines parallel to its shank."""
 
 from __future__ import annotations
 

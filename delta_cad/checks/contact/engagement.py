@@ -1,4 +1,4 @@
-"""Parts that hold, guide or carry one another do so: each declared contact has its least length or area, and no gap.
+"""Declared contacts that hold, guide or carry: each has its minimum length or area, and no gap.
 
 Lengths and areas are read off the exact faces at the exported position; equal pairs in equal positions once.
 """

@@ -1,4 +1,4 @@
-"""Cylinders, spheres, planes, cones and tori of parts: what seats, threads and joint axes are made of."""
+"""Cylinders, spheres, planes, cones and tori of parts: the faces of seats, threads and joint axes."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names

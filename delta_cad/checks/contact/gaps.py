@@ -1,4 +1,4 @@
-"""Running gaps that must not get wider than a limit, such as the air gap of an encoder."""
+"""Running gaps with an upper limit, such as the air gap of an encoder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts beside one another: exact solids moved, equal relative positions, and bounds on the distance of a pair."""
+"""Adjacent parts: exact solids moved, equal relative positions, and bounds on the distance of a pair."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class _ContactPosition:
 
 
 def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[_ContactPosition]:
-    """Gives the positions at which contacts across links are tested; one of equal contacts stands for all."""
+    """Gives the positions at which contacts across links are tested; one of equal contacts represents all."""
     poses = np.concatenate([limits.centre_mm[None], limits.poses_mm()])
     links = assembly.placement(poses)
     occurrences = {o.name: o for o in assembly.occurrences}

@@ -1,4 +1,4 @@
-"""Screws hold: each has its length of thread and clamps what lies under its head; no tapped or reamed hole is empty."""
+"""Screws: length of thread and clamped stack under the head of each; no tapped or reamed hole is empty."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What two shapes share, by the kernel's booleans, believed only where they agree with themselves.
+"""Common volume of two shapes by the kernel's booleans, accepted only if their results are consistent.
 
 Coincident faces (a screw in its hole, a bearing in its seat) are what booleans get wrong, so a result counts only when
 `size(A) - size(A cut B)` agrees with `size(A common B)`; otherwise fuzzy tolerances are tried one after another, and

@@ -1,4 +1,4 @@
-"""Stops end the travel where they are stated: a degree before they are free, a degree beyond they meet, deep enough."""
+"""End stops act where stated: free a degree before, in contact a degree beyond, with enough depth."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names
@@ -79,7 +79,7 @@ def _meeting(
 def _shared_length(
     pair: tuple[Occurrence, Occurrence], in_joint: tuple[np.ndarray, np.ndarray], is_beyond: bool
 ) -> float:
-    """Length along y of what two parts share in a joint's frame, mm, as `_meeting` tells it."""
+    """Length along y of the common volume of two parts in a joint's frame, mm, from `_meeting`."""
     shapes = [o.part.solid.wrapped.Moved(location_of(frame)) for o, frame in zip(pair, in_joint, strict=True)]
     common = common_size((shapes[0], shapes[1]), (volume(shapes[0]), volume(shapes[1])), volume, NOISE_MM3)
     if common is None:

@@ -1,1 +1,1 @@
-"""What parts are made of, and whether a shop can make them: bores where they are declared, corners, walls, setups."""
+"""Manufacturability of parts: declared bores, corners, walls, setups."""

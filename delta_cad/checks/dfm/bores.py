@@ -1,4 +1,4 @@
-"""Bores that a shop can make: drills in stock, not too deep, blind threads with run-out, reached by the tool."""
+"""Manufacturable bores: drills in stock, limited depth, blind threads with run-out, tool access."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SIZE_MM = 1e-6
 
 @dataclass(frozen=True)
 class Finding:
-    """A figure of one feature of a part, beside what a shop makes.
+    """A figure of one feature of a part with the limit of manufacture.
 
     Attributes:
         part: Part number.

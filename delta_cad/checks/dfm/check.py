@@ -1,4 +1,4 @@
-"""Parts that a shop can make: each rule over all parts that are machined, with the one that is worst and where."""
+"""The manufacturing rules over all machined parts, each with the worst part and place."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _RING, _STATIONS = 24, 7  # directions about a thread's axis, places along it
 
 
 def _thread_walls(part: Part) -> Iterator[Finding]:
-    """The thinnest wall beside each thread: from its outer diameter straight out to where a face ends the material."""
+    """The thinnest wall next to each thread: from its outer diameter straight to the face that ends the material."""
     lines = Lines(part.solid)
     for bore in (bore for bore in bores(part) if bore.thread):
         wall = min(_ends(lines, bore), default=np.inf) - catalogue.screw(bore.thread).diameter_mm / 2
@@ -154,7 +154,7 @@ RULES = (
     _Rule("dfm undercuts", _undercuts, "", "faces to which no straight tool comes", counts=True),
     _Rule("dfm setups", setups, "", "clampings of a part"),
 )
-"""All there are, in the order in which they are told."""
+"""All rules, in the order of the report."""
 
 
 def check_dfm(parts: Iterable[Part]) -> list[CheckResult]:

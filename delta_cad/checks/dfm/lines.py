@@ -1,4 +1,4 @@
-"""Lines through a part and points of its faces: what is thick, and what a tool reaches."""
+"""Lines through a part and points of its faces, for thickness and tool access."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names

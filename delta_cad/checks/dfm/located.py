@@ -1,4 +1,4 @@
-"""Bores lie where a part declares them, as deep, with the end that is declared: read off the solid's faces.
+"""Bores are where a part declares them, with the declared depth and end, as read from the solid's faces.
 
 What is said of a bore agrees with itself: the core of its thread, the zone of its fit, the words of its callout.
 """

@@ -1,4 +1,4 @@
-"""How often a part is clamped: the directions from which its bores and its sharp inner edges are made."""
+"""Number of setups of a part: the directions from which its bores and sharp inner edges are machined."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _fewest(part: Part) -> tuple[int, str]:
 
 
 def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
-    """Directions of which each of what is asked has one."""
+    """Directions such that each requested feature has one of them."""
     if not asked:
         return []
     ways = np.array([way for one in asked for way in one])

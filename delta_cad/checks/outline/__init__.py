@@ -1,1 +1,1 @@
-"""The outline that the machine sweeps, enclosed from both sides."""
+"""The outline of the moving machine, bounded from both sides."""

@@ -1,4 +1,4 @@
-"""Largest value over a cube of handle positions, enclosed from both sides by cutting it into ever smaller boxes."""
+"""Maximum over a cube of handle positions, bounded from both sides by subdivision into boxes."""
 
 from __future__ import annotations
 

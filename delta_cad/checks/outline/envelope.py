@@ -1,4 +1,4 @@
-"""Outline that all bodies sweep over the cube, along the base frame's x and y.
+"""Outline of all moving bodies over the cube, along x and y of the base frame.
 
 Upper bounds, body by body:
     base: the mesh.

@@ -1,4 +1,4 @@
-"""The capstan's cable over the whole stroke: its strands keep to the groove's helix, its turns to the groove.
+"""The capstan's cable over the whole stroke: its strands follow the groove's helix, its turns stay in the groove.
 
 All of it is read off the solids as they are placed: rim, nose and lugs of the sector, the pinion's groove and where its
 axis is, the turns upon it. The cable is developed into a plane: on the rim and between the drums it is one straight
@@ -67,7 +67,7 @@ class _Seen:
 
 
 def check_cable(assembly: Assembly) -> list[CheckResult]:
-    """Holds the fleet angle against what a cable bears, and both take-offs against the ends of the groove.
+    """Checks the fleet angle against the cable's limit, and both take-off points against the ends of the groove.
 
     Returns:
         `cable fleet angle`, the largest of all strands against the plane across the axes over the stroke, deg;

@@ -1,4 +1,4 @@
-"""Motor and capstan: torque at the joint for ever and for a moment, and how sharply the pinion bends its cable."""
+"""Motor and capstan: continuous and peak torque at the joint, and the bend radius of the cable on the pinion."""
 
 from __future__ import annotations
 

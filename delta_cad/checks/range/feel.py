@@ -1,4 +1,4 @@
-"""Feel of a machine: figures over its cube, whatever limits are set, and those worse than a default left out."""
+"""Feel of a machine: figures over its cube, and those worse than a default for which no limit is set."""
 
 from __future__ import annotations
 

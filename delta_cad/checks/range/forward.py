@@ -1,4 +1,4 @@
-"""Forward kinematics: the joint angles of every sampled position lead back to it, so the encoders tell the handle."""
+"""Forward kinematics: the joint angles of every sampled position return that position."""
 
 from __future__ import annotations
 

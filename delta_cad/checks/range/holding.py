@@ -1,4 +1,4 @@
-"""Torque of each joint that holds the machine up, of its placed solids; the limit on it is `HoldingTorque`.
+"""Torque of each joint that holds the weight of the placed solids; the limit on it is `HoldingTorque`.
 
 The torque that holds the moving bodies at p is minus the torque of gravity, that is the gradient of their potential
 energy in the joint angles: `J^T dU/dp` with `v = J theta_dot`. U is summed over the links of the placement, with masses

@@ -1,4 +1,4 @@
-"""Joint axes of the solids: what turns in a joint is centred on the joint's declared frame, in both links."""
+"""Joint axes of the solids: cylindrical faces of a joint are centred on its declared frame, in both links."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints: the two frames of each agree at every sampled position, and ball joints stay within their free tilt."""
+"""Joints: both frames of each coincide at every sampled position, and ball joints stay within their free tilt."""
 
 from __future__ import annotations
 

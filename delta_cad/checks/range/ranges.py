@@ -1,4 +1,4 @@
-"""Limits on every position of the cube, proved; the figure of each is its worst over the whole cube."""
+"""Limits proved at every position of the cube; the figure of each is its worst over the whole cube."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tolerance chains of a machine against what they may be, and what its lengths come to."""
+"""Tolerance chains of a machine against their limits, and the resulting deviations of its lengths."""
 
 from __future__ import annotations
 

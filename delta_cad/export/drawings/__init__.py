@@ -1,1 +1,1 @@
-"""Dimensioned drawings of the made parts and of the assembly; see `write` for what is written."""
+"""Dimensioned drawings of the made parts and of the assembly; `write` lists the files."""

@@ -1,4 +1,4 @@
-"""The assembly drawing: the machine from two sides, a drive and a pair of rods pulled apart, balloons, item list.
+"""The assembly drawing: two views of the machine, a drive and a pair of rods exploded, balloons, item list.
 
 Each item of the bill of materials that has a place in the machine gets one balloon, in the first view that shows
 enough of one of its parts.
@@ -234,7 +234,7 @@ def _scale(group: Sequence[_Shown]) -> None:
 
 
 def _page(group: Sequence[_Shown]) -> tuple[str, list[Item], dict[str, Box]]:
-    """Views on a sheet of their own, side by side, with what is told of them."""
+    """Lays views out side by side on a separate sheet, with their annotations."""
     area, page, frames = inner(_SIZE), [], {}
     left = area[0] + 8.0
     for n, view in enumerate(group):

@@ -1,4 +1,4 @@
-"""Checks a finished drawing: all is told, once, with the right value, and no text lies over anything.
+"""Checks a finished drawing: every dimension occurs once with the correct value, and no text overlaps anything.
 
 It works on the sheets, after they are laid out. What has to be told it reads from the part: its declared holes, its
 faces and its size; how often each was told it counts in the texts.

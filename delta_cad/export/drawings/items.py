@@ -1,4 +1,4 @@
-"""The item list of the assembly drawing: the bill of materials, a row a line, in the order of its balloons."""
+"""The item list of the assembly drawing: one line per row of the bill of materials, in the order of the balloons."""
 
 from __future__ import annotations
 

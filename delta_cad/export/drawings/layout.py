@@ -1,4 +1,4 @@
-"""Views, tables and notes put on a sheet: the smallest sheet and the largest scale at which all fit and can be read."""
+"""Layout of views, tables and notes: the smallest sheet and the largest scale at which all fit and are legible."""
 
 from __future__ import annotations
 

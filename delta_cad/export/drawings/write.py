@@ -1,4 +1,4 @@
-"""The drawings of a machine, checked and written: in a build those of its parts by a second process."""
+"""The drawings of a machine, checked and written: in a build, part drawings come from a second process."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a shop asks for beside the solids: the list of holes, tolerances as data."""
+"""Data for a workshop in addition to the solids: the list of holes, tolerances as data."""

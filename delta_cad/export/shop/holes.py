@@ -1,4 +1,4 @@
-"""The list of holes: every bore of every made part, where it is and how it is made, one a row."""
+"""The list of holes: one row for each bore of each made part, with position and machining."""
 
 from __future__ import annotations
 

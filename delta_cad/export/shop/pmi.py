@@ -1,4 +1,4 @@
-"""Tolerances of a made part as data in its AP242 file: all that its drawing states, and the notes of a title block.
+"""Tolerances of a made part as data in its AP242 file: those of its drawing and the notes of its title block.
 
 Each bore with a fit, deviations of its own or a thread has a diameter on its faces, and so has what else is round and
 asked for; lengths and depths lie between planes. Datums and geometric tolerances are those of `drawings.part.zones`.

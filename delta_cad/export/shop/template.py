@@ -1,4 +1,4 @@
-"""Template of the dashboard's opening and holes in true size: DXF to cut by, SVG to print on paper and lay on."""
+"""Template of the dashboard's opening and holes in true size: DXF for cutting, SVG for printing on paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""VTK's poly data of arrays, and VTK's normals: smooth over curved faces, sharp across edges."""
+"""VTK poly data from arrays, and VTK normals: smooth over curved faces, sharp across edges."""
 
 from __future__ import annotations
 

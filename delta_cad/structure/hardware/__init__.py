@@ -1,1 +1,1 @@
-"""Why hardware cannot do, in closed form and all at once, and what would do in its place."""
+"""Infeasible hardware in closed form: all reasons at once, and suggestions."""

@@ -1,4 +1,4 @@
-"""What moves at least, before any solid is made: masses that solids do not fall short of, for what gravity asks.
+"""Lower bound of the moving mass before CAD, for the gravity torque.
 
 Left out is what dimensions do not tell in a line: gussets of rods, fillets, screws, shaft, cable. Of twenty machines
 rods weigh 3 to 7 % more, platforms 1 to 6 %, arms of direct drives 1 %. A sector, which may weigh against its arm, is

@@ -1,4 +1,4 @@
-"""What parts may not bear and joints not hold, in closed form: with the weight of what moves at least."""
+"""Overloaded parts and joints in closed form, with the lower bound of the moving mass."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
 
 
 def gravity_share_N_m(d: Dimensions) -> float:
-    """Estimates, rather too low, what the weight of what moves takes of a joint beside the lasting force, N m.
+    """Estimates from below the gravity torque of a joint in addition to the continuous force, N m.
 
     Args:
         d: The machine.
@@ -99,7 +99,7 @@ def _torque(design: Design, pushed: np.ndarray, below_elbows: np.ndarray, weighe
 
 
 def _overloaded(d: Dimensions, load: Load, field: str) -> Reason:
-    """Says what bears too much, and what may be changed.
+    """Gives the overloaded parts, and the fields that may be changed.
 
     Args:
         d: The design's dimensions.

@@ -1,4 +1,4 @@
-"""Why a design's hardware is refused, in closed form and all at once: no solid is made, only samples are posed.
+"""Why a design's hardware is refused: all reasons in closed form, from sampled poses without solids.
 
 Six kinds: a platform that hangs below its elbows, after which nothing else is judged; parts that cannot be given sound
 dimensions; a drive that gives too little or breaks its cable; an outline that elbows or motors alone exceed; a cable
@@ -72,7 +72,7 @@ _Form = Callable[[Dimensions, Held], Iterable[Reason]]
 
 
 class Judged:
-    """What closed forms say of one design; each is computed when it is asked for first.
+    """The closed-form results of one design; each is computed at its first use.
 
     Args:
         design: A design, each field within its own bounds.
@@ -203,7 +203,7 @@ def least_outline_mm(d: Dimensions) -> np.ndarray:
 
 
 def _outline(d: Dimensions) -> list[Reason]:
-    """Outline of what stands out farthest, the way round in which it fits best."""
+    """Outline of the outermost bodies, in the orientation that fits best."""
     required, least = d.design.requirements, least_outline_mm(d)
     plate = np.ptp(d.base.reach_mm, axis=1)
     demand = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}

@@ -1,4 +1,4 @@
-"""The smallest change of what a design leaves free that every closed form passes, as found along some directions."""
+"""The smallest change found of a design's free fields with which every closed form passes."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ class _Search:
         return next(((form, some) for form in ORDER if (some := self._of(values, form))), ("", ()))
 
     def _of(self, values: Values, form: str) -> tuple[Reason, ...]:
-        """Reasons of a form, with margins as far as they are asked for; the forms before it refuse nothing."""
+        """Reasons of a form, with the requested margins; the forms before it refuse nothing."""
         key = frozenset(values.items()), form
         if key not in self._known:
             self.spent_ms += _COSTS_MS.get(form, _QUICK_MS)

@@ -1,4 +1,4 @@
-"""What ends a refusal, found on the refusal itself: one search that changes a field until the reason is gone."""
+"""Threshold of a field that removes a refusal, found by a search on the refusal itself."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ class Variants:
 
     @property
     def count(self) -> int:
-        """How many variants were asked about."""
+        """Number of evaluated variants."""
         return len(self._judged)
 
     def judged(self, values: Values) -> Judged | None:
@@ -192,7 +192,7 @@ class Threshold:
 
     @property
     def required(self) -> bool:
-        """Whether it changes what is asked."""
+        """Whether it changes a requirement."""
         return any(field.startswith(REQUIRED) for field in self.enough)
 
     def __str__(self) -> str:

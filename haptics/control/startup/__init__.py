@@ -1,1 +1,1 @@
-"""A new device's first minute: is it what the design says, before it may render force."""
+"""Start-up of a new device: compares it with its design before it may render force."""

@@ -1,4 +1,4 @@
-"""What a start-up knows of a device and what it remembers: records of plain floats, layout of its memory, its steps."""
+"""The data of a start-up: records of plain floats, layout of its memory, its steps."""
 
 from __future__ import annotations
 

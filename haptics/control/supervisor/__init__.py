@@ -1,1 +1,1 @@
-"""What lets nothing unsafe pass: faults, limits, and the calls of a tick."""
+"""The supervisor: faults, limits, and the calls of a tick."""

@@ -1,4 +1,4 @@
-"""How much energy the hand can be given: a tank that the force may not brake below zero.
+"""The energy tank: bounds the energy that the force may give to the hand.
 
 Over one tick the held torque r gives the hand exactly `r . (theta_after - theta_before)`; that is taken out of the
 tank, and what the hand puts in goes back into it, up to its capacity. The level is known only afterwards and the slew

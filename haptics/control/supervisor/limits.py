@@ -1,4 +1,4 @@
-"""Limits that the supervisor holds the machine to: a checked record of plain floats, made from a design."""
+"""Limits of the supervisor: a checked record of plain floats, computed from a design."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Layout of the supervisor's memory: one array of floats, so that compiled code and firmware keep the same."""
+"""Layout of the supervisor's memory: one array of floats, common to compiled code and firmware."""
 
 from __future__ import annotations
 

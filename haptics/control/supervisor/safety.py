@@ -1,4 +1,4 @@
-"""The supervisor's handles: what an operator, a host and a button do with it; the two calls of a tick are compiled."""
+"""Interface of the supervisor for operator, host and stop button; the two calls of a tick are compiled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The supervisor: whether what was read can be trusted, and what of a wanted torque may reach the motors; compiled.
+"""The supervisor: checks every reading and limits the torque that may reach the motors; compiled.
 
 A controller calls two functions a tick, in this order, on one array of `MEMORY` floats, laid out in `memory`:
 

@@ -1,4 +1,4 @@
-"""C sources of the ports, as they are written beside a generated controller."""
+"""C sources of the ports, written next to a generated controller."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Force laws, one a file: its parameters and their checks, compiled force and energy, and its function of states."""
+"""Force laws, one per file: parameters and their checks, compiled force and energy, and a function of states."""

@@ -1,4 +1,4 @@
-"""Operating resistance of the paper: nothing near the origin, then a spring towards it, then a constant pull."""
+"""Operating resistance of the paper: zero near the origin, then a spring towards it, then a constant pull."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Virtual wall in any plane: pushes back along its normal, only while it is touched, and never pulls.
+"""Virtual wall in any plane: pushes back along its normal only while it is touched, and never pulls.
 
 What the drives damp meanwhile is no force of the law: it drags at whoever leaves or slides.
 """

@@ -1,1 +1,1 @@
-"""The order in which a machine is put together: every part has a way in, every screw a key."""
+"""The order of assembly: every part has a path to its seat, every screw a key."""

@@ -1,4 +1,4 @@
-"""The order of assembly holds: every part is in it once and has a free way to its seat, each screw is reached."""
+"""Check of the order of assembly: every part occurs once, has a free path to its seat, and each screw is reached."""
 
 from __future__ import annotations
 

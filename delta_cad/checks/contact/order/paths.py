@@ -1,4 +1,4 @@
-"""Whether a part that is brought in along straight legs meets what is there already.
+"""Whether a part that is inserted along straight segments collides with parts already in place.
 
 The way is gone from the seat outwards. As far as two meshes are apart, so far a part goes on unseen: a translation
 moves every point alike, so that nothing is passed over. Where meshes meet, as in every fit, discs that hold all that a
@@ -47,7 +47,7 @@ class Met:
 
 
 class Ways:
-    """The parts of a machine where they sit at home, to be asked what one meets on its way there."""
+    """The parts of a machine in their home position, for queries of collisions on a path to it."""
 
     def __init__(self, assembly: Assembly, meshes: Meshes) -> None:
         self._of = {o.name: o for o in assembly.occurrences}

@@ -1,4 +1,4 @@
-"""Simple bodies that hold all that a moving part sweeps, so that one question stands for all positions.
+"""Simple bodies that enclose the swept volume of a moving part, so that one test covers all positions.
 
 A convex function of a point, such as a height along a direction or the distance from an axis, has no largest value
 inside a segment. Planes, cylinders and cones are ruled, so on such a face it is largest on the boundary: on lines at

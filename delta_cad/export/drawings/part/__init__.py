@@ -1,1 +1,1 @@
-"""What has to be told of a part: its faces, holes, coordinates and sizes."""
+"""The content of a part's drawing: its faces, holes, coordinates and sizes."""

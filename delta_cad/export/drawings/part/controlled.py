@@ -1,4 +1,4 @@
-"""What the machine's dimensions ask of single parts beyond their holes: fits, lengths, and what runs true to what."""
+"""Requirements of the machine on single parts in addition to their holes: fits, lengths, and run-out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The faces of a solid as a draughtsman reads them: kind, axis, radius, where they reach, and what they border on."""
+"""The faces of a solid for drawings: kind, axis, radius, extent, and adjacent faces."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names

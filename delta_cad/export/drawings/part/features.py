@@ -1,4 +1,4 @@
-"""What a drawing of a part has to tell: sizes of its faces, and the coordinates that place them.
+"""Dimensions of a part's drawing: sizes of its faces, and the coordinates that locate them.
 
 The faces of a solid are all there is to dimension. A plane is placed by one coordinate, a bore or a boss by two, a
 body of revolution by the ends of its steps; a cylinder has a diameter or a radius, a ball its own. A plane that joins

@@ -1,4 +1,4 @@
-"""The holes of a part as its drawing tells them: what it declares, found again in its solid with places and depths.
+"""The holes of a part for its drawing: the declared ones, located in its solid with positions and depths.
 
 This is the only module that reads `Part.holes`.
 """

@@ -1,4 +1,4 @@
-"""The coordinates that place the faces of a part."""
+"""The coordinates that locate the faces of a part."""
 
 from __future__ import annotations
 

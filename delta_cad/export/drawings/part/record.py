@@ -1,4 +1,4 @@
-"""The records of what a drawing of a part has to tell."""
+"""The records of the content of a part's drawing."""
 
 from __future__ import annotations
 

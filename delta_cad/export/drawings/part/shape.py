@@ -1,4 +1,4 @@
-"""What the faces of a part are to one another: floors and sides of its holes, chamfers, tangents, equal arms."""
+"""Relations between the faces of a part: floors and sides of its holes, chamfers, tangents, equal arms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Datums and geometric tolerances of a part, as its function asks for them.
+"""Datums and geometric tolerances of a part, as its function requires.
 
 A plate: its seat, or its largest plane across the widest fitted bore, is A, that bore is square to it and B; of the
 others the widest single one has its place from both and is C, the rest have theirs from all. Where the widest are a

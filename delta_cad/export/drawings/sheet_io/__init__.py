@@ -1,1 +1,1 @@
-"""Sheets and what they are lettered and written with."""
+"""Sheets, their lettering and their file formats."""

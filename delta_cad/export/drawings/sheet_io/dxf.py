@@ -1,4 +1,4 @@
-"""A drawing as DXF R2010 in its true size, millimetres: a layer a layer, arcs as arcs, texts kept to their widths.
+"""A drawing as DXF R2010 in true size, mm: one DXF layer per layer, arcs as arcs, texts fitted to their widths.
 
 A dimension is a DIMENSION: what it measures, between which points, and as its block the lines and texts of the sheet,
 so that it looks the same wherever it is opened. Its style has the view's scale, by which a reader measures it again.

@@ -1,4 +1,4 @@
-"""The lettering of a drawing: its faces, their true widths, and what of them the files carry.
+"""The lettering of a drawing: its fonts, their true widths, and the subset that the files embed.
 
 DejaVu Sans comes with matplotlib, Droid Sans Fallback (Chinese, Japanese, Korean) with this package; both are set
 narrower, which ISO 3098 leaves free. A letter that neither has is shown as `SUBSTITUTE`, and `missing` names it for a

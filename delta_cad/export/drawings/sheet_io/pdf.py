@@ -1,4 +1,4 @@
-"""A drawing as PDF 1.4: a page a sheet in its true size, text as text with its faces, the same bytes each time."""
+"""A drawing as PDF 1.4: one page per sheet in true size, text as text with embedded fonts, always the same bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drawing as lines, arcs, areas and texts on sheets, mm from the lower left corner: what is checked and written."""
+"""A drawing as lines, arcs, areas and texts on sheets, in mm from the lower left corner, for checking and writing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drawing as SVG in its true size: a group a layer, text as text, kept to its width whatever face the reader has."""
+"""A drawing as SVG in true size: one group per layer, text as text, fitted to its width with any font of the reader."""
 
 from __future__ import annotations
 

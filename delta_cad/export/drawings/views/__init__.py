@@ -1,1 +1,1 @@
-"""The views of a part, each with what is told in it."""
+"""The views of a part with their annotations."""

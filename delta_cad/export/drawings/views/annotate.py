@@ -1,4 +1,4 @@
-"""What is told in a view, set out around it.
+"""The annotations of a view, arranged around it.
 
 Coordinates stand in bands on the left of a view and below it, counted from the datum; callouts in one on its right, or
 over it, each with its leader. A band grows with what it holds and its texts are spread by their true sizes, so that

@@ -1,4 +1,4 @@
-"""A view with what is told in it, set out so that nothing lies over anything: a block for the sheet."""
+"""A view with its annotations, arranged without overlap as one block for the sheet."""
 
 from __future__ import annotations
 

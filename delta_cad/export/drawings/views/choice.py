@@ -1,4 +1,4 @@
-"""Which views a part is drawn in, and what is told in which: as few as show all of it in its true shape.
+"""The views of a part and the dimensions in each: the fewest views that show everything in true shape.
 
 First angle: the view from the left stands on the right of the main one, that from above below it.
 """
@@ -206,7 +206,7 @@ def _through_most(bores: Sequence[Bore], others: Sequence[Bore], view: View) -> 
 
 
 def _share(views: list[View], features: Features) -> None:
-    """Gives each view what is told in it: each coordinate, size and group of holes to the first that shows it."""
+    """Assigns dimensions to views: each coordinate, size and group of holes to the first view that shows it."""
     for place in features.places:
         able = [view for view in views if view.shows(place)]
         needed = place.end_on

@@ -1,4 +1,4 @@
-"""Where the arrows of callouts point, and what a dimension with its arrow there measures."""
+"""Targets of the arrows of callouts, and the quantity that a dimension with its arrow there measures."""
 
 from __future__ import annotations
 

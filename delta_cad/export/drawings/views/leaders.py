@@ -1,4 +1,4 @@
-"""Leaders set out so that one can follow them: none crosses another, none runs along an edge of the part."""
+"""Layout of leaders: none crosses another, none runs along an edge of the part."""
 
 from __future__ import annotations
 

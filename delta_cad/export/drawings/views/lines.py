@@ -1,4 +1,4 @@
-"""A line of a callout as it is set: a text, with the symbol of a surface in it, a tolerance's frame, a datum's letter.
+"""A typeset line of a callout: text with a surface symbol, a tolerance frame or a datum letter in it.
 
 Surfaces after ISO 21920-1, frames after ISO 1101, datums after ISO 5459. All lines are equally high.
 """

@@ -1,4 +1,4 @@
-"""The small things that a view is annotated with: arrows, numbers, texts spread along a line or put in free places."""
+"""Small annotations of a view: arrows, numbers, texts spread along a line or placed in free areas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is seen of solids from a side: the kernel's exact hidden-line removal, as lines, arcs and curves in a plane.
+"""Projection of solids: the kernel's exact hidden-line removal, as lines, arcs and curves in a plane.
 
 Edges that fall on one another are drawn once, and what is visible is not drawn as hidden once more.
 """

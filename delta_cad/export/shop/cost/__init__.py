@@ -1,1 +1,1 @@
-"""What a machine costs: material, machining and bought parts, for one, ten and a hundred."""
+"""Cost of a machine: material, machining and bought parts, for one, ten and a hundred."""

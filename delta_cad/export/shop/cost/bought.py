@@ -1,4 +1,4 @@
-"""Prices of bought parts: the catalogue's where it has one with its source, else an estimate that says so."""
+"""Prices of bought parts: the catalogue price with its source, otherwise a marked estimate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a shop's hour, a kilogram and a cut cost: every number that the costs are made of, with where it comes from.
+"""Cost rates of machine hours, material and cuts, each with its source.
 
 All are estimates in EUR without tax, for ordering of magnitude and for comparing designs; change them here.
 """

@@ -1,4 +1,4 @@
-"""What is cut of a made part: stock, volume taken off, areas, bores, threads, clampings; and what that costs."""
+"""Machining of a part: stock, removed volume, areas, bores, threads, setups, and their cost."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names

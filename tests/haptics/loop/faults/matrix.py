@@ -58,10 +58,10 @@ def _fault(wrong: Wrong, joint: int, size: float = 0.0, noticed: int = 0) -> Loo
 FAST_s, SLOW_s = 0.02, 0.1
 CASES = (
     Case("one reading not fresh (CRC, plug, bus)", _fault(Wrong.UNREAD, 0), FAST_s),
-    Case("all readings not fresh, or late and known to be", _fault(Wrong.UNREAD, 3), FAST_s),
-    Case("one encoder frozen, taken as fresh", _fault(Wrong.FROZEN, 0), FAST_s),
-    Case("all encoders frozen, taken as fresh", _fault(Wrong.FROZEN, 3), FAST_s),
-    Case("unplugged, taken as fresh: all bits up", _fault(Wrong.UNPLUGGED, 0), FAST_s),
+    Case("all readings not fresh, or late and detected as late", _fault(Wrong.UNREAD, 3), FAST_s),
+    Case("one encoder frozen, reported as fresh", _fault(Wrong.FROZEN, 0), FAST_s),
+    Case("all encoders frozen, reported as fresh", _fault(Wrong.FROZEN, 3), FAST_s),
+    Case("unplugged, reported as fresh: all bits 1", _fault(Wrong.UNPLUGGED, 0), FAST_s),
     Case("bit 12 stuck at the wrong value", _fault(Wrong.BIT, 0, 12.0), SLOW_s),
     Case("reading jumps by 1 degree", _fault(Wrong.OFFSET, 0, np.pi / 180.0), SLOW_s),
     Case("bit 6 stuck at the wrong value", _fault(Wrong.BIT, 0, 6.0), None),
@@ -70,13 +70,13 @@ CASES = (
     Case("reading drifts by 20 degrees a second", _fault(Wrong.DRIFT, 0, 20.0 * np.pi / 180.0), None),
     Case("reading drifts upwards by 300 degrees a second", _fault(Wrong.DRIFT, 0, 300.0 * np.pi / 180.0), None),
     Case("reading drifts downwards by 300 degrees a second", _fault(Wrong.DRIFT, 0, -300.0 * np.pi / 180.0), None),
-    Case("readings 8 ticks old, taken as fresh", _fault(Wrong.LATE, 3, 8.0), None),
-    Case("readings 40 ticks old, taken as fresh", _fault(Wrong.LATE, 3, 40.0), None),
+    Case("readings 8 ticks old, reported as fresh", _fault(Wrong.LATE, 3, 8.0), None),
+    Case("readings 40 ticks old, reported as fresh", _fault(Wrong.LATE, 3, 40.0), None),
     Case("encoders of two joints exchanged", _fault(Wrong.SWAPPED, 0), None),
     Case("one amplifier gives no torque", _fault(Wrong.WEAK, 0), None),
     Case("one amplifier gives full torque upwards", _fault(Wrong.FULL, 0, 0.8), None),
     Case("one amplifier gives full torque downwards", _fault(Wrong.FULL, 0, -0.8), None),
-    Case("the same, and its drive notices within 5 ms", _fault(Wrong.FULL, 0, -0.8, 40), SLOW_s),
+    Case("the same, detected by its drive within 5 ms", _fault(Wrong.FULL, 0, -0.8, 40), SLOW_s),
 )
 
 

@@ -20,8 +20,8 @@ SECONDS = 1.0  # Looked on after a fault begins
 def rows(seconds: float = SECONDS) -> list[str]:
     """The matrix, a row a fault: what sees it, when the force is off, and what follows where it is not."""
     lines = [
-        "| fault | seen by | off in | force off, ms | travel, mm | speed, mm/s "
-        "| where not off: force, N | travel, mm | energy, mJ |",
+        "| fault | detected by | off in | force off, ms | travel, mm | speed, mm/s "
+        "| if not off: force, N | travel, mm | energy, mJ |",
         "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for case in CASES:
@@ -58,7 +58,7 @@ def reactions() -> list[str]:
         machine().geometry, machine().masses, machine().centre + grid, machine().design.requirements.gravity_m_s2
     )
     force = 1e3 * np.ceil(limits.torque / (limits.slew * limits.period)) * limits.period
-    gone = f"gone within {1e3 * np.abs(held).max() / limits.gravity_slew:.0f} ms"
+    gone = f"released within {1e3 * np.abs(held).max() / limits.gravity_slew:.0f} ms"
     weight = {
         "LOWER": f"let down within {limits.lowering:g} s",
         "DAMP": f"let down within {limits.lowering:g} s, the handle damped until then",
@@ -79,10 +79,10 @@ def limits_text() -> list[str]:
     return [
         "| limit | value |",
         "|---|---:|",
-        f"| readings in a row that one encoder may repeat | {known.repeats:g} ticks |",
-        f"| that all three may repeat together | {known.all_repeat:g} ticks |",
-        f"| ticks in a row that are left out for want of a fresh reading | {known.unread:g} |",
-        f"| turn in a tick by which a joint may gain speed | {1e3 * known.kink:.2f} mrad |",
+        f"| consecutive readings that one encoder may repeat | {known.repeats:g} ticks |",
+        f"| consecutive readings that all three may repeat together | {known.all_repeat:g} ticks |",
+        f"| consecutive ticks skipped without a fresh reading | {known.unread:g} |",
+        f"| speed gain of a joint in a tick, as an angle per tick | {1e3 * known.kink:.2f} mrad |",
     ]
 
 

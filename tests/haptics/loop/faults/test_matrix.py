@@ -54,7 +54,7 @@ def test_the_force_is_off_in_time(case: Case, force: float) -> None:
         assert found.travel < (1e-3 if case.fault.wrong != Wrong.FULL else 0.02)
 
 
-@pytest.mark.parametrize("name", ["one encoder frozen, taken as fresh", "all encoders frozen, taken as fresh"])
+@pytest.mark.parametrize("name", ["one encoder frozen, reported as fresh", "all encoders frozen, reported as fresh"])
 def test_at_a_kilohertz_a_frozen_encoder_is_found_in_time_as_well(name: str) -> None:
     case = next(case for case in CASES if case.name == name)
     assert judged(case, 6.0, "rest", LONG_s, at_rate(1000.0)).off <= FAST_s
