@@ -1,0 +1,69 @@
+"""The examples of CONTRIBUTING.md: each diff of docs/extend applies, touches at most three files, its test passes."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.committed import ROOT
+
+EXAMPLES = sorted((ROOT / "docs" / "extend").glob("*.diff"))
+LIMITS, EXPECTED = "tests/delta_cad/mechanism/limits", "tests/delta_cad/assembly/expected"
+BUILT = "tests/delta_cad/export/drawings/test_built.py"
+# Of an example whose test is its line in a table of tests, or that has none of its own: what is run.
+READERS = {
+    "limit": [LIMITS, "-k", "elbow_height"],
+    "part": [EXPECTED, BUILT, "-k", "test_parts_and_bill or test_every_made_part or test_every_item"],
+}
+
+
+def files(diff: Path) -> list[str]:
+    """The files that a diff changes or adds."""
+    return re.findall(r"^\+\+\+ b/(.+)$", diff.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def git_apply(diff: Path, folder: Path) -> None:
+    process = subprocess.run(["git", "apply", "-"], input=diff.read_bytes(), cwd=folder, capture_output=True)
+    assert process.returncode == 0, process.stderr.decode()
+
+
+def test_the_page_links_every_example() -> None:
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    assert {path.stem for path in EXAMPLES} >= {"check", "command", "law", "limit", "part", "row"}
+    assert [path.name for path in EXAMPLES if f"docs/extend/{path.name}" not in page] == []
+
+
+@pytest.mark.skipif(not shutil.which("git"), reason="git applies the diffs")
+@pytest.mark.parametrize("diff", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_applies_and_touches_at_most_three_files(diff: Path, tmp_path: Path) -> None:
+    changed = files(diff)
+    assert 0 < len(changed) <= 3
+    for name in changed:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        if (ROOT / name).exists():
+            shutil.copy(ROOT / name, tmp_path / name)
+    git_apply(diff, tmp_path)
+    for name in changed:
+        assert (tmp_path / name).read_bytes() != b""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("git"), reason="git applies the diffs")
+@pytest.mark.parametrize("diff", EXAMPLES, ids=lambda path: path.stem)
+def test_the_test_of_an_example_passes(diff: Path, tmp_path: Path) -> None:
+    for name in ("delta_cad", "optimizer", "haptics", "tests", "docs"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for path in ROOT.iterdir():
+        if path.is_file():
+            shutil.copy(path, tmp_path)
+    git_apply(diff, tmp_path)
+    tests = [name for name in files(diff) if Path(name).name.startswith("test_")]
+    tests = tests or READERS.get(diff.stem, ["tests/delta_cad/catalogue"])
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", *tests]
+    process = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert process.returncode == 0, process.stdout[-3000:]
