@@ -13,12 +13,14 @@ import pytest
 from tests.committed import ROOT
 
 EXAMPLES = sorted((ROOT / "docs" / "extend").glob("*.diff"))
-LIMITS, EXPECTED = "tests/delta_cad/mechanism/limits", "tests/delta_cad/assembly/expected"
-BUILT = "tests/delta_cad/export/drawings/test_built.py"
-# Of an example whose test is its line in a table of tests, or that has none of its own: what is run.
+# Of an example whose test is its line in a table of tests, what reads the table; of the part what a build makes of it.
 READERS = {
-    "limit": [LIMITS, "-k", "elbow_height"],
-    "part": [EXPECTED, BUILT, "-k", "test_parts_and_bill or test_every_made_part or test_every_item"],
+    "limit": ["tests/delta_cad/mechanism/limits", "-k", "elbow_height"],
+    "part": [
+        "tests/delta_cad/assembly/expected/test_parts.py::test_parts_and_bill_of_materials_are_as_expected",
+        "tests/delta_cad/commands/test_built.py::test_the_committed_design_builds_and_all_its_checks_hold",
+        "tests/delta_cad/export/drawings/test_built.py::test_every_made_part_has_its_files_and_the_check_holds",
+    ],
 }
 
 
@@ -56,7 +58,7 @@ def test_an_example_applies_and_touches_at_most_three_files(diff: Path, tmp_path
 @pytest.mark.skipif(not shutil.which("git"), reason="git applies the diffs")
 @pytest.mark.parametrize("diff", EXAMPLES, ids=lambda path: path.stem)
 def test_the_test_of_an_example_passes(diff: Path, tmp_path: Path) -> None:
-    for name in ("delta_cad", "optimizer", "haptics", "tests", "docs"):
+    for name in ("delta_cad", "optimizer", "haptics", "tests", "docs", "examples", "scripts"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     for path in ROOT.iterdir():
         if path.is_file():
