@@ -57,6 +57,7 @@ lint: $(STAMP)
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/basedpyright
 	$(VENV)/bin/lint-imports
+	@$(BASE_PYTHON) scripts/house.py
 
 bench: $(STAMP)
 	$(PYTHON) -m tests.benchmarks

@@ -104,7 +104,7 @@ def figures(design: Path, folder: Path) -> dict[str, Any]:
     }
 
 
-def _told(value: float | list[float]) -> str:
+def _reported(value: float | list[float]) -> str:
     numbers = value if isinstance(value, list) else [value]
     return " x ".join(f"{number:.0f}" if number >= 100 else f"{number:.3g}" for number in numbers)
 
@@ -119,7 +119,7 @@ def page(machines: list[Mapping[str, Any]]) -> str:
         title = f"{one['name']}: a cube of {one['cube_side_mm']:.4g} mm, {one['motor']}, {drive}"
         parts.append(f"{title}.\n\n```sh\npython -m delta_cad build --design {one['file']}\n```\n")
         rows = [(words, one[key], unit) for words, (key, unit) in FIGURES.items() if key in one]
-        lines = [f"| {words} | {_told(value)} {unit}".rstrip() + " |" for words, value, unit in rows]
+        lines = [f"| {words} | {_reported(value)} {unit}".rstrip() + " |" for words, value, unit in rows]
         parts.append("\n".join(["| figure | value |", "|---|---|", *lines]) + "\n")
     return "\n".join(parts)
 

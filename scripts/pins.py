@@ -33,7 +33,7 @@ HEAD = """\
 # All of them: pip install --require-hashes --no-deps -r constraints.txt
 """
 PIN = re.compile(r"^([A-Za-z0-9._-]+)==(\S+)", re.MULTILINE)
-FACE = ROOT / "delta_cad" / "export" / "drawings" / "paper" / "faces" / "README.md"
+FACE = ROOT / "delta_cad" / "export" / "drawings" / "sheet_io" / "faces" / "README.md"
 VENDORED = ROOT / "delta_cad" / "report" / "vendor" / "three.json"
 
 

@@ -51,7 +51,7 @@ def minimal() -> dict[str, Any]:
     }
 
 
-def hanging() -> dict[str, Any]:
+def below_elbows() -> dict[str, Any]:
     """A design within reach and without a singularity, whose platform hangs below its elbows: det S < 0."""
     lengths = {"base_radius_mm": 56.0, "platform_radius_mm": 24.0, "upper_arm_length_mm": 99.0}
     lengths |= {"forearm_length_mm": 87.0, "parallelogram_width_mm": 30.0}

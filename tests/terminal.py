@@ -23,8 +23,8 @@ def said(stderr: str) -> str:
 
 def shown_on_a_terminal(command: Sequence[str]) -> tuple[int, bytes]:
     """Exit code, and what the command wrote to stderr where that is a terminal; its stdout is thrown away."""
-    ours, theirs = pty.openpty()
-    with os.fdopen(ours, "rb", buffering=0) as terminal:
+    own, theirs = pty.openpty()
+    with os.fdopen(own, "rb", buffering=0) as terminal:
         room = os.environ | {"TERM": "xterm"}
         run = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=theirs, env=room)
         os.close(theirs)

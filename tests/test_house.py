@@ -125,3 +125,46 @@ def test_paths_that_pages_name_are_there() -> None:
             if not any(any(home.glob(name)) for home in homes):
                 missing.append(f"{page}: {name}")
     assert missing == []
+
+
+RETIRED = "## Retired words"
+KEPT_NAMES = {"asked", "beside", "borne", "not_told", "ours", "spare", "spare_torque_N_m", "told"}
+"""Keys of files, and locals of older modules: may go, none may come."""
+
+
+def retired_words() -> set[str]:
+    """The left column of the last table of docs/glossary.md."""
+    table = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").split(RETIRED)[1]
+    rows = re.findall(r"^\| ([a-z, ]+) \| .+ \|$", table, re.MULTILINE)[1:]
+    return {word for row in rows for word in row.split(", ")}
+
+
+def named(tree: ast.AST) -> Iterator[str]:
+    """The names that a module gives: functions, classes, parameters, variables, fields."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+
+
+def words(name: str) -> set[str]:
+    """The words of an identifier in snake or camel case."""
+    return set(re.sub(r"([a-z])([A-Z])", r"\1_\2", name).lower().split("_"))
+
+
+def test_no_new_name_has_a_retired_word() -> None:
+    retired = retired_words()
+    assert {"told", "asked", "beside"} <= retired
+    assert words("isTold_here") & retired == {"told"}
+    found = {
+        name
+        for top in (*PACKAGES, "tests")
+        for path in (ROOT / top).rglob("*.py")
+        for name in (path.stem, *named(ast.parse(path.read_text(encoding="utf-8"))))
+        if words(name) & retired
+    }
+    assert sorted(found - KEPT_NAMES) == []
+    assert sorted(KEPT_NAMES - found) == [], "gone: take them off the list"

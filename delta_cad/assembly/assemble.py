@@ -12,12 +12,12 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.assembly.builder import (
-    BESIDE_MM,
     CHAMFERS_MM,
     DRIVEN,
     GLUE_MM,
     HALF_TURN,
     IN,
+    NEXT_TO_MM,
     OUT,
     SHARE,
     THREAD_MM,
@@ -61,15 +61,17 @@ from delta_cad.solids.bought_parts import (
 from delta_cad.solids.part import Joint, Stop
 from delta_cad.solids.upper_arm import make_shoulder_shaft, make_upper_arm
 
-ABOUT_X, ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.0])
-EYE_FRAMES = ((ABOUT_X, HALF_TURN), (ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
-BESIDE_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
-BESIDE_TUBE_MM = 1.5  # least gap of a spring's loop beside the tube that carries its eye: 2.7 mm as it hangs
-LOOP_SHARE = 1.1  # times what a loop, drawn stiff, shares with its eye at the largest lean: the sum's pieces, roundings
-BESIDE_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
-TO_THE_ELBOW = straight(-1.0, 0.0, 0.0)
-IN_BOSS = "cross-bar bonded in its boss", BAR_GLUE_MM
-ENDS = ("elbow", "wrist")
+_ABOUT_X, _ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.0])
+_EYE_FRAMES = ((_ABOUT_X, HALF_TURN), (_ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
+_NEXT_TO_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
+_NEXT_TO_TUBE_MM = 1.5  # least gap of a spring's loop beside the tube that carries its eye: 2.7 mm as it hangs
+_LOOP_SHARE = (
+    1.1  # times what a loop, drawn stiff, shares with its eye at the largest lean: the sum's pieces, roundings
+)
+_NEXT_TO_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
+_TO_THE_ELBOW = straight(-1.0, 0.0, 0.0)
+_IN_BOSS = "cross-bar bonded in its boss", BAR_GLUE_MM
+_ENDS = ("elbow", "wrist")
 
 
 def _base(builder: AssemblyBuilder) -> None:
@@ -193,7 +195,7 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
 def _arm(builder: AssemblyBuilder, i: int) -> None:
     d, arm, shaft = builder.d, f"upper_arm_{i}", f"shoulder_shaft_{i}"
     builder.put(arm, builder.made(make_upper_arm), arm, np.eye(4))
-    builder.gap(arm, f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    builder.gap(arm, f"encoder_cheek_{i}", NEXT_TO_MM, "arm turns beside the cheek, 1 mm by design")
     b, of = d.bearing, arm if d.capstan is None else f"foot_block_{i}"
     if d.capstan is None:
         held = [pressed(arm, STUB_DEPTH_MM - CHAMFERS_MM / 2, "stub bonded in the arm", GLUE_MM)]
@@ -213,7 +215,7 @@ def _arm(builder: AssemblyBuilder, i: int) -> None:
         builder.gap(magnet, board, least, "air gap of the encoder", d.encoder.air_gap_max_mm)
         builder.gap(shaft, board, least, "air gap of the encoder")
     boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]
-    _cross_bar(builder, i, "elbow", arm, at(d.arm.length_mm), bonded(arm, boss - CHAMFERS_MM, *IN_BOSS))
+    _cross_bar(builder, i, "elbow", arm, at(d.arm.length_mm), bonded(arm, boss - CHAMFERS_MM, *_IN_BOSS))
 
 
 def _cross_bar(builder: AssemblyBuilder, i: int, end: str, link: str, frame: np.ndarray, in_boss: Connection) -> None:
@@ -235,27 +237,27 @@ def _cross_bar(builder: AssemblyBuilder, i: int, end: str, link: str, frame: np.
 
 def _rods(builder: AssemblyBuilder, i: int) -> None:
     d, f = builder.d, builder.d.forearm
-    in_boss = bonded("platform", d.platform.boss_length_mm - CHAMFERS_MM, *IN_BOSS)
+    in_boss = bonded("platform", d.platform.boss_length_mm - CHAMFERS_MM, *_IN_BOSS)
     _cross_bar(builder, i, "wrist", "platform", chain_frame(i) @ at(d.platform.radius_mm), in_boss)
     for j in SIDES:
         link, tube = f"rod_{i}_{j}", f"rod_tube_{i}_{j}"
-        cups, eyes = [f"rod_cup_{i}_{j}_{end}" for end in ENDS], [f"rod_eye_{i}_{j}_{k}" for k in range(2)]
+        cups, eyes = [f"rod_cup_{i}_{j}_{end}" for end in _ENDS], [f"rod_eye_{i}_{j}_{k}" for k in range(2)]
         # the poles of both cups lie outwards, towards +y of the rod on that side
-        _rod_end(builder, i, j, "elbow", np.eye(4) if j else ABOUT_X)
+        _rod_end(builder, i, j, "elbow", np.eye(4) if j else _ABOUT_X)
         held = [seated(cup, ring(f.tube_outer_mm, f.tube_bore_mm), "tube on the cup's shoulder") for cup in cups]
         held += [bonded(eye, 0.9 * RING_MM[1], "spring's eye bonded on the tube", forearm.RING_GLUE_MM) for eye in eyes]
-        builder.put(tube, builder.made(forearm.make_rod_tube), link, at(f.shoulder_mm), *held, path=TO_THE_ELBOW)
-        _rod_end(builder, i, j, "wrist", at(f.length_mm) @ (ABOUT_Y if j else HALF_TURN))
-        for eye, x, frame in zip(eyes, f.eyes_x_mm, EYE_FRAMES[j], strict=True):
-            builder.put(eye, builder.made(forearm.make_rod_eye), link, at(x) @ frame, path=TO_THE_ELBOW, frame=tube)
-            if f.eye_room_mm < d.design.requirements.clearance_min_mm + BESIDE_ARM_MM:
-                builder.gap(eye, f"upper_arm_{i}", BESIDE_ARM_MM, "folds beside the arm, held by its spring")
-    shared = LOOP_SHARE * loop_overlap_mm3(f, d.travel.lean_max.value)
+        builder.put(tube, builder.made(forearm.make_rod_tube), link, at(f.shoulder_mm), *held, path=_TO_THE_ELBOW)
+        _rod_end(builder, i, j, "wrist", at(f.length_mm) @ (_ABOUT_Y if j else HALF_TURN))
+        for eye, x, frame in zip(eyes, f.eyes_x_mm, _EYE_FRAMES[j], strict=True):
+            builder.put(eye, builder.made(forearm.make_rod_eye), link, at(x) @ frame, path=_TO_THE_ELBOW, frame=tube)
+            if f.eye_room_mm < d.design.requirements.clearance_min_mm + _NEXT_TO_ARM_MM:
+                builder.gap(eye, f"upper_arm_{i}", _NEXT_TO_ARM_MM, "folds beside the arm, held by its spring")
+    shared = _LOOP_SHARE * loop_overlap_mm3(f, d.travel.lean_max.value)
     for k in SIDES:  # both springs, each on a link of its own, which follows the rods
         name = builder.put(f"rod_spring_{i}_{k}", builder.made(make_rod_spring), f"spring_{i}_{k}", np.eye(4))
         for j in SIDES:
             builder.touch(name, f"rod_eye_{i}_{j}_{k}", "loop in its eye", overlap_mm3=shared)
-            builder.gap(name, f"rod_tube_{i}_{j}", BESIDE_TUBE_MM, "hangs on the tube")
+            builder.gap(name, f"rod_tube_{i}_{j}", _NEXT_TO_TUBE_MM, "hangs on the tube")
 
 
 def _rod_end(builder: AssemblyBuilder, i: int, j: int, end: str, frame: np.ndarray) -> None:
@@ -263,14 +265,14 @@ def _rod_end(builder: AssemblyBuilder, i: int, j: int, end: str, frame: np.ndarr
     f, link, tube = builder.d.forearm, f"rod_{i}_{j}", f"rod_tube_{i}_{j}"
     ball, cup, shell = (f"{part}_{i}_{j}_{end}" for part in ("joint_ball", "rod_cup", "cup_shell"))
     on_tube = bonded(tube, f.spigot_length_mm - CHAMFERS_MM, "spigot bonded in the tube", TUBE_GLUE_MM)
-    builder.put(cup, builder.made(forearm.make_rod_cup), link, frame, on_tube, path=TO_THE_ELBOW, frame=tube)
+    builder.put(cup, builder.made(forearm.make_rod_cup), link, frame, on_tube, path=_TO_THE_ELBOW, frame=tube)
     back = f.liner_radius_mm
     area = 0.9 * 2 * pi * back * (sqrt(back**2 - (POCKET_MM / 2) ** 2) - f.lip_mm)
     in_cup = Connection(cup, "shell bonded in its cup", "ball", area, 2 * LINER_GLUE_MM)
     builder.put(shell, builder.made(forearm.make_cup_shell), link, frame, in_cup, path=IN if j else OUT, frame=tube)
     builder.touch(ball, cup, "the cup around its shell", guides=False)
     for part in (cup, shell):
-        builder.gap(part, f"cross_bar_{i}_{end}", BESIDE_STUD_MM, "the rod leans beside the stud it hangs on")
+        builder.gap(part, f"cross_bar_{i}_{end}", _NEXT_TO_STUD_MM, "the rod leans beside the stud it hangs on")
 
 
 def _platform(builder: AssemblyBuilder) -> None:

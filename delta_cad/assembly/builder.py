@@ -22,9 +22,9 @@ from delta_cad.mechanism.placement import frames
 from delta_cad.solids import bought_parts
 from delta_cad.solids.part import Contact, Fit, Occurrence, Part, Removal, ToolAccess
 
-ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
-CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
-BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
+_ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
+_CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
+NEXT_TO_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
 FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
 GLUE_MM = 0.06  # radius: the widest bond, of the magnet
 SEATED_MM = 0.02  # along a normal: what a shim cannot enter
@@ -95,7 +95,7 @@ def longest_set_screw(size: str, available_mm: float) -> float:
 
 
 def _longest(lengths_mm: tuple[float, ...], available_mm: float, part: str, where: str = "") -> float:
-    fitting = [length for length in lengths_mm if length <= available_mm + ROUNDING_MM]
+    fitting = [length for length in lengths_mm if length <= available_mm + _ROUNDING_MM]
     shortest = f"{available_mm:.2f} mm are available{where}; the shortest has {min(lengths_mm):g} mm"
     require(bool(fitting), part, "length", shortest)
     return max(fitting)
@@ -232,7 +232,7 @@ class AssemblyBuilder:
         held = (pressed(part, DOWEL_MM, "dowel, engaged by its diameter") for part in parts)
         self.put(name, self.dowel(key, longest_dowel(key, length_mm)), link, placement, *held, path=path)
 
-    def touch(self, a: str, b: str, reason: str, guides: bool = True, overlap_mm3: float = CONTACT_MM3) -> None:
+    def touch(self, a: str, b: str, reason: str, guides: bool = True, overlap_mm3: float = _CONTACT_MM3) -> None:
         """Notes two parts on different links that touch by design, but hold nothing."""
         self.fits.append(Fit(a, b, "contact", overlap_mm3=overlap_mm3, reason=reason, guides=guides))
 
@@ -254,6 +254,6 @@ class AssemblyBuilder:
         found = {frozenset((fit.a, fit.b)): fit for fit in self.fits}
         for a, c in self.connections:
             if links[a] != links[c.to]:
-                fit = Fit(a, c.to, "contact", overlap_mm3=CONTACT_MM3, reason=c.reason, guides=c.guides)
+                fit = Fit(a, c.to, "contact", overlap_mm3=_CONTACT_MM3, reason=c.reason, guides=c.guides)
                 found.setdefault(frozenset((a, c.to)), fit)
         return tuple(found.values())

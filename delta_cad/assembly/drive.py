@@ -8,12 +8,12 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.assembly.builder import (
-    BESIDE_MM,
     CABLE_OFF_MM,
     CHAMFERS_MM,
     DRIVEN,
     FIT_MM,
     IN,
+    NEXT_TO_MM,
     OUT,
     SEATED_MM,
     SHARE,
@@ -55,7 +55,7 @@ from delta_cad.solids import bought_parts, capstan, upper_arm
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
 from delta_cad.solids.part import Removal, ToolAccess
 
-BESIDE = (  # what of an arm passes what of its own bracket at less than the clearance of others
+_ADJACENT = (  # what of an arm passes what of its own bracket at less than the clearance of others
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
     ("capstan_cable_{}_inner", "motor_cheek_{}"),
     ("capstan_cable_{}_inner_end", "motor_cheek_{}"),
@@ -64,7 +64,7 @@ BESIDE = (  # what of an arm passes what of its own bracket at less than the cle
     ("shoulder_shaft_{}", "wave_spring_{}"),
     *((f"sector_dowel_{{}}_{k}", "encoder_cheek_{}") for k in range(2)),
 )
-LOOSE_MM = 0.5  # way of a set screw that leaves its shaft free
+_LOOSE_MM = 0.5  # way of a set screw that leaves its shaft free
 
 
 def _motor_screws(builder: AssemblyBuilder, i: int) -> list[str]:
@@ -74,7 +74,7 @@ def _motor_screws(builder: AssemblyBuilder, i: int) -> list[str]:
 def place_direct(builder: AssemblyBuilder, i: int) -> None:
     """Places the clamp of an arm on its motor's shaft, and notes what is close there."""
     d, m, arm, motor = builder.d, builder.d.motor, f"upper_arm_{i}", f"motor_{i}"
-    builder.gap(arm, f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    builder.gap(arm, f"motor_cheek_{i}", NEXT_TO_MM, "arm turns beside the cheek, 1 mm by design")
     clamp = builder.screw(CLAMP_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
     seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, d.arm.shoulder_clamp_z_mm)
     builder.put(f"shoulder_clamp_{i}", clamp, arm, seat, path=DRIVEN)
@@ -83,7 +83,7 @@ def place_direct(builder: AssemblyBuilder, i: int) -> None:
     builder.connect(motor, pressed(arm, least, "the arm is clamped on the motor's shaft"))
     builder.gap(f"shoulder_shaft_{i}", motor, 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
     for screw in _motor_screws(builder, i):
-        builder.gap(arm, screw, BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
+        builder.gap(arm, screw, NEXT_TO_MM, "turns beside the sunk heads, 1.4 mm by design")
     for k in range(len(d.bracket.stop_pins_mm)):
         builder.gap(arm, f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
 
@@ -110,7 +110,7 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
     ]
     thread = motor_thread_mm(d.motor)  # the screws fill it
     builder.reached += [ToolAccess(name, thread, "holds the motor") for name in screws]
-    builder.reached += [ToolAccess(name, LOOSE_MM, "holds the pinion on the motor's shaft") for name in grubs]
+    builder.reached += [ToolAccess(name, _LOOSE_MM, "holds the pinion on the motor's shaft") for name in grubs]
     builder.removals.append(Removal(motor, (0.0, 1.0, 0.0), (*screws, *grubs, *lead_names(d, i)), "is exchanged"))
     _cable(builder, c, i)
     _tensioner(builder, c, i)
@@ -119,16 +119,16 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
         placed = pointing((0, 1, 0), x, first, z)
         builder.pin(f"sector_dowel_{i}_{k}", c.web_y_mm[1] - first, arm, placed, sector, arm)
     _bearings(builder, i)
-    builder.gap(sector, f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
-    for moving, fixed in BESIDE:
-        builder.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
+    builder.gap(sector, f"motor_cheek_{i}", NEXT_TO_MM, "sector turns beside the cheek, 1 mm by design")
+    for moving, fixed in _ADJACENT:
+        builder.gap(moving.format(i), fixed.format(i), NEXT_TO_MM, "turns beside the bracket, 1 mm or more by design")
     if d.sensed_at_shoulder:
         reason = "in the shaft's head, 1 mm or more by design"
-        builder.gap(f"encoder_magnet_{i}", f"bearing_{i}_e", BESIDE_MM, reason)
-    builder.gap(sector, motor, BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
+        builder.gap(f"encoder_magnet_{i}", f"bearing_{i}_e", NEXT_TO_MM, reason)
+    builder.gap(sector, motor, NEXT_TO_MM, "the motor's shaft comes out of the pinion beside the rim")
     for screw in screws:
         for moving in (sector, pinion):
-            builder.gap(moving, screw, BESIDE_MM, "turns beside the sunk heads")
+            builder.gap(moving, screw, NEXT_TO_MM, "turns beside the sunk heads")
     thicker = 0.75 * (d.cable.diameter_mm - 0.54)  # between the rim and the pinion's crest; 1.4 mm for 0.54 mm
     words = "capstan gap, 1 mm between the pitch circles by design"
     builder.gap(sector, pinion, 1.2 + thicker, words, 1.65 + thicker)

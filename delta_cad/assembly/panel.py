@@ -21,7 +21,7 @@ from delta_cad.dimensions.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_M
 from delta_cad.solids import panel
 from delta_cad.solids.base_plate import mount_places
 
-OVER_MM = 1.0  # by which a screw's tip goes below the panel, on its way in from aside
+_OVER_MM = 1.0  # by which a screw's tip goes below the panel, on its way in from aside
 
 
 def place_sleeves(builder: AssemblyBuilder) -> None:
@@ -59,7 +59,7 @@ def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
     for k, (x, y) in enumerate(p.screw_places()):  # in from aside under the panel, then up
         inwards = (
             PathSegment((-x / hypot(x, y), -y / hypot(x, y), 0.0)),
-            PathSegment((0.0, 0.0, 1.0), p.screw_mm + OVER_MM),
+            PathSegment((0.0, 0.0, 1.0), p.screw_mm + _OVER_MM),
         )
         placed, screw = pointing((0, 0, -1), x, y, p.under_mm), builder.screw(SCREW, p.screw_mm)
         carried.append(builder.put(f"bezel_screw_{k}", screw, "base", placed, *held, path=inwards, frame="base_plate"))

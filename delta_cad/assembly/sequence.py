@@ -30,7 +30,7 @@ from delta_cad.solids.brackets import base_pin_mm
 from delta_cad.solids.part import Consumable
 
 STEPS = Path(__file__).with_name("sequence.toml")
-PATHS = {"IN": IN, "OUT": OUT, "DOWN": DOWN, "INWARDS": straight(-1.0, 0.0, 0.0)}
+_PATHS = {"IN": IN, "OUT": OUT, "DOWN": DOWN, "INWARDS": straight(-1.0, 0.0, 0.0)}
 
 
 def assembly_sequence(builder: AssemblyBuilder, supplies: Iterable[Consumable]) -> tuple[Unit, ...]:
@@ -189,7 +189,7 @@ class _Sequence:
             return self._insertions(one["part"], at)
         if "laid" in one:
             return [Insertion(self._named(one["laid"], at), is_flexible=True)]
-        return [Insertion((), PATHS[one["path"]], one["frame"].format(**at), (one["unit"].format(**at),))]
+        return [Insertion((), _PATHS[one["path"]], one["frame"].format(**at), (one["unit"].format(**at),))]
 
     def _named(self, patterns: Iterable[str], at: dict[str, int]) -> tuple[str, ...]:
         """Occurrences of patterns, of each in the order in which they were placed."""

@@ -15,17 +15,17 @@ from delta_cad.solids.making import ordered
 from delta_cad.solids.part import Consumable
 
 BAR_ADHESIVE = "loctite-638"
-KEY_OUT_MM = 3.0  # of a key's bend beyond the end of its slot, at least
-CORD_SOURCE = (
+_KEY_OUT_MM = 3.0  # of a key's bend beyond the end of its slot, at least
+_CORD_SOURCE = (
     "a line of 20 kg or more; verified: yes: 2026-11-24, Dyneema breaks at 3000 to 4000 N/mm^2 "
     "(workshop.boardway.org/Kiteleinen-Unglaubliches-Material_1) and a knot leaves a quarter or more of it "
     "(rund-ums-tauwerk.de/info/faserkunde): 50 N of 20 kg, more than the spring that it replaces has"
 )
-GREASE_SOURCE = (
+_GREASE_SOURCE = (
     "verified: yes: 2026-11-24, silicones suit most plastics, synthetic hydrocarbons (PAO) all, PTFE helps at starts "
     "(machinedesign.com, ensuring plastic and lubricant compatibility; docslib.org/doc/7013340)"
 )
-KEY_SOURCE = (
+_KEY_SOURCE = (
     "verified: yes: 2026-11-24, both legs in FsData/iso2936def.csv (github: shaise/FreeCAD_FastenersWB, commit "
     "ae90a86) and as JIS B 4648 gives them (mikipulley.co.jp, tech13)"
 )
@@ -46,7 +46,7 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
             0.0,
             "",
             f"braided polyethylene cord {CORD_MM:g}, {cord:g} mm",
-            CORD_SOURCE,
+            _CORD_SOURCE,
         ),
         Consumable(
             "tube_adhesive",
@@ -72,7 +72,7 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
             0.0,
             "",
             "silicone or PAO grease with PTFE",
-            GREASE_SOURCE,
+            _GREASE_SOURCE,
         ),
         *keys(d),
         *mounts(d),
@@ -88,13 +88,13 @@ def keys(d: Dimensions) -> tuple[Consumable, ...]:
     if flats in KEYS_MM:
         inside, handle = cut_key_mm(flats)
         text = f"hexagon key {flats:g}, legs cut to {inside:.0f} and {handle:.0f} mm, for the motors' screws"
-        order, source = f"hexagon key {flats:g}", f"cut from a stock key; {KEY_SOURCE}"
+        order, source = f"hexagon key {flats:g}", f"cut from a stock key; {_KEY_SOURCE}"
         found.append(Consumable("motor_key", text, 1, "", 0.0, "ISO 2936", order, source))
     flats = catalogue.set_screw(SET_SCREW).socket_mm
-    if key_slot_length_mm(d) - d.capstan.collar_radius_mm > KEYS_MM[flats][0] - KEY_OUT_MM:
+    if key_slot_length_mm(d) - d.capstan.collar_radius_mm > KEYS_MM[flats][0] - _KEY_OUT_MM:
         text = f"hexagon key {flats:g}, long type of {LONG_MM[flats]:g} mm, for the pinions' set screws"
         order = f"hexagon key {flats:g}, long type"
-        found.append(Consumable("pinion_key", text, 1, "", 0.0, "ISO 2936", order, f"stock key; {KEY_SOURCE}"))
+        found.append(Consumable("pinion_key", text, 1, "", 0.0, "ISO 2936", order, f"stock key; {_KEY_SOURCE}"))
     return tuple(found)
 
 

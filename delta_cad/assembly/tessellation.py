@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import cadquery as cq
 
 MERGE_MM = 1e-6  # vertices of two faces on one edge are copies of the same point; OCC's own confusion is 1e-7 mm
-MEASURED_SAFETY = 2.0  # a parabola is halfway up at a quarter of its chord: samples miss less than half of the peak
+_MEASURED_SAFETY = 2.0  # a parabola is halfway up at a quarter of its chord: samples miss less than half of the peak
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +244,7 @@ def _face_deviation(face: Any, nodes: np.ndarray, uv: np.ndarray, triangles: np.
     flat = np.einsum("kc,mcx->mkx", where, nodes[triangles]).reshape(-1, 3)
     at = np.einsum("kc,mcx->mkx", where, uv[triangles]).reshape(-1, 2)
     exact = np.array([(p.X(), p.Y(), p.Z()) for p in (surface.Value(u, v) for u, v in at)])
-    return max(MEASURED_SAFETY * float(np.linalg.norm(flat - exact, axis=1).max()), linear_mm)
+    return max(_MEASURED_SAFETY * float(np.linalg.norm(flat - exact, axis=1).max()), linear_mm)
 
 
 def _edges_deviation(face: Any, triangulation: Any, location: Any) -> float:
@@ -278,7 +278,7 @@ def _edges_deviation(face: Any, triangulation: Any, location: Any) -> float:
         for part in (0.25, 0.5, 0.75):
             exact = _on_curve(curve, parameters[:-1] + part * np.diff(parameters))
             off = _distance_to_segments(exact, ends[:-1], ends[1:])
-            worst = max(worst, MEASURED_SAFETY * float(off.max()))
+            worst = max(worst, _MEASURED_SAFETY * float(off.max()))
     return worst
 
 

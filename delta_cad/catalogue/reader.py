@@ -22,8 +22,8 @@ from delta_cad.common.refusal import bounds_of, printable
 DATA = Path(__file__).parent / "data"
 MOST_BYTES = 4_000_000  # of a family; ours have a thousandth of it
 R = TypeVar("R", bound=CatalogueRow)
-NAMED_BY_ID = ("order_code", "description")  # where a user's own row leaves them out
-NAMED_RULES = {  # by the column, or by the kind of what is wrong
+_NAMED_BY_ID = ("order_code", "description")  # where a user's own row leaves them out
+_NAMED_RULES = {  # by the column, or by the kind of what is wrong
     "too_short": "must not be empty",
     "too_long": f"must have at most {MOST_LETTERS} characters",
     "value_error": "must ascend",
@@ -102,7 +102,7 @@ def columns_of(record: type[CatalogueRow]) -> dict[str, FieldInfo]:
 def optional_columns(record: type[CatalogueRow]) -> frozenset[str]:
     """Gives the columns that a user's own file may leave out: those with a default, which is None for some."""
     defaults = {name for name, field in columns_of(record).items() if not field.is_required()}
-    return frozenset(defaults | record.derived.keys() | set(NAMED_BY_ID))
+    return frozenset(defaults | record.derived.keys() | set(_NAMED_BY_ID))
 
 
 def _derive(stated: dict[str, Any], record: type[CatalogueRow]) -> None:
@@ -111,7 +111,7 @@ def _derive(stated: dict[str, Any], record: type[CatalogueRow]) -> None:
     def cell(name: str) -> float:
         return float(stated.get(name, columns_of(record)[name].default))
 
-    for name in NAMED_BY_ID:
+    for name in _NAMED_BY_ID:
         stated.setdefault(name, stated.get("id"))
     for name in record.derived.keys() - stated.keys():
         with suppress(ValueError, TypeError, ArithmeticError):
@@ -134,7 +134,7 @@ def _explained(error: ValidationError, record: type[CatalogueRow]) -> str:
     inner = (info for part in get_args(field.annotation) for info in getattr(part, "__metadata__", ()))
     bounds = bounds_of([*field.metadata, *(bound for info in inner for bound in getattr(info, "metadata", ()))])
     number = f"must be a {'whole ' * kind.startswith('int')}number {bounds}"
-    rule = NAMED_RULES.get(name if kind == "string_pattern_mismatch" else kind)
+    rule = _NAMED_RULES.get(name if kind == "string_pattern_mismatch" else kind)
     return f"{name} = {first['input']!r}: {rule or (number if bounds else first['msg'].removeprefix('Value error, '))}"
 
 
@@ -151,7 +151,7 @@ class OwnParts:
     rows: Mapping[str, Mapping[str, CatalogueRow]]
 
 
-class Choice(Protocol):
+class _Choice(Protocol):
     """What names one row of each family that it has an attribute of: a design's hardware."""
 
     @property
@@ -177,7 +177,7 @@ class Family(Generic[R]):
         """The columns of its file, those of every row first."""
         return tuple(columns_of(self.record))
 
-    def chosen(self, hardware: Choice) -> R:
+    def chosen(self, hardware: _Choice) -> R:
         """Gives the row that a design's hardware names, from the user's own parts or ours.
 
         Raises:

@@ -16,11 +16,11 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.worker_process import WorkerProcess
 
 LOADS = ("fcl", "scipy.spatial")
-Order = tuple[Assembly, CheckLimits, Meshes, bool, MeshClearance | None]
-Outlined = tuple[list[CheckResult], np.ndarray | None]
+_Order = tuple[Assembly, CheckLimits, Meshes, bool, MeshClearance | None]
+_Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
-def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
+def results(order: _Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
     """Computes the results of `check_envelope`, then those of `mesh_clearance` where they are not known."""
     assembly, limits, meshes, mapped, known = order
     progress("outline")
@@ -44,20 +44,20 @@ class Sweep:
     def __init__(
         self, beside: WorkerProcess | None = None, mapped: bool = False, known: MeshClearance | None = None
     ) -> None:
-        self._beside, self._mapped, self._known = beside, mapped, known
+        self._adjacent, self._mapped, self._known = beside, mapped, known
         self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
-        self._outline: Outlined | None = None
+        self._outline: _Outlined | None = None
 
     def begin(
         self, assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
     ) -> None:
         """Begins with a machine."""
         self._progress = progress
-        if self._beside:
+        if self._adjacent:
             made = {part.number: meshes[part.number] for part in assembly.parts}
-            self._beside.send((assembly.without_solids(), limits, made, self._mapped, self._known))
+            self._adjacent.send((assembly.without_solids(), limits, made, self._mapped, self._known))
         else:
             self._here = results((assembly, limits, meshes, self._mapped, self._known), progress)
 
@@ -74,8 +74,8 @@ class Sweep:
         """(4,) bound on the outline along +x, -x, +y, -y, mm; None where it has none, or no sweep goes on."""
         return self._outlined()[1] if self._progress else None
 
-    def _outlined(self) -> Outlined:
-        outline: Outlined = self._outline or (self._beside.receive() if self._beside else next(self._here))
+    def _outlined(self) -> _Outlined:
+        outline: _Outlined = self._outline or (self._adjacent.receive() if self._adjacent else next(self._here))
         self._outline = outline
         return outline
 
@@ -88,8 +88,8 @@ class Sweep:
         if not self._progress:
             raise RuntimeError("no sweep goes on")
         self._outlined()
-        if self._beside:
+        if self._adjacent:
             self._progress(PROVING)
-        clearance: MeshClearance = self._beside.receive() if self._beside else next(self._here)
+        clearance: MeshClearance = self._adjacent.receive() if self._adjacent else next(self._here)
         self.over = clearance.over
         return clearance

@@ -17,7 +17,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, SpringSway, chain_frame, spring_sway
 from delta_cad.solids.part import Occurrence
 
-LEAN_MAX_RAD = np.radians(60.0)  # of rods whose joints state no tilt: more than any cube asks
+_LEAN_MAX_RAD = np.radians(60.0)  # of rods whose joints state no tilt: more than any cube asks
 
 
 def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
@@ -109,7 +109,7 @@ def clearance_frames(placement: LinkPlacement, p_mm: np.ndarray) -> dict[str, np
 def sway_of(placement: LinkPlacement, tilt_rad: float) -> SpringSway:
     """Bounds how far the springs stray in the frames of `clearance_frames`, the rods' joints tilted by `tilt_rad`."""
     aside = max(abs(z) for _, z in placement.springs_mm)
-    tilt = tilt_rad or LEAN_MAX_RAD
+    tilt = tilt_rad or _LEAN_MAX_RAD
     return spring_sway(placement.parallelogram_width_mm, placement.eye_inside_mm, aside, tilt)
 
 

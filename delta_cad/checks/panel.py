@@ -25,11 +25,11 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.panel import CLOTH_MM, LIP_MM, PanelDimensions
 
-OFF_MM = 0.05  # of the limit that is met from the one that is stated: half of the general tolerance on a bezel
-ROOM_MM = 0.5  # that all else keeps from what hangs over it while the stem lies at the bezel
-BEFORE_RAD = np.radians(1.0)  # by which no arm has come to its stop then: stops are met within a degree
-STEM, BEZEL, COLLAR = "handle_stem", "bezel", "boot_collar"
-SIDES = [(x, y) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0) if x or y]
+_OFF_MM = 0.05  # of the limit that is met from the one that is stated: half of the general tolerance on a bezel
+_ROOM_MM = 0.5  # that all else keeps from what hangs over it while the stem lies at the bezel
+_BEFORE_RAD = np.radians(1.0)  # by which no arm has come to its stop then: stops are met within a degree
+_STEM, BEZEL, _COLLAR = "handle_stem", "bezel", "boot_collar"
+_SIDES = [(x, y) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0) if x or y]
 
 
 def check_panel(assembly: Assembly, d: Dimensions, limits: CheckLimits, meshes: Meshes) -> list[CheckResult]:
@@ -44,10 +44,10 @@ def check_panel(assembly: Assembly, d: Dimensions, limits: CheckLimits, meshes: 
     if (p := d.panel) is None:
         return []
     present = {o.name for o in assembly.occurrences}
-    missing = [name for name in (STEM, BEZEL, COLLAR) if name not in present]
+    missing = [name for name in (_STEM, BEZEL, _COLLAR) if name not in present]
     if missing:
         detail = f"{' and '.join(missing)} is missing"
-        return [CheckResult("handle limit", False, None, OFF_MM, "mm", worst_pair=tuple(missing), detail=detail)]
+        return [CheckResult("handle limit", False, None, _OFF_MM, "mm", worst_pair=tuple(missing), detail=detail)]
     return [
         stem_limit(assembly, p, limits),
         room_at_limit(assembly, p, limits, meshes),
@@ -59,7 +59,7 @@ def check_panel(assembly: Assembly, d: Dimensions, limits: CheckLimits, meshes: 
 def _positions(limits: CheckLimits, beyond_mm: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Middles of the cube's upright sides and its upright edges, at three heights, moved outwards; with the way."""
     half = limits.half_side_mm
-    for way in SIDES:
+    for way in _SIDES:
         out = np.array([*way, 0.0]) / np.hypot(*way)
         for height in (-half, 0.0, half):
             yield limits.centre_mm + np.array([way[0] * half, way[1] * half, height]) + beyond_mm * out, out
@@ -68,22 +68,22 @@ def _positions(limits: CheckLimits, beyond_mm: float) -> Iterator[tuple[np.ndarr
 def stem_limit(assembly: Assembly, p: PanelDimensions, limits: CheckLimits) -> CheckResult:
     """Measures the stem's way to the bezel on the exact solids."""
     placed = {o.name: o for o in assembly.occurrences}
-    stem, bezel = placed[STEM], placed[BEZEL]
+    stem, bezel = placed[_STEM], placed[BEZEL]
     worst, at = 0.0, limits.centre_mm
     for position, _ in _positions(limits, 0.0):
         poses = assembly.poses(position)
-        apart = exact_distance(stem.part.solid, bezel.part.solid, np.linalg.inv(poses[STEM]) @ poses[BEZEL])
+        apart = exact_distance(stem.part.solid, bezel.part.solid, np.linalg.inv(poses[_STEM]) @ poses[BEZEL])
         off = apart - CLOTH_MM - p.limit_mm
         if abs(off) >= abs(worst):
             worst, at = off, position
     reach = limits.half_side_mm + p.limit_mm
     detail = (
         f"the stem meets the bezel, through the boot's cloth, at |x| or |y| = {reach:.2f} mm, {p.limit_mm:g} mm "
-        f"outside the cube; {len(SIDES)} ways at 3 heights, exact distances of the solids; up and down the arms' stops "
+        f"outside the cube; {len(_SIDES)} ways, 3 heights, exact distances of the solids; up and down the arms' stops "
         "end the way"
     )
     x, y, z = at.tolist()
-    return CheckResult("handle limit", abs(worst) <= OFF_MM, worst, OFF_MM, "mm", (x, y, z), (STEM, BEZEL), detail)
+    return CheckResult("handle limit", abs(worst) <= _OFF_MM, worst, _OFF_MM, "mm", (x, y, z), (_STEM, BEZEL), detail)
 
 
 def room_at_limit(assembly: Assembly, p: PanelDimensions, limits: CheckLimits, meshes: Meshes) -> CheckResult:
@@ -99,7 +99,7 @@ def room_at_limit(assembly: Assembly, p: PanelDimensions, limits: CheckLimits, m
             if (frame[:3, :3] @ body.mesh.vertices.T + frame[:3, 3:])[2].max() < p.under_mm - least[0] - p.bezel_mm:
                 continue
             for fixed in over:
-                if (body.name, fixed.name) in ((STEM, BEZEL), (COLLAR, "boot")):
+                if (body.name, fixed.name) in ((_STEM, BEZEL), (_COLLAR, "boot")):
                     continue
                 apart = engine.distance(body, fixed, frame, fixed.placement)
                 apart -= body.mesh.deviation_mm + fixed.mesh.deviation_mm
@@ -107,7 +107,7 @@ def room_at_limit(assembly: Assembly, p: PanelDimensions, limits: CheckLimits, m
                     least = (float(apart), (body.name, fixed.name), position)
     (x, y, z), names = least[2].tolist(), " and ".join(least[1])
     detail = f"{names} are nearest of all that moves and all that hangs over it, the stem at the bezel"
-    return CheckResult("handle limit room", least[0] >= ROOM_MM, least[0], ROOM_MM, "mm", (x, y, z), least[1], detail)
+    return CheckResult("handle limit room", least[0] >= _ROOM_MM, least[0], _ROOM_MM, "mm", (x, y, z), least[1], detail)
 
 
 def arms_at_limit(assembly: Assembly, d: Dimensions, limits: CheckLimits) -> Iterator[CheckResult]:
@@ -116,19 +116,21 @@ def arms_at_limit(assembly: Assembly, d: Dimensions, limits: CheckLimits) -> Ite
     beyond = d.panel.limit_mm
     low_mm, half_mm = limits.bottom_height_mm - beyond, limits.half_side_mm + beyond
     wider = replace(limits, bottom_height_mm=low_mm, half_side_mm=half_mm)
-    geometry, asked = assembly.placement.geometry, float(np.degrees(BEFORE_RAD))
+    geometry, required = assembly.placement.geometry, float(np.degrees(_BEFORE_RAD))
     low, high = d.stops_rad
     tilt = float(np.degrees(d.forearm.tilt_limit_rad))
     try:
         theta = shoulder_range(geometry, wider)
         lean = float(np.degrees(np.abs(joint_ranges(geometry, wider.centre_mm, wider.half_side_mm).lean).max()))
     except FoldError as error:
-        for name, limit in (("before stops", asked), ("lean", tilt)):
+        for name, limit in (("before stops", required), ("lean", tilt)):
             yield CheckResult(f"handle limit {name}", False, None, limit, "deg", detail=str(error))
         return
     left = float(np.degrees(min(theta[:, 0].min() - low, high - theta[:, 1].max())))
     text = "that every arm has left to its stop wherever the bezel lets the handle go, enclosed"
-    yield CheckResult("handle limit before stops", left >= asked, left, asked, "deg", detail=f"least angle {text}")
+    yield CheckResult(
+        "handle limit before stops", left >= required, left, required, "deg", detail=f"least angle {text}"
+    )
     text = "largest lean of a rod wherever the bezel lets the handle go, enclosed; held against its joints' tilt"
     yield CheckResult("handle limit lean", lean <= tilt, lean, tilt, "deg", detail=text)
 
@@ -136,7 +138,7 @@ def arms_at_limit(assembly: Assembly, d: Dimensions, limits: CheckLimits) -> Ite
 def boot_length(assembly: Assembly, p: PanelDimensions, limits: CheckLimits, meshes: Meshes) -> CheckResult:
     """Computes the cloth beyond the longest way from the bezel's lower edge to the collar, both as they are placed."""
     bodies = bodies_of(assembly.occurrences, meshes)
-    points, ring = bodies[BEZEL].vertices, bodies[COLLAR].vertices
+    points, ring = bodies[BEZEL].vertices, bodies[_COLLAR].vertices
     inner = np.hypot(*np.maximum(np.abs(points[:, :2]) - p.half_mm, 0.0).T) < p.edge_mm + LIP_MM / 2
     edge = points[inner & (points[:, 2] < points[:, 2].min() + 1e-3)]
     low = ring[:, 2].min()
@@ -153,4 +155,4 @@ def boot_length(assembly: Assembly, p: PanelDimensions, limits: CheckLimits, mes
         "without a force, and folds"
     )
     left = p.cloth_mm - longest
-    return CheckResult("boot length", left >= 0.0, left, 0.0, "mm", (x, y, z), (BEZEL, COLLAR), detail)
+    return CheckResult("boot length", left >= 0.0, left, 0.0, "mm", (x, y, z), (BEZEL, _COLLAR), detail)

@@ -40,7 +40,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.structure.spans import structure_spans
 
-Stage = Literal["mechanism", "solids", "assembly", "sweep", "design"]
+_Stage = Literal["mechanism", "solids", "assembly", "sweep", "design"]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class CheckedMachine:
 
 
 @dataclass(frozen=True)
-class Check:
+class _Check:
     """A check.
 
     Attributes:
@@ -93,7 +93,7 @@ class Check:
     """
 
     name: str
-    stage: Stage
+    stage: _Stage
     cost_s: float
     label: str
     run: Callable[[CheckedMachine], list[CheckResult]]
@@ -101,31 +101,31 @@ class Check:
 
 
 CHECKS = (
-    Check("ranges", "mechanism", 0.96, "Limits over the cube", lambda m: check_ranges(m.geometry, m.limits)),
-    Check("solid", "solids", 0.49, "Solids", lambda m: check_solidity(m.assembly.parts, m.meshes)),
-    Check("forward", "assembly", 0.0, "Forward kinematics", lambda m: [check_forward(m.geometry, m.limits)]),
-    Check("joints", "assembly", 0.01, "Joints", lambda m: check_joints(m.assembly, m.limits)),
-    Check("axes", "assembly", 0.01, "Axes of the solids", lambda m: [check_joint_axes(m.assembly)]),
-    Check("contacts", "assembly", 0.29, "Contacts", lambda m: [check_contacts(m.assembly)]),
-    Check("stops", "assembly", 0.23, "Stops", lambda m: [check_stops(m.assembly)]),
-    Check("fits", "assembly", 4.1, "Common volumes", lambda m: check_fits(m.assembly, m.limits, m.meshes)),
-    Check("gaps", "assembly", 0.02, "Widest gaps", lambda m: check_largest_gaps(m.assembly, m.limits, m.meshes)),
-    Check("attachment", "assembly", 0.21, "Loose parts", lambda m: [check_attachment(m.assembly, m.meshes)]),
-    Check("screws", "assembly", 0.4, "Screws", lambda m: check_screws(m.assembly, m.meshes)),
-    Check("access", "assembly", 1.1, "Tool access", lambda m: check_access(m.assembly, m.limits, m.meshes)),
-    Check("order", "assembly", 2.6, "Assembly sequence", lambda m: check_order(m.assembly, m.limits, m.meshes)),
-    Check("outline", "sweep", 0.57, "Swept outline", lambda m: m.sweep.outline()),
-    Check("clearance", "sweep", 13.0, "Clearance", lambda m: with_exact(m.assembly, m.sweep.clearance())),
-    Check("drive", "design", 0.0, "Drive torque", lambda m: check_drive(drive_torque(m.d.design))),
-    Check("cable", "design", 0.02, "Cable path", lambda m: check_cable(m.assembly)),
-    Check("bend", "design", 0.0, "Cable bending", lambda m: check_bend(drive_torque(m.d.design))),
-    Check("tolerance", "design", 0.0, "Tolerances", lambda m: check_tolerances(m.d), True),
-    Check("panel", "design", 0.0, "Panel", lambda m: check_panel(m.assembly, m.d, m.limits, m.meshes)),
-    Check(
+    _Check("ranges", "mechanism", 0.96, "Limits over the cube", lambda m: check_ranges(m.geometry, m.limits)),
+    _Check("solid", "solids", 0.49, "Solids", lambda m: check_solidity(m.assembly.parts, m.meshes)),
+    _Check("forward", "assembly", 0.0, "Forward kinematics", lambda m: [check_forward(m.geometry, m.limits)]),
+    _Check("joints", "assembly", 0.01, "Joints", lambda m: check_joints(m.assembly, m.limits)),
+    _Check("axes", "assembly", 0.01, "Axes of the solids", lambda m: [check_joint_axes(m.assembly)]),
+    _Check("contacts", "assembly", 0.29, "Contacts", lambda m: [check_contacts(m.assembly)]),
+    _Check("stops", "assembly", 0.23, "Stops", lambda m: [check_stops(m.assembly)]),
+    _Check("fits", "assembly", 4.1, "Common volumes", lambda m: check_fits(m.assembly, m.limits, m.meshes)),
+    _Check("gaps", "assembly", 0.02, "Widest gaps", lambda m: check_largest_gaps(m.assembly, m.limits, m.meshes)),
+    _Check("attachment", "assembly", 0.21, "Loose parts", lambda m: [check_attachment(m.assembly, m.meshes)]),
+    _Check("screws", "assembly", 0.4, "Screws", lambda m: check_screws(m.assembly, m.meshes)),
+    _Check("access", "assembly", 1.1, "Tool access", lambda m: check_access(m.assembly, m.limits, m.meshes)),
+    _Check("order", "assembly", 2.6, "Assembly sequence", lambda m: check_order(m.assembly, m.limits, m.meshes)),
+    _Check("outline", "sweep", 0.57, "Swept outline", lambda m: m.sweep.outline()),
+    _Check("clearance", "sweep", 13.0, "Clearance", lambda m: with_exact(m.assembly, m.sweep.clearance())),
+    _Check("drive", "design", 0.0, "Drive torque", lambda m: check_drive(drive_torque(m.d.design))),
+    _Check("cable", "design", 0.02, "Cable path", lambda m: check_cable(m.assembly)),
+    _Check("bend", "design", 0.0, "Cable bending", lambda m: check_bend(drive_torque(m.d.design))),
+    _Check("tolerance", "design", 0.0, "Tolerances", lambda m: check_tolerances(m.d), True),
+    _Check("panel", "design", 0.0, "Panel", lambda m: check_panel(m.assembly, m.d, m.limits, m.meshes)),
+    _Check(
         "sections", "design", 0.93, "Cross-sections", lambda m: check_sections(m.assembly, structure_spans(m.d)), True
     ),
-    Check("dfm", "design", 1.4, "For the shop", lambda m: check_dfm(m.assembly.parts), True),
-    Check("structure", "design", 0.1, "Strength", lambda m: check_structure(m.d, m.bodies), True),
+    _Check("dfm", "design", 1.4, "For the shop", lambda m: check_dfm(m.assembly.parts), True),
+    _Check("structure", "design", 0.1, "Strength", lambda m: check_structure(m.d, m.bodies), True),
 )
 """All there are."""
 
@@ -142,7 +142,7 @@ def run_checks(m: CheckedMachine, meanwhile: Callable[[], None] = lambda: None) 
         that need it are left out: the report then holds the failures only up to there.
     """
 
-    def of(stage: Stage) -> list[CheckResult]:
+    def of(stage: _Stage) -> list[CheckResult]:
         results: list[CheckResult] = []
         for check in (check for check in CHECKS if check.stage == stage):
             m.progress(check.label)

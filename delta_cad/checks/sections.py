@@ -27,12 +27,12 @@ from delta_cad.structure.spans import Span
 if TYPE_CHECKING:
     import cadquery as cq
 
-STEP_MM = 8.0  # of the grid: a taper of 1:10 changes by 4 % of a section 20 mm high
-APART_MM = 0.02  # places that are closer are one: roundings of a turned frame, and what no saw cuts
-ALIKE = 0.99  # least share of the area of its like: drawings repeat to roundings
-DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
-ALONG = 1e-6  # sine of an angle to an axis that counts as along or across it
-SHOWN = 8  # faults that a report names; their number is told
+_STEP_MM = 8.0  # of the grid: a taper of 1:10 changes by 4 % of a section 20 mm high
+_APART_MM = 0.02  # places that are closer are one: roundings of a turned frame, and what no saw cuts
+_ALIKE = 0.99  # least share of the area of its like: drawings repeat to roundings
+_DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
+_ALONG = 1e-6  # sine of an angle to an axis that counts as along or across it
+_SHOWN = 8  # faults that a report names; their number is told
 
 
 @dataclass(frozen=True)
@@ -108,19 +108,19 @@ def _result(name: str, worst: Callable[..., _Share], shares: list[_Share], told:
     one = worst(shares, key=lambda share: share.value)
     bad = [share for share in shares if worst(share.value, 1.0) != 1.0]
     texts = list(dict.fromkeys(share.text for share in sorted(bad, key=lambda s: s.value, reverse=worst is max)))
-    detail = f"{len(bad)} fail: {'; '.join(texts[:SHOWN])}; {told}" if bad else f"closest: {one.text}; {told}"
+    detail = f"{len(bad)} fail: {'; '.join(texts[:_SHOWN])}; {told}" if bad else f"closest: {one.text}; {told}"
     return CheckResult(name, not bad, one.value, 1.0, "", worst_pair=(one.part,), detail=detail)
 
 
 def _carried(span: Span, stations: np.ndarray, cut: _Cut) -> Iterator[_Share]:
     """The smallest share of each of area and second moments along a span."""
     assumed = [span.assumed(x) for x in stations]
-    for what, found, asked in (
+    for what, found, required in (
         ("area", cut.filled, [s.area_mm2 for s in assumed]),
         ("second moment about y", cut.about_y, [s.about_y_mm4 for s in assumed]),
         ("second moment about z", cut.about_z, [s.about_z_mm4 for s in assumed]),
     ):
-        shares = found / np.array(asked)
+        shares = found / np.array(required)
         k = int(shares.argmin())
         text = (
             f"{span.part}, {span.name} at {_place(span, stations[k])}: {shares[k]:.3f} of the {what} that the "
@@ -149,7 +149,7 @@ def _compared(span: Span, stations: np.ndarray, cuts: list[_Cut]) -> Iterator[_S
     k = int(shares.argmin())
     if len(cuts) > 1:
         text = f"{span.part}, {span.name} at {_place(span, stations[k])}: {shares[k]:.3f} of the area of its like"
-        yield _Share(float(shares[k]) / ALIKE, span.part, text)
+        yield _Share(float(shares[k]) / _ALIKE, span.part, text)
 
 
 def _place(span: Span, x: float) -> str:
@@ -166,7 +166,7 @@ def _location(frame: np.ndarray) -> cq.Location:
 def _stations(solids: Iterable[cq.Shape], reach_mm: tuple[float, float]) -> np.ndarray:
     """(n,) places along x at which solids are cut: halfway between those where something of one begins or ends, mm."""
     low, high = reach_mm
-    events = [low, high, *np.arange(low, high, STEP_MM)]
+    events = [low, high, *np.arange(low, high, _STEP_MM)]
     for solid in solids:
         events += [vertex.X for vertex in solid.Vertices()]
         for face in (face for face in solid.Faces() if face.geomType() != "PLANE"):
@@ -174,7 +174,7 @@ def _stations(solids: Iterable[cq.Shape], reach_mm: tuple[float, float]) -> np.n
             events += [box.xmin, box.xmax]
     inside = np.unique([x for x in events if low <= x <= high])
     gaps = np.diff(inside)
-    return ((inside[:-1] + inside[1:]) / 2.0)[gaps > APART_MM]
+    return ((inside[:-1] + inside[1:]) / 2.0)[gaps > _APART_MM]
 
 
 def _cut(part: Part, solid: cq.Shape, span: Span, stations: np.ndarray) -> _Cut:
@@ -195,7 +195,7 @@ def _cut(part: Part, solid: cq.Shape, span: Span, stations: np.ndarray) -> _Cut:
         inward = np.linalg.inv(span.frame)
         declared = [hole.diameter_mm for hole in part.holes]
         for bore in (c.moved(inward) for c in features(part.solid).cylinders if c.is_hollow):
-            if any(abs(2.0 * bore.radius_mm - diameter) <= DIAMETER_MM for diameter in declared):
+            if any(abs(2.0 * bore.radius_mm - diameter) <= _DIAMETER_MM for diameter in declared):
                 moments += _plug(bore, stations)
         for drilled in (b for hole in part.holes for b in hole.bores if b.tip_deg):
             moments += _tip(drilled, inward, stations)
@@ -250,7 +250,7 @@ def _moments(face: Any) -> np.ndarray:
 def _tip(bore: Bore, inward: np.ndarray, stations: np.ndarray) -> np.ndarray:
     """(n, 5) the same of the tip of a drill along x, seen from a span's frame."""
     start, along = inward[:3, :3] @ bore.start_mm + inward[:3, 3], inward[:3, :3] @ bore.direction
-    if np.linalg.norm(along[1:]) > ALONG:
+    if np.linalg.norm(along[1:]) > _ALONG:
         return np.zeros((len(stations), 5))
     height, (y, z) = tip_mm(bore.diameter_mm, bore.tip_deg), start[1:]
     into = (stations - start[0]) * along[0] - bore.depth_mm
@@ -263,12 +263,12 @@ def _plug(bore: SolidFace, stations: np.ndarray) -> np.ndarray:
     """(n, 5) the same of what a bore has taken from planes across x: a circle along x, a rectangle across it."""
     n, r = len(stations), bore.radius_mm
     share = bore.turn_rad / (2.0 * np.pi)
-    if np.linalg.norm(bore.direction[1:]) < ALONG:
+    if np.linalg.norm(bore.direction[1:]) < _ALONG:
         ends = bore.point[0] + bore.direction[0] * np.array([bore.start_mm, bore.end_mm])
         inside = (stations >= ends.min()) & (stations <= ends.max())
         y, z = bore.point[1:]
         areas, own = np.where(inside, np.pi * r**2, 0.0), (r**2 / 4.0, r**2 / 4.0)
-    elif abs(bore.direction[0]) < ALONG:
+    elif abs(bore.direction[0]) < _ALONG:
         chord = 2.0 * np.sqrt(np.maximum(r**2 - (stations - bore.point[0]) ** 2, 0.0))
         length = bore.end_mm - bore.start_mm
         y, z = (bore.point + (bore.start_mm + bore.end_mm) / 2.0 * bore.direction)[1:]

@@ -18,11 +18,11 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.common.vectors import cross_length
 from delta_cad.solids.part import Part
 
-AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; machinists' positions differ by 0.01 mm
+_AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; machinists' positions differ by 0.01 mm
 ON_SURFACE_MM = 1e-4  # nodes lie on their surfaces to the tolerance of the edges there, 1e-5 mm at worst
-EXTENT_MM = 0.005  # exact boxes of free surfaces are wider by a thousandth; a machinist sees no less than 0.01 mm
-DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
-WHOLE_RAD = 4.5  # round the axis of a bore's faces: a split bore has 6.0, the end of a pocket 3.3, a sector's rim 2.6
+_EXTENT_MM = 0.005  # exact boxes of free surfaces are wider by a thousandth; a machinist sees no less than 0.01 mm
+_DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
+_WHOLE_RAD = 4.5  # round the axis of a bore's faces: a split bore has 6.0, the end of a pocket 3.3, a sector's rim 2.6
 
 
 def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResult]:
@@ -42,17 +42,17 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
     if not faults:
         mesh = meshes[part.number]
         volume = float(part.solid.Volume())
-        value, limit = abs(mesh.volume_mm3 - volume), layer_volume(mesh)
-        bare = bare_cylinders(part, mesh)
+        value, limit = abs(mesh.volume_mm3 - volume), _layer_volume(mesh)
+        bare = _bare_cylinders(part, mesh)
         if not mesh.is_watertight:
             faults.append("its mesh is not watertight")
         elif value > limit:
             faults.append(f"its mesh holds {mesh.volume_mm3:.3f} mm^3, the solid {volume:.3f}")
         elif bare:
             faults.append(f"its mesh has no points on {len(bare)} cylinders, the first of {bare[0]:g} mm diameter")
-        faults += compared_bores(part, bore_counts(part.solid))[0] + extent_faults(part)
+        faults += compared_bores(part, bore_counts(part.solid))[0] + _extent_faults(part)
         faults += location_faults(part)
-        if undeclared := compared_bores(part, bore_counts(part.solid, WHOLE_RAD))[1]:
+        if undeclared := compared_bores(part, bore_counts(part.solid, _WHOLE_RAD))[1]:
             faults.append(f"bores that are not declared: {undeclared}")
     sound = f"one valid closed solid, {len(part.holes)} kinds of declared bores present, as long and wide as declared"
     detail = "; ".join(faults) or sound
@@ -61,7 +61,7 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
     )
 
 
-def layer_volume(mesh: Mesh) -> float:
+def _layer_volume(mesh: Mesh) -> float:
     """Bounds the difference of volume between a mesh and the exact solid, mm^3.
 
     The symmetric difference of the two lies within the deviation d of the mesh's surface: inside balls along its faces
@@ -75,7 +75,7 @@ def layer_volume(mesh: Mesh) -> float:
     return 2.0 * d * mesh.area_mm2 + np.pi * d**2 * edges + 4.0 / 3.0 * np.pi * d**3 * len(mesh.vertices)
 
 
-def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
+def _bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
     """Lists the diameters of the cylindrical faces of a part on which its mesh has fewer than three vertices, mm."""
     bare = []
     for c in features(part.solid).cylinders:
@@ -108,16 +108,16 @@ def solid_faults(shape: Any) -> list[str]:
     return faults
 
 
-def extent_faults(part: Part) -> list[str]:
+def _extent_faults(part: Part) -> list[str]:
     """Says along which axes a part does not reach as far as it declares, from where to where, mm."""
     if part.extent_mm is None:
         return []
-    box = part.solid.BoundingBox(EXTENT_MM / 100.0)
+    box = part.solid.BoundingBox(_EXTENT_MM / 100.0)
     seen = (box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax)
     return [
         f"it reaches along {axis} from {low:.3f} to {high:.3f} mm, declared {declared[0]:.3f} to {declared[1]:.3f}"
         for axis, (low, high), declared in zip("xyz", seen, part.extent_mm, strict=True)
-        if declared is not None and max(abs(low - declared[0]), abs(high - declared[1])) > EXTENT_MM
+        if declared is not None and max(abs(low - declared[0]), abs(high - declared[1])) > _EXTENT_MM
     ]
 
 
@@ -134,7 +134,7 @@ def bore_counts(shape: Any, least_rad: float | None = None) -> dict[float, int]:
         same = axes.setdefault(round(2.0 * bore.radius_mm, 3), [])
         for direction, other_point, faces in same:
             parallel = cross_length(bore.direction, direction) < 1e-6
-            if parallel and np.linalg.norm(point - other_point) < AXIS_MM:
+            if parallel and np.linalg.norm(point - other_point) < _AXIS_MM:
                 faces.append(bore)
                 break
         else:
@@ -174,10 +174,10 @@ def slot_count(shape: Any, width_mm: float) -> int:
     for k, one in enumerate(planes):
         for other in planes[k + 1 :]:
             between = float((other.point - one.point) @ one.direction)
-            if one.direction @ other.direction > -1.0 + 1e-9 or abs(between - width_mm) > DIAMETER_MM:
+            if one.direction @ other.direction > -1.0 + 1e-9 or abs(between - width_mm) > _DIAMETER_MM:
                 continue
             apart = BRepExtrema_DistShapeShape(one.face.wrapped, other.face.wrapped).Value()  # type: ignore[attr-defined]
-            count += abs(float(apart) - width_mm) <= DIAMETER_MM
+            count += abs(float(apart) - width_mm) <= _DIAMETER_MM
     return count
 
 
@@ -196,8 +196,8 @@ def compared_bores(part: Part, bores: dict[float, int]) -> tuple[list[str], str]
             continue
         declared[hole.diameter_mm] = declared.get(hole.diameter_mm, 0) + hole.count
     for diameter, count in declared.items():
-        seen = sum(n for d, n in bores.items() if abs(d - diameter) <= DIAMETER_MM)
+        seen = sum(n for d, n in bores.items() if abs(d - diameter) <= _DIAMETER_MM)
         if seen != count:
             faults.append(f"it has {seen} bores of {diameter:g} mm, {count} are declared")
-    extra = {d: n for d, n in bores.items() if all(abs(d - x) > DIAMETER_MM for x in declared)}
+    extra = {d: n for d, n in bores.items() if all(abs(d - x) > _DIAMETER_MM for x in declared)}
     return faults, ", ".join(f"{n} of {d:g} mm" for d, n in extra.items())

@@ -12,7 +12,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.structure.loads import Load
 from delta_cad.structure.report import KnobStiffness, StructureReport, structure_report
 
-JOINT_MIN_N_MM = 500.0  # below, the joints are what gives most at the knob
+_JOINT_MIN_N_MM = 500.0  # below, the joints are what gives most at the knob
 
 
 def check_structure(d: Dimensions, bodies: Mapping[str, Any]) -> list[CheckResult]:
@@ -29,7 +29,7 @@ def check_structure(d: Dimensions, bodies: Mapping[str, Any]) -> list[CheckResul
     found = structure_report(d, bodies)
     count = len(found.stiffness.positions_mm)
     loads = [_load(case, force, load, count) for case, (force, all_) in found.cases.items() for load in all_]
-    knob = check_knob(found.stiffness, d.design.requirements.stiffness_min_N_mm)
+    knob = _check_knob(found.stiffness, d.design.requirements.stiffness_min_N_mm)
     return [knob, check_joint(found.stiffness.table.joint_N_mm), _first_mode(found), *loads]
 
 
@@ -39,27 +39,34 @@ def check_joint(value_N_mm: float) -> CheckResult:
         "along the rod at rest, tension or compression: ball in its cup with the largest clearance, and the rod's end"
     )
     name = "structure ball joint stiffness"
-    return CheckResult(name, value_N_mm >= JOINT_MIN_N_MM, value_N_mm, JOINT_MIN_N_MM, "N/mm", detail=detail)
+    return CheckResult(name, value_N_mm >= _JOINT_MIN_N_MM, value_N_mm, _JOINT_MIN_N_MM, "N/mm", detail=detail)
 
 
-def check_knob(over: KnobStiffness, asked_N_mm: float | None) -> CheckResult:
+def _check_knob(over: KnobStiffness, required_N_mm: float | None) -> CheckResult:
     """Checks the least stiffness at the knob over the sampled cube, or tells it where none is asked."""
     k, centre = over.worst, len(over.positions_mm) - 1
     values, shares = over.softest.stiffness_N_mm, over.softest.shares
     value = float(values[k])
     most = sorted(shares, key=lambda name: -shares[name][k])[:3]
-    told = ", ".join(f"{name} {shares[name][k]:.0%}" for name in most)
+    reported = ", ".join(f"{name} {shares[name][k]:.0%}" for name in most)
     x, y, z = (float(c) for c in over.softest.direction[k])
     detail = (
         f"softest of {len(values)} positions, corners among them, {over.table.knob_mm:g} mm over the wrists, "
-        f"actuators held, along ({x:.2f}, {y:.2f}, {z:.2f}): {told}; {values[centre]:.1f} N/mm in the centre; "
+        f"actuators held, along ({x:.2f}, {y:.2f}, {z:.2f}): {reported}; {values[centre]:.1f} N/mm in the centre; "
         f"ball joints {over.table.joint_N_mm:g} N/mm"
     )
-    passed = asked_N_mm is None or value >= asked_N_mm
+    passed = required_N_mm is None or value >= required_N_mm
     if not passed:
-        detail += f"; requirements.stiffness_min_N_mm = {asked_N_mm:g}"
+        detail += f"; requirements.stiffness_min_N_mm = {required_N_mm:g}"
     return CheckResult(
-        "structure stiffness at the knob", passed, value, asked_N_mm, "N/mm", _place(over.positions_mm[k]), None, detail
+        "structure stiffness at the knob",
+        passed,
+        value,
+        required_N_mm,
+        "N/mm",
+        _place(over.positions_mm[k]),
+        None,
+        detail,
     )
 
 

@@ -6,11 +6,11 @@ from delta_cad.commands import build, check, drawings, fixture, inspect, schema,
 from delta_cad.common.command_line import Program
 from delta_cad.common.console import DONE, NOT_BUILT, NOT_MET
 
-COMMANDS = (build, check, drawings, fixture, inspect, view, schema)
-PROGRAM = Program(
+_COMMANDS = (build, check, drawings, fixture, inspect, view, schema)
+_PROGRAM = Program(
     "delta_cad",
     "Delta haptic devices from a design file: CAD, checks, files.",
-    COMMANDS,
+    _COMMANDS,
     {
         DONE: "done and all checks hold",
         NOT_MET: "done, but a check fails",
@@ -18,4 +18,4 @@ PROGRAM = Program(
     },
     "cad",
 )
-parser, main = PROGRAM.parser, PROGRAM.main
+parser, main = _PROGRAM.parser, _PROGRAM.main

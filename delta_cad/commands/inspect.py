@@ -19,7 +19,7 @@ from delta_cad.common.options import MASS_PROPERTIES, Option
 
 NAME = "inspect"
 TEXT = "table of reach, torque, conditioning, angles and margins, within a second; makes no solids"
-OF_HARDWARE = ("catalogue", "mass_properties", "suggest")
+_OF_HARDWARE = ("catalogue", "mass_properties", "suggest")
 OPTIONS = (
     *DESIGN_OPTIONS,
     ALL,
@@ -44,7 +44,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.structure.hardware.thresholds import refused
 
     kinematics = given.kinematics
-    for name in OF_HARDWARE if kinematics else ():
+    for name in _OF_HARDWARE if kinematics else ():
         if getattr(given, name) is not None:
             option = f"--{name.replace('_', '-')} {getattr(given, name)}"
             return refuse(f"{option}: is of hardware; --kinematics looks at none: leave one of both away", BAD_INPUT)

@@ -20,7 +20,7 @@ from delta_cad.mechanism.proof.judgement import can_prove, judge
 from delta_cad.mechanism.workspace import CubeExtremes, cube_extremes
 from delta_cad.structure.report import stiffness
 
-OUTLINE = "outline by eq. (1), points only"
+_OUTLINE = "outline by eq. (1), points only"
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def inspection(
     if kinematics:
         of_hardware = {figure.words for kind in POSE_LIMITS if kind.needs for figure in kind.figures}
         of_hardware |= {"parallelogram width L_c"}
-        kept = [row for row in rows if row.group != OUTLINE and row.quantity not in of_hardware]
+        kept = [row for row in rows if row.group != _OUTLINE and row.quantity not in of_hardware]
         if design.requirements.joint_torque_N_m == KINEMATICS["requirements"]["joint_torque_N_m"]:  # none is stated
             kept = [
                 replace(row, limit="", holds=None) if row.quantity.startswith("torque for") else row for row in kept
@@ -102,7 +102,7 @@ def _dimensions(design: Design) -> list[InspectionRow]:
     )
     sides = sorted((required.envelope_width_mm, required.envelope_depth_mm), reverse=True)
     return rows + [
-        InspectionRow(OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
+        InspectionRow(_OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
         for name, value, side in zip(("longer side", "shorter side"), points, sides, strict=True)
     ]
 
@@ -188,7 +188,7 @@ def _smallest(design: Design) -> list[InspectionRow]:
 
 def _structure(design: Design) -> list[InspectionRow]:
     """Stiffness at the knob, softest direction, actuators held; of a design whose parts cannot be made, the reason."""
-    group, asked = "structure over the cube (sampled)", design.requirements.stiffness_min_N_mm
+    group, demand = "structure over the cube (sampled)", design.requirements.stiffness_min_N_mm
     try:
         over = stiffness(dimensions(design))
     except DimensionError as error:
@@ -196,7 +196,7 @@ def _structure(design: Design) -> list[InspectionRow]:
     values, k = over.softest.stiffness_N_mm, over.worst
     x, y, z = (float(v) for v in over.positions_mm[k])
     value = float(values[k])
-    limit, holds = ("", None) if asked is None else (f">= {asked:g}", value >= asked)
+    limit, holds = ("", None) if demand is None else (f">= {demand:g}", value >= demand)
     shares = {name: float(share[k]) for name, share in over.softest.shares.items()}
     most = max(shares, key=lambda name: shares[name])
     knob = f"{over.table.knob_mm:g} mm over the wrists"

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from delta_cad.design import Design, DesignError
 
 # Imported late, some after a minute of work: that all are there is looked at first.
-BUILT_WITH = ("cadquery", "trimesh", "fcl", "lxml", "networkx", "jinja2", "ezdxf", "fontTools", "matplotlib")
+_BUILT_WITH = ("cadquery", "trimesh", "fcl", "lxml", "networkx", "jinja2", "ezdxf", "fontTools", "matplotlib")
 # design, what was typed, what to call with the name of the next phase -> what came of it: passed, folder, record()
-Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], Any]
+_Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], Any]
 # design, what was typed -> where that is written
-Place = Callable[["Design", argparse.Namespace], Path]
+_Place = Callable[["Design", argparse.Namespace], Path]
 
 ALL = Option("--all", action="store_true", help="print the full table, not only failures and ten key figures")
 SUGGEST = Option(
@@ -49,7 +49,7 @@ MACHINE_OPTIONS = (*DESIGN_OPTIONS, OUT_FOLDER)
 
 
 def made(
-    given: argparse.Namespace, work: Work, place: Place, *, folder: bool, tell: Callable[[Any], None] | None = None
+    given: argparse.Namespace, work: _Work, place: _Place, *, folder: bool, tell: Callable[[Any], None] | None = None
 ) -> int:
     """Does a command's work on the design that was typed, shows what came of it and returns the exit code.
 
@@ -80,7 +80,7 @@ def made(
         require_room(place(design, given), folder=folder)
     except OSError as error:
         return refuse_folder(given.out, error)
-    if absent := [name for name in BUILT_WITH if find_spec(name) is None]:
+    if absent := [name for name in _BUILT_WITH if find_spec(name) is None]:
         return refuse(not_installed(absent[0], "cad"), NOT_BUILT)
     with ProgressLine() as line:
         line.show("loading the CAD kernel")

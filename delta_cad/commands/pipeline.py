@@ -54,9 +54,9 @@ from delta_cad.structure.report import structure_record, structure_report
 if TYPE_CHECKING:
     from delta_cad.export.drawings.write import Drawn
 
-DRAWINGS = "delta_cad.export.drawings.write"  # which loads the CAD kernel
+_DRAWINGS = "delta_cad.export.drawings.write"  # which loads the CAD kernel
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # deflection of all meshes: a tenth of a running gap, 18 facets a turn
-Progress = Callable[[str], None]
+_Progress = Callable[[str], None]
 
 
 def quiet(_: str) -> None:
@@ -119,7 +119,7 @@ class Outcome:
         }
 
 
-def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
+def make_machine(design: Design, progress: _Progress = quiet) -> BuiltMachine:
     """Makes solids, placement, meshes and masses of a design.
 
     Raises:
@@ -145,8 +145,8 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
     """Gathers the limits that requirements and hardware put on the machine, with the masses that it has."""
     cube, required, (lowest, highest) = d.design.cube, d.design.requirements, d.stops_rad
     stated = Limits.stated(limit_values(d.design, known_masses(masses, d.design)))
-    if (asked := stated.get(Shoulder)) is not None:
-        lowest, highest = max(lowest, asked.shoulder_min), min(highest, asked.shoulder_max)
+    if (demand := stated.get(Shoulder)) is not None:
+        lowest, highest = max(lowest, demand.shoulder_min), min(highest, demand.shoulder_max)
     return CheckLimits(
         bottom_height_mm=cube.bottom_height_mm,
         half_side_mm=cube.half_side_mm,
@@ -157,7 +157,7 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
     )
 
 
-def checked(machine: BuiltMachine, progress: Progress = quiet, sweep: Sweep | None = None) -> CheckedMachine:
+def checked(machine: BuiltMachine, progress: _Progress = quiet, sweep: Sweep | None = None) -> CheckedMachine:
     """Gives a machine as the checks see it."""
     d, masses = machine.dimensions, machine.masses
     held = check_limits(d, masses), machine.meshes, d, masses["bodies"]
@@ -177,13 +177,13 @@ def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
     return [*results, CheckResult("chains apart", missing <= 0.0, missing, 0.0, "mm", detail=detail)]
 
 
-def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> Moved:
+def check_moving(machine: BuiltMachine, progress: _Progress = quiet) -> Moved:
     """Runs the checks of a machine that look at what moves, see `fast_fail.check_moving`."""
     m = checked(machine)
     return fast_fail.check_moving(m.assembly, m.limits, m.meshes, progress)
 
 
-def check(design: Design, progress: Progress = quiet) -> Outcome:
+def check(design: Design, progress: _Progress = quiet) -> Outcome:
     """Runs the checks of a design without any file; raises as `make_machine`."""
     with WorkerProcess(background_sweep.__name__) as sweeper:
         machine = make_machine(design, progress)
@@ -199,7 +199,7 @@ def _unverified(machine: BuiltMachine) -> tuple[str, ...]:
 def build(
     design: Design,
     out: Path,
-    progress: Progress = quiet,
+    progress: _Progress = quiet,
     schema: str = "AP242",
     beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
     drawings: bool = True,
@@ -226,7 +226,7 @@ def build(
     with output_folder(out, design.name) as folder, ExitStack() as others:  # who fills it ends before it is taken away
         sweeper = others.enter_context(WorkerProcess(background_sweep.__name__))
         writer = others.enter_context(WorkerProcess(mesh_files.__name__, low_priority=True))
-        draughtsman = others.enter_context(WorkerProcess(DRAWINGS, low_priority=True)) if drawings else None
+        draughtsman = others.enter_context(WorkerProcess(_DRAWINGS, low_priority=True)) if drawings else None
         narrator = others.enter_context(WorkerProcess(manual.__name__, low_priority=True)) if drawings else None
         machine, sweep = made or make_machine(design, progress), Sweep(sweeper, report, clearance)
         bare = machine.assembly.without_solids()
@@ -279,7 +279,7 @@ def build(
     return outcome
 
 
-def write_whole(machine: BuiltMachine, folder: Path, progress: Progress) -> Drawn:
+def write_whole(machine: BuiltMachine, folder: Path, progress: _Progress) -> Drawn:
     """Draws a machine as a whole into the folder of its build; its parts are drawn by another process meanwhile."""
     from delta_cad.export.drawings.write import FOLDER, write_whole_drawing  # loads the CAD kernel
 
@@ -290,13 +290,13 @@ def check_drawings(drawn: Drawn) -> CheckResult:
     """Gives the verdict on a machine's drawings: all of them there, all told in them, nothing over anything."""
     count = sum(len(faults) for faults in drawn.faults.values())
     worst = next(iter(drawn.faults), None)
-    told = f"{drawn.count} drawings: every bore and coordinate told once, no text over an edge or another"
+    reported = f"{drawn.count} drawings: every bore and coordinate told once, no text over an edge or another"
     if drawn.missing:
-        told += f"; shown by a substitute: {', '.join(sorted(drawn.missing))}"
+        reported += f"; shown by a substitute: {', '.join(sorted(drawn.missing))}"
     if worst is not None:
-        told = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
+        reported = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
     pair = None if worst is None else (worst,)
-    return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=told)
+    return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=reported)
 
 
 def cost_of(machine: BuiltMachine) -> Cost:
@@ -306,7 +306,7 @@ def cost_of(machine: BuiltMachine) -> Cost:
     return machine_cost(machine.dimensions, machine.assembly, clampings)
 
 
-def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: Progress, schema: str) -> str:
+def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Progress, schema: str) -> str:
     """Writes what a machine comes to into a folder, all but its checks, manifest and what meshes alone tell.
 
     Returns:

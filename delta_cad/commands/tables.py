@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from delta_cad.commands.inspection import InspectionRow
     from delta_cad.commands.pipeline import Outcome
 
-FIGURES = 5  # significant digits of a value in a table
+_FIGURES = 5  # significant digits of a value in a table
 MOST_FIGURES = 10  # that are told first
 FIRST_CHECKED = (
     "envelope width",
@@ -31,7 +31,7 @@ FIRST_CHECKED = (
     "couple index",
 )
 """Checks whose figures are told first, as far as there are."""
-FIRST_INSPECTED = (
+_FIRST_INSPECTED = (
     "cube side 2 L",
     "longer side",
     "shorter side",
@@ -46,8 +46,8 @@ FIRST_INSPECTED = (
     "motor",
 )
 """How the figures begin that are told first, as far as there are."""
-UNKNOWN_MASSES = "give --mass-properties"
-DETAILED = (  # checks whose detail a buyer wants
+_UNKNOWN_MASSES = "give --mass-properties"
+_DETAILED = (  # checks whose detail a buyer wants
     "envelope width",
     "envelope depth",
     "clearance proof",
@@ -57,17 +57,17 @@ DETAILED = (  # checks whose detail a buyer wants
 
 
 def _number(value: float | str | None) -> str:
-    return "" if value is None else value if isinstance(value, str) else f"{value:.{FIGURES}g}"
+    return "" if value is None else value if isinstance(value, str) else f"{value:.{_FIGURES}g}"
 
 
 def _unit(unit: str) -> str:
     """A unit as people write it, where the terminal can."""
-    told = unit.replace("^2", "²").replace("^3", "³")
+    reported = unit.replace("^2", "²").replace("^3", "³")
     try:
-        told.encode(sys.stdout.encoding or "ascii")
+        reported.encode(sys.stdout.encoding or "ascii")
     except UnicodeEncodeError:
         return unit
-    return told
+    return reported
 
 
 def _console() -> Console:
@@ -117,12 +117,12 @@ def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False, 
     console.print(f"{name}: {verdict}", highlight=False, soft_wrap=True)
     for row in failed:
         at = "" if row.at_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*row.at_mm)
-        told = f"{_number(row.value)} {_unit(row.unit)}".strip()
-        console.print(f"[red]FAILS[/red] {row.quantity}{at}: {told}, {row.limit}", highlight=False, soft_wrap=True)
+        reported = f"{_number(row.value)} {_unit(row.unit)}".strip()
+        console.print(f"[red]FAILS[/red] {row.quantity}{at}: {reported}, {row.limit}", highlight=False, soft_wrap=True)
     if not whole:
-        named = {word: row for word in FIRST_INSPECTED for row in reversed(rows) if row.quantity.startswith(word)}
+        named = {word: row for word in _FIRST_INSPECTED for row in reversed(rows) if row.quantity.startswith(word)}
         shown = list(named.values())[:MOST_FIGURES]
-        shown += [row for row in rows if row.value == UNKNOWN_MASSES and row not in shown]
+        shown += [row for row in rows if row.value == _UNKNOWN_MASSES and row not in shown]
         console.print(_figures([(_words(row), _number(row.value), _unit(row.unit), row.limit) for row in shown]))
         console.print("--all prints every figure and where it is worst", highlight=False)
         return
@@ -199,5 +199,5 @@ def _print_checks(console: Console, outcome: Outcome) -> None:
         table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), _unit(worst.unit), verdict, where)
     console.print(table)
     for result in outcome.results:
-        if result.passed and result.name in DETAILED:
+        if result.passed and result.name in _DETAILED:
             console.print(f"{result.name}: {result.detail}", highlight=False, soft_wrap=True)

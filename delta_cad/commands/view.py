@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 NAME = "view"
 TEXT = "live page in the browser: drag the handle, change lengths; Ctrl-C stops it"
-LOOPBACK = "127.0.0.1"
-PORT = 8080
+_LOOPBACK = "127.0.0.1"
+_PORT = 8080
 
 OPTIONS = (
     DESIGN,
     CATALOGUE,
-    Option("--port", type=whole(1, MOST_PORT), default=PORT, metavar="N", help=f"port of the page; default: {PORT}"),
+    Option("--port", type=whole(1, MOST_PORT), default=_PORT, metavar="N", help=f"port of the page; default: {_PORT}"),
     Option(
         "--host",
-        default=LOOPBACK,
+        default=_LOOPBACK,
         metavar="ADDRESS",
         help="address to listen on, as the browser will have it; default: 127.0.0.1, this machine only",
     ),
@@ -66,8 +66,8 @@ def run(given: argparse.Namespace) -> int:
         with socket.create_server((given.host, given.port), family=family):
             pass
     except OSError as error:
-        told = f"--host {given.host} --port {given.port}: {error.strerror or error}"
-        return refuse(f"{told}; must be an address of this machine and a free port", BAD_INPUT)
+        reported = f"--host {given.host} --port {given.port}: {error.strerror or error}"
+        return refuse(f"{reported}; must be an address of this machine and a free port", BAD_INPUT)
     guard = Guard(given.host, given.port, lambda line: refuse(line, DONE))
     server = guarded_server(guard, design.name)
     try:

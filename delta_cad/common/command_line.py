@@ -31,12 +31,12 @@ from delta_cad.common.options import Option, add_options
 from delta_cad.common.refusal import RefusedError, meant, not_installed
 from delta_cad.common.versions import difference
 
-SHELLS = ("bash", "zsh", "tcsh")
-DISTRIBUTION = "delta-haptics"
-NO_MEMORY = "the memory that this process may have is not enough"
-NOTHING_WRITTEN = "interrupted; nothing was written"
+_SHELLS = ("bash", "zsh", "tcsh")
+_DISTRIBUTION = "delta-haptics"
+_NO_MEMORY = "the memory that this process may have is not enough"
+_NOTHING_WRITTEN = "interrupted; nothing was written"
 # Exit codes of every command line.
-EXIT_CODES = {DONE: "done", BAD_INPUT: "the input or the usage is wrong", INTERRUPTED: "interrupted by Ctrl-C"}
+_EXIT_CODES = {DONE: "done", BAD_INPUT: "the input or the usage is wrong", INTERRUPTED: "interrupted by Ctrl-C"}
 
 
 class Parser(argparse.ArgumentParser):
@@ -56,7 +56,7 @@ class Program:
         package: Package that `python -m` runs.
         description: What the program does.
         commands: Modules, each with `NAME`, `TEXT`, `OPTIONS` and `run(given) -> exit code`.
-        exit_codes: What exit codes mean besides those of `EXIT_CODES`, or in place of them.
+        exit_codes: What exit codes mean besides those of `_EXIT_CODES`, or in place of them.
         extra: Extra of the distribution that installs what is missing, if a module is.
     """
 
@@ -72,11 +72,11 @@ class Program:
         Args:
             program: As the help names it; by default as it is run from a checkout.
         """
-        codes = sorted((EXIT_CODES | dict(self.exit_codes)).items())
+        codes = sorted((_EXIT_CODES | dict(self.exit_codes)).items())
         epilog = f"exit codes: {'; '.join(f'{code} {meaning}' for code, meaning in codes)}"
         top = Parser(prog=program or f"python -m {self.package}", description=self.description, epilog=epilog)
-        version = Option("--version", action=Version)
-        add_options(top, [version, Option("--completion", action=Completion, program=self)])
+        version = Option("--version", action=_Version)
+        add_options(top, [version, Option("--completion", action=_Completion, program=self)])
         below = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
         for module in self.commands:
             command = below.add_parser(module.NAME, help=module.TEXT, description=module.TEXT, epilog=epilog)
@@ -104,7 +104,7 @@ class Program:
                 finally:
                     out.flush()
         except KeyboardInterrupt:
-            return refuse(NOTHING_WRITTEN, INTERRUPTED)
+            return refuse(_NOTHING_WRITTEN, INTERRUPTED)
         except RefusedError as error:
             return refuse_all(error.lines, BAD_INPUT)
         except OSError as error:
@@ -114,7 +114,7 @@ class Program:
         except ImportError as error:  # its own words name the library of the system that is missing or finds no memory
             return refuse(f"a library cannot be loaded: {error}", BAD_INPUT)
         except MemoryError:
-            return refuse(NO_MEMORY, BAD_INPUT)
+            return refuse(_NO_MEMORY, BAD_INPUT)
 
 
 def run_program(commands: str) -> NoReturn:
@@ -128,7 +128,7 @@ def run_program(commands: str) -> NoReturn:
     try:
         code = import_module(commands).main()
     except KeyboardInterrupt:
-        code = refuse(NOTHING_WRITTEN, INTERRUPTED)
+        code = refuse(_NOTHING_WRITTEN, INTERRUPTED)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     # At once: threads and other processes may be busy for long, and none writes a file. So what Ctrl-C ended well:
@@ -141,7 +141,7 @@ def run_program(commands: str) -> NoReturn:
     sys.exit(code)
 
 
-class Version(argparse.Action):
+class _Version(argparse.Action):
     """Prints the version and ends."""
 
     def __init__(self, option_strings: list[str], dest: str, **_: Any) -> None:
@@ -152,16 +152,16 @@ class Version(argparse.Action):
         """Prints it."""
         from importlib.metadata import version
 
-        print(f"{DISTRIBUTION} {version(DISTRIBUTION)}")
+        print(f"{_DISTRIBUTION} {version(_DISTRIBUTION)}")
         parser.exit()
 
 
-class Completion(argparse.Action):
+class _Completion(argparse.Action):
     """Prints the script with which a shell completes the commands of the installed program, and ends."""
 
     def __init__(self, option_strings: list[str], dest: str, program: Program) -> None:
         text = "print the completion script of the installed command for a shell and exit"
-        super().__init__(option_strings, dest, default=argparse.SUPPRESS, choices=SHELLS, help=text)
+        super().__init__(option_strings, dest, default=argparse.SUPPRESS, choices=_SHELLS, help=text)
         self.program = program
 
     def __call__(self, parser: argparse.ArgumentParser, _space: Any, shell: Any, _option: Any = None) -> None:

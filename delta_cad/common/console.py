@@ -24,13 +24,13 @@ BAD_INPUT = 2
 NOT_BUILT = 3  # the geometry could not be built
 CUT_SHORT = 4  # a search ended before it knew: its time was over, or it was stopped
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
-LAST_STREAM = 2  # descriptor of standard error, after those of input and output
+_LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 # s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
 # command is to end.
-GRACE_S, AGAIN_S = 1.0, 0.5
-LATER_S = 0.02  # s until it is tried again where it cannot be at once
+GRACE_S, _AGAIN_S = 1.0, 0.5
+_LATER_S = 0.02  # s until it is tried again where it cannot be at once
 # What of the interpreter runs while a module in C or C++ begins: tables of its functions and classes are being made.
-BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
+_BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
 FIRST_S = 0.8  # s until the first line of progress where nobody watches: what ends sooner says nothing
 TELL_S = 4.0  # s between two lines of progress there, as in a log
 
@@ -42,7 +42,7 @@ def open_streams() -> None:
     """
     if None not in (sys.stdin, sys.stdout, sys.stderr):
         return
-    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= LAST_STREAM:
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= _LAST_STREAM:
         pass
     os.close(descriptor)
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
@@ -164,7 +164,7 @@ class Interrupt:
     heard = False
 
     def __init__(self) -> None:
-        self._asked = False
+        self._required = False
         self._before: dict[int, Any] = {}
         self._hook = sys.unraisablehook
 
@@ -172,14 +172,14 @@ class Interrupt:
         self._hook, sys.unraisablehook = sys.unraisablehook, self._lost
         handlers = {signal.SIGALRM: _interrupt, signal.SIGINT: self._take, signal.SIGTERM: self._take}
         self._before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
-        return lambda: self._asked
+        return lambda: self._required
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in self._before.items():
             signal.signal(number, handler)
         sys.unraisablehook = self._hook
-        if self._asked and isinstance(error, Exception):
+        if self._required and isinstance(error, Exception):
             raise KeyboardInterrupt from error
 
     def _lost(self, found: sys.UnraisableHookArgs) -> None:
@@ -187,8 +187,8 @@ class Interrupt:
             self._hook(found)
 
     def _take(self, number: int, frame: FrameType | None) -> None:
-        first, self._asked, Interrupt.heard = not self._asked, True, True
-        signal.setitimer(signal.ITIMER_REAL, GRACE_S, AGAIN_S)
+        first, self._required, Interrupt.heard = not self._required, True, True
+        signal.setitimer(signal.ITIMER_REAL, GRACE_S, _AGAIN_S)
         if not (first and self.GRACE):
             _interrupt(number, frame)
 
@@ -202,8 +202,8 @@ class Request(Interrupt):
 def _interrupt(_number: int, frame: FrameType | None) -> None:
     """Interrupts, or asks again a little later where a module in C begins."""
     while frame is not None:
-        if frame.f_code in BEGINS:
-            signal.setitimer(signal.ITIMER_REAL, LATER_S, AGAIN_S)
+        if frame.f_code in _BEGINS:
+            signal.setitimer(signal.ITIMER_REAL, _LATER_S, _AGAIN_S)
             return
         frame = frame.f_back
     raise KeyboardInterrupt
@@ -222,7 +222,7 @@ class ProgressLine:
     _now: ClassVar[ProgressLine | None] = None
 
     def __init__(self, until_heard: bool = False) -> None:
-        self._until_heard, self._told = until_heard, False
+        self._until_heard, self._reported = until_heard, False
         self._live = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"  # which erases no line
         self._text, self._start = "", time.monotonic()
         self._done, self._lock = threading.Event(), threading.Lock()
@@ -253,7 +253,7 @@ class ProgressLine:
             line._erase()
 
     def _erase(self) -> None:
-        if self._live and (self._told or not self._until_heard):
+        if self._live and (self._reported or not self._until_heard):
             self._put("\r\033[K")
 
     def show(self, text: str) -> None:
@@ -275,7 +275,7 @@ class ProgressLine:
 
     def _tell(self) -> None:
         if self._text:
-            self._told = True
+            self._reported = True
             line = f"{time.monotonic() - self._start:5.0f} s  {' '.join(self._text.split())}"
             self._put(f"\r\033[K{line}" if self._live else f"{line}\n")
 

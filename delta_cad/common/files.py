@@ -30,15 +30,15 @@ from typing import Self
 
 from delta_cad.common.reading import ReadError, read_json
 
-AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
-NO_PLAIN_FILE = "is no plain file"
+_AT_FDCWD, _RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
+_NO_PLAIN_FILE = "is no plain file"
 # What a system answers when it, or this file system, cannot exchange two names.
-NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
+_NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
 
 RECORD = ".written.json"
-RECORDS = (RECORD, "manifest.json")  # that of a build; either has name -> SHA-256 under `files`
+_RECORDS = (RECORD, "manifest.json")  # that of a build; either has name -> SHA-256 under `files`
 # What the desktops of macOS and Windows put into every folder that somebody looks at.
-NOBODYS = {".DS_Store", "Thumbs.db", "desktop.ini"}
+_NOBODYS = {".DS_Store", "Thumbs.db", "desktop.ini"}
 
 
 class FileInUseError(OSError):
@@ -302,7 +302,7 @@ def _require_kind(path: Path, folder: bool) -> None:
     if not folder and path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not folder and path.exists() and not path.is_file():  # a pipe, or a device: renaming would take it away
-        raise OSError(errno.EINVAL, NO_PLAIN_FILE, str(path))
+        raise OSError(errno.EINVAL, _NO_PLAIN_FILE, str(path))
     if folder and path.is_dir():
         with _locked_parent(path):  # else another run may put its own there between the record and the files
             refuse_foreign_files(path)
@@ -337,7 +337,7 @@ def _opened_alone(path: Path) -> int:
         descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # reading a pipe would wait for who writes: for us
             os.close(descriptor)
-            raise OSError(errno.EINVAL, NO_PLAIN_FILE, str(path))
+            raise OSError(errno.EINVAL, _NO_PLAIN_FILE, str(path))
         if not _lock(descriptor):
             os.close(descriptor)
             raise FileInUseError(errno.EWOULDBLOCK, "another run is writing it", str(path))
@@ -449,10 +449,10 @@ def _exchange(a: Path, b: Path) -> bool:
     renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
     if renameat2 is None:
         return False
-    if renameat2(AT_FDCWD, os.fsencode(a), AT_FDCWD, os.fsencode(b), RENAME_EXCHANGE) == 0:
+    if renameat2(_AT_FDCWD, os.fsencode(a), _AT_FDCWD, os.fsencode(b), _RENAME_EXCHANGE) == 0:
         return True
     code = ctypes.get_errno()
-    if code in NO_EXCHANGE:
+    if code in _NO_EXCHANGE:
         return False
     raise OSError(code, os.strerror(code), str(b))
 
@@ -463,7 +463,7 @@ class ForeignFilesError(FileExistsError):
 
 def write_record(folder: Path) -> None:
     """Writes down what a folder holds, if its manifest does not say so."""
-    if not any((folder / name).is_file() for name in RECORDS):
+    if not any((folder / name).is_file() for name in _RECORDS):
         files = {name: path.read_bytes() for name, path in sorted(_files(folder, ""))}
         (folder / RECORD).write_text(record_with(folder, files), encoding="utf-8")
 
@@ -499,7 +499,7 @@ def refuse_foreign_files(folder: Path) -> None:
     names = []
     for name, path in _files(folder, ""):  # names first: of a whole disk nothing is read but its records
         for place in reversed(Path(name).parents):  # what was added later, farther below, says more
-            for record in RECORDS:
+            for record in _RECORDS:
                 if (at := (place / record).as_posix()) not in records:
                     records[at] = _take_up(known, folder, place / record)
         if not (name in known or records.get(name, False)):
@@ -532,7 +532,7 @@ def _files(folder: Path, above: str) -> Iterator[tuple[str, Path]]:
         for entry in entries:
             if entry.is_dir(follow_symlinks=False):
                 yield from _files(Path(entry.path), f"{above}{entry.name}/")
-            elif entry.name not in NOBODYS:
+            elif entry.name not in _NOBODYS:
                 yield above + entry.name, Path(entry.path)
 
 

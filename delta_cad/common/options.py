@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 OUT = Path("out")
-DEFAULT_DESIGN = Path("best.json")  # of the current folder
+_DEFAULT_DESIGN = Path("best.json")  # of the current folder
 POSITIVE = math.nextafter(0.0, 1.0)
 MOST_PORT = 65535
 
@@ -114,18 +114,18 @@ def settle_design(command: argparse.ArgumentParser, given: argparse.Namespace) -
     """Takes the design of the current folder where none is given, and says so; ends the program where there is none."""
     if given.design is not None:
         return
-    if not DEFAULT_DESIGN.is_file():
-        command.error(f"--design FILE is needed: there is no {DEFAULT_DESIGN} in this folder")
-    given.design = DEFAULT_DESIGN
+    if not _DEFAULT_DESIGN.is_file():
+        command.error(f"--design FILE is needed: there is no {_DEFAULT_DESIGN} in this folder")
+    given.design = _DEFAULT_DESIGN
     with suppress(OSError, AttributeError):  # nobody reads
-        print(f"--design {DEFAULT_DESIGN}: taken, as none was given", file=sys.stderr, flush=True)
+        print(f"--design {_DEFAULT_DESIGN}: taken, as none was given", file=sys.stderr, flush=True)
 
 
 DESIGN = Option(
     "--design",
     type=Path,
     metavar="FILE",
-    help=f"design file, delta-design/1; default: {DEFAULT_DESIGN} of the current folder",
+    help=f"design file, delta-design/1; default: {_DEFAULT_DESIGN} of the current folder",
     settle=settle_design,
 )
 REQUIREMENTS = Option("requirements", type=Path, metavar="REQ.toml", help="requirements file")

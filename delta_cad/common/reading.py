@@ -19,9 +19,9 @@ from delta_cad.common.refusal import RefusedError, not_finite, short
 
 MOST_BYTES = 64_000_000  # largest file that is looked at; the files that we write have less than a tenth of it
 MOST_TOML_BYTES = 1_000_000  # what people write by hand has a thousandth of it
-PIECE = 1_000_000  # bytes read at a time
+_PIECE = 1_000_000  # bytes read at a time
 NOBODY_S = 2.0  # from opening a pipe until nobody is expected to write into it any more
-LOOK_MS = 50  # between two looks whether somebody has opened it by now
+_LOOK_MS = 50  # between two looks whether somebody has opened it by now
 DEEPEST = 32  # most lists and objects within each other; our files have six
 MOST_KEYS = 10_000  # of one object; ours have some tens, and what is wrong with each is gathered before one is told
 MOST_VALUES = 2_000_000  # of one file; ours have some ten thousands, and 31 million empty lists take half a minute
@@ -82,7 +82,7 @@ def _content(descriptor: int, most_bytes: int, name: str) -> bytes:
     came.register(descriptor, select.POLLIN)
     while left:
         try:
-            piece = os.read(descriptor, min(left, PIECE))
+            piece = os.read(descriptor, min(left, _PIECE))
         except BlockingIOError:  # somebody has it open and is yet to write
             came.poll()
             continue
@@ -94,7 +94,7 @@ def _content(descriptor: int, most_bytes: int, name: str) -> bytes:
         elif time.monotonic() > deadline:
             raise ReadError(name, "", "", "is a pipe that nobody writes into; must be a file, or a pipe with a writer")
         else:
-            came.poll(LOOK_MS)  # who opens it and is silent does not end this
+            came.poll(_LOOK_MS)  # who opens it and is silent does not end this
     return b"".join(pieces)
 
 

@@ -11,10 +11,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
-PREFIX = 3  # letters from which on the beginning of a name stands for it
+_PREFIX = 3  # letters from which on the beginning of a name stands for it
 _PARTS = re.compile(r"[^\W_]+")
 LONGEST = 200  # characters of a word in a message, such as a field's path or a value; those of our files have forty
-MOST_DOUBLE = sys.float_info.max
+_MOST_DOUBLE = sys.float_info.max
 MOST_LINE = 2500  # characters of a message; the longest lists of what is known have a half
 FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # first letters of cells that spreadsheets compute
 _LONG = re.compile(rf"\S{{{LONGEST + 1},}}")
@@ -118,7 +118,7 @@ def meant(word: str, known: Iterable[str], whole: bool = False) -> str:
 
     def distance(name: str) -> float:
         letters = "".join(parts[name])
-        if (joined in letters and len(joined) >= PREFIX) or _apart(joined, letters, 6) < math.inf:
+        if (joined in letters and len(joined) >= _PREFIX) or _apart(joined, letters, 6) < math.inf:
             return 0.0
         return sum(min((_apart(part, other) for other in parts[name]), default=math.inf) for part in own)
 
@@ -129,7 +129,7 @@ def meant(word: str, known: Iterable[str], whole: bool = False) -> str:
 
 def _apart(part: str, other: str, letters: int = 3) -> float:
     """Distance of two parts of names; infinite where it is more than one edit in so many letters."""
-    if len(part) >= PREFIX and other.startswith(part):
+    if len(part) >= _PREFIX and other.startswith(part):
         return 0.5 * (part != other)
     most = len(part) // letters
     edits = _edits(part, other) if abs(len(part) - len(other)) <= most else math.inf
@@ -193,7 +193,7 @@ def not_finite(data: object) -> tuple[str, float | int] | None:
 def _not_finite(data: object) -> tuple[str, float | int] | None:
     """See `not_finite`; the path begins with the sign that joins it. It is made on the way out: keys may be long."""
     if isinstance(data, float | int):
-        return None if -MOST_DOUBLE <= data <= MOST_DOUBLE else ("", data)
+        return None if -_MOST_DOUBLE <= data <= _MOST_DOUBLE else ("", data)
     parts: Iterable[tuple[str, object]] = ()
     if isinstance(data, Mapping):
         parts = ((f".{key}", value) for key, value in data.items())

@@ -31,15 +31,15 @@ TESTED = {
     "websockets": "16.1.1",
 }
 """Package -> version; scripts/pins.py writes them from constraints.txt."""
-SAME = 2  # leading numbers of a version that must be equal
+_SAME = 2  # leading numbers of a version that must be equal
 
 
 def series(version: str) -> tuple[str, ...]:
     """Takes the leading numbers of a version: releases that share them differ by corrections only."""
-    return tuple(version.split(".")[:SAME])
+    return tuple(version.split(".")[:_SAME])
 
 
-def installed() -> dict[str, str]:
+def _installed() -> dict[str, str]:
     """Reads name -> version off the metadata folders on Python's path, whose names are standardised; in 1 ms."""
     found: dict[str, str] = {}
     for place in sys.path:
@@ -56,7 +56,7 @@ def installed() -> dict[str, str]:
 
 def difference() -> str:
     """States in one line which installed packages are of another series than the tested ones; "" for none."""
-    here = installed()
+    here = _installed()
     other = [
         f"{name} {here[name]} (tested: {version})"
         for name, version in TESTED.items()

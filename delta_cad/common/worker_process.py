@@ -18,7 +18,7 @@ from threading import Thread
 from types import TracebackType
 from typing import Any, Self
 
-BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+_BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 """Threads for products of matrices, one in the other process: more would only take turns with us on our core."""
 LOW_PRIORITY = 5  # nice steps of 19: a third of the time of one that goes first
 
@@ -42,7 +42,7 @@ class WorkerProcess:
         self._sending: Thread | None = None
         self._stderr = TemporaryFile()  # noqa: SIM115  (closed where the block ends)
         command = [sys.executable, "-c", f"from {__name__} import work; work({module!r}, {low_priority})"]
-        pipe, room = subprocess.PIPE, os.environ | dict.fromkeys(BLAS_THREADS, "1")
+        pipe, room = subprocess.PIPE, os.environ | dict.fromkeys(_BLAS_THREADS, "1")
         self._process = subprocess.Popen(
             command, stdin=pipe, stdout=pipe, stderr=self._stderr, env=room, start_new_session=True
         )

@@ -19,13 +19,13 @@ from delta_cad import catalogue
 from delta_cad.design.record import Design, Hardware
 from delta_cad.mechanism.limits import BallClearance, ElbowOutside, Limit
 
-SLACK = 1e-12
+_SLACK = 1e-12
 """Share within which a reach is met: what lies exactly at it carries a few roundings of 1e-16."""
-MET = -1e-9
+_MET = -1e-9
 """Margin of a limit at which it is met, as a search ends with it: `optimizer.search.active_set.ROUNDING`."""
 
 
-class Contradiction(NamedTuple):
+class _Contradiction(NamedTuple):
     """A number that cannot go with the others: its dotted path, its value, the bound in words and as a number."""
 
     field: str
@@ -34,7 +34,7 @@ class Contradiction(NamedTuple):
     bound: float
 
 
-def contradictions(design: Design, kinematics: bool = False) -> list[Contradiction]:
+def contradictions(design: Design, kinematics: bool = False) -> list[_Contradiction]:
     """Gives every condition that a design with each field within its own bounds breaks, none for a sound one.
 
     Args:
@@ -48,14 +48,14 @@ def contradictions(design: Design, kinematics: bool = False) -> list[Contradicti
     return [fault for fault in found if fault is not None]
 
 
-def _shoulder_range(design: Design) -> Contradiction | None:
+def _shoulder_range(design: Design) -> _Contradiction | None:
     low, high = design.requirements.shoulder_min_deg, design.requirements.shoulder_max_deg
     if low is None or high is None or low < high:
         return None
-    return Contradiction("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg", low)
+    return _Contradiction("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg", low)
 
 
-def _peaks(design: Design) -> Contradiction | None:
+def _peaks(design: Design) -> _Contradiction | None:
     r = design.requirements
     for field, peak, least, unit in (
         ("peak_force_N", r.peak_force_N, r.force_N, "force_N = {:g} N"),
@@ -63,16 +63,16 @@ def _peaks(design: Design) -> Contradiction | None:
     ):
         if peak is not None and peak < least:
             words = f"must be >= {unit.format(least)}, the continuous one"
-            return Contradiction(f"requirements.{field}", peak, words, least)
+            return _Contradiction(f"requirements.{field}", peak, words, least)
     return None
 
 
-def _platform_size(design: Design) -> Contradiction | None:
-    if _margin(design, ElbowOutside()) >= MET:
+def _platform_size(design: Design) -> _Contradiction | None:
+    if _margin(design, ElbowOutside()) >= _MET:
         return None
     m = design.mechanism
     bound = m.base_radius_mm + m.upper_arm_length_mm
-    return Contradiction(
+    return _Contradiction(
         "mechanism.platform_radius_mm",
         m.platform_radius_mm,
         f"must be < {bound:g} mm, base_radius_mm + upper_arm_length_mm, or no elbow can stand outside its wrist",
@@ -89,16 +89,16 @@ def _margin(design: Design, limit: Limit) -> float:
     return float(found[0])
 
 
-def _fold(design: Design) -> Contradiction | None:
+def _fold(design: Design) -> _Contradiction | None:
     """The lowest reachable height over the point of the bottom face nearest to shoulder axis 0 (v = 0)."""
     m, cube = design.mechanism, design.cube
     a = m.base_radius_mm - m.platform_radius_mm
     u = max(-cube.half_side_mm, min(cube.half_side_mm, a))
     stretch = abs(m.forearm_length_mm - m.upper_arm_length_mm)
     bound = sqrt(max(0.0, stretch**2 - (u - a) ** 2))
-    if cube.bottom_height_mm >= bound - SLACK * (m.upper_arm_length_mm + m.forearm_length_mm):
+    if cube.bottom_height_mm >= bound - _SLACK * (m.upper_arm_length_mm + m.forearm_length_mm):
         return None
-    return Contradiction(
+    return _Contradiction(
         "cube.bottom_height_mm",
         cube.bottom_height_mm,
         f"must be >= {bound:.6g} mm, where upper arm and forearm fold in line "
@@ -107,7 +107,7 @@ def _fold(design: Design) -> Contradiction | None:
     )
 
 
-def _farthest_corner(design: Design) -> Contradiction | None:
+def _farthest_corner(design: Design) -> _Contradiction | None:
     m, cube = design.mechanism, design.cube
     a, arm = m.base_radius_mm - m.platform_radius_mm, m.upper_arm_length_mm
     side, bottom = cube.half_side_mm, cube.bottom_height_mm
@@ -118,7 +118,7 @@ def _farthest_corner(design: Design) -> Contradiction | None:
         rho = hypot(u - a, z)
         low = max(low, (hypot(v, rho - arm), i, (x, y, z)))
         high = min(high, (hypot(v, rho + arm), i, (x, y, z)))
-    slack = SLACK * (arm + m.forearm_length_mm)
+    slack = _SLACK * (arm + m.forearm_length_mm)
     if m.forearm_length_mm < low[0] - slack:
         sign, (bound, chain, corner) = ">=", low
     elif m.forearm_length_mm > high[0] + slack:
@@ -126,7 +126,7 @@ def _farthest_corner(design: Design) -> Contradiction | None:
     else:
         return None
     place = ", ".join(f"{value:g}" for value in corner)
-    return Contradiction(
+    return _Contradiction(
         "mechanism.forearm_length_mm",
         m.forearm_length_mm,
         f"must be {sign} {bound:.6g} mm for chain {chain} to reach the cube's corner ({place}) mm",
@@ -134,14 +134,14 @@ def _farthest_corner(design: Design) -> Contradiction | None:
     )
 
 
-def _clashing_wrists(design: Design) -> Contradiction | None:
+def _clashing_wrists(design: Design) -> _Contradiction | None:
     """The balls of neighbouring chains must fit between their centres at the platform."""
     m = design.mechanism
     limit = BallClearance(0.0, design.hardware.ball_diameter_mm, m.parallelogram_width_mm)
-    if _margin(design, limit) >= MET:
+    if _margin(design, limit) >= _MET:
         return None
     bound = limit.width_max_mm(m.platform_radius_mm)
-    return Contradiction(
+    return _Contradiction(
         "mechanism.parallelogram_width_mm",
         m.parallelogram_width_mm,
         f"must be <= {bound:.6g} mm, or the balls of neighbouring chains meet at the platform",
@@ -149,7 +149,7 @@ def _clashing_wrists(design: Design) -> Contradiction | None:
     )
 
 
-def pinion_contradiction(h: Hardware) -> Contradiction | None:
+def pinion_contradiction(h: Hardware) -> _Contradiction | None:
     """Finds a capstan whose pinion has no metal left between its cable's groove and the motor's shaft.
 
     Args:
@@ -161,7 +161,7 @@ def pinion_contradiction(h: Hardware) -> Contradiction | None:
     bound = 2.0 * h.sector_radius_mm / (shaft + catalogue.cable.chosen(h).diameter_mm)
     if h.capstan_ratio < bound:
         return None
-    return Contradiction(
+    return _Contradiction(
         "hardware.capstan_ratio",
         h.capstan_ratio,
         f"must be < {bound:.6g}, or the pinion's groove (sector_radius_mm = {h.sector_radius_mm:g}) cuts into the "
@@ -170,15 +170,15 @@ def pinion_contradiction(h: Hardware) -> Contradiction | None:
     )
 
 
-def _panel(design: Design) -> Contradiction | None:
+def _panel(design: Design) -> _Contradiction | None:
     """In the cube the stem keeps the clearance from the bezel, and no handle goes below the shoulders' plane."""
     panel, least = design.panel, design.requirements.clearance_min_mm
     if panel is None:
         return None
     if panel.limit_mm <= least:
         words = f"must be > clearance_min_mm = {least:g} mm, which the stem keeps from the bezel in the cube"
-        return Contradiction("panel.limit_mm", panel.limit_mm, words, least)
+        return _Contradiction("panel.limit_mm", panel.limit_mm, words, least)
     if panel.limit_mm < design.cube.bottom_height_mm:
         return None
     words = f"must be < bottom_height_mm = {design.cube.bottom_height_mm:g} mm"
-    return Contradiction("panel.limit_mm", panel.limit_mm, words, design.cube.bottom_height_mm)
+    return _Contradiction("panel.limit_mm", panel.limit_mm, words, design.cube.bottom_height_mm)

@@ -34,7 +34,7 @@ from delta_cad.design.record import (
 from delta_cad.design.task import GRAVITY_MAX
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
-SECTIONS: dict[str, type[BaseModel]] = {
+_SECTIONS: dict[str, type[BaseModel]] = {
     "mechanism": Mechanism,
     "cube": DesignCube,
     "requirements": DesignRequirements,
@@ -52,7 +52,7 @@ KINEMATICS: dict[str, dict[str, float]] = {
         "joint_torque_N_m": 100.0,
     },
 }
-COLLARS = (
+_COLLARS = (
     "is not modelled: a rod that begins at a collar beside its joint (d and e of libnifalcon) closes its chain by "
     "(rho - d - e)^2 + v^2 = b^2, not on a sphere; forearm_length_mm = b + d + e is exact only where v, the way of the "
     "wrist out of its arm's plane, is 0"
@@ -258,13 +258,13 @@ def design_hash(design: Design) -> str:
     data = design_to_dict(design)
     data.pop("loop", None)
     data["hardware"].pop("catalogue", None)
-    if rows := own_rows(design):
+    if rows := _own_rows(design):
         data["own_parts"] = {entry: asdict(row) for entry, row in rows.items()}
     text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def own_rows(design: Design) -> dict[str, catalogue.CatalogueRow]:
+def _own_rows(design: Design) -> dict[str, catalogue.CatalogueRow]:
     """Gives the rows of the user's own parts that a design names, by the entry of its hardware."""
     own = design.hardware.own_parts
     chosen = {} if own is None else {e: own.rows.get(e, {}).get(getattr(design.hardware, e)) for e in HARDWARE_FAMILIES}
@@ -273,7 +273,7 @@ def own_rows(design: Design) -> dict[str, catalogue.CatalogueRow]:
 
 def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
     """The record that holds the field at a location."""
-    return SECTIONS[str(loc[0])] if len(loc) > 1 and loc[0] in SECTIONS else Design
+    return _SECTIONS[str(loc[0])] if len(loc) > 1 and loc[0] in _SECTIONS else Design
 
 
 def _allowed(loc: tuple[int | str, ...]) -> str:
@@ -315,9 +315,9 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, 
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     if kind == "extra_forbidden":
         known = [info.alias or name for name, info in _model_at(loc).model_fields.items()]
-        other = [f"{section}.{name}" for section, model in SECTIONS.items() for name in model.model_fields]
+        other = [f"{section}.{name}" for section, model in _SECTIONS.items() for name in model.model_fields]
         if "collar" in str(loc[-1]):
-            return DesignError(file, field, short(value), COLLARS)
+            return DesignError(file, field, short(value), _COLLARS)
         return DesignError(file, field, short(value), unknown_key(str(loc[-1]), known, other))
     if kind == "missing":
         return DesignError(file, field, "", f"is missing; {_allowed(loc)}")

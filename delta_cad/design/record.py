@@ -19,10 +19,10 @@ NAME_RULE = (
     f"must be 1 to {NAME_LONGEST} letters, digits, - and _, starting and ending with a letter or digit, so that it is "
     "safe as a file name"
 )
-CAPSTAN_RATIO_LEAST = 2.0
-CAPSTAN_RATIO_MOST = 30.0  # no pinion makes more on the largest sector
-SECTOR_LEAST_MM = 15.0
-SECTOR_MOST_MM = 120.0
+_CAPSTAN_RATIO_LEAST = 2.0
+_CAPSTAN_RATIO_MOST = 30.0  # no pinion makes more on the largest sector
+_SECTOR_LEAST_MM = 15.0
+_SECTOR_MOST_MM = 120.0
 FOLDER_LONGEST = 1000  # characters of the name of a folder of own parts
 
 
@@ -66,12 +66,12 @@ class Hardware(Section):
     drive: Literal["capstan", "direct"] = Field(default="capstan", description="cable capstan or motor on the shaft")
     capstan_ratio: float = Field(
         default=9.85,
-        ge=CAPSTAN_RATIO_LEAST,
-        le=CAPSTAN_RATIO_MOST,
+        ge=_CAPSTAN_RATIO_LEAST,
+        le=_CAPSTAN_RATIO_MOST,
         description="turns of the motor per turn of the arm",
     )
     sector_radius_mm: float = Field(
-        default=40.0, ge=SECTOR_LEAST_MM, le=SECTOR_MOST_MM, description="pitch radius of the capstan sector"
+        default=40.0, ge=_SECTOR_LEAST_MM, le=_SECTOR_MOST_MM, description="pitch radius of the capstan sector"
     )
     cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
     encoder_at: Literal["shoulder", "motor"] | None = Field(

@@ -45,7 +45,7 @@ from delta_cad.dimensions.leads import (
     SensorLeadDimensions,
     lead_dimensions,
     sensor_lead_dimensions,
-    tie_lacks_mm,
+    tie_shortfall_mm,
 )
 from delta_cad.dimensions.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.platform import (
@@ -281,8 +281,8 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
         )
 
     bracket = bracket_on(0.0)
-    while (lacks := tie_lacks_mm(design, stack, bracket, encoder)) > 0.0:
-        bracket = bracket_on(lacks - bracket.base_top_mm - bracket.foot_height_mm)
+    while (shortfall := tie_shortfall_mm(design, stack, bracket, encoder)) > 0.0:
+        bracket = bracket_on(shortfall - bracket.base_top_mm - bracket.foot_height_mm)
     if hardware.encoder_at != "motor":
         require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
     screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))

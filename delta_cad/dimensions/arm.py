@@ -10,20 +10,20 @@ from delta_cad.dimensions.layers import STUB_DEPTH_MM, Layers
 from delta_cad.dimensions.rules import ARM, ARM_THICKNESS, RUNNING_GAP_MM, another, larger, require, tenths_below
 
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
-MAGNET_WALL_MM = 0.9
-STUB_GLUE_MM = 0.05  # diametral: a direct drive's stub is bonded into the arm's bore
+_MAGNET_WALL_MM = 0.9
+_STUB_GLUE_MM = 0.05  # diametral: a direct drive's stub is bonded into the arm's bore
 CLAMP_SCREW = "M3"  # of a direct drive's arm on its motor's shaft
 DOWEL_MM = 3.0  # between arm and sector
-DOWEL_WALL_MM = 2.0  # around them
-ARM_LEAST_MM = 5.0  # plate that holds a dowel by more than its diameter
-BOSS_WALL_MM = 3.0  # around the cross-bar
-BEAM_LEAST_MM = 30.0  # of arm between its ends
-END_SCREWS = ("M4", "M3", "M2.5")  # in the shaft's end, the largest that its wall allows
-END_WALL_MM = 1.5
-END_THREAD_DIAMETERS = 2.0
+_DOWEL_WALL_MM = 2.0  # around them
+_ARM_LEAST_MM = 5.0  # plate that holds a dowel by more than its diameter
+_BOSS_WALL_MM = 3.0  # around the cross-bar
+_BEAM_LEAST_MM = 30.0  # of arm between its ends
+_END_SCREWS = ("M4", "M3", "M2.5")  # in the shaft's end, the largest that its wall allows
+_END_WALL_MM = 1.5
+_END_THREAD_DIAMETERS = 2.0
 WASHER_MM = 3.0  # it bears on a narrow ring: strength goes with the square
-SPANNERS_MM = (13.0, 10.0, 8.0, 7.0, 5.5)
-FLATS_DEEP_MM = 0.5  # of the flats on a shaft's head, either side, at least
+_SPANNERS_MM = (13.0, 10.0, 8.0, 7.0, 5.5)
+_FLATS_DEEP_MM = 0.5  # of the flats on a shaft's head, either side, at least
 FLATS_LONG_MM = 2.5  # they begin at the head's end, before the encoder's board is on
 INSIDE_RING_MM = (
     0.6  # the shaft ends so far before its bearing's face: more than bearings and parts are shorter together
@@ -88,20 +88,20 @@ def arm_dimensions(
         DimensionError: The arm is too short or too thin.
     """
     collar = (bearing.shaft_shoulder_min_mm + bearing.inner_ring_outer_mm) / 2
-    circle = max(shaft_mm, collar - 2.0) + DOWEL_MM + 2 * DOWEL_WALL_MM
-    hub = (circle + DOWEL_MM) / 2 + DOWEL_WALL_MM + 0.5
+    circle = max(shaft_mm, collar - 2.0) + DOWEL_MM + 2 * _DOWEL_WALL_MM
+    hub = (circle + DOWEL_MM) / 2 + _DOWEL_WALL_MM + 0.5
     flange = hub if drive == "capstan" else shaft_mm / 2 + 14.0
-    boss = tenths_below(bar_bore_mm / 2 + BOSS_WALL_MM)
+    boss = tenths_below(bar_bore_mm / 2 + _BOSS_WALL_MM)
     require(
-        length_mm >= flange + boss + BEAM_LEAST_MM,
+        length_mm >= flange + boss + _BEAM_LEAST_MM,
         "upper_arm",
         "length",
-        f"{length_mm - flange - boss:g} mm are left for a beam between hub and boss; at least {BEAM_LEAST_MM:g}",
+        f"{length_mm - flange - boss:g} mm are left for a beam between hub and boss; at least {_BEAM_LEAST_MM:g}",
         larger(ARM),
     )
     thickness = layers.arm_mm[1] - layers.arm_mm[0]
     head = catalogue.screw(CLAMP_SCREW).head_diameter_mm  # of a direct drive's clamp, in the arm's middle
-    least = ARM_LEAST_MM if drive == "capstan" else head + 2.0 * max(0.5, apart_mm - RUNNING_GAP_MM)
+    least = _ARM_LEAST_MM if drive == "capstan" else head + 2.0 * max(0.5, apart_mm - RUNNING_GAP_MM)
     require(
         thickness >= least,
         "upper_arm",
@@ -142,11 +142,11 @@ def shaft_dimensions(
     air_gap = (encoder.air_gap_min_mm + encoder.air_gap_max_mm) / 2
     end = layers.encoder_board_mm[1] + encoder.chip_height_mm + air_gap
     bore = magnet.diameter_mm + 2 * MAGNET_GLUE_MM
-    head = bore + 2 * MAGNET_WALL_MM
+    head = bore + 2 * _MAGNET_WALL_MM
     if drive == "direct":
         half = (layers.arm_mm[1] - layers.arm_mm[0]) / 2
         return ShaftDimensions(
-            diameter_mm=shaft_mm - STUB_GLUE_MM,
+            diameter_mm=shaft_mm - _STUB_GLUE_MM,
             y_mm=(end, -half + STUB_DEPTH_MM),
             head_diameter_mm=max(head, shaft_mm),
             head_to_y_mm=-half - RUNNING_GAP_MM,
@@ -166,18 +166,18 @@ def shaft_dimensions(
         f"inner ring of {bearing.inner_ring_outer_mm:g} mm",
         *another("magnet", "bearing"),
     )
-    sizes = [size for size in END_SCREWS if catalogue.screw(size).diameter_mm <= shaft_mm - 2 * END_WALL_MM]
+    sizes = [size for size in _END_SCREWS if catalogue.screw(size).diameter_mm <= shaft_mm - 2 * _END_WALL_MM]
     require(
         bool(sizes),
         "shoulder_shaft",
         "end screw",
-        f"a shaft of {shaft_mm:g} mm has no room for {END_SCREWS[-1]}, which takes "
-        f"{catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM:g} mm",
+        f"a shaft of {shaft_mm:g} mm has no room for {_END_SCREWS[-1]}, which takes "
+        f"{catalogue.screw(_END_SCREWS[-1]).diameter_mm + 2 * _END_WALL_MM:g} mm",
         *another("bearing"),
     )
-    sizes = sizes or [END_SCREWS[-1]]
+    sizes = sizes or [_END_SCREWS[-1]]
     wide = max(head, collar)
-    flats = [mm for mm in SPANNERS_MM if head <= mm <= wide - 2 * FLATS_DEEP_MM]
+    flats = [mm for mm in _SPANNERS_MM if head <= mm <= wide - 2 * _FLATS_DEEP_MM]
     return ShaftDimensions(
         diameter_mm=shaft_mm,
         y_mm=(end, layers.bearings_mm[1][1] - INSIDE_RING_MM),
@@ -186,7 +186,7 @@ def shaft_dimensions(
         magnet_bore_mm=bore,
         magnet_depth_mm=magnet.thickness_mm,
         end_screw=sizes[0],
-        end_thread_mm=END_THREAD_DIAMETERS * catalogue.screw(sizes[0]).diameter_mm,
+        end_thread_mm=_END_THREAD_DIAMETERS * catalogue.screw(sizes[0]).diameter_mm,
         washer_diameter_mm=collar,
         flats_mm=flats[0] if flats else 0.0,
     )

@@ -30,26 +30,26 @@ from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 STOP_PIN_MM = 4.0
-FOOT_HEIGHT_MM = 14.0
-HEAD_WALL_MM = 5.0  # around the bearing seat
-PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
-CLEAR_MM = 2.0  # between parts that nothing brings closer
+_FOOT_HEIGHT_MM = 14.0
+_HEAD_WALL_MM = 5.0  # around the bearing seat
+_PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
+_CLEAR_MM = 2.0  # between parts that nothing brings closer
 MESHES_MM = 0.1  # beyond the clearance: what is proved is proved of meshes, which are up to 0.05 mm off on either side
-FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
-LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
-FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
-FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
+_FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
+_LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
+_FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
+_FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
 HALVINGS = 50  # of the range in which the base lies: to rounding
-ROUNDING_MM = 1e-9
-KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
-EYE_WALL_MM = 2.0  # around a stop pin that is pressed in
-PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
-FOOT_CORNER_MM = 3.0
+_ROUNDING_MM = 1e-9
+KEY_SLOT_MM, _KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
+_EYE_WALL_MM = 2.0  # around a stop pin that is pressed in
+_PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
+_FOOT_CORNER_MM = 3.0
 CHEEK_EDGE_MM = 0.5  # by which edges of cheeks and of the foot block on top are broken
 BLOCK_SCREW = "M3"  # of a cheek in its foot block
-LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
+_LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
 
 Circle = tuple[float, float, float]
 """(x, z, radius) in the shoulder's frame, mm."""
@@ -81,22 +81,22 @@ class BracketDimensions:
     def foot_circles_mm(self) -> list[Circle]:
         """Circles of a cheek's foot, round above."""
         low, high = (u - self.shoulder_u_mm for u in self.foot_u_mm)
-        top = self.base_top_mm + self.foot_height_mm - FOOT_CORNER_MM
-        corners = (low + FOOT_CORNER_MM, top, FOOT_CORNER_MM), (high - FOOT_CORNER_MM, top, FOOT_CORNER_MM)
+        top = self.base_top_mm + self.foot_height_mm - _FOOT_CORNER_MM
+        corners = (low + _FOOT_CORNER_MM, top, _FOOT_CORNER_MM), (high - _FOOT_CORNER_MM, top, _FOOT_CORNER_MM)
         return [(low, self.base_top_mm, 0.0), (high, self.base_top_mm, 0.0), *corners]
 
     @property
     def motor_cheek_circles_mm(self) -> list[Circle]:
         """Circles whose hull a motor's cheek is: head, pad, foot, and what is around its stop pins."""
         x, z = self.motor_axis_mm[0] - self.shoulder_u_mm, self.motor_axis_mm[1]
-        eye = self.stop_pin_mm / 2 + EYE_WALL_MM
+        eye = self.stop_pin_mm / 2 + _EYE_WALL_MM
         pins = [(u - self.shoulder_u_mm, height, eye) for u, height in self.stop_pins_mm]
         return [(0.0, 0.0, self.head_radius_mm), (x, z, self.motor_pad_radius_mm), *self.foot_circles_mm, *pins]
 
     @property
     def leg_circle_mm(self) -> tuple[float, float, float]:
         """(x, z, radius) in the shoulder's frame of the circle at which a capstan's encoder leg hangs on its head."""
-        return LEG_ASIDE_MM, 0.0, self.head_radius_mm - LEG_ASIDE_MM
+        return _LEG_ASIDE_MM, 0.0, self.head_radius_mm - _LEG_ASIDE_MM
 
 
 def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -> float:
@@ -108,7 +108,7 @@ def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -
     return normal - acos((arm.beam_root_radius_mm + pin_mm / 2) / distance_mm)
 
 
-def foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float, clear_mm: float) -> float:
+def _foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float, clear_mm: float) -> float:
     """Gives how far a foot may reach out from the shoulder below an arm at its lower stop, mm; inf above its edge.
 
     The foot's upper outer corner, at `top_mm` over the shoulder plane (negative), keeps clear of the beam's lower edge,
@@ -138,7 +138,7 @@ def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float, clear_mm: 
     return elbow[1] - sqrt(radius**2 - aside**2) if abs(aside) < radius else inf
 
 
-def _beside_mm(
+def _next_to_mm(
     inner_mm: float, base_top_mm: float, axis_mm: tuple[float, float], radius_mm: float, leg_mm: float
 ) -> float:
     """Gives how far out a foot must begin for the encoder's leg above it to pass the neighbour's motor.
@@ -156,9 +156,9 @@ def _beside_mm(
     found = -inf
     for k in range(HEIGHTS):
         off = radius_mm * cos(pi * k / (HEIGHTS - 1))
-        height = min(axis_mm[1] + off, -CLEAR_MM)
+        height = min(axis_mm[1] + off, -_CLEAR_MM)
         wide = radius_mm * sin(pi * k / (HEIGHTS - 1))
-        edge = 2 * (SIN_60 * leg_mm + CLEAR_MM / 2 - axis_mm[0] + wide)
+        edge = 2 * (SIN_60 * leg_mm + _CLEAR_MM / 2 - axis_mm[0] + wide)
         found = max(found, inner_mm + (edge - inner_mm) * base_top_mm / height)
     return found
 
@@ -168,10 +168,10 @@ def _leg_room_mm(arm: ArmDimensions, stop_rad: float, head_mm: float, foot_mm: f
 
     The edge is the tangent from the circle at which the leg hangs on its head to the upper outer corner of the foot.
     """
-    radius, corner = head_mm - LEG_ASIDE_MM, (foot_mm - LEG_ASIDE_MM, base_top_mm + FOOT_HEIGHT_MM)
+    radius, corner = head_mm - _LEG_ASIDE_MM, (foot_mm - _LEG_ASIDE_MM, base_top_mm + _FOOT_HEIGHT_MM)
     far = hypot(*corner)
     normal = atan2(corner[1], corner[0]) + acos(min(radius / far, 1.0))
-    elbow = arm.length_mm * cos(stop_rad) - LEG_ASIDE_MM, arm.length_mm * sin(stop_rad)
+    elbow = arm.length_mm * cos(stop_rad) - _LEG_ASIDE_MM, arm.length_mm * sin(stop_rad)
     return elbow[0] * cos(normal) + elbow[1] * sin(normal) - radius - arm.boss_radius_mm
 
 
@@ -203,7 +203,7 @@ def motor_pattern_rad(
             first += way + widest / 2
         holes = tuple(first + step * k for k in range(count))
         return holes, holes
-    hidden = count > LEAST_MOTOR_SCREWS
+    hidden = count > _LEAST_MOTOR_SCREWS
     first = pi if hidden else pi / 2 if count == 2 else 0.0
     holes = tuple(direction_rad + first + step * k for k in range(count))
     return holes, holes[1:] if hidden else holes
@@ -212,7 +212,7 @@ def motor_pattern_rad(
 def _pin_off_rad(pin_circle_mm: float, motor: catalogue.Motor) -> float:
     """Gives the least angle about the motor's axis between a stop pin and a screw in its counterbore; 0: any."""
     a, b = motor.mount_circle_mm / 2, pin_circle_mm
-    apart = (STOP_PIN_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + PIN_WALL_MM
+    apart = (STOP_PIN_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + _PIN_WALL_MM
     share = (a**2 + b**2 - apart**2) / (2 * a * b)
     return acos(max(share, -1.0)) if share < 1.0 else 0.0
 
@@ -231,11 +231,11 @@ def key_slot_rad(b: BracketDimensions, motor: catalogue.Motor) -> float:
     It is as nearly outwards as the motor's screws leave it room.
     """
     radius = motor.mount_circle_mm / 2
-    aside = (KEY_SLOT_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + KEY_SLOT_WALL_MM
+    aside = (KEY_SLOT_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + _KEY_SLOT_WALL_MM
     off = asin(min(aside / radius, 1.0))
     ways = [0.0, *(angle + side * off for angle in b.motor_screws_rad for side in (-1.0, 1.0))]
     nearest = [min(abs(remainder(way - angle, tau)) for angle in b.motor_screws_rad) for way in ways]
-    free = [remainder(way, tau) for way, near in zip(ways, nearest, strict=True) if near >= off - ROUNDING_MM]
+    free = [remainder(way, tau) for way, near in zip(ways, nearest, strict=True) if near >= off - _ROUNDING_MM]
     require(
         bool(free),
         "motor_cheek",
@@ -295,42 +295,42 @@ def bracket_dimensions(
     else:
         du, dz = 0.0, 0.0
         swept = arm.flange_radius_mm
-        distance = arm.flange_radius_mm + STOP_PIN_MM + CLEAR_MM
+        distance = arm.flange_radius_mm + STOP_PIN_MM + _CLEAR_MM
         beyond = beam_stop_angle_rad(arm, STOP_PIN_MM, distance) + STOP_MARGIN_RAD
         angles = (shoulder_rad[0] - beyond, shoulder_rad[1] + beyond)
         pins = tuple((u + distance * cos(a), distance * sin(a)) for a in angles)
     body = motor.diameter_mm / 2
     stop = shoulder_rad[0] - STOP_MARGIN_RAD
-    off = max(CLEAR_MM, clearance_mm + MESHES_MM)
+    off = max(_CLEAR_MM, clearance_mm + MESHES_MM)
     boss = arm.boss_radius_mm + off
-    head = bearing.outer_mm / 2 + HEAD_WALL_MM
-    under = FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
+    head = bearing.outer_mm / 2 + _HEAD_WALL_MM
+    under = _FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
     if capstan is None:  # and stands beside them: their heads are outside its cheek
-        under = FOOT_HEIGHT_MM / 2 + catalogue.screw(BLOCK_SCREW).head_diameter_mm / 2
+        under = _FOOT_HEIGHT_MM / 2 + catalogue.screw(BLOCK_SCREW).head_diameter_mm / 2
     key = 0.0 if capstan is None else handle_room_mm(motor) - dz
     base_top = -max(
-        body - dz + CLEAR_MM + under,
-        swept + off + FOOT_HEIGHT_MM,
+        body - dz + _CLEAR_MM + under,
+        swept + off + _FOOT_HEIGHT_MM,
         boss - lowest_elbow_mm - base_thickness_mm,
         key,
-        leg_least_mm + FOOT_HEIGHT_MM,
+        leg_least_mm + _FOOT_HEIGHT_MM,
     )
-    long = FOOT_MM[1] - FOOT_MM[0]
+    long = _FOOT_MM[1] - _FOOT_MM[0]
 
     def foot_on(top: float) -> tuple[float, float]:
         """Both ends of a foot on a base there: where the arm leaves it room, and beside the neighbour's motor."""
-        end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM, off))
-        inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
-        beside = -inf if capstan is None else _beside_mm(inner, top, (u + du, dz), body, leg_mm)
+        end = min(u + _FOOT_MM[1], u + _foot_outer_end_mm(arm, stop, top + _FOOT_HEIGHT_MM, off))
+        inner = u + 2 * _LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
+        adjacent = -inf if capstan is None else _next_to_mm(inner, top, (u + du, dz), body, leg_mm)
         low = tenths_below(end - long)
-        if low < beside:
-            low = -tenths_below(-beside)
+        if low < adjacent:
+            low = -tenths_below(-adjacent)
         return low, low + long
 
     def clear(top: float) -> bool:
         """Whether the arm at its stop passes foot and plate on a base there."""
         low, end = foot_on(top)
-        if low < FOOT_INSIDE_MM or top + FOOT_HEIGHT_MM > _under_arm_mm(arm, stop, end - u, off) + ROUNDING_MM:
+        if low < _FOOT_INSIDE_MM or top + _FOOT_HEIGHT_MM > _under_arm_mm(arm, stop, end - u, off) + _ROUNDING_MM:
             return False
         over = u + arm.length_mm * cos(stop) - boss < hypot(end, half_width_mm) + PLATE_RIM_MM
         return not over or top <= -boss - arm.length_mm * abs(sin(stop))
@@ -344,11 +344,11 @@ def bracket_dimensions(
     base_top = tenths_below(base_top)
     foot = foot_on(base_top)
     require(
-        foot[0] >= FOOT_INSIDE_MM,
+        foot[0] >= _FOOT_INSIDE_MM,
         "foot_block",
         "place",
         f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
-        f"it must stay at least {FOOT_INSIDE_MM:g} mm away",
+        f"it must stay at least {_FOOT_INSIDE_MM:g} mm away",
         *FARTHER_OUT,
         larger(BOTTOM),
     )
@@ -382,27 +382,27 @@ def bracket_dimensions(
         head_radius_mm=head,
         passage_mm=bearing.housing_shoulder_max_mm - 0.6,
         motor_axis_mm=(u + du, dz),
-        motor_pad_radius_mm=body + PAD_MARGIN_MM,
+        motor_pad_radius_mm=body + _PAD_MARGIN_MM,
         motor_holes_rad=holes,
         motor_screws_rad=screws,
         foot_u_mm=foot,
-        foot_height_mm=FOOT_HEIGHT_MM,
+        foot_height_mm=_FOOT_HEIGHT_MM,
         base_top_mm=base_top,
         cheek_screw_u_mm=(foot[0] + 12.0, foot[1] - 12.0),
-        cheek_dowel_u_mm=(foot[0] + FOOT_EDGE_MM, foot[1] - FOOT_EDGE_MM),
-        cheek_screw_z_mm=base_top + FOOT_HEIGHT_MM / 2,
+        cheek_dowel_u_mm=(foot[0] + _FOOT_EDGE_MM, foot[1] - _FOOT_EDGE_MM),
+        cheek_screw_z_mm=base_top + _FOOT_HEIGHT_MM / 2,
         base_screw_u_mm=(foot[0] + 16.5, foot[1] - 16.5),
-        base_dowel_u_mm=(foot[0] + FOOT_EDGE_MM, foot[1] - FOOT_EDGE_MM),
+        base_dowel_u_mm=(foot[0] + _FOOT_EDGE_MM, foot[1] - _FOOT_EDGE_MM),
         stop_pin_mm=STOP_PIN_MM,
         stop_pins_mm=pins,
     )
 
 
-BESIDE_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
-BOARD_SCREW = "M2.5"
+_NEXT_TO_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
+_BOARD_SCREW = "M2.5"
 PLUG_MM = (5.0, 4.0, 5.0)  # half width, height over the board and length of the plug at its lower end
 BOARD_EDGE_MM = 4.0  # of a direct drive's leg around its board's screws
-DIRECTIONS, ANGLES = 1440, 181  # in which a hull is looked at, to 1e-4 mm; of an arm between its stops
+_DIRECTIONS, _ANGLES = 1440, 181  # in which a hull is looked at, to 1e-4 mm; of an arm between its stops
 
 
 def require_room_for_board(
@@ -433,11 +433,11 @@ def require_room_for_board(
             body = (u - half, u + half), (face, face + 2 * motor.length_mm)  # and its way off
             found = min(found, _apart_mm(body, ((base_radius_mm - wide, base_radius_mm + wide), y)))
     require(
-        found >= BESIDE_MM,
+        found >= _NEXT_TO_MM,
         "encoder_board",
         "beside the neighbour's motor",
         f"the motors come within {found:.2f} mm of the encoders' boards of the chains beside them; at least "
-        f"{BESIDE_MM:g}",
+        f"{_NEXT_TO_MM:g}",
         *FARTHER_OUT,
     )
 
@@ -465,9 +465,9 @@ def require_room_for_boss(
         cheeks.append(bracket.motor_cheek_circles_mm)
     if stack.elbow_boss_mm[0] < stack.encoder_cheek_mm[1] + RUNNING_GAP_MM:
         cheeks.append(encoder_cheek)
-    angles = np.linspace(shoulder_rad[0] - STOP_MARGIN_RAD, shoulder_rad[1] + STOP_MARGIN_RAD, ANGLES)
+    angles = np.linspace(shoulder_rad[0] - STOP_MARGIN_RAD, shoulder_rad[1] + STOP_MARGIN_RAD, _ANGLES)
 
-    off = np.full(ANGLES, np.inf)
+    off = np.full(_ANGLES, np.inf)
     for normals, supports in map(_hull, cheeks):
         outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1) @ normals  # of an elbow, per mm of arm
         off = np.minimum(off, (arm.length_mm * outward - supports).max(axis=1) - arm.boss_radius_mm)
@@ -485,7 +485,7 @@ def require_room_for_boss(
 
 def _hull(circles: list[Circle]) -> tuple[np.ndarray, np.ndarray]:
     """Directions (2, n) square to the sides of the hull of circles, and how far it reaches along each, (n,) mm."""
-    turns = [*np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)]
+    turns = [*np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)]
     for (ax, az, a), (bx, bz, b) in combinations(circles, 2):  # and square to every edge
         apart = hypot(bx - ax, bz - az)
         if apart > abs(a - b):
@@ -499,7 +499,7 @@ def _board_boxes(
     stack: Layers, encoder: catalogue.Encoder
 ) -> list[tuple[float, tuple[float, float], tuple[float, float]]]:
     """Half width, extents along the shoulder's axis and up, of the upright board, its two rows of screws, its plug."""
-    screw, (back, front) = catalogue.screw(BOARD_SCREW), stack.encoder_board_mm
+    screw, (back, front) = catalogue.screw(_BOARD_SCREW), stack.encoder_board_mm
     half, head = encoder.board_length_mm / 2, screw.head_diameter_mm / 2
     along = back - screw.head_height_mm, stack.encoder_head_mm[0]
     wide, row = encoder.hole_spacing_width_mm / 2 + head, encoder.hole_spacing_length_mm / 2

@@ -27,37 +27,37 @@ from delta_cad.dimensions.rules import (
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import frames
 
-SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
-DIRECTIONS_RAD = radians(-130.0), radians(-100.0)  # of the pinion from the shoulder, down and inwards
-GAP_MM = 1.0  # of the pitch circles; the strands cross between them
-PINION_TURNS = 4  # hold 20 times the slack side's tension at a friction of 0.12
-GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
-PINION_WALL_MM = 0.75  # least metal between the groove and the motor's shaft
+_SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
+_DIRECTIONS_RAD = radians(-130.0), radians(-100.0)  # of the pinion from the shoulder, down and inwards
+_GAP_MM = 1.0  # of the pitch circles; the strands cross between them
+_PINION_TURNS = 4  # hold 20 times the slack side's tension at a friction of 0.12
+_GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
+_PINION_WALL_MM = 0.75  # least metal between the groove and the motor's shaft
 SHOULDER_MM = 0.5  # of the pinion at either end of its groove
 SHAFT_ENGAGEMENT_MM = 6.0  # length of the motor's shaft in the pinion, at least
-COLLAR_WALL_MM = 3.0  # around the shaft: the shortest set screw
-COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
-PAST_HEADS_MM = 0.2  # from the pinion to the heads of the motor's screws, which are drawn out past it
-COLLAR_OFF_HEADS_MM = 1.1  # and from the collar to them
+_COLLAR_WALL_MM = 3.0  # around the shaft: the shortest set screw
+_COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
+_PAST_HEADS_MM = 0.2  # from the pinion to the heads of the motor's screws, which are drawn out past it
+_COLLAR_OFF_HEADS_MM = 1.1  # and from the collar to them
 SET_SCREW = "M3"
 SET_TORQUE_N_m = 0.4
 """Of a stainless M3 set screw with a cup point. One of class 45H bears 0.9 (proof torque, ISO 898-5; monsterbolts.com,
 metric socket screw torque specs), one of class 21H is taken to bear 21/45 of that, as it is as much softer: 0.42."""
-COLLAR_MM = 3.0 + 2 * THREAD_WALL_MM  # length of the collar: its set screws in the middle
-NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end, where it lies still and is bent once
-NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
-RIM_BEYOND_MM = 4.0  # rim between the pinion at the stop and the nose: keeps a wall of 2 mm beside the stop's slot
+_COLLAR_MM = 3.0 + 2 * THREAD_WALL_MM  # length of the collar: its set screws in the middle
+_NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end, where it lies still and is bent once
+_NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
+_RIM_BEYOND_MM = 4.0  # rim between the pinion at the stop and the nose: keeps a wall of 2 mm beside the stop's slot
 WEB_MM = 3.0  # of the sector below its rim
-RIM_SIDE_MM = 0.8  # rim beside the cable where it is nearest to the rim's edge
-SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
+_RIM_SIDE_MM = 0.8  # rim beside the cable where it is nearest to the rim's edge
+_SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
 ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
 ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest class; bending is the ratio's affair
-COLLAR_OFF_MM = -0.1  # along the axis from the sector's rim to the collar, at least: one within the pinion passes it
-COLLAR_ASIDE_MM = THREAD_WALL_MM + 0.25  # by which the set screws, as drawn, lie farther from the rim than its end
-BESIDE_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
-BESIDE_RIM_SHARE = 0.75  # by which the former grows with a cable over `USUAL_CABLE_MM`
-USUAL_CABLE_MM = 0.54
+_COLLAR_OFF_MM = -0.1  # along the axis from the sector's rim to the collar, at least: one within the pinion passes it
+_COLLAR_ASIDE_MM = THREAD_WALL_MM + 0.25  # by which the set screws, as drawn, lie farther from the rim than its end
+_NEXT_TO_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
+_NEXT_TO_RIM_SHARE = 0.75  # by which the former grows with a cable over `_USUAL_CABLE_MM`
+_USUAL_CABLE_MM = 0.54
 TENSION_SCREW, TENSION_SCREW_LENGTH_MM = "M3", 10.0
 CARRIAGE_MM = (6.0, 5.0)  # length and thickness of the block that pulls the cable's outer end
 CARRIAGE_RADII_MM = (-7.5, 2.5)  # its inner and outer face from the cable's line
@@ -67,11 +67,11 @@ LUG_WALL_MM = (1.7, 3.0)  # beside the carriage's pocket, and under its screw's 
 POCKET_FROM_MM = 1.0  # wall between the rim's end and the pocket
 POCKET_CORNER_MM = 1.6  # radius of the pocket's corners and the carriage's: a cutter of 3 mm goes round them
 POCKET_PLAY_MM = 0.1  # of the carriage in its pocket, either side
-CABLE_SLOT_MM, CABLE_PLAY_MM = 1.0, 0.3  # slots that the cable is laid into: least width, and width over the cable
+_CABLE_SLOT_MM, _CABLE_PLAY_MM = 1.0, 0.3  # slots that the cable is laid into: least width, and width over the cable
 PINION_TURNED_MM, RIM_TURNED_MM = 0.02, 0.05  # of the pinion's diameters and the rim's radius, either way
-TURNED_MM, AXES_MM = 0.25, 0.055  # pinion and nose in the cable's way; axes and rim: roots of sums of squares
+_TURNED_MM, _AXES_MM = 0.25, 0.055  # pinion and nose in the cable's way; axes and rim: roots of sums of squares
 STRETCH = 0.004  # of the cable's length: its pretension's, and a settling of a thousandth
-BENCH_STEP_MM = 0.1  # to which a length of the cable is measured
+_BENCH_STEP_MM = 0.1  # to which a length of the cable is measured
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class CapstanDimensions:
     @property
     def cable_slot_mm(self) -> float:
         """Width of the slots that the cable is laid into with its sleeves crimped."""
-        return max(CABLE_SLOT_MM, self.cable_diameter_mm + CABLE_PLAY_MM)
+        return max(_CABLE_SLOT_MM, self.cable_diameter_mm + _CABLE_PLAY_MM)
 
     @property
     def bench_mm(self) -> tuple[float, float]:
@@ -155,9 +155,9 @@ class CapstanDimensions:
         carriage's travel ends. Sector, pinion and their axes take their share of the travel; this is its middle.
         """
         half = (TENSION_TRAVEL_MM - STRETCH * self.cable_length_mm) / 2
-        made = hypot(TURNED_MM, AXES_MM * 2 * self.run.centre_distance_mm / self.run.free_mm)
-        tolerance = floor(sqrt(max(half**2 - made**2, 0.0)) / BENCH_STEP_MM) * BENCH_STEP_MM
-        return round((self.cable_length_mm + half) / BENCH_STEP_MM) * BENCH_STEP_MM, tolerance
+        made = hypot(_TURNED_MM, _AXES_MM * 2 * self.run.centre_distance_mm / self.run.free_mm)
+        tolerance = floor(sqrt(max(half**2 - made**2, 0.0)) / _BENCH_STEP_MM) * _BENCH_STEP_MM
+        return round((self.cable_length_mm + half) / _BENCH_STEP_MM) * _BENCH_STEP_MM, tolerance
 
 
 def cable_run(
@@ -172,30 +172,30 @@ def cable_run(
         cable: Row of the catalogue.
     """
     pinion, d = pitch_radius_mm / ratio, cable.diameter_mm
-    distance = pitch_radius_mm + pinion + GAP_MM
+    distance = pitch_radius_mm + pinion + _GAP_MM
     lug = pitch_radius_mm + CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
-    near = crest_mm(pinion, d) + RUNNING_GAP_MM  # closest that the lug may come to the pinion's axis
+    near = _crest_mm(pinion, d) + RUNNING_GAP_MM  # closest that the lug may come to the pinion's axis
     cosine = (distance**2 + lug**2 - near**2) / (2 * distance * lug)
     aside = acos(cosine) - acos((pitch_radius_mm + pinion) / distance) if cosine < 1.0 else 0.0
     return CableRun(
         sector_mm=pitch_radius_mm,
         pinion_mm=pinion,
-        gap_mm=GAP_MM,
+        gap_mm=_GAP_MM,
         pitch_mm=groove_pitch_mm(d),
-        turns=PINION_TURNS,
+        turns=_PINION_TURNS,
         stroke_rad=shoulder_rad[1] - shoulder_rad[0] + 2 * STOP_MARGIN_RAD,
-        beyond_rad=max(aside, RIM_BEYOND_MM / pitch_radius_mm),
+        beyond_rad=max(aside, _RIM_BEYOND_MM / pitch_radius_mm),
     )
 
 
-def crest_mm(pinion_pitch_mm: float, cable_mm: float) -> float:
+def _crest_mm(pinion_pitch_mm: float, cable_mm: float) -> float:
     """Gives the outer radius of a pinion between the turns of its groove, mm."""
-    return pinion_pitch_mm - cable_mm / 2 + GROOVE_FRACTION * cable_mm
+    return pinion_pitch_mm - cable_mm / 2 + _GROOVE_FRACTION * cable_mm
 
 
-def sector_width_mm(run: CableRun, cable_mm: float) -> float:
+def _sector_width_mm(run: CableRun, cable_mm: float) -> float:
     """Gives the width of the rim that both ends of the cable need, mm."""
-    return tenths_above(2 * run.made_lug_mm + cable_mm + 2 * RIM_SIDE_MM)
+    return tenths_above(2 * run.made_lug_mm + cable_mm + 2 * _RIM_SIDE_MM)
 
 
 def rim_y_mm(
@@ -218,8 +218,8 @@ def rim_y_mm(
     """
     tip = run.sector_mm + cable_mm / 2
     neighbour = (tip - base_radius_mm + clearance_mm / SIN_60) / (2 * SIN_60)
-    low = tenths_above(max(arm_thickness_mm / 2 + SECTOR_OFF_MM, neighbour))
-    return low, low + sector_width_mm(run, cable_mm)
+    low = tenths_above(max(arm_thickness_mm / 2 + _SECTOR_OFF_MM, neighbour))
+    return low, low + _sector_width_mm(run, cable_mm)
 
 
 def base_radius_min_mm(
@@ -240,9 +240,9 @@ def base_radius_min_mm(
     Returns:
         R, mm, of a rim a whole tenth farther out by rounding; arms whose sectors stay outside may stand closer.
     """
-    tip, width = run.sector_mm + cable_mm / 2, sector_width_mm(run, cable_mm)
-    beside_arm = tenths_above(arm_thickness_mm / 2 + SECTOR_OFF_MM) + width
-    by_arm = (flange_radius_mm + tip / 2 + SIN_60 * beside_arm + clearance_mm) / 1.5
+    tip, width = run.sector_mm + cable_mm / 2, _sector_width_mm(run, cable_mm)
+    next_to_arm = tenths_above(arm_thickness_mm / 2 + _SECTOR_OFF_MM) + width
+    by_arm = (flange_radius_mm + tip / 2 + SIN_60 * next_to_arm + clearance_mm) / 1.5
     by_sector = (flange_radius_mm + tip + clearance_mm * (1.0 + 0.5 / SIN_60) + SIN_60 * (width + 0.1)) / 2.0
     return max(by_arm, by_sector)
 
@@ -252,8 +252,8 @@ def collar_mm(pinion_mm: float, cable_mm: float, motor: catalogue.Motor) -> floa
 
     So they turn out before the slot of their key.
     """
-    bore, crest = motor.shaft_diameter_mm, crest_mm(pinion_mm, cable_mm)  # within it, it passes the rim as the pinion
-    room = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM)) - bore / 2
+    bore, crest = motor.shaft_diameter_mm, _crest_mm(pinion_mm, cable_mm)  # within it, it passes the rim as the pinion
+    room = min(_collar_radius_mm(motor), max(crest, bore / 2 + _COLLAR_WALL_MM)) - bore / 2
     return bore / 2 + max((mm for mm in catalogue.set_screw(SET_SCREW).lengths_mm if mm <= room), default=room)
 
 
@@ -262,20 +262,20 @@ def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor, apart_
 
     It stands close where it is that much smaller than the pinion, farther off where it is as wide.
     """
-    beside = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
-    beside = max(beside, 0.0)
-    collar = BESIDE_RIM_MM[0] + BESIDE_RIM_SHARE * (cable_mm - USUAL_CABLE_MM)
-    asked = (
+    adjacent = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
+    adjacent = max(adjacent, 0.0)
+    collar = _NEXT_TO_RIM_MM[0] + _NEXT_TO_RIM_SHARE * (cable_mm - _USUAL_CABLE_MM)
+    required = (
         (collar, 0.0),
-        (max(BESIDE_RIM_MM[1], apart_mm), COLLAR_ASIDE_MM),
+        (max(_NEXT_TO_RIM_MM[1], apart_mm), _COLLAR_ASIDE_MM),
     )  # of the collar's end, and of its set screws
-    off = [sqrt(apart**2 - beside**2) - aside for apart, aside in asked if apart > beside]
-    return tenths_above(max([COLLAR_OFF_MM, *off]))
+    off = [sqrt(apart**2 - adjacent**2) - aside for apart, aside in required if apart > adjacent]
+    return tenths_above(max([_COLLAR_OFF_MM, *off]))
 
 
 def pinion_end_mm(rim_y: tuple[float, float] | None, off_mm: float) -> float:
     """Gives where the pinion's collar ends beyond the rim, along the shoulder's axis, mm; 0 without a rim."""
-    return 0.0 if rim_y is None else rim_y[1] + off_mm + COLLAR_MM
+    return 0.0 if rim_y is None else rim_y[1] + off_mm + _COLLAR_MM
 
 
 def pinion_direction_rad(
@@ -297,7 +297,7 @@ def pinion_direction_rad(
     out = 2 * (behind_mm - SIN_60 * end) - motor.diameter_mm / 2
     cosine = (out - base_radius_mm) / run.centre_distance_mm
     wanted = -acos(min(max(cosine, -1.0), 1.0))
-    return min(max(wanted, DIRECTIONS_RAD[0]), DIRECTIONS_RAD[1])
+    return min(max(wanted, _DIRECTIONS_RAD[0]), _DIRECTIONS_RAD[1])
 
 
 def capstan_dimensions(
@@ -337,23 +337,23 @@ def capstan_dimensions(
     bore = motor.shaft_diameter_mm
     wall = run.pinion_mm - d / 2 - bore / 2
     require(
-        wall >= PINION_WALL_MM,
+        wall >= _PINION_WALL_MM,
         "pinion",
         "wall",
-        f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm",
+        f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {_PINION_WALL_MM:g} mm",
         smaller(RATIO),
         larger(SECTOR),
     )
-    crest, collar = crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
+    crest, collar = _crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
     require(
-        collar - bore / 2 >= COLLAR_WALL_MM or motor.pilot_diameter_mm == 0.0,  # refused with its cheek
+        collar - bore / 2 >= _COLLAR_WALL_MM or motor.pilot_diameter_mm == 0.0,  # refused with its cheek
         "pinion",
         "collar",
         f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "
-        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws",
+        f"{motor.pilot_diameter_mm:g} mm; at least {_COLLAR_WALL_MM:g} mm for the set screws",
         *another("motor"),
     )
-    widest = widest_pinion_mm(motor, d)
+    widest = _widest_pinion_mm(motor, d)
     require(
         run.pinion_mm <= widest,
         "pinion",
@@ -376,9 +376,9 @@ def capstan_dimensions(
         *another("motor"),
     )
     slot_width = stop_pin_mm + 1.0
-    to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + SLOT_WALL_MM
+    to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + _SLOT_WALL_MM
     least = max(
-        slot_radius_mm + slot_width / 2 + SLOT_WALL_MM + d / 2,
+        slot_radius_mm + slot_width / 2 + _SLOT_WALL_MM + d / 2,
         (to_pilot - run.gap_mm) / (1.0 + 1.0 / ratio),  # distance of the axes >= to_pilot
     )
     require(
@@ -413,12 +413,12 @@ def capstan_dimensions(
         pinion_bore_depth_mm=y[1] - floor,
         pinion_y_mm=y,
         collar_radius_mm=collar,
-        collar_y_mm=(y[1] - COLLAR_MM, y[1]),
+        collar_y_mm=(y[1] - _COLLAR_MM, y[1]),
         direction_rad=direction_rad,
         ratio=ratio,
         rim_angles_rad=rim,
-        nose_radius_mm=NOSE_RADIUS_MM,
-        turns_rad=(NOSE_TURN_RAD, 0.0),
+        nose_radius_mm=_NOSE_RADIUS_MM,
+        turns_rad=(_NOSE_TURN_RAD, 0.0),
         slot_radius_mm=slot_radius_mm,
         slot_width_mm=slot_width,
         slot_angles_rad=(reach[0] + play, reach[1] - play),
@@ -426,16 +426,16 @@ def capstan_dimensions(
     )
 
 
-def widest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:
+def _widest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:
     """Gives the largest pitch radius of a pinion, past which the motor's screws are drawn out, mm."""
     head = catalogue.screw(motor.mount_thread).head_diameter_mm
-    return (motor.mount_circle_mm - head) / 2 - PAST_HEADS_MM - crest_mm(0.0, cable_mm)
+    return (motor.mount_circle_mm - head) / 2 - _PAST_HEADS_MM - _crest_mm(0.0, cable_mm)
 
 
-def collar_radius_mm(motor: catalogue.Motor) -> float:
+def _collar_radius_mm(motor: catalogue.Motor) -> float:
     """Gives the radius of the pinion's collar, which turns in the bore of the motor's pilot, between the screws, mm."""
     heads = (motor.mount_circle_mm - catalogue.screw(motor.mount_thread).head_diameter_mm) / 2
-    return min(motor.pilot_diameter_mm / 2 - COLLAR_PLAY_MM, heads - COLLAR_OFF_HEADS_MM)
+    return min(motor.pilot_diameter_mm / 2 - _COLLAR_PLAY_MM, heads - _COLLAR_OFF_HEADS_MM)
 
 
 def lug_length_mm() -> float:
@@ -458,12 +458,12 @@ def rim_end(c: CapstanDimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.
     angle = c.rim_angles_rad[end] + sense * c.turns_rad[end]
     normal = np.array([cos(angle), 0.0, sin(angle)])
     tangent = sense * np.array([-sin(angle), 0.0, cos(angle)])
-    beside = np.array([0.0, c.end_y_mm[end], 0.0])
+    adjacent = np.array([0.0, c.end_y_mm[end], 0.0])
     if end:
-        return beside + c.pitch_radius_mm * normal, tangent, normal
+        return adjacent + c.pitch_radius_mm * normal, tangent, normal
     x, z = c.nose_centre_mm
     nose = np.array([x, 0.0, z]) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * normal
-    return beside + nose, tangent, normal
+    return adjacent + nose, tangent, normal
 
 
 def carriage_frame(c: CapstanDimensions) -> np.ndarray:

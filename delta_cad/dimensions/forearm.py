@@ -31,30 +31,30 @@ BAR_WALL_MM = 1.0  # least metal around a bar that is bonded
 TUBE_GLUE_MM = 0.1  # radial, spigot in the tube: what the epoxy asks
 BALL_GLUE_MM = 0.025  # radial, pin in its ball: retaining compound
 WRAP_RAD = radians(86.0)  # of the cup about its ball: more holds more, but at 90 deg the ball no longer drops in
-CUP_WALL_MM = 1.7  # plastic shell and metal together
+_CUP_WALL_MM = 1.7  # plastic shell and metal together
 LINER_GLUE_MM = 0.02  # radial, shell in its cup
 END_MATERIAL, TUBE_ADHESIVE = "aluminium-6082", "araldite-2011"
 TILT_MARGIN_RAD = radians(3.0)  # room beyond the largest lean
-LEAN_RAD = radians(28.0)  # where the requirements state none
-ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt, where no more is asked
-STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
-NECK_MM = 2.5  # of a rod's end between its stem and the tube: the springs bend it, the shorter the less
+_LEAN_RAD = radians(28.0)  # where the requirements state none
+_ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt, where no more is asked
+_STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
+_NECK_MM = 2.5  # of a rod's end between its stem and the tube: the springs bend it, the shorter the less
 BAR_BEYOND_MM = 1.0  # of a cross-bar from the boss that holds it, at least: its cones are not bonded
-STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
-EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
+_STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
+_EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 0.6
 EYE_PLAY_MM = 0.9  # beside the spring's wire: a cord of 0.5 mm, and room
 LUG_MM = 2.0  # thickness of an eye's lug: the spring's loop goes around it
 RING_MM = (7.4, 4.0)  # diameter and length of the ring on the tube
 BOND_N_MM2 = 2.0  # even shear for ever, epoxy on sanded aluminium: a tenth of what it bears at once
-BOND_SAFETY = 5.0
-ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
-BOND_LEAST_MM = 8.0
+_BOND_SAFETY = 5.0
+_ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
+_BOND_LEAST_MM = 8.0
 # Of an epoxy's lap shear strength: what it bears for years. Loads that last ask for a partial safety factor of 4 at
 # least (adhesivestoolkit.com, Durability Design and Testing, Safety, below its table 2). The data sheet that the row
 # names tells what fluctuates: 30 % is borne 1e5 to 1e6 times, 20 % up to 1e7, 15 % more often than that.
-GLUE_USE = 0.25
-FOLD_LEAST = 0.05  # below, no rod is long enough for its springs, and is refused by its length
+_GLUE_USE = 0.25
+_FOLD_LEAST = 0.05  # below, no rod is long enough for its springs, and is refused by its length
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ def wrist_radius_min_mm(cup_radius_mm: float, width_mm: float, clearance_mm: flo
 
 
 def eyes_mm(
-    arm: ArmDimensions, fold_rad: float, lean_rad: float, beside_mm: float, length_mm: float, end_mm: float
+    arm: ArmDimensions, fold_rad: float, lean_rad: float, next_to_mm: float, length_mm: float, end_mm: float
 ) -> tuple[float, float]:
     """Computes where along a rod its two springs are hung, from the elbow's ball, mm.
 
@@ -167,17 +167,17 @@ def eyes_mm(
         arm: The upper arm.
         fold_rad: Least angle between upper arm and rod, at the elbow.
         lean_rad: Largest lean.
-        beside_mm: Least distance of a spring's axis from the arm.
+        next_to_mm: Least distance of a spring's axis from the arm.
         length_mm: Of the rod.
         end_mm: Least distance of an eye from a ball.
     """
     turn = min(fold_rad - asin((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm), pi / 2)
-    needed, rise = arm.boss_radius_mm + beside_mm, max(sin(turn), FOLD_LEAST) * cos(lean_rad)
-    first = max(end_mm, (needed - EYE_Z_MM * cos(turn)) / rise)
-    return first, max(length_mm - first, (needed + EYE_Z_MM * cos(turn)) / rise)
+    needed, rise = arm.boss_radius_mm + next_to_mm, max(sin(turn), _FOLD_LEAST) * cos(lean_rad)
+    first = max(end_mm, (needed - _EYE_Z_MM * cos(turn)) / rise)
+    return first, max(length_mm - first, (needed + _EYE_Z_MM * cos(turn)) / rise)
 
 
-def eye_room_mm(arm: ArmDimensions, fold_rad: float, lean_rad: float, along_mm: float, around_mm: float) -> float:
+def _eye_room_mm(arm: ArmDimensions, fold_rad: float, lean_rad: float, along_mm: float, around_mm: float) -> float:
     """Computes how far what stands around a rod stays off the arm that folds beside it, see `eyes_mm`, mm.
 
     Args:
@@ -195,10 +195,10 @@ def tilt_N_mm2() -> float:
     """Gives the stress across the bond of a spigot that it may bear for ever."""
     strength = catalogue.adhesive(TUBE_ADHESIVE).shear_strength_MPa
     assert strength is not None
-    return GLUE_USE * strength
+    return _GLUE_USE * strength
 
 
-def tilted_mm(moment_N_mm: float, spigot_mm: float) -> float:
+def _tilted_mm(moment_N_mm: float, spigot_mm: float) -> float:
     """Computes how long the bond of a spigot must be for the moment that its springs tilt it by for ever, mm.
 
     Its stress across is `6 M / (d b^2)`; along it bears all that it may of the rod's force as well.
@@ -258,13 +258,13 @@ def forearm_dimensions(
         DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
             short for the rods' ends.
     """
-    row, room = _ball(ball_mm), max(ROOM_MM, clearance_mm)
-    lean = LEAN_RAD if lean_max_deg is None else radians(lean_max_deg)
+    row, room = _ball(ball_mm), max(_ROOM_MM, clearance_mm)
+    lean = _LEAN_RAD if lean_max_deg is None else radians(lean_max_deg)
     tilt = lean + TILT_MARGIN_RAD
     neck, pin = round(0.565 * ball_mm, 1), round(0.42 * ball_mm, 1)  # as strong in the ball as at the bar
-    rod, step = tube.outer_mm / 2, neck / 2 + STUD_SHOULDER_MM
+    rod, step = tube.outer_mm / 2, neck / 2 + _STUD_SHOULDER_MM
     stand_off = ceil(10.0 * (rod + room + step * sin(tilt)) / cos(tilt)) / 10.0
-    stem = ceil(10.0 * (step + STEM_ROOM_MM + rod * sin(tilt)) / cos(tilt)) / 10.0
+    stem = ceil(10.0 * (step + _STEM_ROOM_MM + rod * sin(tilt)) / cos(tilt)) / 10.0
     bar, cone = width_mm - 2 * stand_off, bar_mm / 2 - step
     narrowest = boss_width_mm + 2 * max(BAR_BEYOND_MM, cone) + 2 * stand_off
     require(
@@ -279,11 +279,11 @@ def forearm_dimensions(
     coil = spring.mean_diameter_mm + spring.wire_mm
     eye = spring.wire_mm + EYE_PLAY_MM
     loop = (spring.mean_diameter_mm - spring.wire_mm) / 2  # radius inside
-    shoulder = stem + NECK_MM
-    sway = spring_sway(width_mm, EYE_MM, EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
-    beside = coil / 2 + room + sway.across_mm + sway.turn_rad * boss_width_mm / 2
-    end = max(shoulder + RING_MM[1], max(bar_mm / 2 + BAR_WALL_MM, wrist_boss_mm / 2) + beside + EYE_Z_MM)
-    first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
+    shoulder = stem + _NECK_MM
+    sway = spring_sway(width_mm, EYE_MM, _EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
+    adjacent = coil / 2 + room + sway.across_mm + sway.turn_rad * boss_width_mm / 2
+    end = max(shoulder + RING_MM[1], max(bar_mm / 2 + BAR_WALL_MM, wrist_boss_mm / 2) + adjacent + _EYE_Z_MM)
+    first, second = eyes_mm(arm, fold_rad, lean, adjacent, length_mm, end)
     require(
         length_mm - second >= end - 1e-9,
         "rod_eye",
@@ -306,8 +306,8 @@ def forearm_dimensions(
         cup=catalogue.material(CUP_MATERIAL),
         ball=catalogue.material(row.material),
     )
-    sheared = BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)
-    held = max(BOND_LEAST_MM, ceil(sheared), ceil(tilted_mm(joint.pressed_max_N * shoulder, spigot)))
+    sheared = _BOND_SAFETY * _ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)
+    held = max(_BOND_LEAST_MM, ceil(sheared), ceil(_tilted_mm(joint.pressed_max_N * shoulder, spigot)))
     least = max(24.0, 2 * held + 4.0)
     tube_length = length_mm - 2 * shoulder
     require(
@@ -317,7 +317,7 @@ def forearm_dimensions(
         f"{tube_length:g} mm are left for a tube between its ends; at least {least:g}",
         larger(FOREARM),
     )
-    cup = seat / 2 + CUP_WALL_MM
+    cup = seat / 2 + _CUP_WALL_MM
     return ForearmDimensions(
         length_mm=length_mm,
         width_mm=width_mm,
@@ -337,9 +337,9 @@ def forearm_dimensions(
         eyes_x_mm=(first, second),
         eye_y_mm=EYE_MM,
         eye_hole_y_mm=EYE_MM + loop - sqrt(loop**2 - (LUG_MM / 2) ** 2) - eye / 2,
-        eye_z_mm=EYE_Z_MM,
+        eye_z_mm=_EYE_Z_MM,
         eye_diameter_mm=eye,
-        eye_room_mm=eye_room_mm(arm, fold_rad, lean, min(first, second), EYE_Z_MM + eye / 2 + EYE_WALL_MM),
+        eye_room_mm=_eye_room_mm(arm, fold_rad, lean, min(first, second), _EYE_Z_MM + eye / 2 + EYE_WALL_MM),
         shoulder_mm=shoulder,
         spigot_diameter_mm=spigot,
         spigot_length_mm=held,

@@ -33,18 +33,18 @@ CLEARANCE_MM = 0.0075  # radial, of the finished seat on its ball: 6.015 on 6
 CLEARANCE_TOLERANCE_MM = 0.0025  # radial, either way: what ball and paste hold and a gauge tells
 FRICTION_RANGE = (0.05, 0.08, 0.15)  # PEEK or POM with PTFE upon polished steel, least, nominal, largest
 FRICTION = FRICTION_RANGE[1]
-CUP_MATERIAL, BALL_MATERIAL = "peek-bearing", "steel"
+CUP_MATERIAL, _BALL_MATERIAL = "peek-bearing", "steel"
 LINER_MM = 0.6  # of the plastic shell in a cup: as thin as one turns it; the metal behind it is half of the cup's wall
 POCKET_MM = 0.6  # diameter of the hole at the shell's pole: holds grease, keeps the ball off a cutter's centre
 EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
-PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
-PRELOAD_PER_N = 1.05  # by which the least grows with a larger force: see `spring_range_N`
-LEAST_N = 1e-3  # a load below this rubs in an arm that no longer shrinks: nothing to speak of, and no division by 0
-SPARE_RANGE = 8.0  # times the preload, within which the preload that a load needs is looked for
+_PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
+_PRELOAD_PER_N = 1.05  # by which the least grows with a larger force: see `spring_range_N`
+_LEAST_N = 1e-3  # a load below this rubs in an arm that no longer shrinks: nothing to speak of, and no division by 0
+_MARGIN_RANGE = 8.0  # times the preload, within which the preload that a load needs is looked for
 HALVINGS = 40
 POISSON = 0.35  # of the plastic; of steel 0.3 changes the modulus of the pair by less than 1 %
 SPRING_SHARE = 0.1  # of a spring's force by which it may be weaker than told: DIN 2097, grade 2
-SPRING_LEAN_MM = 1.0  # the eyes lie inside the rods' axes: so much longer the spring may become when the rods lean
+_SPRING_LEAN_MM = 1.0  # the eyes lie inside the rods' axes: so much longer the spring may become when the rods lean
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class JointDimensions:
         half = patch_angle_rad(self.ball_radius_mm, load, self.pair_N_mm2, self.bed_N_mm3, clearance)
         return np.arctan2(across, along) + half
 
-    def spare_preload_N(self, force_N: np.ndarray, lean_rad: np.ndarray) -> np.ndarray:
+    def margin_preload_N(self, force_N: np.ndarray, lean_rad: np.ndarray) -> np.ndarray:
         """Computes by how much the preload exceeds that with which the contact would reach the lip, (...) N.
 
         Args:
@@ -122,7 +122,7 @@ class JointDimensions:
             (...) preload left; negative where more is needed than there is, down to `1 - SPARE_RANGE` times it.
         """
         low = np.zeros(np.broadcast_shapes(np.shape(force_N), np.shape(lean_rad)))
-        high = np.full_like(low, SPARE_RANGE * self.preload_N)
+        high = np.full_like(low, _MARGIN_RANGE * self.preload_N)
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
             holds = self.edge_rad(force_N, lean_rad, middle) <= self.wrap_rad
@@ -136,14 +136,14 @@ def spring_range_N(force_N: float) -> tuple[float, float]:
     A rod takes some 2 N per N, which its cup of 86 degrees holds up to a lean of 28 degrees with 0.9 N; what the handle
     itself weighs, 0.3 kg beside 10 N in the machine of a 150 mm cube, makes it 1.05.
     """
-    least = max(PRELOAD_N[0], PRELOAD_PER_N * force_N)
-    return least, PRELOAD_N[1] / PRELOAD_N[0] * least
+    least = max(_PRELOAD_N[0], _PRELOAD_PER_N * force_N)
+    return least, _PRELOAD_N[1] / _PRELOAD_N[0] * least
 
 
 def force_most_N() -> float:
     """Gives the largest force at the handle for which the catalogue has a spring that is strong enough, N."""
     rows: Mapping[str, catalogue.TensionSpring] = catalogue.tension_spring.rows
-    return max(row.force_N(row.length_max_mm - SPRING_LEAN_MM) for row in rows.values()) / PRELOAD_PER_N
+    return max(row.force_N(row.length_max_mm - _SPRING_LEAN_MM) for row in rows.values()) / _PRELOAD_PER_N
 
 
 def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -> catalogue.TensionSpring:
@@ -166,7 +166,7 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
     def span(row: catalogue.TensionSpring) -> tuple[float, float]:
         shortest = row.free_length_mm + (low - row.initial_tension_N) / row.rate_N_mm
         longest = row.free_length_mm + (high - row.initial_tension_N) / row.rate_N_mm
-        return shortest, min(longest, row.length_max_mm - SPRING_LEAN_MM)
+        return shortest, min(longest, row.length_max_mm - _SPRING_LEAN_MM)
 
     spans = {key: (a, b) for key, row in rows.items() for a, b in [span(row)] if a <= b}
     fitting = [rows[key] for key, (a, b) in spans.items() if a <= between_eyes_mm <= b]
@@ -179,7 +179,7 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
             "rod_spring",
             "force",
             f"for {force_N:g} N at the handle springs must give {low:g} N, the catalogue's strongest give "
-            f"{most * PRELOAD_PER_N:.3g}",
+            f"{most * _PRELOAD_PER_N:.3g}",
             smaller("requirements.force_N"),
         )
         ends = ends or [width]
@@ -198,13 +198,13 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
     return min(fitting, key=lambda row: row.force_N(between_eyes_mm))
 
 
-def pair_N_mm2(cup: catalogue.MaterialData, ball: catalogue.MaterialData) -> float:
+def _pair_N_mm2(cup: catalogue.MaterialData, ball: catalogue.MaterialData) -> float:
     """Computes the modulus of a contact of two materials, `1 / E* = sum (1 - nu^2) / E`, N/mm^2."""
     per_pascal = MM_PER_M**2  # N/mm^2 in Pa
     return 1.0 / sum((1.0 - POISSON**2) * per_pascal / row.youngs_modulus_Pa for row in (cup, ball))
 
 
-def bed_N_mm3(liner: catalogue.MaterialData) -> float:
+def _bed_N_mm3(liner: catalogue.MaterialData) -> float:
     """Computes the pressure that dents the plastic shell of a cup by 1 mm, N/mm^3.
 
     Source:
@@ -215,7 +215,7 @@ def bed_N_mm3(liner: catalogue.MaterialData) -> float:
     return (1.0 - POISSON) * young / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON) * LINER_MM)
 
 
-def hertz_radius_mm(ball_radius_mm: float, load_N: float, pair_N_mm2: float, clearance_mm: float) -> float:
+def _hertz_radius_mm(ball_radius_mm: float, load_N: float, pair_N_mm2: float, clearance_mm: float) -> float:
     """Computes the radius of the contact of a ball in a whole cup, a plastic as thick as one likes, mm."""
     effective = ball_radius_mm * (ball_radius_mm + clearance_mm) / clearance_mm
     return (3.0 * load_N * effective / (4.0 * pair_N_mm2)) ** (1.0 / 3.0)
@@ -244,7 +244,7 @@ def patch_angle_rad(
     return np.minimum(thin, np.arcsin(np.minimum(thick, 1.0)))
 
 
-def turning_arm_mm(whole_mm: np.ndarray) -> np.ndarray:
+def _turning_arm_mm(whole_mm: np.ndarray) -> np.ndarray:
     """Computes the mean radius at which a ball that turns about its cup's axis rubs, mm.
 
     Args:
@@ -271,13 +271,13 @@ def sliding_torques_N_mm(ball_mm: float, load_N: np.ndarray) -> tuple[np.ndarray
 
     Returns:
         lean: (...) `mu N R`, N mm.
-        turn: (...) `mu N` times `turning_arm_mm`, N mm.
+        turn: (...) `mu N` times `_turning_arm_mm`, N mm.
     """
     load, radius = np.asarray(load_N, dtype=float), ball_mm / 2
-    pair = pair_N_mm2(catalogue.material(CUP_MATERIAL), catalogue.material(BALL_MATERIAL))
+    pair = _pair_N_mm2(catalogue.material(CUP_MATERIAL), catalogue.material(_BALL_MATERIAL))
     effective = radius * (radius + CLEARANCE_MM) / CLEARANCE_MM
-    whole = np.cbrt(3.0 * np.maximum(load, LEAST_N) * effective / (4.0 * pair))
-    return FRICTION * load * radius, FRICTION * load * turning_arm_mm(whole)
+    whole = np.cbrt(3.0 * np.maximum(load, _LEAST_N) * effective / (4.0 * pair))
+    return FRICTION * load * radius, FRICTION * load * _turning_arm_mm(whole)
 
 
 def preload_N(width_mm: float, force_N: float = 0.0) -> float:
@@ -378,8 +378,8 @@ def joint_dimensions(
 
     pull = spring.force_N(eyes(0.0))
     preload = pull * (1.0 - abs(lever))
-    pair = pair_N_mm2(cup, ball)
-    whole, widest = (hertz_radius_mm(radius, preload, pair, c) for c in (CLEARANCE_MM, worst))
+    pair = _pair_N_mm2(cup, ball)
+    whole, widest = (_hertz_radius_mm(radius, preload, pair, c) for c in (CLEARANCE_MM, worst))
     effective = radius * (radius + CLEARANCE_MM) / CLEARANCE_MM
     pocket = POCKET_MM / 2
     return JointDimensions(
@@ -391,7 +391,7 @@ def joint_dimensions(
         clearance_mm=worst,
         wrap_rad=wrap_rad,
         pair_N_mm2=pair,
-        bed_N_mm3=bed_N_mm3(cup),
+        bed_N_mm3=_bed_N_mm3(cup),
         patch_radius_mm=hypot(whole, pocket),
         pressure_N_mm2=2.0 * pair * whole / (pi * effective),
         stiffness_axial_N_mm=2.0 * whole * pair,

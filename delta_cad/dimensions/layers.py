@@ -11,20 +11,23 @@ from delta_cad import catalogue
 from delta_cad.dimensions.rules import ARM_THICKNESS, PRESS_DEPTH_MM, RATIO, RUNNING_GAP_MM, another, larger, require
 from delta_cad.dimensions.sizes import plate_mm
 
-ELBOW_BOSS_WIDTH_MM, ELBOW_BOSS_BESIDE_MM = 16.0, 1.0  # grips the cross-bar over 2.7 diameters; over the arm's plate
+_ELBOW_BOSS_WIDTH_MM, _ELBOW_BOSS_OVERHANG_MM = (
+    16.0,
+    1.0,
+)  # grips the cross-bar over 2.7 diameters; over the arm's plate
 STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
-SHAFT_ENDS_GAP_MM = 0.5
-PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
-MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
+_SHAFT_ENDS_GAP_MM = 0.5
+_PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
+_MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
-RECESS_MM = 0.5  # of the encoder's bearing in its cheek, at least: the sector's dowels turn before it
-BLOCK_MM = 10.0  # of a foot block, least: a dowel's diameter from either side, and a wall of 4 mm between them
+_RECESS_MM = 0.5  # of the encoder's bearing in its cheek, at least: the sector's dowels turn before it
+_BLOCK_MM = 10.0  # of a foot block, least: a dowel's diameter from either side, and a wall of 4 mm between them
 SPAN_MM = 30.0  # of the shoulder's bearings: below, it is the softest of what holds an arm sideways
 
 
 def motor_thread_mm(motor: catalogue.Motor) -> float:
     """Gives the usable depth of the mounting threads behind a motor's face, mm."""
-    return MOTOR_THREAD_DIAMETERS * catalogue.screw(motor.mount_thread).diameter_mm
+    return _MOTOR_THREAD_DIAMETERS * catalogue.screw(motor.mount_thread).diameter_mm
 
 
 @dataclass(frozen=True)
@@ -93,9 +96,9 @@ def layers(
     plate = max(cheek, fixing.counterbore_depth_mm + min(fixing.lengths_mm) - motor_thread_mm(motor))
     motor_face = motor_inside + plate
     if rim_mm is not None:
-        motor_face = max(motor_face, pinion_end_mm + PILOT_OFF_MM + motor.pilot_height_mm)
+        motor_face = max(motor_face, pinion_end_mm + _PILOT_OFF_MM + motor.pilot_height_mm)
     else:
-        motor_face = max(motor_face, STUB_DEPTH_MM + SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
+        motor_face = max(motor_face, STUB_DEPTH_MM + _SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
         clamped = half - (motor_face - motor.shaft_length_mm)
         lacking = motor.shaft_diameter_mm / 2 + RUNNING_GAP_MM + plate - motor.shaft_length_mm
         require(
@@ -114,24 +117,24 @@ def layers(
             f"{clamped:g} mm of the motor's shaft are clamped; at least {motor.shaft_diameter_mm / 2:g}",
             larger(ARM_THICKNESS),
         )
-        least = BLOCK_MM - 2 * RUNNING_GAP_MM
+        least = _BLOCK_MM - 2 * RUNNING_GAP_MM
         require(
             arm_thickness_mm >= least,
             "foot_block",
             "thickness",
             f"{arm_thickness_mm + 2 * RUNNING_GAP_MM:g} mm between the cheeks are too little for dowels from either "
-            f"side; at least {BLOCK_MM:g}",
+            f"side; at least {_BLOCK_MM:g}",
             larger(ARM_THICKNESS),
         )
     bearings: tuple[tuple[float, float], ...] = ()
     head = encoder_inside - cheek
     if rim_mm is not None:
-        middle = min(encoder_inside - RECESS_MM - bearing.width_mm / 2, motor_inside + bearing.width_mm / 2 - SPAN_MM)
+        middle = min(encoder_inside - _RECESS_MM - bearing.width_mm / 2, motor_inside + bearing.width_mm / 2 - SPAN_MM)
         outer = middle - bearing.width_mm / 2
         bearings = (outer, outer + bearing.width_mm), (motor_inside, motor_inside + bearing.width_mm)
         head = min(head, outer - preload_mm - PRESS_DEPTH_MM)
     board = head - BOARD_STAND_OFF_MM
-    boss = max(ELBOW_BOSS_WIDTH_MM / 2, half + ELBOW_BOSS_BESIDE_MM)
+    boss = max(_ELBOW_BOSS_WIDTH_MM / 2, half + _ELBOW_BOSS_OVERHANG_MM)
     return Layers(
         arm_mm=(-half, half),
         sector_mm=sector,
@@ -160,16 +163,16 @@ FsData/iso2936def.csv of github: shaise/FreeCAD_FastenersWB."""
 LONG_MM = {1.3: 81.0, 1.5: 91.5, 2.0: 102.0, 2.5: 114.5, 3.0: 129.0, 4.0: 144.0, 5.0: 165.0, 6.0: 186.0}
 """Long leg of the long type (L) by width across flats, mm; its short leg is as above. Source: the same table."""
 CORNERS = 1.13  # largest width across corners by that across flats: 1.68 / 1.5, 2.82 / 2.5 in the same table
-CUT, HANDLE_CUT = 0.8, 0.7
+CUT, _HANDLE_CUT = 0.8, 0.7
 """Shares of its short leg and of its long one, the handle, to which a key is cut that must turn between the two cheeks
 of a chain and beside its neighbours' motors: a whole handle met these where the base would have done otherwise. What is
 left of it takes 50 N or less for what the screws of any motor of the catalogue are tightened to."""
-OFF_CHEEK_MM = 0.2  # of that key's handle from the encoder's cheek
-UNDER_HEAD_MM = 1.5  # least metal of a motor's cheek under its screws' heads
-SWUNG = 0.8  # share of a handle by which it reaches down while it swings by a sixth of a turn, somewhere in its circle
+_OFF_CHEEK_MM = 0.2  # of that key's handle from the encoder's cheek
+_UNDER_HEAD_MM = 1.5  # least metal of a motor's cheek under its screws' heads
+_SWUNG = 0.8  # share of a handle by which it reaches down while it swings by a sixth of a turn, somewhere in its circle
 SWING_RAD = pi / 3  # of a handle, to a hexagon's next corner
 SET_SCREWS_RAD = (0.0, pi / 2)  # directions of a pinion's set screws from one another
-ASKEW_RAD = radians(1.0)  # by which a key stands askew in its slot: half of what 3 mm leave a key of 1.7
+_ASKEW_RAD = radians(1.0)  # by which a key stands askew in its slot: half of what 3 mm leave a key of 1.7
 
 
 def key_legs_mm(flats_mm: float) -> tuple[tuple[float, float], ...]:
@@ -200,7 +203,7 @@ def cut_key_mm(flats_mm: float) -> tuple[float, float]:
         flats_mm: Width across flats, one of `KEYS_MM`.
     """
     long, short = KEYS_MM[flats_mm]
-    return CUT * short, HANDLE_CUT * long
+    return CUT * short, _HANDLE_CUT * long
 
 
 def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float]:
@@ -216,7 +219,7 @@ def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float
     inside, face = layers.motor_cheek_mm
     buried = [mm for mm in row.lengths_mm if mm <= face - inside - row.counterbore_depth_mm + thread + 1e-9]
     flats = row.socket_mm
-    key = cut_key_mm(flats)[0] + CORNERS * flats / 2 + OFF_CHEEK_MM if flats in KEYS_MM else 0
+    key = cut_key_mm(flats)[0] + CORNERS * flats / 2 + _OFF_CHEEK_MM if flats in KEYS_MM else 0
 
     def sunk(length: float) -> float:
         return face - inside + thread - length
@@ -224,7 +227,7 @@ def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float
     def turned(length: float) -> bool:
         return (
             inside + sunk(length) - row.head_height_mm - key >= layers.encoder_cheek_mm[1]
-            and face - inside - sunk(length) >= UNDER_HEAD_MM
+            and face - inside - sunk(length) >= _UNDER_HEAD_MM
         )
 
     length = max([mm for mm in buried if turned(mm)] or buried)
@@ -233,7 +236,7 @@ def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float
 
 def handle_room_mm(motor: catalogue.Motor) -> float:
     """Gives how far below a motor's axis the base must lie for a key to swing in the motor's screws, mm."""
-    return SWUNG * KEYS_MM.get(catalogue.screw(motor.mount_thread).socket_mm, (0.0, 0.0))[0]
+    return _SWUNG * KEYS_MM.get(catalogue.screw(motor.mount_thread).socket_mm, (0.0, 0.0))[0]
 
 
 def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float]) -> tuple[float, float]:
@@ -254,7 +257,7 @@ def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float]) -> tuple[flo
     """
     low, high = turns_rad
     apart = SET_SCREWS_RAD[1] - SET_SCREWS_RAD[0]
-    least = apart - 2 * ASKEW_RAD
+    least = apart - 2 * _ASKEW_RAD
     require(
         high - low >= least,
         "pinion",

@@ -26,9 +26,14 @@ LEAD_G_M = 9.0  # 4.5 of copper, the rest silicone
 BEND = 3.0  # least inner radius, in diameters, of a flexible lead that is laid once: DIN VDE 0298-3; from memory
 PLUG_MM = 3.0  # straight behind the motor: a push-on plug, or solder under its sleeve
 TAIL_MM = 5.0  # straight after the bend
-APART_MM = 5.0  # of neighbouring leads
-SQUARE_DEG = (0.0, 30.0, 60.0, 90.0)  # of a bend, where it is square to a side of the outline: chains are 120 deg apart
-COUNTS = {"brushed": 2, "brushless": 3}  # of a motor's phases
+_APART_MM = 5.0  # of neighbouring leads
+_SQUARE_DEG = (
+    0.0,
+    30.0,
+    60.0,
+    90.0,
+)  # of a bend, where it is square to a side of the outline: chains are 120 deg apart
+_COUNTS = {"brushed": 2, "brushless": 3}  # of a motor's phases
 
 SENSOR_MM = 3.0  # six wires of 0.8 about a seventh's room are 2.4, a sleeve of 0.3 around them
 SENSOR_G_M = 14.0  # six of AWG 28 with their insulation 1.5 each, the rest sleeve; an estimate
@@ -39,8 +44,8 @@ width and what stands out are estimates, and a board with another one, or with w
 STRAIGHT_MM = 3.0  # of the cable behind its plug: it must not bend at the crimps
 CLIP_MM = (12.7, 3.5)  # side and height of a base that is glued on; half an inch; from memory
 TIE_MM = (2.5, 1.2)  # width and thickness of its tie; the least that is in stock: 2.5; thickness from memory
-SADDLE_MM = 0.2  # by which a lead lies in its base
-TIED_MM = CLIP_MM[1] + SENSOR_MM / 2.0 - SADDLE_MM
+_SADDLE_MM = 0.2  # by which a lead lies in its base
+TIED_MM = CLIP_MM[1] + SENSOR_MM / 2.0 - _SADDLE_MM
 APART_LEAST_MM = 0.1  # of a motor, as it is drawn off its cheek, from what is flexible
 LINE = 40  # points of a bend
 STEPS = 40  # in which the place of a tie settles, to a micrometre
@@ -71,7 +76,7 @@ class LeadDimensions:
     @property
     def outside_mm(self) -> list[tuple[float, float]]:
         """Where, seen from above, a lead stands out farthest in any direction of the outline: outwards, behind."""
-        outer, turns = self.bend_mm + self.diameter_mm / 2.0, [radians(angle) for angle in SQUARE_DEG]
+        outer, turns = self.bend_mm + self.diameter_mm / 2.0, [radians(angle) for angle in _SQUARE_DEG]
         bend = [(outer * cos(turn) - self.bend_mm, outer * sin(turn) + PLUG_MM) for turn in turns]
         return [*bend, (-self.bend_mm - TAIL_MM, self.behind_mm)]
 
@@ -85,13 +90,13 @@ def lead_dimensions(design: Design, motor: catalogue.Motor) -> tuple[LeadDimensi
     """Dimensions the leads behind a motor, its own encoder's after those of its phases; none where none are drawn."""
     if design.hardware.leads != "bent":
         return ()
-    count = COUNTS[motor.commutation]
-    across = tuple(APART_MM * (k - (count - 1) / 2.0) for k in range(count))
+    count = _COUNTS[motor.commutation]
+    across = tuple(_APART_MM * (k - (count - 1) / 2.0) for k in range(count))
     phases = LeadDimensions("motor_lead", LEAD_MM, (BEND + 0.5) * LEAD_MM, across)
     if design.hardware.encoder_at != "motor":
         return (phases,)
-    beside = (across[-1] + APART_MM,)
-    return phases, LeadDimensions("encoder_lead", SENSOR_MM, (BEND + 0.5) * SENSOR_MM, beside)
+    adjacent = (across[-1] + _APART_MM,)
+    return phases, LeadDimensions("encoder_lead", SENSOR_MM, (BEND + 0.5) * SENSOR_MM, adjacent)
 
 
 @dataclass(frozen=True)
@@ -172,7 +177,7 @@ def sensor_lead_dimensions(
     return found
 
 
-def tie_lacks_mm(design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder) -> float:
+def tie_shortfall_mm(design: Design, stack: Layers, bracket: BracketDimensions, encoder: catalogue.Encoder) -> float:
     """Computes by how much an encoder's leg is too short for the tie of its board's lead over its foot; 0: it is not.
 
     Arguments as of `sensor_lead_dimensions`.

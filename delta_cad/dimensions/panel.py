@@ -22,20 +22,20 @@ from delta_cad.dimensions.tolerances import drilled_mm, tip_mm
 TEMPLATE = "panel_template"  # name of the files that a panel is cut by
 SCREW = "M3"  # bezel on the panel, from below: nothing is seen of them
 CLOTH_MM = 0.6  # coated cloth, as it is clamped
-CLOTH_G_M2 = 250.0  # polyamide coated with polyurethane or neoprene; estimate
-EASE = 1.03  # of the cloth's length over the longest way: it is never taut
+_CLOTH_G_M2 = 250.0  # polyamide coated with polyurethane or neoprene; estimate
+_EASE = 1.03  # of the cloth's length over the longest way: it is never taut
 LIP_MM = 1.0  # of the bezel over the panel's edge, which the stem must not meet
-BESIDE_SCREW_MM = 6.0  # from a screw's axis to the opening, and to the bezel's rim
-AROUND_MM = 5.0  # of the panel around the bezel that is drawn
-APART_MM = 80.0  # of neighbouring screws, at most
-UNDER_TIP_MM = 1.0  # of the bezel over the tips of its bores
-SPARE_MM = 0.5  # beyond a clearance, for what is drawn round by flats; and of a thread beyond its screw
+_NEXT_TO_SCREW_MM = 6.0  # from a screw's axis to the opening, and to the bezel's rim
+_AROUND_MM = 5.0  # of the panel around the bezel that is drawn
+_APART_MM = 80.0  # of neighbouring screws, at most
+_UNDER_TIP_MM = 1.0  # of the bezel over the tips of its bores
+MARGIN_MM = 0.5  # beyond a clearance, for what is drawn round by flats; and of a thread beyond its screw
 COLLAR_MM = (2.0, 8.0)  # the boot's collar on the stem: wall with its tie, and height
-UNDER_KNOB_MM = 1.0  # from the collar to the knob
-STEP_MM = 0.5  # heights are whole steps
-SQUEEZE_MM = 0.5  # by which a foot gives way to the sleeve beside it
+_UNDER_KNOB_MM = 1.0  # from the collar to the knob
+_STEP_MM = 0.5  # heights are whole steps
+_SQUEEZE_MM = 0.5  # by which a foot gives way to the sleeve beside it
 SLEEVE_WALL_MM = 2.25
-SLEEVE_LEAST_MM = 2.0
+_SLEEVE_LEAST_MM = 2.0
 
 
 @dataclass(frozen=True)
@@ -81,17 +81,17 @@ class PanelDimensions:
     @property
     def screws_mm(self) -> float:
         """Corner radius of the line that the screws stand on."""
-        return self.opening_mm + BESIDE_SCREW_MM
+        return self.opening_mm + _NEXT_TO_SCREW_MM
 
     @property
     def rim_mm(self) -> float:
         """Corner radius of the bezel's outer rim."""
-        return self.screws_mm + BESIDE_SCREW_MM
+        return self.screws_mm + _NEXT_TO_SCREW_MM
 
     @property
     def piece_mm(self) -> float:
         """Corner radius of the piece of the panel that is drawn."""
-        return self.rim_mm + AROUND_MM
+        return self.rim_mm + _AROUND_MM
 
     @property
     def top_mm(self) -> float:
@@ -111,7 +111,7 @@ class PanelDimensions:
         """(x, y) of the bezel's screws: at the corners, and between them where these are far apart."""
         at = round(self.half_mm + self.screws_mm / sqrt(2.0), 1)
         places = [(sx * at, sy * at) for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
-        if 2.0 * at > APART_MM:
+        if 2.0 * at > _APART_MM:
             side = self.half_mm + self.screws_mm
             places += [(side, 0.0), (0.0, side), (-side, 0.0), (0.0, -side)]
         return places
@@ -122,14 +122,14 @@ class PanelDimensions:
         skin = (8.0 * self.half_mm + 2.0 * pi * (self.edge_mm + self.collar_radius_mm)) / 2.0 * self.cloth_mm
         clamped = self.area_mm2(self.rim_mm) - self.area_mm2(self.opening_mm)
         collar = pi * (self.collar_radius_mm**2 - self.stem_radius_mm**2) * COLLAR_MM[1] / CLOTH_MM
-        return (skin + clamped + collar) * CLOTH_G_M2 * 1e-6
+        return (skin + clamped + collar) * _CLOTH_G_M2 * 1e-6
 
     @property
     def carried_g(self) -> float:
         """What of it the handle carries: a third of the band, which moves by its share of the way, and the collar."""
         skin = (8.0 * self.half_mm + 2.0 * pi * (self.edge_mm + self.collar_radius_mm)) / 2.0 * self.cloth_mm
         collar = pi * (self.collar_radius_mm**2 - self.stem_radius_mm**2) * COLLAR_MM[1] / CLOTH_MM
-        return (skin / 3.0 + collar) * CLOTH_G_M2 * 1e-6
+        return (skin / 3.0 + collar) * _CLOTH_G_M2 * 1e-6
 
 
 def panel_dimensions(design: Design, platform: PlatformDimensions, cup_radius_mm: float) -> PanelDimensions | None:
@@ -148,14 +148,14 @@ def panel_dimensions(design: Design, platform: PlatformDimensions, cup_radius_mm
     cube, clear = design.cube, design.requirements.clearance_min_mm
     row, boss = catalogue.screw(SCREW), platform.boss_diameter_mm / 2
     highest = cube.bottom_height_mm + 2 * cube.half_side_mm + max(boss, cup_radius_mm)
-    under = _stepped(highest + clear + row.head_height_mm + SPARE_MM)
+    under = _stepped(highest + clear + row.head_height_mm + MARGIN_MM)
     clamped = panel.thickness_mm + CLOTH_MM
     screw = next(length for length in row.lengths_mm if length >= clamped + row.diameter_mm)
-    thread = _stepped(screw - clamped + SPARE_MM)
-    bezel = _stepped(drilled_mm(SCREW, thread) + tip_mm(row.tap_drill_mm) + UNDER_TIP_MM)
+    thread = _stepped(screw - clamped + MARGIN_MM)
+    bezel = _stepped(drilled_mm(SCREW, thread) + tip_mm(row.tap_drill_mm) + _UNDER_TIP_MM)
     top, lowest = under + clamped + bezel, cube.bottom_height_mm + boss
-    stem = _stepped(top + clear + SPARE_MM + COLLAR_MM[1] + UNDER_KNOB_MM - lowest)
-    collar = boss + stem - UNDER_KNOB_MM - COLLAR_MM[1]
+    stem = _stepped(top + clear + MARGIN_MM + COLLAR_MM[1] + _UNDER_KNOB_MM - lowest)
+    collar = boss + stem - _UNDER_KNOB_MM - COLLAR_MM[1]
     radius = platform.stem_diameter_mm / 2
     edge = radius + panel.limit_mm + CLOTH_MM
     aside = sqrt(2.0) * (2.0 * cube.half_side_mm + panel.limit_mm) + edge - radius - COLLAR_MM[0]
@@ -171,7 +171,7 @@ def panel_dimensions(design: Design, platform: PlatformDimensions, cup_radius_mm
         screw_mm=screw,
         stem_length_mm=stem,
         collar_mm=collar,
-        cloth_mm=EASE * hypot(aside, up),
+        cloth_mm=_EASE * hypot(aside, up),
     )
 
 
@@ -190,16 +190,16 @@ def sleeve_mm(design: Design, foot: catalogue.Foot, circle_mm: float, spread_rad
     """
     if design.hardware.mounting != "both":
         return 0.0
-    height = foot.height_mm - SQUEEZE_MM
+    height = foot.height_mm - _SQUEEZE_MM
     apart = circle_mm * spread_rad / 2.0 * 0.98  # the chord of a small angle
-    least = foot.diameter_mm / 2 + hole_mm / 2 + SLEEVE_WALL_MM + SPARE_MM
+    least = foot.diameter_mm / 2 + hole_mm / 2 + SLEEVE_WALL_MM + MARGIN_MM
     words, ways = "hardware.mounting = both asks for sleeves beside the feet", another("foot", "mounting")
-    low = f"{words}: a foot of {foot.height_mm:g} mm leaves them {height:g} mm; at least {SLEEVE_LEAST_MM:g}"
-    require(height >= SLEEVE_LEAST_MM, "mount_sleeve", "height", low, *ways)
+    low = f"{words}: a foot of {foot.height_mm:g} mm leaves them {height:g} mm; at least {_SLEEVE_LEAST_MM:g}"
+    require(height >= _SLEEVE_LEAST_MM, "mount_sleeve", "height", low, *ways)
     wide = f"{words}: a foot stands {apart:.1f} mm from them; at least {least:.1f}"
     require(apart >= least, "mount_sleeve", "room", wide, *ways)
     return height
 
 
 def _stepped(height_mm: float) -> float:
-    return STEP_MM * ceil(height_mm / STEP_MM - 1e-9)
+    return _STEP_MM * ceil(height_mm / _STEP_MM - 1e-9)

@@ -23,22 +23,26 @@ from delta_cad.dimensions.sizes import plate_mm, stem_mm
 from delta_cad.mechanism.placement import CHAINS
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
-UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
+_UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
 MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
-FLAT_LEAST_MM = 45.0  # from the plate's centre: beside a hole for the cables, feet that do not tip at once
-FOOT_RIM_MM, MOUNT_RIM_MM = 10.0, 8.0  # from the axis of a foot, and of a mounting hole, to the plate's edge
-HOLE_RIM_MM = 8.0  # around the hole in the middle
-WINDOW_MM, WINDOW_LEAST_MM, WINDOW_RIM_MM = 34.0, 12.0, 5.0  # holes that lighten the plate
-PLATE_MM = 5.0  # the least; it grows with loads and lengths
-STEM_WALL_MM = 3.0  # of the hub around the stem
+_FLAT_LEAST_MM = 45.0  # from the plate's centre: beside a hole for the cables, feet that do not tip at once
+_FOOT_RIM_MM, _MOUNT_RIM_MM = 10.0, 8.0  # from the axis of a foot, and of a mounting hole, to the plate's edge
+_HOLE_RIM_MM = 8.0  # around the hole in the middle
+_WINDOW_MM, _WINDOW_LEAST_MM, _WINDOW_RIM_MM = 34.0, 12.0, 5.0  # holes that lighten the plate
+_PLATE_MM = 5.0  # the least; it grows with loads and lengths
+_STEM_WALL_MM = 3.0  # of the hub around the stem
 RIB_MM = 4.0  # width of what stays around a window of it
-WINDOW_LONG_MM, WINDOW_REACH_MM, WINDOW_CORNER_MM = 4.0, 3.0, 1.5  # of these windows: least length, half width; corners
+_WINDOW_LONG_MM, _WINDOW_REACH_MM, _WINDOW_CORNER_MM = (
+    4.0,
+    3.0,
+    1.5,
+)  # of these windows: least length, half width; corners
 WEB_CORNER_MM = 5.0, 3.0  # of a web, which ends so much inside its boss's ends, in corners of such a radius
-BOSS_LEAST_MM = 2 * WEB_CORNER_MM[0]  # length of a wrist boss, at whose ends its web's corners lie
+_BOSS_LEAST_MM = 2 * WEB_CORNER_MM[0]  # length of a wrist boss, at whose ends its web's corners lie
 LENGTH_MM = 1e-9  # roundings of a length that is asked
 
 
@@ -68,14 +72,14 @@ class PlatformDimensions:
         """From where to where the window in it goes along x, and how far aside; None where there is no room."""
         near, far = self.hub_radius_mm + RIB_MM, self.radius_mm - self.boss_diameter_mm / 2 - 1.0
         reach = (self.boss_length_mm / 2 - WEB_CORNER_MM[0]) * far / self.radius_mm - RIB_MM
-        return (near, far, reach) if far - near >= WINDOW_LONG_MM and reach >= WINDOW_REACH_MM else None
+        return (near, far, reach) if far - near >= _WINDOW_LONG_MM and reach >= _WINDOW_REACH_MM else None
 
     @property
     def window_mm(self) -> tuple[Circle, ...]:
         """Circles whose hull this window is; none where there is no room."""
         if self.window_reach_mm is None:
             return ()
-        (near, far, reach), r = self.window_reach_mm, WINDOW_CORNER_MM
+        (near, far, reach), r = self.window_reach_mm, _WINDOW_CORNER_MM
         return (near + r, 0.0, r), (far - r, reach - r, r), (far - r, r - reach, r)
 
 
@@ -145,7 +149,7 @@ def platform_dimensions(
         larger(PLATFORM_THICKNESS),
     )
     stem = stem_mm(grown)
-    hub = stem / 2 + STEM_WALL_MM
+    hub = stem / 2 + _STEM_WALL_MM
     require(
         radius_mm >= hub + thickness_mm / 2 + 2.0,
         "platform",
@@ -165,11 +169,11 @@ def platform_dimensions(
     )
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + forearm.room_mm
-    beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
-    length = forearm.width_mm - 2 * beside
+    adjacent = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
+    length = forearm.width_mm - 2 * adjacent
     ways = smaller(PLATFORM_THICKNESS), larger(WIDTH)
-    message = f"rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm; at least {BOSS_LEAST_MM:g}"
-    require(length >= BOSS_LEAST_MM - LENGTH_MM, "platform", "wrist boss, length", message, *ways)
+    message = f"rods that lean leave its wrists' bosses {max(length, 0.0):.1f} mm; at least {_BOSS_LEAST_MM:g}"
+    require(length >= _BOSS_LEAST_MM - LENGTH_MM, "platform", "wrist boss, length", message, *ways)
     bore = forearm.bar_diameter_mm + 2 * BAR_GLUE_MM
     return PlatformDimensions(
         radius_mm=radius_mm,
@@ -180,7 +184,7 @@ def platform_dimensions(
             float(floor(DRILL_DIAMETERS * bore)),
         ),
         bar_bore_mm=bore,
-        plate_mm=plate_mm(PLATE_MM, grown),
+        plate_mm=plate_mm(_PLATE_MM, grown),
         hub_radius_mm=hub,
         stem_diameter_mm=stem,
         stem_length_mm=25.0,
@@ -202,7 +206,7 @@ def base_dimensions(
     Raises:
         DimensionError: The screws' counterbores leave too little under their heads.
     """
-    least = catalogue.screw(BASE_SCREW).counterbore_depth_mm + UNDER_HEAD_MM
+    least = catalogue.screw(BASE_SCREW).counterbore_depth_mm + _UNDER_HEAD_MM
     require(
         thickness_mm >= least,
         "base_plate",
@@ -211,18 +215,18 @@ def base_dimensions(
         larger("hardware.base_plate_thickness_mm"),
     )
     radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
-    flat = float(min(radius, max(floor(behind_mm), FLAT_LEAST_MM)))
-    beside = flat - FOOT_RIM_MM  # of the feet, from the centre
-    hole = min(bracket.foot_u_mm[0] - HOLE_RIM_MM, beside - HOLE_RIM_MM)
-    room = 2 * floor((beside - hole) / 2 - WINDOW_RIM_MM)
-    mount, rim = radius - MOUNT_RIM_MM, list[Circle]()
+    flat = float(min(radius, max(floor(behind_mm), _FLAT_LEAST_MM)))
+    adjacent = flat - _FOOT_RIM_MM  # of the feet, from the centre
+    hole = min(bracket.foot_u_mm[0] - _HOLE_RIM_MM, adjacent - _HOLE_RIM_MM)
+    room = 2 * floor((adjacent - hole) / 2 - _WINDOW_RIM_MM)
+    mount, rim = radius - _MOUNT_RIM_MM, list[Circle]()
     if flat < radius:
-        mount = (flat - MOUNT_RIM_MM) / cos(MOUNT_SPREAD_RAD)
+        mount = (flat - _MOUNT_RIM_MM) / cos(MOUNT_SPREAD_RAD)
         corner = atan2(half_width_mm, bracket.foot_u_mm[1])
         for i in CHAINS:
             for off, out, wide in (
                 (corner, hypot(bracket.foot_u_mm[1], half_width_mm), PLATE_RIM_MM),
-                (pi / 3 - MOUNT_SPREAD_RAD, mount, MOUNT_RIM_MM),
+                (pi / 3 - MOUNT_SPREAD_RAD, mount, _MOUNT_RIM_MM),
             ):
                 ways = (side * off + 2 * pi / 3 * i for side in (-1, 1))
                 rim += [(out * cos(way), out * sin(way), wide) for way in ways]
@@ -232,8 +236,8 @@ def base_dimensions(
         thickness_mm=thickness_mm,
         top_mm=bracket.base_top_mm,
         centre_hole_mm=float(floor(2 * hole)),
-        window_mm=0.0 if room < WINDOW_LEAST_MM else min(WINDOW_MM, room),
-        foot_circle_mm=2 * beside,
+        window_mm=0.0 if room < _WINDOW_LEAST_MM else min(_WINDOW_MM, room),
+        foot_circle_mm=2 * adjacent,
         mount_circle_mm=2 * mount,
         mount_hole_mm=5.5,
     )

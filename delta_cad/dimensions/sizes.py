@@ -15,11 +15,11 @@ from math import ceil
 from delta_cad.design import Design
 from delta_cad.design.record import DesignRequirements
 
-STIFFNESS_N_MM, ARM_MM = 15.0, 95.0  # for which the least sizes are enough: see above
-GIVE = 0.005  # of the upper arm's length: the handle's give under its lasting force, where no stiffness is asked
-STEP_MM = 0.5  # of what is milled or turned to size
-STEMS_MM = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0)  # round bars in stock
-ROUNDING = 1e-9
+_STIFFNESS_N_MM, _ARM_MM = 15.0, 95.0  # for which the least sizes are enough: see above
+_GIVE = 0.005  # of the upper arm's length: the handle's give under its lasting force, where no stiffness is asked
+_STEP_MM = 0.5  # of what is milled or turned to size
+_STEMS_MM = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0)  # round bars in stock
+_ROUNDING = 1e-9
 
 
 def largest_force_N(required: DesignRequirements) -> float:
@@ -27,10 +27,10 @@ def largest_force_N(required: DesignRequirements) -> float:
     return max(required.force_N, required.peak_force_N or 0.0)
 
 
-def stiffness_wanted_N_mm(design: Design) -> float:
-    """Computes the stiffness at the knob that sections are made for, N/mm: what is asked, or `GIVE` under the force."""
+def _stiffness_wanted_N_mm(design: Design) -> float:
+    """Stiffness at the knob for which sections are made, N/mm: the required one, or `_GIVE` under the force."""
     required = design.requirements
-    by_force = required.force_N / (GIVE * design.mechanism.upper_arm_length_mm)
+    by_force = required.force_N / (_GIVE * design.mechanism.upper_arm_length_mm)
     return by_force if required.stiffness_min_N_mm is None else max(by_force, required.stiffness_min_N_mm)
 
 
@@ -39,8 +39,8 @@ def growth(design: Design) -> float:
 
     The length is the upper arm's: others grow with it.
     """
-    length = design.mechanism.upper_arm_length_mm / ARM_MM
-    return max(stiffness_wanted_N_mm(design) / STIFFNESS_N_MM * length**3, 1.0)
+    length = design.mechanism.upper_arm_length_mm / _ARM_MM
+    return max(_stiffness_wanted_N_mm(design) / _STIFFNESS_N_MM * length**3, 1.0)
 
 
 def plate_mm(least_mm: float, grown: float) -> float:
@@ -60,10 +60,10 @@ def bar_mm(least_mm: float, grown: float) -> float:
 
 def stem_mm(grown: float) -> float:
     """Gives the handle's stem, the thinnest bar in stock that is stiff enough, mm; the largest where none is."""
-    needed = STEMS_MM[0] * grown**0.25 - ROUNDING
-    return next((size for size in STEMS_MM if size >= needed), STEMS_MM[-1])
+    needed = _STEMS_MM[0] * grown**0.25 - _ROUNDING
+    return next((size for size in _STEMS_MM if size >= needed), _STEMS_MM[-1])
 
 
 def _stepped(least_mm: float, needed_mm: float) -> float:
     """Rounds a size up to the next step above its least."""
-    return least_mm + STEP_MM * ceil((needed_mm - least_mm) / STEP_MM - ROUNDING)
+    return least_mm + _STEP_MM * ceil((needed_mm - least_mm) / _STEP_MM - _ROUNDING)

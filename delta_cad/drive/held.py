@@ -24,10 +24,10 @@ from delta_cad.drive.masses import CHAINS, MassError, mass_and_centre, masses_fr
 from delta_cad.drive.report import drive_torque
 from delta_cad.mechanism.limits import HeldMasses
 
-RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
-NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *RODS)
+_RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
+NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *_RODS)
 KNOWN = ("base", *NEEDED, *(f"pinion_{i}" for i in CHAINS))
-UPWARDS = 1.0 + 2.0**-40  # lifts a sum of some twenty products over its own rounding, 2^-47 of it at most
+_UPWARDS = 1.0 + 2.0**-40  # lifts a sum of some twenty products over its own rounding, 2^-47 of it at most
 
 
 def known_masses(data: Mapping[str, Any], design: Design, file: str = "masses") -> dict[str, Any]:
@@ -75,12 +75,12 @@ def held_masses(file: str, bodies: object, design: Design, tolerance: float = 0.
     carried, loose_mass = [of["platform"][0]] * 2, 0.0
     along, across, loose = [], [], []
     for i in CHAINS:
-        moment, beside = [0.0, 0.0], 0.0
-        for name in RODS[2 * i : 2 * i + 2]:
+        moment, adjacent = [0.0, 0.0], 0.0
+        for name in _RODS[2 * i : 2 * i + 2]:
             mass, (x, y, z) = of[name]
             shares = sorted(x / length for length in rods)
             off = mass * math.hypot(y, z) / rods[0]
-            loose_mass, beside = loose_mass + off, beside + off * arms[1]
+            loose_mass, adjacent = loose_mass + off, adjacent + off * arms[1]
             carried = [total + mass * share for total, share in zip(carried, shares, strict=True)]
             ends = [mass * (1.0 - share) * arm for share in shares for arm in arms]
             moment = [moment[0] + min(ends), moment[1] + max(ends)]
@@ -88,15 +88,15 @@ def held_masses(file: str, bodies: object, design: Design, tolerance: float = 0.
         along += [end + mass * x for end in moment]
         across.append(mass * z)
         mass, (x, _, z) = of.get(f"pinion_{i}", (0.0, (0.0, 0.0, 0.0)))
-        loose.append(beside + ratio * mass * math.hypot(x, z))
+        loose.append(adjacent + ratio * mass * math.hypot(x, z))
     (M, m), (S, s), (Z, z) = (_middle(ends) for ends in (carried, along, across))
     gravity = design.requirements.gravity_m_s2
-    rounding = (UPWARDS - 1.0) * (abs(M) + abs(S) + abs(Z))
+    rounding = (_UPWARDS - 1.0) * (abs(M) + abs(S) + abs(Z))
     return HeldMasses(
         *(gravity[0], abs(gravity[1]), gravity[2]),
         *(M, S, Z),
-        loose_mass=(loose_mass + m + rounding) * UPWARDS,
-        loose_moment=(max(loose) + math.hypot(s, z) + rounding) * UPWARDS,
+        loose_mass=(loose_mass + m + rounding) * _UPWARDS,
+        loose_moment=(max(loose) + math.hypot(s, z) + rounding) * _UPWARDS,
     )
 
 

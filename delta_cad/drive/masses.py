@@ -23,14 +23,14 @@ from delta_cad.design import Design, design_hash
 from delta_cad.drive.report import DriveReport, drive_torque
 from delta_cad.mechanism.limits import HandleInertia
 
-SCHEMA = "delta-mass-properties/1"
-BUILT_FROM = "input_sha256"  # key of the hash of the design that was built
+_SCHEMA = "delta-mass-properties/1"
+_BUILT_FROM = "input_sha256"  # key of the hash of the design that was built
 CHAINS = range(3)
 # Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding.
-ALIKE = 1e-6
-MASS_MAX = 1e3  # kg; beyond any joystick, so that grams given as kilograms are refused.
+_ALIKE = 1e-6
+_MASS_MAX = 1e3  # kg; beyond any joystick, so that grams given as kilograms are refused.
 # Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do.
-SLENDER = 1e-2
+_SLENDER = 1e-2
 
 
 class MassError(RefusedError):
@@ -184,16 +184,16 @@ def read_mass_properties(path: Path, design: Design) -> tuple[Mapping[str, Any],
     except ReadError as error:
         raise MassError(error.file, error.field, error.value, error.allowed) from None
     read, own = _of_schema(data, path.name), design_hash(design)
-    built_from = read.get(BUILT_FROM, own)
+    built_from = read.get(_BUILT_FROM, own)
     if built_from != own:
         rule = f"was built from another design than {design.name}, {own[:12]}; build it again"
-        raise MassError(path.name, BUILT_FROM, short(built_from), rule)
+        raise MassError(path.name, _BUILT_FROM, short(built_from), rule)
     return read, content
 
 
 def _of_schema(data: object, file: str) -> Mapping[str, Any]:
-    if not isinstance(data, Mapping) or data.get("schema") != SCHEMA:
-        raise MassError(file, "schema", "", f'must be "{SCHEMA}"')
+    if not isinstance(data, Mapping) or data.get("schema") != _SCHEMA:
+        raise MassError(file, "schema", "", f'must be "{_SCHEMA}"')
     return data
 
 
@@ -222,7 +222,7 @@ def masses_from_dict(
     about_shoulder = inertia[1, 1] + mass * (centre[0] ** 2 + centre[2] ** 2)
     rod_mass, rod_centre, rod_inertia = rods[0]
     transverse = (rod_inertia[1, 1] + rod_inertia[2, 2]) / 2.0
-    if abs(rod_inertia[1, 1] - rod_inertia[2, 2]) > SLENDER * transverse:
+    if abs(rod_inertia[1, 1] - rod_inertia[2, 2]) > _SLENDER * transverse:
         raise MassError(file, "bodies.rod_0_0.inertia_kg_m2", "", "its two transverse inertias differ by more than 1 %")
     uu, uv, vv = rod_masses(rod_mass, float(rod_centre[0]), float(transverse), forearm_length)
     return Masses(
@@ -274,8 +274,8 @@ def _body(bodies: object, name: str, file: str) -> tuple[float, np.ndarray, np.n
     """Mass, centre (3,) and inertia (3, 3) of a body in its own frame."""
     mass, centre = mass_and_centre(bodies, name, file)
     inertia = numbers_of(bodies[name].get("inertia_kg_m2"), (3, 3))  # type: ignore[index]
-    if not 0.0 < mass <= MASS_MAX:
-        rule = f"must be > 0 and at most {MASS_MAX:g} kg"
+    if not 0.0 < mass <= _MASS_MAX:
+        rule = f"must be > 0 and at most {_MASS_MAX:g} kg"
         raise MassError(file, f"bodies.{name}.mass_kg", short(mass), rule)
     if inertia is None or not (np.diag(inertia) > 0.0).all():
         rule = "must be 3 x 3 numbers, the moments of inertia > 0 kg m^2"
@@ -312,9 +312,9 @@ def _require_alike(bodies: list[tuple[float, np.ndarray, np.ndarray]], kind: str
     size = float(np.sqrt(np.trace(inertia) / mass)) + float(np.linalg.norm(centre))
     for other in bodies[1:]:
         differs = (
-            abs(other[0] - mass) > ALIKE * mass
-            or np.abs(other[1] - centre).max() > ALIKE * size
-            or np.abs(other[2] - inertia).max() > ALIKE * mass * size**2
+            abs(other[0] - mass) > _ALIKE * mass
+            or np.abs(other[1] - centre).max() > _ALIKE * size
+            or np.abs(other[2] - inertia).max() > _ALIKE * mass * size**2
         )
         if differs:
             raise MassError(file, f"bodies.{kind}_*", "", "the chains differ; the dynamics takes three alike")

@@ -10,7 +10,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 
-Verdict = Literal["continuous", "peak only", "insufficient"]
+_Verdict = Literal["continuous", "peak only", "insufficient"]
 
 # Joint torque over ratio times motor torque. The cable rolls without slip; what is lost is the bending of the rope
 # onto two drums and the friction of the bearings. Sources say "near-frictionless" (IEEE Robotics and Automation
@@ -25,8 +25,8 @@ SLACK_N = 4.0
 # twice the diameter makes it up to 13 times as long (savacable.com/pages/applic_10.html, read 2026-11-22); for 7x7,
 # whose advised ratio is 40, 16 is the share below. Crosby's table for hoists (30: 10, 20: 3.8, 16: 2.1) grows by less
 # than 13 for twice the diameter: the exponent does not flatter a ratio below the advised one.
-BEND_LEAST_SHARE = 16.0 / 40.0
-BEND_LIFE_EXPONENT = log2(13.0)
+_BEND_LEAST_SHARE = 16.0 / 40.0
+_BEND_LIFE_EXPONENT = log2(13.0)
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class DriveReport:
     required_torque_N_m: float
     required_peak_N_m: float
     controlled_torque_N_m: float
-    verdict: Verdict
+    verdict: _Verdict
     reflected_inertia_kg_m2: float
     cable: str | None
     cable_pretension_N: float | None
@@ -78,14 +78,14 @@ class DriveReport:
     @property
     def bend_ratio_least(self) -> float | None:
         """Bend ratio below which the cable's life is short, whatever its load; None for a direct drive."""
-        return None if self.bend_ratio_recommended is None else BEND_LEAST_SHARE * self.bend_ratio_recommended
+        return None if self.bend_ratio_recommended is None else _BEND_LEAST_SHARE * self.bend_ratio_recommended
 
     @property
     def bend_life_share(self) -> float | None:
         """Estimate of the cable's bending life over its life at the advised ratio; None for a direct drive."""
         if self.bend_ratio is None or self.bend_ratio_recommended is None:
             return None
-        return (max(self.bend_ratio, 0.0) / self.bend_ratio_recommended) ** BEND_LIFE_EXPONENT
+        return (max(self.bend_ratio, 0.0) / self.bend_ratio_recommended) ** _BEND_LIFE_EXPONENT
 
 
 def drive_torque(design: Design) -> DriveReport:
@@ -99,7 +99,7 @@ def drive_torque(design: Design) -> DriveReport:
     continuous = ratio * efficiency * motor.nominal_torque_N_m
     peak = ratio * efficiency * motor.peak_torque_N_m
     controlled = min(peak, required_peak)
-    verdict: Verdict = "insufficient"
+    verdict: _Verdict = "insufficient"
     if peak >= required_peak:
         verdict = "continuous" if continuous >= required else "peak only"
     pretension = tension = safety = bend = advised = None

@@ -19,7 +19,7 @@ from delta_cad.solids.part import Consumable, Part
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-SCHEMA = "delta-bom/1"
+_SCHEMA = "delta-bom/1"
 MASS_DECIMALS = 4  # masses are printed to 0.1 mg, far below what any scale in a workshop shows.
 
 
@@ -112,7 +112,7 @@ def _priced(row: BomRow, line: CostLine) -> BomRow:
 def write_bom(rows: list[BomRow], directory: Path) -> None:
     """Writes `bom.csv` and `bom.json` into a folder."""
     write_csv(directory / "bom.csv", BomRow, rows)
-    text = json.dumps({"schema": SCHEMA, "items": [asdict(row) for row in rows]}, indent=1, ensure_ascii=False)
+    text = json.dumps({"schema": _SCHEMA, "items": [asdict(row) for row in rows]}, indent=1, ensure_ascii=False)
     (directory / "bom.json").write_text(text + "\n", encoding="utf-8")
 
 

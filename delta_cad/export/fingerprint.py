@@ -18,10 +18,10 @@ import hashlib
 import re
 from collections import defaultdict
 
-TOKEN = re.compile(rb"'(?:[^']|'')*'|#\d+|[^'#]+|#")
+_TOKEN = re.compile(rb"'(?:[^']|'')*'|#\d+|[^'#]+|#")
 WORD = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/|;|[^';/]+|/", re.DOTALL)
 # Entities whose list of references is a SET in the EXPRESS schema, so that its order means nothing.
-SET_TYPES = frozenset(
+_SET_TYPES = frozenset(
     {
         b"ADVANCED_BREP_SHAPE_REPRESENTATION",
         b"CLOSED_SHELL",
@@ -33,11 +33,11 @@ SET_TYPES = frozenset(
     }
 )
 # Its first attribute is a counter of the writing process, not content; its second is the occurrence's name.
-COUNTED_TYPE = b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"
-BETWEEN_RECORDS = re.compile(rb"\)(?=[A-Z])")  # of an entity of several types
-REFERENCES = re.compile(rb"\((#\d+(?:,#\d+)*)\)")
-COUNTER = re.compile(rb"^'[^']*'")
-SIZE = 20
+_COUNTED_TYPE = b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"
+_BETWEEN_RECORDS = re.compile(rb"\)(?=[A-Z])")  # of an entity of several types
+_REFERENCES = re.compile(rb"\((#\d+(?:,#\d+)*)\)")
+_COUNTER = re.compile(rb"^'[^']*'")
+_SIZE = 20
 
 
 class FingerprintError(ValueError):
@@ -69,7 +69,7 @@ def canonical(data: bytes) -> tuple[bytes, str]:
     known = dict(hashes)
     for number in reversed(hashes):  # what refers to an entity comes before it
         users = sorted(known[user] + b"%d" % place for user, place in above[number])
-        known[number] = hashlib.blake2b(hashes[number] + b"".join(users), digest_size=SIZE).digest()
+        known[number] = hashlib.blake2b(hashes[number] + b"".join(users), digest_size=_SIZE).digest()
     hashes = _hashes(entities, known)
 
     def parts(number: int) -> list[int]:
@@ -94,8 +94,8 @@ def canonical(data: bytes) -> tuple[bytes, str]:
     for number in order:
         text = entities[number].text(order)
         if entities[number].unordered:
-            text = REFERENCES.sub(_ascending, text)
-        if text.startswith(COUNTED_TYPE):
+            text = _REFERENCES.sub(_ascending, text)
+        if text.startswith(_COUNTED_TYPE):
             count += 1
             text = _counted(text, b"%d" % count)
         lines.append(b"#%d = %s;\n" % (order[number], text))
@@ -117,32 +117,32 @@ class _Entity:
     def __init__(self, body: bytes) -> None:
         self.tokens = [
             int(t[1:]) if t[:1] == b"#" and len(t) > 1 else t if t[:1] == b"'" else b"".join(t.split())
-            for t in TOKEN.findall(body)
+            for t in _TOKEN.findall(body)
         ]
         self.references = tuple(token for token in self.tokens if isinstance(token, int))
         name = body.partition(b"(")[0].strip()
-        self.unordered = name in SET_TYPES
+        self.unordered = name in _SET_TYPES
         self.content = b"".join(b"#" if isinstance(token, int) else token for token in self.tokens)
-        if name == COUNTED_TYPE:
+        if name == _COUNTED_TYPE:
             self.content = _counted(self.content, b"")
 
     def digest(self, colours: list[bytes], own: bytes = b"") -> bytes:
         """Hash of the text with the references' colours in their places, and of what else is known of the entity."""
         if self.unordered:
             colours = sorted(colours)
-        return hashlib.blake2b(self.content + b"\0" + b"".join(colours) + own, digest_size=SIZE).digest()
+        return hashlib.blake2b(self.content + b"\0" + b"".join(colours) + own, digest_size=_SIZE).digest()
 
     def text(self, order: dict[int, int]) -> bytes:
         """The entity with what it refers to under other numbers."""
         return b"".join(
-            b"#%d" % order[t] if isinstance(t, int) else t if t[:1] == b"'" else BETWEEN_RECORDS.sub(b") ", t)
+            b"#%d" % order[t] if isinstance(t, int) else t if t[:1] == b"'" else _BETWEEN_RECORDS.sub(b") ", t)
             for t in self.tokens
         )
 
 
 def _counted(text: bytes, count: bytes) -> bytes:
     """An occurrence's text with another counter."""
-    return COUNTED_TYPE + b"(" + COUNTER.sub(b"'" + count + b"'", text[len(COUNTED_TYPE) + 1 :], count=1)
+    return _COUNTED_TYPE + b"(" + _COUNTER.sub(b"'" + count + b"'", text[len(_COUNTED_TYPE) + 1 :], count=1)
 
 
 def _entities(data: bytes) -> dict[int, _Entity]:
@@ -190,7 +190,7 @@ def _hashes(entities: dict[int, _Entity], own: dict[int, bytes] | None = None) -
             if missing[user] == 0:
                 ready.append(user)
     rest = entities.keys() - hashes.keys()
-    colours, kinds = {n: own[n] if own else b"\0" * SIZE for n in rest}, 0
+    colours, kinds = {n: own[n] if own else b"\0" * _SIZE for n in rest}, 0
     while len(set(colours.values())) > kinds:
         kinds, known = len(set(colours.values())), hashes | colours
         colours = {n: entities[n].digest([known[r] for r in entities[n].references]) for n in rest}

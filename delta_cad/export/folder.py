@@ -11,7 +11,7 @@ from pathlib import Path
 from delta_cad.common.files import recover, refuse_foreign_files, whole_folder
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-REJECTED_SUFFIX = ".rejected"
+_REJECTED_SUFFIX = ".rejected"
 
 
 class FolderError(ValueError):
@@ -19,7 +19,7 @@ class FolderError(ValueError):
 
 
 @dataclass
-class BuildFolder:
+class _BuildFolder:
     """The folder being written.
 
     Attributes:
@@ -32,7 +32,7 @@ class BuildFolder:
 
 
 @contextmanager
-def output_folder(out: Path, name: str) -> Iterator[BuildFolder]:
+def output_folder(out: Path, name: str) -> Iterator[_BuildFolder]:
     """Folder that becomes `out/<name>` when the block ends without an exception, and vanishes otherwise.
 
     Args:
@@ -46,10 +46,10 @@ def output_folder(out: Path, name: str) -> Iterator[BuildFolder]:
         FolderError: The name is empty, hidden, not a plain file name, or ends in ".rejected".
         OSError: It cannot be written.
     """
-    if not NAME.fullmatch(name) or name.endswith(REJECTED_SUFFIX):
+    if not NAME.fullmatch(name) or name.endswith(_REJECTED_SUFFIX):
         raise FolderError(f"{name!r} is not the name of a build: letters, digits, dot, dash and underscore only")
-    good, bad = out / name, out / (name + REJECTED_SUFFIX)
-    folder = BuildFolder(good)
+    good, bad = out / name, out / (name + _REJECTED_SUFFIX)
+    folder = _BuildFolder(good)
     refuse_foreign_files(bad)
     with whole_folder(good, to=lambda: bad if folder.rejected else good) as folder.path:
         recover(bad)

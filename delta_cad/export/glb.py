@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from delta_cad.assembly.tessellation import Mesh
 
 # glTF has Y up: (x, y, z) of the machine is (x, z, -y) there.
-Z_UP_TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
-METALS = ("EN AW", "alumin", "steel", "brass", "bronze", "1.4")
+_Z_UP_TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+_METALS = ("EN AW", "alumin", "steel", "brass", "bronze", "1.4")
 
 
 def write_glb(assembly: Assembly, meshes: Meshes, path: Path) -> None:
@@ -37,7 +37,7 @@ def write_glb(assembly: Assembly, meshes: Meshes, path: Path) -> None:
     for part in assembly.parts:
         scene.geometry[part.number] = _display_mesh(meshes[part.number], part.material)
     for link, frame in _used_links(assembly).items():
-        scene.graph.update(frame_from=root, frame_to=_link_node(link), matrix=Z_UP_TO_Y_UP @ _metres(frame))
+        scene.graph.update(frame_from=root, frame_to=_link_node(link), matrix=_Z_UP_TO_Y_UP @ _metres(frame))
     for occurrence in assembly.occurrences:
         scene.graph.update(
             frame_from=_link_node(occurrence.link),
@@ -74,7 +74,7 @@ def _display_mesh(mesh: Mesh, material: Material) -> Any:
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     split = shaded(poly_data(mesh.vertices, mesh.faces))
-    metal = any(word.lower() in material.name.lower() for word in METALS)
+    metal = any(word.lower() in material.name.lower() for word in _METALS)
     surface = PBRMaterial(
         name=material.name,
         baseColorFactor=[*_linear(material.colour), 1.0],

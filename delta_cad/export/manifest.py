@@ -10,8 +10,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-SCHEMA = "delta-manifest/1"
-FILE_NAME = "manifest.json"
+_SCHEMA = "delta-manifest/1"
+_FILE_NAME = "manifest.json"
 PACKAGES = (
     "delta-haptics",
     "cadquery",
@@ -24,7 +24,7 @@ PACKAGES = (
     "ezdxf",
     "fonttools",
 )
-STATUSES = ("passed", "rejected")
+_STATUSES = ("passed", "rejected")
 
 
 class ManifestError(ValueError):
@@ -49,10 +49,10 @@ def write_manifest(
     Raises:
         ManifestError: The status is unknown.
     """
-    if status not in STATUSES:
-        raise ManifestError(f"status {status!r} is not one of {', '.join(STATUSES)}")
+    if status not in _STATUSES:
+        raise ManifestError(f"status {status!r} is not one of {', '.join(_STATUSES)}")
     manifest = {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "status": status,
         "input_sha256": input_hash,
         "step_fingerprint": fingerprint,
@@ -60,7 +60,7 @@ def write_manifest(
         "versions": versions(),
         "files": {name: _digest(folder / name) for name in _files(folder)},
     }
-    (folder / FILE_NAME).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
+    (folder / _FILE_NAME).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
     return manifest
 
 
@@ -81,7 +81,7 @@ def versions() -> dict[str, str]:
 def _files(folder: Path) -> list[str]:
     """Relative names of all files but the manifest, sorted."""
     names = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-    return sorted(name for name in names if name != FILE_NAME)
+    return sorted(name for name in names if name != _FILE_NAME)
 
 
 def _digest(path: Path) -> dict[str, Any]:

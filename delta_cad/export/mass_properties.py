@@ -20,7 +20,7 @@ from delta_cad.common.units import M_PER_MM
 from delta_cad.mechanism.placement import LINKS, SIDES
 from delta_cad.solids.part import Part
 
-SCHEMA = "delta-mass-properties/1"
+_SCHEMA = "delta-mass-properties/1"
 
 
 class MassPropertiesError(ValueError):
@@ -154,7 +154,7 @@ def mass_report(assembly: Assembly) -> dict[str, Any]:
     frames = assembly.poses(assembly.home_mm)
     machine = combined([parts[o.part.number].moved(frames[o.name]) for o in assembly.occurrences])
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "home_mm": np.asarray(assembly.home_mm, dtype=float).tolist(),
         "total_mass_kg": machine.mass_kg,
         "moving_mass_kg": sum(body.mass_kg for link, body in links.items() if link != "base"),

@@ -32,11 +32,11 @@ LOADS = (
 )
 
 
-Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[float], tuple[float, float]]
+_Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[float], tuple[float, float]]
 """Masses, drive, stops, gravity and friction, as `Robot` and `mjcf` take them."""
 
 
-def results(order: tuple[Assembly, Meshes, Path, Stage | None, Moves]) -> Iterator[list[Path]]:
+def results(order: tuple[Assembly, Meshes, Path, Stage | None, _Moves]) -> Iterator[list[Path]]:
     """Writes the files into a folder, then the pictures.
 
     Args:

@@ -12,24 +12,24 @@ if TYPE_CHECKING:
     from delta_cad.assembly.tessellation import Mesh
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-MODEL_PATH = "3D/3dmodel.model"
-CONTENT_TYPES = (
+_MODEL_PATH = "3D/3dmodel.model"
+_CONTENT_TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
     '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
     '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
     '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>'
     "</Types>\n"
 )
-RELATIONS = (
+_RELATIONS = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
     '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    f'<Relationship Id="model" Target="/{MODEL_PATH}" '
+    f'<Relationship Id="model" Target="/{_MODEL_PATH}" '
     'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>'
     "</Relationships>\n"
 )
-ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # The earliest time a ZIP entry can have.
+_ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # The earliest time a ZIP entry can have.
 # Bytes before the count of triangles: free text, in which the unit can stand that the format does not know.
-STL_HEADER = 80
+_STL_HEADER = 80
 
 
 class MeshError(ValueError):
@@ -52,8 +52,8 @@ def write_stl(mesh: Mesh, path: Path, name: str) -> None:
 
     vertices, faces = _checked(mesh, name)
     data = export_stl(trimesh.Trimesh(vertices, faces, process=False))
-    header = f"{name}, millimetres".encode("ascii", "replace")[:STL_HEADER].ljust(STL_HEADER)
-    path.write_bytes(header + data[STL_HEADER:])
+    header = f"{name}, millimetres".encode("ascii", "replace")[:_STL_HEADER].ljust(_STL_HEADER)
+    path.write_bytes(header + data[_STL_HEADER:])
 
 
 def write_3mf(mesh: Mesh, path: Path, name: str, description: str = "", material: str = "") -> None:
@@ -76,11 +76,11 @@ def write_3mf(mesh: Mesh, path: Path, name: str, description: str = "", material
     model = _model_xml(vertices, faces, name, description, material)
     with zipfile.ZipFile(path, "w") as package:
         for entry, content in (
-            ("[Content_Types].xml", CONTENT_TYPES.encode()),
-            ("_rels/.rels", RELATIONS.encode()),
-            (MODEL_PATH, model),
+            ("[Content_Types].xml", _CONTENT_TYPES.encode()),
+            ("_rels/.rels", _RELATIONS.encode()),
+            (_MODEL_PATH, model),
         ):
-            info = zipfile.ZipInfo(entry, ZIP_EPOCH)
+            info = zipfile.ZipInfo(entry, _ZIP_EPOCH)
             info.create_system = 0
             package.writestr(info, content, zipfile.ZIP_DEFLATED, 6)
 

@@ -39,15 +39,15 @@ from delta_cad.drive.friction import IDLE_SPEED
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, SIDES
 
-TIMESTEP_S = 1e-4
+_TIMESTEP_S = 1e-4
 # Time constant of a closure, two time steps, which is the least the engine takes, and critical damping.
-STIFF = {"solref": "0.0002 1", "solimp": "0.999 0.9999 0.0001"}
-DUST_KG, DUST_KG_M2 = 1e-6, 1e-10  # of a link between two joints: a millionth of the platform, and no zero
-FREE_LIMITS = {"universal": (-3.2, 3.2, 0.0, 1e3), "slide": (-0.5, 0.5, 0.0, 1e2)}
+_STIFF = {"solref": "0.0002 1", "solimp": "0.999 0.9999 0.0001"}
+DUST_KG, _DUST_KG_M2 = 1e-6, 1e-10  # of a link between two joints: a millionth of the platform, and no zero
+_FREE_LIMITS = {"universal": (-3.2, 3.2, 0.0, 1e3), "slide": (-0.5, 0.5, 0.0, 1e2)}
 """Lower, upper, effort and speed, rad and m, of joints that other joints limit, which URDF wants to see."""
-UPRIGHT = 1e-9  # cosine of a pitch that is a right angle but for roundings
-SCALE = " ".join([repr(M_PER_MM)] * 3)  # STL files are in mm
-ARM_COLOUR, ROD_COLOUR = "0.25 0.45 0.7 1", "0.1 0.1 0.1 1"
+_UPRIGHT = 1e-9  # cosine of a pitch that is a right angle but for roundings
+_SCALE = " ".join([repr(M_PER_MM)] * 3)  # STL files are in mm
+_ARM_COLOUR, _ROD_COLOUR = "0.25 0.45 0.7 1", "0.1 0.1 0.1 1"
 
 
 @dataclass(frozen=True)
@@ -180,10 +180,10 @@ def mjcf(robot: Robot, gravity_m_s2: Sequence[float]) -> str:
     home = f"platform at {_text(robot.home_mm)} mm, shoulder angles {_text(robot.home_angles)} rad"
     root.append(ET.Comment(f" home: {home} "))
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
-    ET.SubElement(root, "option", timestep=repr(TIMESTEP_S), gravity=_text(gravity_m_s2), integrator="implicitfast")
+    ET.SubElement(root, "option", timestep=repr(_TIMESTEP_S), gravity=_text(gravity_m_s2), integrator="implicitfast")
     default = ET.SubElement(root, "default")
     ET.SubElement(default, "geom", contype="0", conaffinity="0", group="1", mass="0")
-    ET.SubElement(default, "equality", STIFF)
+    ET.SubElement(default, "equality", _STIFF)
     world, equality, actuator, sensor = (
         ET.SubElement(root, tag) for tag in ("worldbody", "equality", "actuator", "sensor")
     )
@@ -237,12 +237,12 @@ def _fill(body: ET.Element, robot: Robot, link: str) -> None:
         disc(g.platform_radius, 0.003, 0.0, "0.8 0.8 0.82 1")
         ET.SubElement(body, "site", name="handle", pos="0 0 0", size="0.003")
     elif link.startswith("rod"):
-        capsule([0.0, 0.0, 0.0, *robot.wrist_m], 0.0025, ROD_COLOUR)
+        capsule([0.0, 0.0, 0.0, *robot.wrist_m], 0.0025, _ROD_COLOUR)
         ET.SubElement(body, "site", name=link.replace("rod", "wrist"), pos=_text(robot.wrist_m), size="0.004")
     else:
         elbow = g.upper_arm_length
-        capsule([0.0, 0.0, 0.0, elbow, 0.0, 0.0], 0.006, ARM_COLOUR)
-        capsule([elbow, -half, 0.0, elbow, half, 0.0], 0.003, ARM_COLOUR)
+        capsule([0.0, 0.0, 0.0, elbow, 0.0, 0.0], 0.006, _ARM_COLOUR)
+        capsule([elbow, -half, 0.0, elbow, half, 0.0], 0.003, _ARM_COLOUR)
 
 
 def urdf(robot: Robot) -> str:
@@ -255,15 +255,15 @@ def urdf(robot: Robot) -> str:
             visual = ET.SubElement(link, "visual")
             ET.SubElement(visual, "origin", _origin(at))
             geometry = ET.SubElement(visual, "geometry")
-            ET.SubElement(geometry, "mesh", filename=f"parts/{number}.stl", scale=SCALE)
+            ET.SubElement(geometry, "mesh", filename=f"parts/{number}.stl", scale=_SCALE)
             material = ET.SubElement(visual, "material", name=f"colour_{number}")
             ET.SubElement(material, "color", rgba=colour)
-    dust = {"centre_m": [0.0] * 3, "mass_kg": DUST_KG, "inertia_kg_m2": (np.eye(3) * DUST_KG_M2).tolist()}
+    dust = {"centre_m": [0.0] * 3, "mass_kg": DUST_KG, "inertia_kg_m2": (np.eye(3) * _DUST_KG_M2).tolist()}
     for joint in (joint for joint in robot.joints if joint.kind != "ball"):
         at, driven = robot.offset(joint), joint.kind == "revolute"
         if driven:
             at[:3, :3] = at[:3, :3] @ _about_y(joint.home_rad)
-        limit = _drive_limits(robot, robot.stops_rad) if driven else FREE_LIMITS[joint.kind]
+        limit = _drive_limits(robot, robot.stops_rad) if driven else _FREE_LIMITS[joint.kind]
         links = [joint.parent, *joint.between, joint.child]
         for (name, axis), parent, child in zip(joint.axes.items(), links, links[1:], strict=False):
             if child in joint.between:
@@ -324,7 +324,7 @@ def sdf(robot: Robot) -> str:
             _child(visual, "pose", _pose(at))
             mesh = ET.SubElement(ET.SubElement(visual, "geometry"), "mesh")
             _child(mesh, "uri", f"parts/{number}.stl")
-            _child(mesh, "scale", SCALE)
+            _child(mesh, "scale", _SCALE)
             _child(ET.SubElement(visual, "material"), "diffuse", colour)
     for joint in (joint for joint in robot.joints if joint.kind != "slide"):
         element = _sdf_joint(model, joint.name, joint.kind, joint.parent, joint.child)
@@ -382,7 +382,7 @@ def _angles(frame: np.ndarray) -> np.ndarray:
     r = frame[:3, :3]
     level = np.hypot(r[0, 0], r[1, 0])
     pitch = np.arctan2(-r[2, 0], level)
-    if level < UPRIGHT:  # roll and yaw turn about the same line: one of them does for both
+    if level < _UPRIGHT:  # roll and yaw turn about the same line: one of them does for both
         return np.array([np.arctan2(-r[1, 2], r[1, 1]), pitch, 0.0])
     return np.array([np.arctan2(r[2, 1], r[2, 2]), pitch, np.arctan2(r[1, 0], r[0, 0])])
 

@@ -34,7 +34,7 @@ from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.dimensions.tolerances.general import ASKED
+from delta_cad.dimensions.tolerances.general import REQUIRED
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.fingerprint import canonical
 from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, step_text, without_runouts
@@ -42,15 +42,15 @@ from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
 
 SCHEMAS = {"AP242": "AP242DIS", "AP214": "AP214IS"}  # Schemas on offer and the kernel's names for them.
-TIME_STAMP = "2000-01-01T00:00:00"  # the same input gives the same header
-ORIGIN = "delta-haptics"  # organisation and originating system
+_TIME_STAMP = "2000-01-01T00:00:00"  # the same input gives the same header
+_ORIGIN = "delta-haptics"  # organisation and originating system
 # Largest deviation of R R^T from the identity: rounding of a few products of unit matrices (1e-15 each), with room.
-RIGID_TOLERANCE = 1e-9
+_RIGID_TOLERANCE = 1e-9
 
 END = b"END-ISO-10303-21;"  # of every whole STEP file
 BLOCK = 2**20  # bytes, more than any file system has left in the block that it gave last
 
-KG_M3_TO_STEP_DENSITY = 1e-3  # The kernel's writer states densities in g/cm^3.
+_KG_M3_TO_STEP_DENSITY = 1e-3  # The kernel's writer states densities in g/cm^3.
 
 
 class StepError(ValueError):
@@ -89,7 +89,7 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
 
 
 def write_part_step(
-    part: Part, path: Path, schema: str = "AP242", general: str = ASKED, held: Controlled | None = None
+    part: Part, path: Path, schema: str = "AP242", general: str = REQUIRED, held: Controlled | None = None
 ) -> None:
     """Writes one part at its own origin, with its number, colour and material; schemas as for the assembly.
 
@@ -138,7 +138,7 @@ def _define(document: TDocStd_Document, part: Part) -> TDF_Label:
         label,
         step_text(part.material.name),
         step_text(part.material.name),
-        part.material.density_kg_m3 * KG_M3_TO_STEP_DENSITY,
+        part.material.density_kg_m3 * _KG_M3_TO_STEP_DENSITY,
         TCollection_HAsciiString("density measure"),
         TCollection_HAsciiString("POSITIVE_RATIO_MEASURE"),
     )
@@ -161,7 +161,7 @@ def _location(frame: np.ndarray, name: str) -> Any:
     """TopLoc location of a (4, 4) rigid transform in mm."""
     rotation = frame[:3, :3]
     skew = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
-    if skew > RIGID_TOLERANCE or np.linalg.det(rotation) < 0.0:
+    if skew > _RIGID_TOLERANCE or np.linalg.det(rotation) < 0.0:
         raise StepError(f"placement of {name} is not a rotation: R R^T is off the identity by {skew:.3g}")
     return location_of(frame)
 
@@ -172,7 +172,7 @@ def _name(label: TDF_Label, name: str) -> None:
 
 
 def _write(
-    document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None, general: str = ASKED
+    document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None, general: str = REQUIRED
 ) -> None:
     """Transfers a document, adds the notes of a part, fills the header and writes the file."""
     if schema not in SCHEMAS:
@@ -227,10 +227,10 @@ def _fill_header(model: Any, title: str) -> None:
     """Header section: name, time, organisation, system; the author, whom a design does not name, stays empty."""
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(TCollection_HAsciiString(title))
-    header.SetTimeStamp(TCollection_HAsciiString(TIME_STAMP))
+    header.SetTimeStamp(TCollection_HAsciiString(_TIME_STAMP))
     header.SetAuthorValue(1, TCollection_HAsciiString(""))
-    header.SetOrganizationValue(1, TCollection_HAsciiString(ORIGIN))
-    header.SetOriginatingSystem(TCollection_HAsciiString(ORIGIN))
+    header.SetOrganizationValue(1, TCollection_HAsciiString(_ORIGIN))
+    header.SetOriginatingSystem(TCollection_HAsciiString(_ORIGIN))
 
 
 @contextmanager

@@ -11,10 +11,10 @@ from delta_cad.dimensions.capstan import CRIMP_MM, SLEEVE_OVER_MM, CapstanDimens
 from delta_cad.interference.shapes import Beam, Round, Shape, union_distance
 from delta_cad.interference.static_obstacles import foot
 
-POINTS = 5  # along a sleeve
-WAY_MM = np.arange(0.0, 60.0, 2.0)  # of the second sleeve, from beside its seat outwards
-WAYS_RAD = [radians(15.0 * n) for n in range(7)]  # which it may come: from outside, up to along the cable's end
-FOOT_OFF_MM = 1.0  # that it leaves the foot block where it can
+_POINTS = 5  # along a sleeve
+_WAY_MM = np.arange(0.0, 60.0, 2.0)  # of the second sleeve, from beside its seat outwards
+_WAYS_RAD = [radians(15.0 * n) for n in range(7)]  # which it may come: from outside, up to along the cable's end
+_FOOT_OFF_MM = 1.0  # that it leaves the foot block where it can
 
 
 def _first(c: CapstanDimensions, y_mm: float) -> np.ndarray:
@@ -23,7 +23,7 @@ def _first(c: CapstanDimensions, y_mm: float) -> np.ndarray:
     It comes along that, past the arm.
     """
     frame = sleeve_frames(c)[0]
-    along = np.linspace(0.0, CRIMP_MM[1], POINTS)[:, None] * np.array([0.0, 0.0, 1.0])
+    along = np.linspace(0.0, CRIMP_MM[1], _POINTS)[:, None] * np.array([0.0, 0.0, 1.0])
     passed = frame[:3, 3] + along @ frame[:3, :3].T
     passed[:, 1] = y_mm
     return passed
@@ -32,11 +32,11 @@ def _first(c: CapstanDimensions, y_mm: float) -> np.ndarray:
 def _second(c: CapstanDimensions, way_rad: float) -> np.ndarray:
     """Gives points of the second sleeve's axis on its way over its carriage, (n, 3) in the arm's frame."""
     frame = sleeve_frames(c)[1]
-    along = np.linspace(0.0, CRIMP_MM[1], POINTS)[:, None] * np.array([0.0, 0.0, 1.0])
+    along = np.linspace(0.0, CRIMP_MM[1], _POINTS)[:, None] * np.array([0.0, 0.0, 1.0])
     over = frame[:3, 3] + along @ frame[:3, :3].T
     over[:, 1] -= SLEEVE_OVER_MM
     out = cos(way_rad) * frame[:3, 0] + sin(way_rad) * frame[:3, 2]
-    return (WAY_MM[:, None, None] * out + over).reshape(-1, 3)
+    return (_WAY_MM[:, None, None] * out + over).reshape(-1, 3)
 
 
 def second_way_rad(d: Dimensions, c: CapstanDimensions) -> float:
@@ -49,9 +49,9 @@ def second_way_rad(d: Dimensions, c: CapstanDimensions) -> float:
         x, y, z = _second(c, way_rad).T
         cosine, sine = cos(d.home_rad), sin(d.home_rad)
         seen = np.stack([cosine * x - sine * z, y, sine * x + cosine * z], axis=1)
-        return min(float(foot(d).signed_distance(seen).min()) - CRIMP_MM[0] / 2, FOOT_OFF_MM)
+        return min(float(foot(d).signed_distance(seen).min()) - CRIMP_MM[0] / 2, _FOOT_OFF_MM)
 
-    return max(WAYS_RAD, key=off)
+    return max(_WAYS_RAD, key=off)
 
 
 def ferrule_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:

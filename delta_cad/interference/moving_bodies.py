@@ -32,15 +32,15 @@ from delta_cad.mechanism.workspace import Cube, cube_grid
 COUNT = 4  # positions along an edge of the cube that are looked at first
 FEW = 3  # where corners are what counts, or a bound is looked for
 STARTS = {COUNT: 3, FEW: 2}  # nearest of them from which one goes on
-HALVINGS, ROUGH_HALVINGS = 4, 2  # how often the step is halved then, and the first of these, which look roughly
+HALVINGS, _ROUGH_HALVINGS = 4, 2  # how often the step is halved then, and the first of these, which look roughly
 FAR_MM = 6.0  # beyond which nothing is looked at
-STEP_MM, TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis or a cable
+_STEP_MM, _TUBE_STEP_MM = 1.5, 3.0  # between points of an edge, and of a tube's axis or a cable
 ROUGH = 3  # one point of so many is looked at first
-ANCHOR_OFF_MM = -ANCHOR_SIDE_MM, ANCHOR_SIDE_MM  # of the anchor's wall and of the lug, off the cable's line
-LUG_OFF_MM = CARRIAGE_RADII_MM[0] - LUG_WALL_MM[0], CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
-CABLE_PIECES = 3  # in which either half of a cable on its rim is seen: it climbs
-NOSE_POINTS, END_POINTS, GUSSET_POINTS = 24, 5, (3, 2)
-AROUND = np.array([*product((-1.0, 0.0, 1.0), repeat=3)])
+_ANCHOR_OFF_MM = -ANCHOR_SIDE_MM, ANCHOR_SIDE_MM  # of the anchor's wall and of the lug, off the cable's line
+_LUG_OFF_MM = CARRIAGE_RADII_MM[0] - LUG_WALL_MM[0], CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
+_CABLE_PIECES = 3  # in which either half of a cable on its rim is seen: it climbs
+_NOSE_POINTS, _END_POINTS, _GUSSET_POINTS = 24, 5, (3, 2)
+_AROUND = np.array([*product((-1.0, 0.0, 1.0), repeat=3)])
 
 DistanceField = Callable[[np.ndarray, bool, int | None], np.ndarray]
 """Positions (n, 3) of the handle, mm, whether a rough look is enough, and the number of a pair that alone is looked at
@@ -76,7 +76,7 @@ def arm_shapes(d: Dimensions, c: CapstanDimensions) -> list[Shape]:
         axes = np.stack([normal, [0.0, 1.0, 0.0], tangent], axis=1)
         found.append(Block(axes, (point[0], 0.0, point[2]), (low, lowest, 0.0), (high, y[1], long)))
         sense, start = (1.0, -1.0)[end], c.rim_angles_rad[end]
-        for a, b in pairwise(np.linspace(start, c.direction_rad - d.home_rad, CABLE_PIECES + 1).tolist()):
+        for a, b in pairwise(np.linspace(start, c.direction_rad - d.home_rad, _CABLE_PIECES + 1).tolist()):
             at = c.end_y_mm[end] - sense * c.run.climb * c.pitch_radius_mm * abs((a + b) / 2 - start)
             found.append(Ring(wound, (min(a, b), max(a, b)), (at - half, at + half)))
     point, tangent, _ = rim_end(c, 0)
@@ -95,26 +95,26 @@ def sector_points(d: Dimensions, c: CapstanDimensions) -> np.ndarray:
         return radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
 
     edges = [
-        (circle(c.rim_radius_mm, np.linspace(low, high, int((high - low) * c.rim_radius_mm / STEP_MM) + 2)), wide),
-        (np.array(c.nose_centre_mm) + circle(c.nose_radius_mm, np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS)), wide),
+        (circle(c.rim_radius_mm, np.linspace(low, high, int((high - low) * c.rim_radius_mm / _STEP_MM) + 2)), wide),
+        (np.array(c.nose_centre_mm) + circle(c.nose_radius_mm, np.linspace(0.0, 2.0 * np.pi, _NOSE_POINTS)), wide),
     ]
     for end, ((out, over), long, lowest) in enumerate(_ends(c)):
         point, tangent, normal = (v[[0, 2]] for v in rim_end(c, end))
-        along = np.linspace(0.0, long, int(long / STEP_MM) + 2)[:, None] * tangent
-        across = np.linspace(out, over, END_POINTS)[:, None] * normal
+        along = np.linspace(0.0, long, int(long / _STEP_MM) + 2)[:, None] * tangent
+        across = np.linspace(out, over, _END_POINTS)[:, None] * normal
         sides = point + out * normal + along, point + over * normal + along, point + long * tangent + across
         edges.append((np.concatenate(sides), (lowest, wide[1])))
     point, tangent, normal = rim_end(c, 0)
-    turns = np.linspace(0.0, 2.0 * np.pi, NOSE_POINTS, endpoint=False)[:, None]
+    turns = np.linspace(0.0, 2.0 * np.pi, _NOSE_POINTS, endpoint=False)[:, None]
     sleeve = CRIMP_MM[0] / 2 * (np.cos(turns) * normal + np.sin(turns) * np.array([0.0, 1.0, 0.0]))
     flats = [np.insert(flat, 1, y, axis=1) for flat, levels in edges for y in levels]
     wound = c.rim_radius_mm + c.cable_diameter_mm
     for end, sense in enumerate((1.0, -1.0)):
         swept = abs(c.direction_rad - d.home_rad - c.rim_angles_rad[end])
-        turned = np.linspace(0.0, swept, int(swept * wound / TUBE_STEP_MM) + 2)
+        turned = np.linspace(0.0, swept, int(swept * wound / _TUBE_STEP_MM) + 2)
         climbed = c.end_y_mm[end] - sense * c.run.climb * c.pitch_radius_mm * turned
         flats.append(np.insert(circle(wound, c.rim_angles_rad[end] + sense * turned), 1, climbed, axis=1))
-    around = circle(c.nose_radius_mm + c.cable_diameter_mm, np.linspace(low - c.turns_rad[0], low, NOSE_POINTS))
+    around = circle(c.nose_radius_mm + c.cable_diameter_mm, np.linspace(low - c.turns_rad[0], low, _NOSE_POINTS))
     flats.append(np.insert(np.array(c.nose_centre_mm) + around, 1, c.end_y_mm[0], axis=1))
     return np.concatenate([*flats, point + (ANCHOR_MM + CRIMP_MM[1]) * tangent + sleeve])
 
@@ -122,12 +122,12 @@ def sector_points(d: Dimensions, c: CapstanDimensions) -> np.ndarray:
 def _ends(c: CapstanDimensions) -> tuple[tuple[tuple[float, float], float, float], ...]:
     """Anchor and lug: from where to where off the cable's line, how far along it, and from where along y."""
     pocket = c.end_y_mm[1] - CARRIAGE_MM[1] / 2
-    return (ANCHOR_OFF_MM, ANCHOR_MM, c.web_y_mm[0]), (LUG_OFF_MM, lug_length_mm(), pocket)
+    return (_ANCHOR_OFF_MM, ANCHOR_MM, c.web_y_mm[0]), (_LUG_OFF_MM, lug_length_mm(), pocket)
 
 
 def rod_points(f: ForearmDimensions) -> Points:
     """Gives a rod as balls in its own frame: tube and both cups."""
-    tube = np.arange(f.shoulder_mm, f.length_mm - f.shoulder_mm, TUBE_STEP_MM)
+    tube = np.arange(f.shoulder_mm, f.length_mm - f.shoulder_mm, _TUBE_STEP_MM)
     x = np.array([0.0, f.length_mm, *tube])
     radius = np.array([f.cup_radius_mm] * 2 + [f.tube_outer_mm / 2] * len(tube))
     return np.stack([x, 0.0 * x, 0.0 * x], axis=1), radius
@@ -138,7 +138,7 @@ def spring_points(d: Dimensions) -> Points:
     f = d.forearm
     sway = spring_sway(f.width_mm, f.eye_y_mm, f.eye_z_mm, f.tilt_limit_rad)
     half, coil = f.between_eyes_mm / 2 + sway.along_mm, (f.spring.mean_diameter_mm + f.spring.wire_mm) / 2
-    y = np.linspace(-half, half, int(2 * half / STEP_MM) + 2)
+    y = np.linspace(-half, half, int(2 * half / _STEP_MM) + 2)
     wound = f.between_eyes_mm / 2 - f.spring.mean_diameter_mm  # half of what is no loop: its side strays as its ends
     radius = np.full(len(y), coil + sway.across_mm + wound * sin(sway.turn_rad))
     return np.stack([0.0 * y, y, 0.0 * y], axis=1), radius
@@ -230,7 +230,7 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
     f = d.forearm
     rod, outer = f.tube_outer_mm / 2, f.cup_radius_mm
     along, across = (share * outer for share in GUSSET)
-    edge, wide = np.linspace(0.0, along, GUSSET_POINTS[0]), np.linspace(-rod, rod, GUSSET_POINTS[1])
+    edge, wide = np.linspace(0.0, along, _GUSSET_POINTS[0]), np.linspace(-rod, rod, _GUSSET_POINTS[1])
     edges = np.array([(-x, across, z) for x in edge for z in wide])  # of a gusset, from its ball
     apart_mm = 2.0 * (d.platform.radius_mm * SIN_60 - f.width_mm / 4.0)
 
@@ -248,8 +248,8 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
 
     def lacking(v: np.ndarray, n: np.ndarray, needed: float) -> np.ndarray:
         along = v @ n
-        beside = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
-        return np.where(beside > 0.0, np.sqrt(np.maximum(beside, 0.0)) - along, -np.inf)
+        adjacent = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
+        return np.where(adjacent > 0.0, np.sqrt(np.maximum(adjacent, 0.0)) - along, -np.inf)
 
     def spare(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         del rough, only
@@ -295,7 +295,7 @@ def nearest(apart: DistanceField, bottom_mm: float, half_mm: float, count: int =
         at, pair, step = positions[k], int(np.argmin(found[k])), 2.0 * half_mm / (count - 1)
         for turn in range(HALVINGS):
             step /= 2.0
-            around = np.clip(at + step * AROUND, low, high)
-            seen = apart(around, turn < ROUGH_HALVINGS, pair)[:, 0]
+            around = np.clip(at + step * _AROUND, low, high)
+            seen = apart(around, turn < _ROUGH_HALVINGS, pair)[:, 0]
             at, least = around[np.argmin(seen)], min(least, float(seen.min()))
     return least

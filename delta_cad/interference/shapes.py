@@ -13,12 +13,12 @@ import numpy as np
 
 from delta_cad.dimensions.bracket import Circle
 
-DIRECTIONS = 180  # in which a hull's arcs are looked at: to 5 um of a circle of 30 mm; and along each straight side's
-NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
+_DIRECTIONS = 180  # in which a hull's arcs are looked at: to 5 um of a circle of 30 mm; and along each straight side's
+_NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
 TOGETHER = 8  # points of a row that are looked at by one ball first
-FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
+_FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
 
 
 class Shape(Protocol):
@@ -31,7 +31,7 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Prism:
-    """Hull of circles in the plane of x and z, from one y to another; beyond `FAR_MM` a lower bound of the distance.
+    """Hull of circles in the plane of x and z, from one y to another; beyond `_FAR_MM` a lower bound of the distance.
 
     Both its ends are bevelled, as its edges are broken.
     """
@@ -44,26 +44,26 @@ class Prism:
         """As of `Shape`."""
         across, y = self.across_mm(points), points[:, 1]
         along = np.maximum(self.y_mm[0] - y, y - self.y_mm[1])
-        return np.maximum(_beside(across, y, self.y_mm), _bevelled(across, along, self.bevel_mm))
+        return np.maximum(_adjacent(across, y, self.y_mm), _bevelled(across, along, self.bevel_mm))
 
     def across_mm(self, points: np.ndarray) -> np.ndarray:
         """Computes how far points (n, 3) are off the outline, in its plane, (n)."""
         flat, (normals, support) = points[:, [0, 2]], self._outline
-        (east, north, west, south), (x, z) = support[: DIRECTIONS : DIRECTIONS // 4], flat.T
+        (east, north, west, south), (x, z) = support[: _DIRECTIONS : _DIRECTIONS // 4], flat.T
         across = np.maximum(np.maximum(x - east, -x - west), np.maximum(z - north, -z - south))  # off a box around it
-        near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
+        near = _adjacent(across, points[:, 1], self.y_mm) < _FAR_MM
         if near.any():
             across[near] = (flat[near] @ normals - support).max(axis=1)
         return across
 
     @cached_property
     def _outline(self) -> tuple[np.ndarray, np.ndarray]:
-        """(2, n) directions, `NORMALS` and those of the straight sides, and how far the outline reaches along each."""
+        """(2, n) directions, `_NORMALS` and those of the straight sides, and how far the outline reaches along each."""
         circles = np.array(self.circles)
-        normals = np.hstack([NORMALS, *(_tangents(a, b) for a, b in combinations(circles, 2))])
+        normals = np.hstack([_NORMALS, *(_tangents(a, b) for a, b in combinations(circles, 2))])
         reach = circles[:, :2] @ normals + circles[:, 2:]
         on_two = np.partition(reach, -2, axis=0)[-2] > reach.max(axis=0) - 1e-9 if len(circles) > 1 else False
-        kept = (np.arange(normals.shape[1]) < DIRECTIONS) | on_two
+        kept = (np.arange(normals.shape[1]) < _DIRECTIONS) | on_two
         return normals[:, kept], reach.max(axis=0)[kept]
 
 
@@ -77,7 +77,7 @@ class Windowed:
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         inside = np.minimum(self.window.across_mm(points), 0.0)
-        through = _beside(-inside, points[:, 1], self.whole.y_mm)
+        through = _adjacent(-inside, points[:, 1], self.whole.y_mm)
         return np.where(inside < 0.0, through, self.whole.signed_distance(points))
 
 
@@ -97,7 +97,7 @@ class Beam:
         x, z = points[:, 0], np.abs(points[:, 2])
         along = x * rise - z * lean
         side = np.where(along > long * rise, np.hypot(x - long, z) - end, x * lean + z * rise - root)
-        return _beside(np.where(along < 0.0, np.hypot(x, z) - root, side), points[:, 1], self.y_mm)
+        return _adjacent(np.where(along < 0.0, np.hypot(x, z) - root, side), points[:, 1], self.y_mm)
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Round:
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         apart = np.hypot(points[:, 0] - self.at_mm[0], points[:, 2] - self.at_mm[1])
-        return _beside(apart - self.radius_mm, points[:, 1], self.y_mm)
+        return _adjacent(apart - self.radius_mm, points[:, 1], self.y_mm)
 
 
 @dataclass(frozen=True)
@@ -128,12 +128,12 @@ class Bar:
         out = points - self.from_mm
         along = out @ self.along
         aside = np.linalg.norm(out - along[:, None] * self.along, axis=1)
-        return _beside(aside - self.radius_mm, along, (0.0, self.length_mm))
+        return _adjacent(aside - self.radius_mm, along, (0.0, self.length_mm))
 
 
 @dataclass(frozen=True)
 class Ring:
-    """Segment of a ring about y between two radii and two angles from x to z; as of `Prism` beyond `FAR_MM`."""
+    """Segment of a ring about y between two radii and two angles from x to z; as of `Prism` beyond `_FAR_MM`."""
 
     radii_mm: tuple[float, float]
     angles_rad: tuple[float, float]
@@ -144,7 +144,7 @@ class Ring:
         inner, outer = self.radii_mm
         radius = np.hypot(points[:, 0], points[:, 2])
         across = np.maximum(inner - radius, radius - outer)  # off the whole ring
-        near = _beside(across, points[:, 1], self.y_mm) < FAR_MM
+        near = _adjacent(across, points[:, 1], self.y_mm) < _FAR_MM
         middle, half = sum(self.angles_rad) / 2.0, (self.angles_rad[1] - self.angles_rad[0]) / 2.0
         (cosine, sine), (cos_half, sin_half) = ((cos(angle), sin(angle)) for angle in (middle, half))
         x, z = points[near, 0], points[near, 2]
@@ -152,7 +152,7 @@ class Ring:
         along, off = ahead * cos_half + aside * sin_half, aside * cos_half - ahead * sin_half  # of the nearer end
         beyond = np.hypot(along - np.minimum(np.maximum(along, inner), outer), off)
         across[near] = np.where(ahead >= radius[near] * cos_half, across[near], beyond)
-        return _beside(across, points[:, 1], self.y_mm)
+        return _adjacent(across, points[:, 1], self.y_mm)
 
 
 @dataclass(frozen=True)
@@ -170,8 +170,8 @@ class Block:
         seen = (points - np.array(self.from_mm)) @ self.axes
         over = seen - np.array(self.high_mm)
         off = np.maximum(np.array(self.low_mm) - seen, over)
-        beside = np.linalg.norm(np.maximum(off, 0.0), axis=1) + np.minimum(off.max(axis=1), 0.0)
-        return np.maximum(beside, _bevelled(off[:, :2].max(axis=1), over[:, 2], self.bevel_mm))
+        adjacent = np.linalg.norm(np.maximum(off, 0.0), axis=1) + np.minimum(off.max(axis=1), 0.0)
+        return np.maximum(adjacent, _bevelled(off[:, :2].max(axis=1), over[:, 2], self.bevel_mm))
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ def _bevelled(across: np.ndarray, along: np.ndarray, bevel_mm: float) -> np.ndar
     return (across + along + bevel_mm) / sqrt(2.0)
 
 
-def _beside(across: np.ndarray, y: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+def _adjacent(across: np.ndarray, y: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     """Distance to what has an outline `across` and two flat ends."""
     along = np.maximum(ends[0] - y, y - ends[1])
     return np.hypot(np.maximum(across, 0.0), np.maximum(along, 0.0)) + np.minimum(np.maximum(across, along), 0.0)

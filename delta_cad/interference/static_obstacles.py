@@ -25,18 +25,18 @@ from delta_cad.interference.shapes import Block, Placed, Prism, Round, Shape, co
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
-AROUND = 48  # points around a motor and a pinion
-ALONG_MM = 3.0  # between their circles, and between points of a key
-SLID_MM = 40.0  # over which a drive's way on to its plate is looked at
-SLIDES = 21
-SWINGS = 31  # angles of an arm between its stops
-TURNS = 72, 360  # directions of a key's handle: every 5 degrees, and every degree where those leave it open
+_AROUND = 48  # points around a motor and a pinion
+_ALONG_MM = 3.0  # between their circles, and between points of a key
+_SLID_MM = 40.0  # over which a drive's way on to its plate is looked at
+_SLIDES = 21
+_SWINGS = 31  # angles of an arm between its stops
+_TURNS = 72, 360  # directions of a key's handle: every 5 degrees, and every degree where those leave it open
 HEIGHTS = 21  # of the handle on the cube's middle axis
-FAR_MM = 1e3
+_FAR_MM = 1e3
 
-Obstacle = tuple[Sequence[Shape], int]
+_Obstacle = tuple[Sequence[Shape], int]
 """Shapes, and the chain in whose frame they are."""
-ObstacleDistance = tuple[float, Shape, int]
+_ObstacleDistance = tuple[float, Shape, int]
 """How far a shape is off a point, the shape, and the chain in whose frame it is."""
 
 
@@ -79,16 +79,16 @@ def foot(d: Dimensions) -> Block:
     )
 
 
-def on_round(one: Round) -> np.ndarray:
+def _on_round(one: Round) -> np.ndarray:
     """Gives points on a cylinder's side, (n, 3)."""
-    turns = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    turns = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
     (x, z), (low, high) = one.at_mm, one.y_mm
-    levels = np.linspace(low, high, int((high - low) / ALONG_MM) + 2)
+    levels = np.linspace(low, high, int((high - low) / _ALONG_MM) + 2)
     x, z = x + one.radius_mm * np.cos(turns), z + one.radius_mm * np.sin(turns)
-    return np.stack([np.tile(x, len(levels)), np.repeat(levels, AROUND), np.tile(z, len(levels))], axis=1)
+    return np.stack([np.tile(x, len(levels)), np.repeat(levels, _AROUND), np.tile(z, len(levels))], axis=1)
 
 
-def seen_from(points: np.ndarray, chain: int, base_radius_mm: float) -> np.ndarray:
+def _seen_from(points: np.ndarray, chain: int, base_radius_mm: float) -> np.ndarray:
     """Gives points of one chain's shoulder frame in chain 0's when they are those of another chain."""
     out = np.array([base_radius_mm, 0.0, 0.0])
     return (points + out) @ chain_frame(chain)[:3, :3].T - out
@@ -101,7 +101,7 @@ def pinion(c: CapstanDimensions, d: Dimensions) -> list[Round]:
     return [Round(c.pinion_radius_mm, (low, neck), at), Round(c.collar_radius_mm, (neck, high), at)]
 
 
-def shaft_end(c: CapstanDimensions, d: Dimensions) -> Round:
+def _shaft_end(c: CapstanDimensions, d: Dimensions) -> Round:
     """What of a motor's shaft comes out of its pinion, in the shoulder's frame."""
     low = c.pinion_y_mm[0]
     tip = min(d.layers.motor_cheek_mm[1] - d.motor.shaft_length_mm, low)
@@ -110,35 +110,35 @@ def shaft_end(c: CapstanDimensions, d: Dimensions) -> Round:
 
 def pinion_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a pinion comes to what stands on another chain."""
-    points = np.concatenate([on_round(one) for one in pinion(c, d)])
+    points = np.concatenate([_on_round(one) for one in pinion(c, d)])
     stands = [*cheeks(d), motor(d)]
-    return min(float(union_distance(stands, seen_from(points, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
+    return min(float(union_distance(stands, _seen_from(points, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
 
 
 def sector_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a sector comes to what stands on another chain, between its arm's stops."""
     low, high = d.stops_rad
     stands: list[Shape] = [*cheeks(d), motor(d), *pinion(c, d)]
-    turns, (x, y, z) = np.linspace(low, high, SWINGS)[:, None], sector_points(d, c).T
+    turns, (x, y, z) = np.linspace(low, high, _SWINGS)[:, None], sector_points(d, c).T
     cosine, sine = np.cos(turns), np.sin(turns)
     at = np.stack([cosine * x - sine * z, y + 0.0 * turns, sine * x + cosine * z], axis=2)
-    return min(float(union_distance(stands, seen_from(at, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
+    return min(float(union_distance(stands, _seen_from(at, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
 
 
 def slide_in_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a motor or pinion comes to another's motor cheek as either drive slides in along its radius."""
     u, cheek = d.bracket.shoulder_u_mm, cheeks(d)[0]
-    points = np.concatenate([on_round(one) for one in (motor(d), *pinion(c, d), shaft_end(c, d))])
-    way = np.linspace(0.0, SLID_MM, SLIDES)[:, None, None]
-    found = FAR_MM
+    points = np.concatenate([_on_round(one) for one in (motor(d), *pinion(c, d), _shaft_end(c, d))])
+    way = np.linspace(0.0, _SLID_MM, _SLIDES)[:, None, None]
+    found = _FAR_MM
     for j in CHAINS[1:]:
-        there, own = seen_from(points, j, u), chain_frame(j)[:3, 0]
+        there, own = _seen_from(points, j, u), chain_frame(j)[:3, 0]
         for out in (own, np.array([-1.0, 0.0, 0.0])):  # the motor's drive comes last, or the cheek's
             found = min(found, float(union_distance([cheek], there + way * out).min()))
     return found
 
 
-def _in_the_way(d: Dimensions) -> list[Obstacle]:
+def _in_the_way(d: Dimensions) -> list[_Obstacle]:
     """What stands still around a motor's screws."""
     block = foot(d)
     others: list[Shape] = [*cheeks(d), motor(d), block]
@@ -146,7 +146,7 @@ def _in_the_way(d: Dimensions) -> list[Obstacle]:
     return [([*cheeks(d)[1:], block, *own], 0), (others, 1), (others, 2)]
 
 
-def _arms(d: Dimensions) -> list[list[Obstacle]]:
+def _arms(d: Dimensions) -> list[list[_Obstacle]]:
     """Arms with sectors where the handle stands on the cube's middle axis, the middle first."""
     if d.capstan is None:
         return [[]]
@@ -182,7 +182,7 @@ def key_swing_rad(d: Dimensions) -> float:
     radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d)
 
     def free(
-        at: tuple[float, float], key: tuple[float, float], beside: list[ObstacleDistance], among: np.ndarray
+        at: tuple[float, float], key: tuple[float, float], beside: list[_ObstacleDistance], among: np.ndarray
     ) -> np.ndarray:
         return _free(d, at, mouth, radius, row.socket_depth_mm, key, beside, among)
 
@@ -195,13 +195,13 @@ def key_swing_rad(d: Dimensions) -> float:
             arm = _off(one, point, d.bracket.shoulder_u_mm)
             for key in keys:
                 if key not in still:
-                    still[key] = free(at, key, around, np.ones(TURNS[0], dtype=bool))
+                    still[key] = free(at, key, around, np.ones(_TURNS[0], dtype=bool))
                 swing = _swing_rad(among := still[key])
                 if swing >= SWING_RAD:  # what stands still leaves it room
                     left = free(at, key, arm, among)
                     swing = _swing_rad(left)
-                    if SWING_RAD <= swing < SWING_RAD + 4.0 * pi / TURNS[0]:  # it may be up to two steps less
-                        near = np.repeat(left | np.roll(left, -1), TURNS[1] // TURNS[0])
+                    if SWING_RAD <= swing < SWING_RAD + 4.0 * pi / _TURNS[0]:  # it may be up to two steps less
+                        near = np.repeat(left | np.roll(left, -1), _TURNS[1] // _TURNS[0])
                         swing = _swing_rad(free(at, key, [*around, *arm], near))
                 if (most := max(most, swing)) >= SWING_RAD:
                     return most
@@ -221,16 +221,16 @@ def _screws(d: Dimensions) -> Iterator[tuple[float, float]]:
         yield x + radius * cos(angle), z + radius * sin(angle)
 
 
-def _off(stands: list[Obstacle], point: np.ndarray, shoulder_u: float) -> list[ObstacleDistance]:
+def _off(stands: list[_Obstacle], point: np.ndarray, shoulder_u: float) -> list[_ObstacleDistance]:
     """How far what stands is off a point (1, 3)."""
     found = []
     for shapes, chain in stands:
-        there = seen_from(point, -chain % 3, shoulder_u)
+        there = _seen_from(point, -chain % 3, shoulder_u)
         found += [(float(shape.signed_distance(there)[0]), shape, chain) for shape in shapes]
     return found
 
 
-def _within(stands: list[ObstacleDistance], reach: float) -> list[Obstacle]:
+def _within(stands: list[_ObstacleDistance], reach: float) -> list[_Obstacle]:
     """What of it is nearer than a reach."""
     near = [([shape for off, shape, of in stands if of == chain and off < reach], chain) for chain in CHAINS]
     return [one for one in near if one[0]]
@@ -257,23 +257,23 @@ def _free(
     radius: float,
     depth: float,
     key: tuple[float, float],
-    beside: list[ObstacleDistance],
+    beside: list[_ObstacleDistance],
     among: np.ndarray,
 ) -> np.ndarray:
     """In which of the directions (n), from the first of a circle on, one key in one screw is free, (n)."""
     (inside, handle), u, free = key, d.bracket.shoulder_u_mm, among.copy()
     turns = np.linspace(0.0, 2.0 * np.pi, len(free), endpoint=False)
-    out = np.linspace(radius, handle - radius, int(handle / ALONG_MM) + 2)  # balls within it
+    out = np.linspace(radius, handle - radius, int(handle / _ALONG_MM) + 2)  # balls within it
     flat = np.stack([np.outer(np.cos(turns), out), 0.0 * np.outer(turns, out), np.outer(np.sin(turns), out)], axis=2)
-    leg = np.arange(0.0, inside, ALONG_MM)[:, None] * np.array([0.0, -1.0, 0.0]) + np.array([at[0], mouth, at[1]])
+    leg = np.arange(0.0, inside, _ALONG_MM)[:, None] * np.array([0.0, -1.0, 0.0]) + np.array([at[0], mouth, at[1]])
     stands = _within(beside, inside + handle)
-    if any((union_distance(shapes, seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
+    if any((union_distance(shapes, _seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
         return np.zeros_like(free)
     bends = np.array([[[at[0], mouth - inside + deep, at[1]]] for deep in (depth, 0.0)])
     points = flat[:, None] + bends  # (directions, bends, along the handle, 3)
     free &= ~_met_by_plate(d, points, radius).any(axis=(1, 2))
     for shapes, chain in stands:
-        free[free] = ~collides(shapes, seen_from(points[free], -chain % 3, u), radius).any(axis=1)
+        free[free] = ~collides(shapes, _seen_from(points[free], -chain % 3, u), radius).any(axis=1)
     return free
 
 

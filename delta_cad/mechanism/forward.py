@@ -12,10 +12,10 @@ from delta_cad.mechanism.inverse import OffBranch, masked, require_branch
 
 # Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last seven
 # digits of sixteen there.
-COLLINEAR = 1e-9
-FLAT = "the forearms lie in one plane with the platform, det S = 0; keep away from there"
-PAST_FOLD = "a chain is past its fold, its elbow inwards: other angles lead to the same position; turn it back"
-BELOW = "the platform would be at z <= 0, at or below the base plane; turn the arms up"
+_COLLINEAR = 1e-9
+_FLAT = "the forearms lie in one plane with the platform, det S = 0; keep away from there"
+_PAST_FOLD = "a chain is past its fold, its elbow inwards: other angles lead to the same position; turn it back"
+_BELOW = "the platform would be at z <= 0, at or below the base plane; turn the arms up"
 
 
 def forward_kinematics(g: DeltaGeometry, theta: ArrayLike, off_branch: OffBranch = "raise") -> np.ndarray:
@@ -45,19 +45,19 @@ def forward_kinematics(g: DeltaGeometry, theta: ArrayLike, off_branch: OffBranch
     q, _, z = chain_coordinates(g, p)
     outwards = (z * np.cos(theta) > q * np.sin(theta)).all(axis=-1)  # w > 0, README (5)
     above, held = p[..., 2] > 0.0, square > 0.0
-    on = (sine > COLLINEAR) & held & outwards & above
+    on = (sine > _COLLINEAR) & held & outwards & above
     if masked(off_branch):
         return np.where(on[..., None], p, np.nan)
     if on.all():
         return p
-    if not (sine > COLLINEAR).all():
+    if not (sine > _COLLINEAR).all():
         raise SingularError("the position is not determined: the three elbows, moved in by the platform, are on a line")
     if not (square >= 0.0).all():
         short = g.forearm_length - np.sqrt(g.forearm_length**2 - np.nanmin(square))
         raise UnreachableError(f"the forearms do not meet: they are {-short * MM_PER_M:.3f} mm too short")
-    require_branch("shoulder angles theta", _degrees, given, held, FLAT)
-    require_branch("shoulder angles theta", _degrees, given, outwards, PAST_FOLD)
-    require_branch("shoulder angles theta", _degrees, given, above, BELOW)
+    require_branch("shoulder angles theta", _degrees, given, held, _FLAT)
+    require_branch("shoulder angles theta", _degrees, given, outwards, _PAST_FOLD)
+    require_branch("shoulder angles theta", _degrees, given, above, _BELOW)
     return p
 
 
@@ -72,7 +72,7 @@ def platform_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
         (..., 3) platform centre in the base frame, m, above the elbows; NaN where the spheres do not meet in a point.
     """
     p, sine, _ = _three_spheres(g, positions(theta))
-    return np.where((sine > COLLINEAR)[..., None], p, np.nan)
+    return np.where((sine > _COLLINEAR)[..., None], p, np.nan)
 
 
 def _three_spheres(g: DeltaGeometry, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

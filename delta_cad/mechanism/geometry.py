@@ -11,7 +11,7 @@ from delta_cad.mechanism.errors import GeometryError
 
 LENGTH_MAX = 10.0  # m; far above any haptic device, so that millimetres given as metres are refused
 
-TOLERANCE_SHARE = 0.1  # largest tolerance as a share of the shorter link; parts are made to thousandths of it
+_TOLERANCE_SHARE = 0.1  # largest tolerance as a share of the shorter link; parts are made to thousandths of it
 
 AZIMUTHS = np.radians([0.0, 120.0, 240.0])  # (3,) azimuth phi_i of each chain about the base z axis, rad.
 
@@ -62,7 +62,7 @@ class DeltaGeometry:
 
 def largest_tolerance(g: DeltaGeometry) -> float:
     """Computes the largest tolerance of the lengths that a proof takes: a tenth of the shorter link, m."""
-    return TOLERANCE_SHARE * min(g.upper_arm_length, g.forearm_length)
+    return _TOLERANCE_SHARE * min(g.upper_arm_length, g.forearm_length)
 
 
 def require_tolerance(g: DeltaGeometry, tolerance: float) -> None:

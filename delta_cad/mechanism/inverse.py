@@ -17,9 +17,9 @@ from delta_cad.mechanism.errors import BranchError, GeometryError, UnreachableEr
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
 
 OffBranch = Literal["raise", "nan"]
-DOWNWARDS = "z must be > 0: z points from the base to the platform; many public codes have z downwards: negate z"
-FOLDED = "a chain is folded, its elbow neither outwards nor inwards; stay within the edge of reach"
-OTHER_ASSEMBLY = "det S must be > 0: it belongs to another assembly; stay where the platform is above the elbows"
+_DOWNWARDS = "z must be > 0: z points from the base to the platform; many public codes have z downwards: negate z"
+_FOLDED = "a chain is folded, its elbow neither outwards nor inwards; stay within the edge of reach"
+_OTHER_ASSEMBLY = "det S must be > 0: it belongs to another assembly; stay where the platform is above the elbows"
 
 
 def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
@@ -101,10 +101,10 @@ def inverse_kinematics(g: DeltaGeometry, p: ArrayLike, off_branch: OffBranch = "
         return np.where(on[..., None], theta, np.nan)
     if on.all():
         return theta
-    require_branch("position p", _mm, given, ~(p[..., 2] <= 0.0), DOWNWARDS)
+    require_branch("position p", _mm, given, ~(p[..., 2] <= 0.0), _DOWNWARDS)
     require_closed(g, given)
-    require_branch("position p", _mm, given, outwards, FOLDED)
-    require_branch("position p", _mm, given, held, OTHER_ASSEMBLY)
+    require_branch("position p", _mm, given, outwards, _FOLDED)
+    require_branch("position p", _mm, given, held, _OTHER_ASSEMBLY)
     return theta
 
 

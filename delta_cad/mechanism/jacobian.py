@@ -13,7 +13,7 @@ from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_determinant, forearm_vectors, require_closed
 
 # |det| of the unit forearm directions below which J keeps less than four of its sixteen digits.
-DETERMINANT_MIN = 1e-12
+_DETERMINANT_MIN = 1e-12
 
 
 def forearm_faces(s: np.ndarray) -> np.ndarray:
@@ -50,7 +50,7 @@ def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     require_closed(g, p)
     s = forearm_vectors(g, p)
     # not `<`, so that the undefined forearm of a wrist on its shoulder axis is refused as well
-    if not (np.abs(forearm_determinant(s)) > DETERMINANT_MIN * g.forearm_length**3).all():
+    if not (np.abs(forearm_determinant(s)) > _DETERMINANT_MIN * g.forearm_length**3).all():
         raise SingularError("the platform is not held: the three forearms lie in one plane")
     return velocity_map(g, p)
 

@@ -23,10 +23,10 @@ from delta_cad.mechanism import DeltaGeometry, joint_angles
 from delta_cad.mechanism.geometry import AZIMUTHS
 from delta_cad.mechanism.inverse import require_closed
 
-NEXT, AFTER = [1, 2, 0], [2, 0, 1]
+_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
 CHAINS = range(3)
 SIDES = range(2)
-SWAY_STEPS = 256  # ranges of the lean: the bounds are 1 % wide with these
+_SWAY_STEPS = 256  # ranges of the lean: the bounds are 1 % wide with these
 LINKS = (
     "base",
     *(f"upper_arm_{i}" for i in CHAINS),
@@ -49,7 +49,9 @@ def frames(x: np.ndarray, y: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """(..., 4, 4) frames with the given unit x and y axes (..., 3), z = x cross y, at `origin` (..., 3)."""
     x, y, origin = np.broadcast_arrays(x, y, origin)
     out = np.zeros((*x.shape[:-1], 4, 4))
-    z = x[..., NEXT] * y[..., AFTER] - x[..., AFTER] * y[..., NEXT]  # np.cross of few vectors takes five times as long
+    z = (
+        x[..., _NEXT] * y[..., _AFTER] - x[..., _AFTER] * y[..., _NEXT]
+    )  # np.cross of few vectors takes five times as long
     out[..., :3, 0], out[..., :3, 1], out[..., :3, 2], out[..., :3, 3] = x, y, z, origin
     out[..., 3, 3] = 1.0
     return out
@@ -88,14 +90,14 @@ def spring_sway(width_mm: float, eye_inside_mm: float, eye_aside_mm: float, tilt
         The bounds, over ranges of the lean, of which each end is taken where it does most.
     """
     e, z = eye_inside_mm, abs(eye_aside_mm)
-    lean = np.linspace(0.0, tilt_rad, SWAY_STEPS + 1)
+    lean = np.linspace(0.0, tilt_rad, _SWAY_STEPS + 1)
     turn = np.arccos(np.clip(np.cos(tilt_rad) / np.cos(lean[:-1]), 0.0, 1.0))
     leaning = np.sin(lean[1:])
     along = z * np.sin(turn) + e * (1.0 - np.cos(turn))
-    beside = z * (1.0 - np.cos(turn)) + e * np.sin(turn)
+    adjacent = z * (1.0 - np.cos(turn)) + e * np.sin(turn)
     apart, off = 2.0 * (e + z * np.sin(turn)), z * (1.0 - np.cos(turn)) + 2.0 * e * np.sin(turn)
     direction = np.arctan(np.hypot(off, apart * leaning) / (width_mm - apart))
-    return SpringSway(float(along.max()), float(np.hypot(beside, along * leaning).max()), float(direction.max()))
+    return SpringSway(float(along.max()), float(np.hypot(adjacent, along * leaning).max()), float(direction.max()))
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ from delta_cad.mechanism.statics import conditioning, direct_margin, serial_marg
 HALVINGS = 22
 # Values within this share are one extreme, which symmetry puts at several places: rounding, different on every machine,
 # must not choose. Named is the place first in order of x, y, z, rounded to so many decimals of a metre.
-TIE, PLACES = 1e-9, 9
-CROSSING_STEPS = 60  # Bisections between two points of opposite determinant: more than a double can resolve.
+_TIE, _PLACES = 1e-9, 9
+_CROSSING_STEPS = 60  # Bisections between two points of opposite determinant: more than a double can resolve.
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class CubeExtremes:
         return found
 
 
-Figure = Callable[[np.ndarray], np.ndarray]
+_Figure = Callable[[np.ndarray], np.ndarray]
 
 
 @lru_cache(maxsize=64)
@@ -177,13 +177,13 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
     return CubeExtremes(g, cube, force, n)
 
 
-def _figures(g: DeltaGeometry, force: float) -> dict[str, tuple[Figure, float]]:
+def _figures(g: DeltaGeometry, force: float) -> dict[str, tuple[_Figure, float]]:
     """Field of `CubeExtremes` -> figure of the worst chain, and the sign that makes its extreme a minimum."""
 
-    def least(of: Callable[[DeltaGeometry, np.ndarray], np.ndarray]) -> tuple[Figure, float]:
+    def least(of: Callable[[DeltaGeometry, np.ndarray], np.ndarray]) -> tuple[_Figure, float]:
         return lambda p: of(g, p).min(axis=-1), +1.0
 
-    def most(of: Callable[[DeltaGeometry, np.ndarray], np.ndarray]) -> tuple[Figure, float]:
+    def most(of: Callable[[DeltaGeometry, np.ndarray], np.ndarray]) -> tuple[_Figure, float]:
         return lambda p: of(g, p).max(axis=-1), -1.0
 
     def elbow_z(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -218,7 +218,7 @@ class CubeSearch:
         self.cube, self.n = cube, n
         self.points = np.concatenate([cube_surface(cube, n), cube_grid(cube, max(2, (n + 3) // 4))])
 
-    def __call__(self, figure: Figure, sign: float) -> Extreme:
+    def __call__(self, figure: _Figure, sign: float) -> Extreme:
         """Finds the smallest value of a figure, or for a sign of -1 the largest, polished inside the cube.
 
         Args:
@@ -253,8 +253,8 @@ class CubeSearch:
                 best_cost = np.where(better, around_costs[rows, chosen], best_cost)
             step /= 2.0
         least = float(best_cost.min())
-        equal = np.flatnonzero(best_cost <= least + TIE * abs(least)) if np.isfinite(least) else [0]
-        x, y, z = min((best[i].tolist() for i in equal), key=lambda p: np.round(p, PLACES).tolist())
+        equal = np.flatnonzero(best_cost <= least + _TIE * abs(least)) if np.isfinite(least) else [0]
+        x, y, z = min((best[i].tolist() for i in equal), key=lambda p: np.round(p, _PLACES).tolist())
         return Extreme(float(sign * least), (x, y, z))
 
     def singularity(self, g: DeltaGeometry) -> tuple[Extreme, tuple[float, float, float] | None]:
@@ -273,7 +273,7 @@ class CubeSearch:
         if lowest.value > 0.0 or (highest := self(lambda p: direct_margin(g, p), -1.0)).value < 0.0:
             return lowest, None
         a, b = np.array(lowest.position), np.array(highest.position)
-        for _ in range(CROSSING_STEPS):
+        for _ in range(_CROSSING_STEPS):
             middle = (a + b) / 2.0
             if direct_margin(g, middle) <= 0.0:
                 a = middle

@@ -27,7 +27,7 @@ from delta_cad.structure.loads import GRID, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz, moving
 
 CELLS = 17  # positions along an edge of a slice, both edges among them
-DIGITS = 4  # significant digits in a map
+_DIGITS = 4  # significant digits in a map
 
 
 @dataclass(frozen=True)
@@ -89,36 +89,36 @@ def handle_of(s: Subject) -> Handle:
 
 def fields(s: Subject, handle: Handle) -> list[Field]:
     """Lists the figures of a machine whose whole cube is within reach; one that is not known is left out."""
-    g, asked, limits = s.design.geometry, s.design.requirements, s.limits
+    g, required, limits = s.design.geometry, s.design.requirements, s.limits
     table, what = beam_model(s.dimensions), moving(s.masses["bodies"], g.forearm_length)
-    bodies, gravity = moving_bodies(s.masses), np.array(asked.gravity_m_s2)
+    bodies, gravity = moving_bodies(s.masses), np.array(required.gravity_m_s2)
     all_mm = limits.poses_mm()
     coarse_mm = sampled_mm(limits.bottom_height_mm, limits.half_side_mm, GRID)
 
     def torque(p: np.ndarray) -> np.ndarray:
         held = np.abs(holding_torque(s.assembly, bodies, p, gravity))
-        return (held + worst_joint_torque(g, p / MM_PER_M, asked.force_N)).max(axis=-1)
+        return (held + worst_joint_torque(g, p / MM_PER_M, required.force_N)).max(axis=-1)
 
     def stiffness(p: np.ndarray) -> np.ndarray:
         return softest(compliance(table, p).at_knob()).stiffness_N_mm
 
     found = [
         Field(
-            "kappa", "Conditioning", "", True, asked.kappa_max, lambda p: conditioning(g, p / MM_PER_M), True,
+            "kappa", "Conditioning", "", True, required.kappa_max, lambda p: conditioning(g, p / MM_PER_M), True,
             "Condition number of the Jacobian: 1 where forces and motions are alike in all directions.", all_mm,
         ),
         Field(
-            "effective_mass", "Effective mass", "kg", True, asked.effective_mass_max_kg,
+            "effective_mass", "Effective mass", "kg", True, required.effective_mass_max_kg,
             lambda p: effective_mass(g, p / MM_PER_M, handle.inertia), True,
             "What the hand accelerates, in its heaviest direction.", all_mm,
         ),
         Field(
-            "stiffness", "Stiffness at the knob", "N/mm", False, asked.stiffness_min_N_mm, stiffness, True,
+            "stiffness", "Stiffness at the knob", "N/mm", False, required.stiffness_min_N_mm, stiffness, True,
             f"Softest direction, {table.knob_mm:g} mm over the wrists, actuators held.", coarse_mm,
         ),
         Field(
-            "torque", "Joint torque", "N m", True, asked.joint_torque_N_m, torque, True,
-            f"{asked.force_N:g} N in the worst direction and the weight, at the joint that takes most.", all_mm,
+            "torque", "Joint torque", "N m", True, required.joint_torque_N_m, torque, True,
+            f"{required.force_N:g} N in the worst direction and the weight, at the joint that takes most.", all_mm,
         ),
         Field(
             "first_mode", "First mode", "Hz", False, None, lambda p: first_mode_Hz(table, what, p), False,
@@ -128,12 +128,12 @@ def fields(s: Subject, handle: Handle) -> list[Field]:
     rubs, count = handle.friction, handle.encoder_count_rad
     if rubs is not None:
         found.insert(2, Field(
-            "friction", "Friction", "N", True, asked.friction_max_N, lambda p: friction(g, p / MM_PER_M, rubs), True,
+            "friction", "Friction", "N", True, required.friction_max_N, lambda p: friction(g, p / MM_PER_M, rubs), True,
             "At most, nominal coefficients; the ball joints' share is bounded over the whole cube.", all_mm,
         ))  # fmt: skip
     if count is not None:
         found.append(Field(
-            "position_step", "Position step", "mm", True, asked.position_step_max_mm,
+            "position_step", "Position step", "mm", True, required.position_step_max_mm,
             lambda p: MM_PER_M * position_step(g, p / MM_PER_M, count), False,
             "How far the handle may move unseen by the encoders.", all_mm,
         ))  # fmt: skip
@@ -158,7 +158,7 @@ def maps(s: Subject, over: list[Field]) -> dict[str, Any]:
             "limit": field.limit,
             "note": field.note,
             "x_mm": plain(slices[0, 0, :, 0], 6),
-            "values": plain(field.values(positions).reshape(slices.shape[:3]), DIGITS),
+            "values": plain(field.values(positions).reshape(slices.shape[:3]), _DIGITS),
         }
         for field in over
         if field.drawn
@@ -173,7 +173,7 @@ def _clearance(s: Subject) -> list[dict[str, Any]]:
     slices = s.limits.slices_mm(MAP_CELLS)
     names = list(dict.fromkeys(" / ".join(one.names) for one in s.near))
     least = min(s.near, key=lambda one: one.distance_mm)
-    told = (
+    reported = (
         "Least distance of two bodies that more than one joint moves against each other, rods turned as far as they go."
     )
     whole = next((f"; of all bodies {r.value:.3g} mm" for r in s.results if r.name == "clearance" and r.value), "")
@@ -184,9 +184,9 @@ def _clearance(s: Subject) -> list[dict[str, Any]]:
             "unit": "mm",
             "upper": False,
             "limit": s.limits.clearance_min_mm,
-            "note": f"{told} Closest: {' / '.join(least.names)}{whole}.",
+            "note": f"{reported} Closest: {' / '.join(least.names)}{whole}.",
             "x_mm": plain(slices[0, 0, :, 0], 6),
-            "values": plain(np.reshape([one.distance_mm for one in s.near], slices.shape[:3]), DIGITS),
+            "values": plain(np.reshape([one.distance_mm for one in s.near], slices.shape[:3]), _DIGITS),
             "names": names,
             "pairs": np.reshape([names.index(" / ".join(one.names)) for one in s.near], slices.shape[:3]).tolist(),
         }

@@ -14,7 +14,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.report.fields import Field
 from delta_cad.report.subject import Subject
 
-KINDS = {check.name: check.label for check in CHECKS if check.family}
+_KINDS = {check.name: check.label for check in CHECKS if check.family}
 """First word of a check's name -> what it is about."""
 REQUIREMENTS = {
     "reach": "Reach: distance to a stretched or folded arm",
@@ -36,14 +36,14 @@ REQUIREMENTS = {
     "cable bend ratio": "Drum to cable diameter",
 }
 """Checks that hold a design's requirements, by name, as a customer reads them."""
-BINDING = 8  # checks that are told to be closest to their limit
+_BINDING = 8  # checks that are told to be closest to their limit
 CLOSE = 0.5  # room to the limit, as a share of it, above which none is told to be close
-FIGURES = 4  # significant digits
+_FIGURES = 4  # significant digits
 LEAST, MOST = 1e-6, 1e9  # between them a number is told without a power of ten
 
 
 @dataclass(frozen=True)
-class Line:
+class _Line:
     """One line of a table of checks, as text.
 
     Attributes:
@@ -67,7 +67,7 @@ class Line:
     detail: str = ""
 
 
-def with_unit(value: float | None, unit: str = "", digits: int = FIGURES) -> str:
+def with_unit(value: float | None, unit: str = "", digits: int = _FIGURES) -> str:
     """Gives a number with its unit; "" for None."""
     if value is None:
         return ""
@@ -83,7 +83,7 @@ def _plain(value: float, digits: int) -> str:
     return f"{float(text):.{places}f}".rstrip("0").rstrip(".") if places else f"{float(text):.0f}"
 
 
-def line(result: CheckResult, words: str = "") -> Line:
+def line(result: CheckResult, words: str = "") -> _Line:
     """Gives the result of a check as text; the sense of its limit follows from value and verdict."""
     value, limit, unit = result.value, result.limit, result.unit
     sense, margin = "", ""
@@ -92,20 +92,22 @@ def line(result: CheckResult, words: str = "") -> Line:
         room = abs(value - limit)
         share = f" ({with_unit(100.0 * room / abs(limit), '%', 3)})" if limit else ""
         margin = f"{'+' if result.passed else '−'}{with_unit(room, unit, 3)}{share}" if room else ""
-    asked = value is None or limit is not None or not result.passed
+    demand = value is None or limit is not None or not result.passed
     where, pose = " / ".join(result.worst_pair or ()), result.worst_pose_mm
-    limit_told = f"{sense} {with_unit(limit, unit)}" if limit is not None else ""
-    passed = result.passed if asked else None
-    return Line(words or result.name, with_unit(value, unit), limit_told, margin, passed, where, pose, result.detail)
+    limit_reported = f"{sense} {with_unit(limit, unit)}" if limit is not None else ""
+    passed = result.passed if demand else None
+    return _Line(
+        words or result.name, with_unit(value, unit), limit_reported, margin, passed, where, pose, result.detail
+    )
 
 
-def requirements(results: Sequence[CheckResult]) -> list[Line]:
+def requirements(results: Sequence[CheckResult]) -> list[_Line]:
     """Lists what is asked of the machine, in the order of `REQUIREMENTS`; what is not asked is left out."""
     found = {result.name: result for result in results}
     return [line(found[name], words) for name, words in REQUIREMENTS.items() if name in found]
 
 
-def binding(results: Sequence[CheckResult]) -> list[Line]:
+def binding(results: Sequence[CheckResult]) -> list[_Line]:
     """Lists the checks that are closest to their limit as a share of it, one of a kind, those far from it left out."""
 
     def room(result: CheckResult) -> float:
@@ -116,7 +118,7 @@ def binding(results: Sequence[CheckResult]) -> list[Line]:
     able = [r for r in results if r.passed and r.value is not None and r.limit and r.value != r.limit]
     close = [(min(group, key=room), name) for name, group in grouped(able).items()]
     close = sorted((one for one in close if room(one[0]) < CLOSE), key=lambda one: room(one[0]))
-    return [line(result, plain(name)) for result, name in close[:BINDING]]
+    return [line(result, plain(name)) for result, name in close[:_BINDING]]
 
 
 def plain(name: str) -> str:
@@ -124,10 +126,10 @@ def plain(name: str) -> str:
     if name in REQUIREMENTS:
         return REQUIREMENTS[name]
     kind, _, of = name.partition(" ")
-    return f"{KINDS[kind]}: {of}" if kind in KINDS else f"{name[:1].upper()}{name[1:]}"
+    return f"{_KINDS[kind]}: {of}" if kind in _KINDS else f"{name[:1].upper()}{name[1:]}"
 
 
-def every(results: Sequence[CheckResult]) -> list[Line]:
+def every(results: Sequence[CheckResult]) -> list[_Line]:
     """Lists all checks: each that fails by itself, then the others, those of the three chains in one line."""
     failed = [line(result) for result in results if not result.passed]
     passed = grouped(result for result in results if result.passed)
@@ -139,7 +141,7 @@ def every(results: Sequence[CheckResult]) -> list[Line]:
 
 
 @dataclass(frozen=True)
-class FeelLine:
+class _FeelLine:
     """One figure at the handle, as text: in the cube's centre, at its worst, and where that is."""
 
     words: str
@@ -149,7 +151,7 @@ class FeelLine:
     pose_mm: tuple[float, float, float] | None = None
 
 
-def feel(s: Subject, over: Sequence[Field]) -> list[FeelLine]:
+def feel(s: Subject, over: Sequence[Field]) -> list[_FeelLine]:
     """Lists the figures at the handle; without fields, those that are the same everywhere."""
     lines = []
     for field in over:
@@ -157,15 +159,15 @@ def feel(s: Subject, over: Sequence[Field]) -> list[FeelLine]:
         centre = float(field.values(s.limits.centre_mm[None, :])[0])
         pose = (float(x), float(y), float(z))
         middle, worst = (with_unit(figure, field.unit) for figure in (centre, value))
-        lines.append(FeelLine(field.words, middle, worst, field.note, pose))
+        lines.append(_FeelLine(field.words, middle, worst, field.note, pose))
     drive, required = drive_torque(s.design), s.design.requirements
     force = f"in every direction, everywhere in the cube; from {drive.motor} through {_ratio(drive.ratio)}"
-    lines.append(FeelLine("Force, continuous", "", with_unit(required.force_N, "N"), force))
+    lines.append(_FeelLine("Force, continuous", "", with_unit(required.force_N, "N"), force))
     if required.peak_force_N is not None:
         note = f"for {drive.peak_time_s:g} s; the structure is held against it"
-        lines.append(FeelLine("Force, peak", "", with_unit(required.peak_force_N, "N"), note))
+        lines.append(_FeelLine("Force, peak", "", with_unit(required.peak_force_N, "N"), note))
     moving = with_unit(G_PER_KG * s.masses["moving_mass_kg"], "g")
-    lines.append(FeelLine("Moving mass", "", moving, "arms, rods, platform and knob, from the solids"))
+    lines.append(_FeelLine("Moving mass", "", moving, "arms, rods, platform and knob, from the solids"))
     return lines
 
 

@@ -12,8 +12,8 @@ from delta_cad.mechanism.placement import LINKS
 from delta_cad.report.subject import Subject, plain
 
 GRID = 5  # positions along an edge of the cube
-DIGITS = 5
-MARGIN_MM = 14.0  # about the drawing, for what is written there
+_DIGITS = 5
+_MARGIN_MM = 14.0  # about the drawing, for what is written there
 
 
 def outline(s: Subject) -> dict[str, Any]:
@@ -56,14 +56,14 @@ def outline(s: Subject) -> dict[str, Any]:
     if s.reach_mm is not None:
         bound = [*-s.reach_mm[1::2], *(s.reach_mm[0::2] + s.reach_mm[1::2])]
     every = np.concatenate([*hulls, [middle - size / 2.0, middle + size / 2.0]])
-    low, high = every.min(axis=0) - MARGIN_MM, every.max(axis=0) + MARGIN_MM
+    low, high = every.min(axis=0) - _MARGIN_MM, every.max(axis=0) + _MARGIN_MM
     return {
-        "bodies": plain(hulls, DIGITS),
-        "home": plain([hull for _, hull in sorted(home, key=lambda one: one[0])], DIGITS),
-        "allowed": plain([*(middle - size / 2.0), *size], DIGITS),
-        "bound": plain(bound, DIGITS),
-        "cube": plain([-half, -half, 2.0 * half, 2.0 * half], DIGITS),
-        "frame": plain([*low, *(high - low)], DIGITS),
+        "bodies": plain(hulls, _DIGITS),
+        "home": plain([hull for _, hull in sorted(home, key=lambda one: one[0])], _DIGITS),
+        "allowed": plain([*(middle - size / 2.0), *size], _DIGITS),
+        "bound": plain(bound, _DIGITS),
+        "cube": plain([-half, -half, 2.0 * half, 2.0 * half], _DIGITS),
+        "frame": plain([*low, *(high - low)], _DIGITS),
     }
 
 

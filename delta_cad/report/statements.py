@@ -19,8 +19,8 @@ from delta_cad.structure.beam_model import beam_model
 from delta_cad.structure.report import LEFT_OUT
 from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S
 
-CERTIFICATE_SCHEMA = "delta-certificate/1"
-PLAINLY = {
+_CERTIFICATE_SCHEMA = "delta-certificate/1"
+_PLAINLY = {
     "reach": "within reach",
     "assembly_mode": "no singular position",
     "torque": "joint torque",
@@ -68,7 +68,7 @@ def certificate(design: Design, path: Path) -> dict[str, Any]:
         return nothing
     try:
         data = read_json(path)
-        if data["schema"] != CERTIFICATE_SCHEMA or data["design_hash"] != design_hash(design):
+        if data["schema"] != _CERTIFICATE_SCHEMA or data["design_hash"] != design_hash(design):
             return nothing | {"words": f"{path.name} in this folder is about another design."}
         return {"found": True} | _proved(data, 2.0 * design.cube.half_side_mm)
     except (ReadError, GeometryError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
@@ -123,7 +123,7 @@ def _proved(data: Any, side_mm: float) -> dict[str, Any]:
 
 def _plainly(name: str, words: str) -> str:
     """A limit in the words of a customer before those of its mathematics."""
-    return f"{PLAINLY[name]}: {words}" if name in PLAINLY else words
+    return f"{_PLAINLY[name]}: {words}" if name in _PLAINLY else words
 
 
 def _strictly(value: float, upwards: bool) -> str:

@@ -25,9 +25,9 @@ from delta_cad.solids.part import Bore, Hole, Triple
 from delta_cad.solids.primitive import THROUGH_MM, Point, cylinder, turned
 
 UP, DOWN = 1.0, -1.0
-THREAD_DIAMETERS = 3.0  # a screw holds no more by a longer thread, and taps break
-AXIS_MM, DIAMETER_MM = 1e-4, 1e-3  # of a face from the axis and the diameter that a bore declares
-SAME_MM = 1e-6  # bores made from both sides share their axis to roundings
+_THREAD_DIAMETERS = 3.0  # a screw holds no more by a longer thread, and taps break
+_AXIS_MM, _DIAMETER_MM = 1e-4, 1e-3  # of a face from the axis and the diameter that a bore declares
+_SAME_MM = 1e-6  # bores made from both sides share their axis to roundings
 
 
 def along_y(diameter: float, at: Point, y: Point) -> Bore:
@@ -75,7 +75,7 @@ def tapped(bore: Bore, size: str, thread_mm: float | None = None) -> Bore:
     row = catalogue.screw(size)
     drill = row.tap_drill_mm
     if thread_mm is None:
-        usable = min(bore.depth_mm, THREAD_DIAMETERS * row.diameter_mm)
+        usable = min(bore.depth_mm, _THREAD_DIAMETERS * row.diameter_mm)
         return replace(bore, diameter_mm=drill, thread=size, thread_mm=usable)
     deep = drilled_mm(size, thread_mm)
     return replace(blind(bore, TIP_DEG), diameter_mm=drill, depth_mm=deep, thread=size, thread_mm=thread_mm)
@@ -123,8 +123,8 @@ def axes(bores: Iterable[Bore]) -> int:
     found: list[tuple[np.ndarray, np.ndarray]] = []
     for bore in bores:
         point, along = np.array(bore.start_mm), np.array(bore.direction)
-        apart = (np.cross(point - other, way) for other, way in found if hypot(*np.cross(along, way)) < SAME_MM)
-        if all(hypot(*off) > SAME_MM for off in apart):
+        apart = (np.cross(point - other, way) for other, way in found if hypot(*np.cross(along, way)) < _SAME_MM)
+        if all(hypot(*off) > _SAME_MM for off in apart):
             found.append((point, along))
     return len(found)
 
@@ -139,12 +139,12 @@ def faces_of(solid: cq.Shape, bore: Bore) -> list[cq.Face]:
             continue
         cylinder = BRepAdaptor_Surface(face.wrapped).Cylinder()
         point, way = cylinder.Location(), cylinder.Axis().Direction()
-        if abs(2 * cylinder.Radius() - bore.diameter_mm) >= DIAMETER_MM:
+        if abs(2 * cylinder.Radius() - bore.diameter_mm) >= _DIAMETER_MM:
             continue
         off = cross_length(np.array([point.X(), point.Y(), point.Z()]) - start, along)
         askew = cross_length(np.array([way.X(), way.Y(), way.Z()]), along)
         if (
-            max(off, askew) < AXIS_MM
+            max(off, askew) < _AXIS_MM
             and 0.0 < float((np.array(face.Center().toTuple()) - start) @ along) < bore.depth_mm
         ):
             found.append(face)

@@ -91,7 +91,7 @@ def make_spacer(
 
 
 PRELOAD_PLAY_MM = 0.3  # of diameter, by which a wave spring is smaller than its bore
-STEEL_G_MM3 = 7.9e-3
+_STEEL_G_MM3 = 7.9e-3
 
 
 def make_bearing(d: Dimensions) -> Part:
@@ -130,7 +130,7 @@ def make_wave_spring(d: Dimensions) -> Part:
         return cut(bore_y(outer, (0.0, 0.0), (0.0, height)), [inside])
 
     shape = feature("wave_spring", "ring", "hardware.bearing", ring)
-    mass = pi / 4 * (outer**2 - row.inner_mm**2) * row.thickness_mm * STEEL_G_MM3
+    mass = pi / 4 * (outer**2 - row.inner_mm**2) * row.thickness_mm * _STEEL_G_MM3
     holes = (Hole(row.inner_mm, 1, "inside"),)
     extent = round_y(outer / 2, (0.0, height))
     (low, high), (least, most) = spring_height_mm(row), preload_range_N(row)
@@ -201,14 +201,14 @@ def make_encoder_magnet(d: Dimensions) -> Part:
     return bought_part("encoder_magnet", m, bore_y(m.diameter_mm, (0.0, 0.0), y), "ndfeb", extent, m.mass_g)
 
 
-HOLE_ROOM_MM = 0.3  # between the pin's end and the floor of the hole: adhesive
+_HOLE_ROOM_MM = 0.3  # between the pin's end and the floor of the hole: adhesive
 
 
 def make_joint_ball(d: Dimensions) -> Part:
     """Ball about the origin, its hole open towards +y; bought, and eroded because it is hardened through."""
     number, f, row = "joint_ball", d.forearm, d.forearm.ball
     hole, radius = f.pin_diameter_mm + 2 * BALL_GLUE_MM, f.ball_diameter_mm / 2
-    floor = -f.pin_past_mm - HOLE_ROOM_MM
+    floor = -f.pin_past_mm - _HOLE_ROOM_MM
     sphere = ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     deep, boring = radius - floor, Boring()
     eroded = within(blind(along_y(hole, (0.0, 0.0), (radius, floor))), -EROSION_UM, EROSION_UM)
@@ -243,24 +243,24 @@ def make_foot(d: Dimensions) -> Part:
 
 CORD_MM = 0.5
 CORD_SLACK_MM = 1.0  # a ball leaves its cup at more than 2 mm: the cord keeps it in when a spring breaks, or at a blow
-CORD_KNOTS_MM = 30.0
-CORD_DENSITY_G_MM3 = 0.97e-3  # polyethylene
-WIRE_DENSITY_G_MM3 = 7.85e-3
-LOOPS = 2.0  # coils' worth of wire in both loops together
-PIECES = 160, 12, 24  # of half a loop: around it, out from the middle of its wire, around that
+_CORD_KNOTS_MM = 30.0
+_CORD_DENSITY_G_MM3 = 0.97e-3  # polyethylene
+_WIRE_DENSITY_G_MM3 = 7.85e-3
+_LOOPS = 2.0  # coils' worth of wire in both loops together
+_PIECES = 160, 12, 24  # of half a loop: around it, out from the middle of its wire, around that
 
 
 def cord_mm(f: ForearmDimensions) -> tuple[float, float]:
     """Gives the length of a cord between the eyes and as it is cut, mm."""
     between = f.between_eyes_mm + CORD_SLACK_MM
-    return between, between + CORD_KNOTS_MM
+    return between, between + _CORD_KNOTS_MM
 
 
 def spring_mass_g(f: ForearmDimensions) -> float:
     """Computes the mass of a spring with its cord, g; of the spring as its row gives it, else of its wire."""
     row = f.spring
-    wire = pi**2 / 4 * row.wire_mm**2 * row.mean_diameter_mm * (row.active_coils + LOOPS) * WIRE_DENSITY_G_MM3
-    return (wire if row.mass_g is None else row.mass_g) + pi / 4 * CORD_MM**2 * cord_mm(f)[1] * CORD_DENSITY_G_MM3
+    wire = pi**2 / 4 * row.wire_mm**2 * row.mean_diameter_mm * (row.active_coils + _LOOPS) * _WIRE_DENSITY_G_MM3
+    return (wire if row.mass_g is None else row.mass_g) + pi / 4 * CORD_MM**2 * cord_mm(f)[1] * _CORD_DENSITY_G_MM3
 
 
 def loop_overlap_mm3(f: ForearmDimensions, lean_rad: float) -> float:
@@ -271,7 +271,7 @@ def loop_overlap_mm3(f: ForearmDimensions, lean_rad: float) -> float:
     across, along = f.width_mm * sin(lean_rad), f.width_mm * cos(lean_rad) - 2 * f.eye_y_mm
     apart = hypot(across, along)
     mean, wire, hole = f.spring.mean_diameter_mm / 2, f.spring.wire_mm / 2, f.eye_diameter_mm / 2
-    turn, out, around = np.meshgrid(*((np.arange(n) + 0.5) / n for n in PIECES), indexing="ij")
+    turn, out, around = np.meshgrid(*((np.arange(n) + 0.5) / n for n in _PIECES), indexing="ij")
     turn, out, around = pi * (turn - 0.5), wire * out, 2 * pi * around
     radius = mean + out * np.cos(around)
     u = (f.between_eyes_mm - apart) / 2 - (mean - wire) + radius * np.cos(turn)  # along the spring, beyond its eye

@@ -44,25 +44,25 @@ from delta_cad.solids.primitive import (
     round_inside,
 )
 
-BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0  # usable; the block's threads go through
+_BLOCK_THREAD_MM, BASE_THREAD_MM, _DOWEL_DEPTH_MM = 7.0, 11.0, 6.0  # usable; the block's threads go through
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
-BOARD_THREAD_MM = 8.0
-UNDER_TIP_MM = 1.4  # least metal before a blind drill's tip
-BESIDE_TIP_MM = 1.0  # from the tips of a foot block's cross dowels to its upright ones: else they end flat
+_BOARD_THREAD_MM = 8.0
+_UNDER_TIP_MM = 1.4  # least metal before a blind drill's tip
+_NEXT_TO_TIP_MM = 1.0  # from the tips of a foot block's cross dowels to its upright ones: else they end flat
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
-BLOCK_ENGAGEMENT_DIAMETERS = 1.2
-PILOT_WALL_MM, HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its screws' counterbores; of diameter, in them
-ROUNDING_MM = 1e-9
+_BLOCK_ENGAGEMENT_DIAMETERS = 1.2
+_PILOT_WALL_MM, _HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its screws' counterbores; of diameter, in them
+_ROUNDING_MM = 1e-9
 # By which a leg's circle is smaller, which touches its head's from within: there the kernel may lose faces.
-OFF_TANGENT_MM = 0.0, 0.05, 0.1, 0.2
-DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
+_OFF_TANGENT_MM = 0.0, 0.05, 0.1, 0.2
+_DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
 
 
 def base_pin_mm(d: Dimensions) -> tuple[float, float]:
     """Computes how deep a pin between base plate and foot block sits in the plate, and how much of both it may fill."""
     sunk = min(7.0, d.base.thickness_mm - 0.5)
-    return sunk, sunk + DOWEL_DEPTH_MM - 0.5
+    return sunk, sunk + _DOWEL_DEPTH_MM - 0.5
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -72,12 +72,12 @@ def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
     return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screws_rad]
 
 
-def motor_counterbore_mm(d: Dimensions) -> float:
+def _motor_counterbore_mm(d: Dimensions) -> float:
     """Diameter of the counterbores of a motor's screws: smaller than usual where that leaves a wall to the pilot."""
     screw, m = catalogue.screw(d.motor.mount_thread), d.motor
-    room = floor(10.0 * (m.mount_circle_mm - m.pilot_diameter_mm - 2 * PILOT_WALL_MM) + ROUNDING_MM) / 10.0
+    room = floor(10.0 * (m.mount_circle_mm - m.pilot_diameter_mm - 2 * _PILOT_WALL_MM) + _ROUNDING_MM) / 10.0
     usual = screw.counterbore_diameter_mm  # where no wall is left it opens into the pilot's bore
-    return min(usual, room) if room >= screw.head_diameter_mm + HEAD_PLAY_MM else usual
+    return min(usual, room) if room >= screw.head_diameter_mm + _HEAD_PLAY_MM else usual
 
 
 def cheek_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -92,23 +92,23 @@ def cheek_dowel_positions(d: Dimensions) -> list[tuple[float, float]]:
     return [(u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm]
 
 
-def block_thread_mm(d: Dimensions) -> float:
+def _block_thread_mm(d: Dimensions) -> float:
     """Depth that the foot block's threads are used to from either side: the screws do not meet."""
-    return min(BLOCK_THREAD_MM, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 0.5)
+    return min(_BLOCK_THREAD_MM, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 0.5)
 
 
 def cheek_screw_length_mm(d: Dimensions, thickness_mm: float) -> float:
     """Longest stock screw through a cheek that stays in its half of the foot block."""
     lengths = catalogue.screw(BLOCK_SCREW).lengths_mm
-    return max(length for length in lengths if length <= thickness_mm + block_thread_mm(d))
+    return max(length for length in lengths if length <= thickness_mm + _block_thread_mm(d))
 
 
 def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
     """Computes how deep the heads are sunk into a cheek: not at all, unless too little thread would be left."""
     length, row = cheek_screw_length_mm(d, thickness_mm), catalogue.screw(BLOCK_SCREW)
-    if length - thickness_mm >= BLOCK_ENGAGEMENT_DIAMETERS * row.diameter_mm:
+    if length - thickness_mm >= _BLOCK_ENGAGEMENT_DIAMETERS * row.diameter_mm:
         return 0.0
-    return thickness_mm + block_thread_mm(d) - length
+    return thickness_mm + _block_thread_mm(d) - length
 
 
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
@@ -116,14 +116,14 @@ def cheek_dowel_depth_mm(d: Dimensions) -> float:
     return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
 
 
-def stopped_y_mm(d: Dimensions) -> float:
+def _stopped_y_mm(d: Dimensions) -> float:
     """Face of the sector's web that the stop pin reaches into, or of the arm where there is no sector."""
     return d.layers.arm_mm[1] if d.capstan is None else d.capstan.web_y_mm[1]
 
 
 def stop_pin_length_mm(d: Dimensions) -> float:
     """Shortest stock length of a stop pin that reaches into what it stops (sector or arm) deep enough."""
-    top = stopped_y_mm(d)
+    top = _stopped_y_mm(d)
     needed = d.layers.motor_cheek_mm[1] - STOP_SUNK_MM - (top - STOP_ENGAGEMENT_MM)
     stock = catalogue.dowel(f"{d.bracket.stop_pin_mm:g}").lengths_mm
     require(
@@ -138,9 +138,9 @@ def stop_pin_length_mm(d: Dimensions) -> float:
 def board_thread_mm(d: Dimensions) -> tuple[float, float | None]:
     """Depth of the encoder board's threads, and where their drill ends along the shoulder's axis; None: through."""
     face, inside = d.layers.encoder_head_mm[0], d.layers.encoder_cheek_mm[1]
-    deep = face + drilled_mm(BOARD_SCREW, BOARD_THREAD_MM)
+    deep = face + drilled_mm(BOARD_SCREW, _BOARD_THREAD_MM)
     tip = tip_mm(catalogue.screw(BOARD_SCREW).tap_drill_mm)
-    return (BOARD_THREAD_MM, deep) if deep + tip < inside - UNDER_TIP_MM else (inside - face, None)
+    return (_BOARD_THREAD_MM, deep) if deep + tip < inside - _UNDER_TIP_MM else (inside - face, None)
 
 
 def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float]) -> None:
@@ -161,7 +161,7 @@ def key_slot_length_mm(d: Dimensions) -> float:
     """How far the slot of the set screws' key reaches from the motor's axis: to the edge of its cheek."""
     circles = np.array(d.bracket.motor_cheek_circles_mm)
     angle, (x, z, _) = key_slot_rad(d.bracket, d.motor), circles[1]
-    turns = angle + np.linspace(-pi / 2, pi / 2, DIRECTIONS)[1:-1]
+    turns = angle + np.linspace(-pi / 2, pi / 2, _DIRECTIONS)[1:-1]
     normals = np.stack([np.cos(turns), np.sin(turns)])
     support = (circles[:, :2] @ normals + circles[:, 2:]).max(axis=0)
     return float(((support - np.array([x, z]) @ normals) / np.cos(turns - angle)).min())
@@ -185,7 +185,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     seat = inside + seat_depth
     rest = [along_y(screw.clearance_hole_mm, at, (seat, outside)) for at in motor_screws]
     boring.add(f"{screw.clearance_hole_mm:g} through, motor screws", rest)
-    heads = [sunk(along_y(motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
+    heads = [sunk(along_y(_motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
     boring.add(f"counterbore {seat_depth:g} deep from the arm's side", heads)
     _to_the_block(d, boring, (outside, inside))
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
@@ -231,8 +231,8 @@ def _encoder_body(d: Dimensions, leg: list[Circle]) -> cq.Shape:
     face, head = d.layers.encoder_head_mm[0], d.encoder_head_circles_mm
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
     if d.capstan is not None and board:
-        beside = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
-        body = edge_break(number, beside, ">Y or <Y", CHEEK_EDGE_MM)
+        adjacent = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
+        body = edge_break(number, adjacent, ">Y or <Y", CHEEK_EDGE_MM)
     else:
         body = edge_break(number, body, ">Y or <Y", CHEEK_EDGE_MM)
     if d.capstan is None:
@@ -248,7 +248,7 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     outside, inside = d.layers.encoder_cheek_mm
     face = d.layers.encoder_head_mm[0]
     board, head = d.board_screws_mm, d.encoder_head_circles_mm
-    bodies = (_encoder_body(d, _encoder_leg(d, off)) for off in OFF_TANGENT_MM)
+    bodies = (_encoder_body(d, _encoder_leg(d, off)) for off in _OFF_TANGENT_MM)
     body = next((one for one in bodies if encloses_its_volume(one)), None)
     if body is None:
         raise BuildError(number, "leg and head", "base_radius_mm")
@@ -303,7 +303,7 @@ def make_foot_block(d: Dimensions) -> Part:
     middle, z = sum(y) / 2, (b.base_top_mm, b.base_top_mm + b.foot_height_mm)
     body = box((low, y[0], z[0]), (high, y[1], z[1]))
     body = edge_break(number, body, ">Z", CHEEK_EDGE_MM)
-    depth, into, boring = block_thread_mm(d), cheek_dowel_depth_mm(d), Boring()
+    depth, into, boring = _block_thread_mm(d), cheek_dowel_depth_mm(d), Boring()
     through = y[1] - y[0] <= DRILL_DIAMETERS * catalogue.screw(BLOCK_SCREW).tap_drill_mm
     cross, back = (
         [_block_thread(at, ends, depth, through) for at in cheek_screw_positions(d)] for ends in (y, (y[1], y[0]))
@@ -315,12 +315,12 @@ def make_foot_block(d: Dimensions) -> Part:
         boring.add(sides, [*cross, *back])
     up = [tapped(along_z(0.0, (u - b.shoulder_u_mm, middle), z), BASE_SCREW) for u in b.base_screw_u_mm]
     boring.add(f"{BASE_SCREW} through, screws to {BASE_THREAD_MM:g} from below", up)
-    below = (z[0], z[0] + DOWEL_DEPTH_MM)
+    below = (z[0], z[0] + _DOWEL_DEPTH_MM)
     pins = [along_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), below) for u in b.base_dowel_u_mm]
     for at in cheek_dowel_positions(d):
         pins += [along_y(DOWEL_MM, at, (y[0], y[0] + into)), along_y(DOWEL_MM, at, (y[1], y[1] - into))]
-    depths = f"2 x {DOWEL_DEPTH_MM:g} deep from below, 2 x {into:g} deep from both sides"
-    tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + BESIDE_TIP_MM else 0.0
+    depths = f"2 x {_DOWEL_DEPTH_MM:g} deep from below, 2 x {into:g} deep from both sides"
+    tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + _NEXT_TO_TIP_MM else 0.0
     boring.add(f"{DOWEL_MM:g} H7: {depths}", [fitted(blind(pin, tip), "H7") for pin in pins])
     solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, boring.tools))
     extent = (low, high), y, z

@@ -56,11 +56,11 @@ from delta_cad.solids.primitive import (
 )
 from delta_cad.solids.upper_arm import dowel_positions, polar_positions
 
-BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the rest is cut off
-LIGHTENING_MM = 7.0
-AXIS_DIGITS = 12  # of a direction along an axis, which cosines miss by a rounding
-ROUNDING_MM = 1e-6
-DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
+_BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the rest is cut off
+_LIGHTENING_MM = 7.0
+_AXIS_DIGITS = 12  # of a direction along an axis, which cosines miss by a rounding
+_ROUNDING_MM = 1e-6
+_DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
 
 
 def capstan_of(d: Dimensions) -> CapstanDimensions:
@@ -88,17 +88,17 @@ def set_screw_frames(d: Dimensions, length_mm: float) -> tuple[np.ndarray, np.nd
 
 def _set_screw_ways(d: Dimensions) -> list[tuple[float, float]]:
     """(x, z) unit vectors along the pinion's set screws in its frame; those along its axes without rounding."""
-    return [(round(cos(a), AXIS_DIGITS) + 0.0, round(sin(a), AXIS_DIGITS) + 0.0) for a in d.set_screws_rad]
+    return [(round(cos(a), _AXIS_DIGITS) + 0.0, round(sin(a), _AXIS_DIGITS) + 0.0) for a in d.set_screws_rad]
 
 
-def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
+def _lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
     """(x, z) of the lightening holes between slot and rim, as many as leave walls of 2 mm."""
     low, high = _lightening_room_mm(c)
-    if high - low < LIGHTENING_MM:
+    if high - low < _LIGHTENING_MM:
         return []
     radius = _lightening_radius_mm(c)
     first, last = (c.rim_angles_rad[0] + 6.0 / radius, c.rim_angles_rad[1] - 6.0 / radius)
-    count = int((last - first) * radius / (LIGHTENING_MM + 4.0))
+    count = int((last - first) * radius / (_LIGHTENING_MM + 4.0))
     step = (last - first) / max(count, 1)
     return polar_positions(radius, tuple(first + (k + 0.5) * step for k in range(count)))
 
@@ -150,7 +150,7 @@ def make_sector(d: Dimensions) -> Part:
     def under_cable(point: np.ndarray) -> bool:
         """Whether a corner lies where the cable leaves rim or nose: a rounding there would lift it."""
         nose = hypot(point[0] - c.nose_centre_mm[0], point[2] - c.nose_centre_mm[1]) - c.nose_radius_mm
-        return min(abs(hypot(point[0], point[2]) - c.rim_radius_mm), abs(nose)) < ROUNDING_MM
+        return min(abs(hypot(point[0], point[2]) - c.rim_radius_mm), abs(nose)) < _ROUNDING_MM
 
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), web)
@@ -179,9 +179,9 @@ def make_sector(d: Dimensions) -> Part:
     ends = [along_y(c.slot_width_mm, at, deep) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
     boring.add(f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends", ends)
     tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
-    deep = y if _lightening_radius_mm(c) + LIGHTENING_MM / 2 > inside else web
-    lights = [along_y(LIGHTENING_MM, at, deep) for at in lightening(c)]
-    boring.add(f"{LIGHTENING_MM:g} through, lightening", lights)
+    deep = y if _lightening_radius_mm(c) + _LIGHTENING_MM / 2 > inside else web
+    lights = [along_y(_LIGHTENING_MM, at, deep) for at in _lightening(c)]
+    boring.add(f"{_LIGHTENING_MM:g} through, lightening", lights)
     free = POCKET_PLAY_MM
     pocket = (POCKET_FROM_MM, length - LUG_WALL_MM[1])
     radial = (CARRIAGE_RADII_MM[0] - free, CARRIAGE_RADII_MM[1] + free)
@@ -256,14 +256,14 @@ def make_pinion(d: Dimensions) -> Part:
     first, bottom = y0 + SHOULDER_MM, c.run.pinion_mm - c.cable_diameter_mm / 2
     last = 2 * c.middle_y_mm - first
     crest, end = c.pinion_radius_mm, last + SHOULDER_MM
-    neck = [(min(crest, c.collar_radius_mm), end, y1)] if y1 > end + ROUNDING_MM else []
+    neck = [(min(crest, c.collar_radius_mm), end, y1)] if y1 > end + _ROUNDING_MM else []
     collar = c.collar_radius_mm, neck[0][2] if neck else end, y2
     body = stepped((crest, y0, first), (bottom, first, last), (crest, last, end), *neck, collar)
     floor = y2 - c.pinion_bore_depth_mm
     middle, far, near, boring = (y1 + y2) / 2, c.collar_radius_mm, c.pinion_bore_mm / 2, Boring()
     out = far + THROUGH_MM
     bore = fitted(along_y(c.pinion_bore_mm, (0.0, 0.0), (y2, floor)), "H7")
-    if ends := floor > y0 + ROUNDING_MM:
+    if ends := floor > y0 + _ROUNDING_MM:
         bore = blind(bore)
     deep = f"x {c.pinion_bore_depth_mm:.1f}" if ends else "through"
     boring.holes.append(group(f"{c.pinion_bore_mm:g} H7 {deep}, on the motor's shaft", [bore]))
@@ -300,7 +300,7 @@ def make_cable(d: Dimensions, end: int) -> Part:
         return _piece(d, "capstan_cable_inner", rim)
     length, tolerance = c.bench_mm
     text = (
-        f"{d.cable.description}, cut {length + BARE_END_MM:.0f} mm, sleeves crimped on the bench: "
+        f"{d.cable.description}, cut {length + _BARE_END_MM:.0f} mm, sleeves crimped on the bench: "
         f"{length:.1f} +-{tolerance:.1f} mm between their backs, slack"
     )
     return replace(_piece(d, "capstan_cable", rim), description=text, piece_of="")
@@ -329,7 +329,7 @@ def make_strand(d: Dimensions, end: int) -> Part:
     (x, z), angle = c.pinion_axis_mm, at + pi
     arrives = np.array([x + run.pinion_mm * cos(angle), leaves[1], z + run.pinion_mm * sin(angle)])
     arrives[1] += _climb(d, end) * run.free_mm
-    strand = cylinder(c.cable_diameter_mm - DRAWN_PLAY_MM, tuple(leaves), tuple(arrives))
+    strand = cylinder(c.cable_diameter_mm - _DRAWN_PLAY_MM, tuple(leaves), tuple(arrives))
     return _bought(d, f"capstan_cable_strand_{'outer' if end else 'inner'}", strand, run.free_mm)
 
 
@@ -370,9 +370,9 @@ def _piece(d: Dimensions, number: str, pieces: list[list[np.ndarray]]) -> Part:
         number,
         "sweep",
         "hardware.cable",
-        lambda: swept_round([np.array(one).tolist() for one in pieces], diameter - DRAWN_PLAY_MM),
+        lambda: swept_round([np.array(one).tolist() for one in pieces], diameter - _DRAWN_PLAY_MM),
     )
-    return _bought(d, number, shape, shape.Volume() / (pi * (diameter - DRAWN_PLAY_MM) ** 2 / 4))
+    return _bought(d, number, shape, shape.Volume() / (pi * (diameter - _DRAWN_PLAY_MM) ** 2 / 4))
 
 
 def _bought(d: Dimensions, number: str, shape: cq.Shape, length_mm: float) -> Part:

@@ -36,7 +36,7 @@ from delta_cad.solids.primitive import (
     turned,
 )
 
-RING_GLUE_MM, RING_WALL_MM = 0.05, 1.1  # radial
+RING_GLUE_MM, _RING_WALL_MM = 0.05, 1.1  # radial
 
 
 def make_cross_bar(d: Dimensions) -> Part:
@@ -125,7 +125,7 @@ def make_rod_eye(d: Dimensions) -> Part:
     number, f, (outer, width) = "rod_eye", d.forearm, RING_MM
     bore, y, z = f.tube_outer_mm + 2 * RING_GLUE_MM, -f.eye_hole_y_mm, f.eye_z_mm
     around = f.eye_diameter_mm / 2 + EYE_WALL_MM
-    wide = max(outer, bore + 2 * RING_WALL_MM)
+    wide = max(outer, bore + 2 * _RING_WALL_MM)
 
     def body() -> cq.Shape:
         lug = box((-LUG_MM / 2, y - around, 0.0), (LUG_MM / 2, y + around, z + around))

@@ -26,7 +26,7 @@ from delta_cad.solids.making import material
 from delta_cad.solids.part import Extent, Hole, Part
 from delta_cad.solids.primitive import box, cut, cylinder, feature, fuse, one_solid, swept_round
 
-UNVERIFIED = "verified: no, from memory, check before ordering"
+_UNVERIFIED = "verified: no, from memory, check before ordering"
 SENSOR, CLIP = "sensor_lead", "lead_clip"
 CODES = {
     "motor_lead": f"silicone lead 0.5 mm2, 2.3, {LONG_MM / MM_PER_M:g} m",
@@ -34,12 +34,12 @@ CODES = {
     SENSOR: f"JST SHR-06V-S-B, six wires AWG 28 in a sleeve of {SENSOR_MM:g}, {LONG_MM / MM_PER_M:g} m",
     CLIP: f"cable tie base {CLIP_MM[0]:g} x {CLIP_MM[0]:g}, glued, with a tie {TIE_MM[0]:g}",
 }
-SOURCES = {
-    "motor_lead": f"common stock size; {UNVERIFIED}",
-    "encoder_lead": f"an estimate; {UNVERIFIED}",
+_SOURCES = {
+    "motor_lead": f"common stock size; {_UNVERIFIED}",
+    "encoder_lead": f"an estimate; {_UNVERIFIED}",
     SENSOR: "JST series SH: header 2.95 high, wires to 0.8 (pdf.elecfans.com/p/10625074.html); verified: partly; that "
     "the board has such a header: no, measure the board in hand",
-    CLIP: f"common stock size; {UNVERIFIED}",
+    CLIP: f"common stock size; {_UNVERIFIED}",
 }
 CLIP_G = 1.0  # an estimate
 
@@ -70,12 +70,12 @@ def make_sensor_lead(s: SensorLeadDimensions) -> Part:
     away, down = bend * (1.0 - cos(turn)), bend * sin(turn)
     middle = bend * (1.0 - cos(turn / 2.0)), bend * sin(turn / 2.0)
     first, second = at_way(away, low - down), at_way(away + s.level_mm, low - down)
-    beside, end = at_way(aside, low - 2.0 * down), at_way(aside, low - 2.0 * down - CLIP_MM[0] - TAIL_MM)
+    adjacent, end = at_way(aside, low - 2.0 * down), at_way(aside, low - 2.0 * down - CLIP_MM[0] - TAIL_MM)
     pieces: list[tuple[tuple[float, float, float], ...]] = [
         (at_way(0.0, top), at_way(0.0, low)),
         (at_way(0.0, low), at_way(middle[0], low - middle[1]), first),
-        (second, at_way(aside - middle[0], low - 2.0 * down + middle[1]), beside),
-        (beside, end),
+        (second, at_way(aside - middle[0], low - 2.0 * down + middle[1]), adjacent),
+        (adjacent, end),
     ]
     if s.level_mm > 0.0:
         pieces.insert(2, (first, second))
@@ -108,7 +108,7 @@ def make_lead_clip() -> Part:
 
 
 def _bought(number: str, text: str, shape: cq.Shape, mass: float, extent: Extent, holes: tuple[Hole, ...] = ()) -> Part:
-    solid, stuff, code, source = one_solid(shape, number), material(_stuff(number)), CODES[number], SOURCES[number]
+    solid, stuff, code, source = one_solid(shape, number), material(_stuff(number)), CODES[number], _SOURCES[number]
     return Part(number, text, solid, stuff, False, holes, mass, extent_mm=extent, order_code=code, source=source)
 
 

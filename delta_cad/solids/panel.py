@@ -26,11 +26,11 @@ from delta_cad.solids.part import Extent, Hole, Part, Span
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, edge_break, feature, hull_along_z, one_solid
 
 BOOT_CODE = "boot to pattern, coated cloth 0.6 mm, 250 g/m2"
-BOOT_SOURCE = "cloth and mass are estimates; verified: no, to be confirmed by the maker's offer"
-BREAK_MM = 0.5
+_BOOT_SOURCE = "cloth and mass are estimates; verified: no, to be confirmed by the maker's offer"
+_BREAK_MM = 0.5
 
 
-def panel_of(d: Dimensions) -> PanelDimensions:
+def _panel_of(d: Dimensions) -> PanelDimensions:
     """Gives the dimensions of a design that has a panel."""
     assert d.panel is not None
     return d.panel
@@ -55,7 +55,7 @@ def _reach(p: PanelDimensions, corner_mm: float, z: Span) -> Extent:
 
 def make_panel(d: Dimensions) -> Part:
     """The dashboard's sheet around its opening, with the holes of the bezel's screws."""
-    number, p = "panel", panel_of(d)
+    number, p = "panel", _panel_of(d)
     z, clear = (0.0, p.thickness_mm), catalogue.screw(SCREW).clearance_hole_mm
     boring = Boring()
     boring.add(f"{clear:g} through, bezel", (along_z(clear, at, z) for at in p.screw_places()))
@@ -67,9 +67,9 @@ def make_panel(d: Dimensions) -> Part:
 
 def make_bezel(d: Dimensions) -> Part:
     """Frame that holds the boot on the panel; its edge stops the handle's stem."""
-    number, p = "bezel", panel_of(d)
+    number, p = "bezel", _panel_of(d)
     z = (0.0, p.bezel_mm)
-    frame = edge_break(number, _frame(p, p.rim_mm, p.edge_mm, z), ">Z", BREAK_MM)
+    frame = edge_break(number, _frame(p, p.rim_mm, p.edge_mm, z), ">Z", _BREAK_MM)
     boring = Boring()
     threads = (tapped(along_z(0.0, at, z), SCREW, p.thread_mm) for at in p.screw_places())
     boring.add(f"{SCREW} x {p.thread_mm:g}, from below", threads)
@@ -80,7 +80,7 @@ def make_bezel(d: Dimensions) -> Part:
 
 def make_boot(d: Dimensions) -> Part:
     """The boot, drawn as its rim between panel and bezel; with the mass of all that the handle does not carry."""
-    number, p = "boot", panel_of(d)
+    number, p = "boot", _panel_of(d)
     z, hole = (0.0, CLOTH_MM), catalogue.screw(SCREW).clearance_hole_mm
     tools = [bore_z(hole, at, (-THROUGH_MM, CLOTH_MM + THROUGH_MM)) for at in p.screw_places()]
     solid = feature(number, "rim", "panel", lambda: cut(_frame(p, p.rim_mm, p.opening_mm, z), tools))
@@ -91,7 +91,7 @@ def make_boot(d: Dimensions) -> Part:
 
 def make_boot_collar(d: Dimensions) -> Part:
     """The boot's collar on the stem, with the mass of all of it that the handle carries."""
-    p, number = panel_of(d), "boot_collar"
+    p, number = _panel_of(d), "boot_collar"
     height = COLLAR_MM[1]
     ring = bore_z(2 * p.collar_radius_mm, (0.0, 0.0), (0.0, height))
     bore = bore_z(2 * p.stem_radius_mm, (0.0, 0.0), (-THROUGH_MM, height + THROUGH_MM))
@@ -102,7 +102,7 @@ def make_boot_collar(d: Dimensions) -> Part:
 
 def _cloth(number: str, text: str, shape: cq.Shape, mass_g: float, extent: Extent, holes: tuple[Hole, ...]) -> Part:
     solid, cloth = one_solid(shape, number), material("rubber")
-    order = {"order_code": BOOT_CODE, "source": BOOT_SOURCE}
+    order = {"order_code": BOOT_CODE, "source": _BOOT_SOURCE}
     return Part(number, text, solid, cloth, False, holes, mass_g, extent_mm=extent, **order)
 
 

@@ -23,18 +23,18 @@ from delta_cad.dimensions.rules import CORNERS_MM
 Point = tuple[float, float]
 Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
 
-SHORT_MM = 1e-9  # two circles of a hull that touch inside have no line between them
-BESIDE_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a floor
-FAR_MM = 1e3  # beyond every part
-SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it
-LEFT_MM = 0.05  # that a cutter may leave in a corner without a rounding: half of what ISO 2768-m allows a size
-NEAR_MM = 1e-5  # of faces that nearly meet: a hundredth of what is measured
-ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
-STEEP = 0.014  # climb above which arcs are shorter
-KINK = 0.0115  # climb times arc, there: with more no torus is swept round a kink
+_SHORT_MM = 1e-9  # two circles of a hull that touch inside have no line between them
+_NEXT_TO_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a floor
+_FAR_MM = 1e3  # beyond every part
+_SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it
+_LEFT_MM = 0.05  # that a cutter may leave in a corner without a rounding: half of what ISO 2768-m allows a size
+_NEAR_MM = 1e-5  # of faces that nearly meet: a hundredth of what is measured
+_ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
+_STEEP = 0.014  # climb above which arcs are shorter
+_KINK = 0.0115  # climb times arc, there: with more no torus is swept round a kink
 THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
-MESHED_MM, MESHED_RAD, ENCLOSED = 0.02, 0.1, 2e-3  # of a mesh that tells a volume, and the share to which it does
-EDGE_SHARES = 1.0, 0.8, 0.6  # of a chamfer that is asked, the first that the kernel makes
+_MESHED_MM, _MESHED_RAD, _ENCLOSED = 0.02, 0.1, 2e-3  # of a mesh that tells a volume, and the share to which it does
+_EDGE_SHARES = 1.0, 0.8, 0.6  # of a chamfer that is asked, the first that the kernel makes
 
 
 class BuildError(RuntimeError):
@@ -66,10 +66,10 @@ def encloses_its_volume(shape: cq.Shape) -> bool:
     """Decides whether a shape is valid and its faces enclose the volume that it has: the kernel can lose a face."""
     if not shape.isValid():
         return False
-    vertices, triangles = shape.copy().tessellate(MESHED_MM, MESHED_RAD)
+    vertices, triangles = shape.copy().tessellate(_MESHED_MM, _MESHED_RAD)
     corners = np.array([vertex.toTuple() for vertex in vertices])[np.array(triangles)]
     meshed = float(np.linalg.det(corners).sum() / 6.0)
-    return abs(meshed - shape.Volume()) <= ENCLOSED * shape.Volume()
+    return abs(meshed - shape.Volume()) <= _ENCLOSED * shape.Volume()
 
 
 def feature(part: str, name: str, parameter: str, build: Callable[[], cq.Shape]) -> cq.Shape:
@@ -123,7 +123,7 @@ def bevelled(radius: float, y: Point, bevel: float, origin: Sequence[float] = (0
     )
 
 
-def hull(circles: Sequence[Circle]) -> list[tuple[Circle, float, float]]:
+def _hull(circles: Sequence[Circle]) -> list[tuple[Circle, float, float]]:
     """Convex hull of circles as arcs (circle, start angle, end angle), counter-clockwise; lines join them.
 
     The hull's support in direction n is max over circles of c . n + r; it changes owner where two supports are equal,
@@ -151,9 +151,9 @@ def hull(circles: Sequence[Circle]) -> list[tuple[Circle, float, float]]:
     ]
 
 
-def hull_wire(circles: Sequence[Circle], to_space: Callable[[Point], cq.Vector]) -> cq.Wire:
+def _hull_wire(circles: Sequence[Circle], to_space: Callable[[Point], cq.Vector]) -> cq.Wire:
     """Closed wire of the convex hull of circles, mapped from its plane to space."""
-    arcs = hull(circles)
+    arcs = _hull(circles)
 
     def on(circle: Circle, angle: float) -> cq.Vector:
         return to_space((circle[0] + circle[2] * cos(angle), circle[1] + circle[2] * sin(angle)))
@@ -164,20 +164,20 @@ def hull_wire(circles: Sequence[Circle], to_space: Callable[[Point], cq.Vector])
             edges.append(cq.Edge.makeThreePointArc(on(circle, start), on(circle, (start + end) / 2), on(circle, end)))
         following = arcs[(k + 1) % len(arcs)]
         straight = on(circle, end), on(following[0], following[1])
-        if (straight[1] - straight[0]).Length > SHORT_MM:
+        if (straight[1] - straight[0]).Length > _SHORT_MM:
             edges.append(cq.Edge.makeLine(*straight))
     return cq.Wire.assembleEdges(edges)
 
 
 def hull_along_y(circles: Sequence[Circle], y: Point) -> cq.Solid:
     """Prism over the hull of circles given in (first, third) coordinates, between two values of the second."""
-    wire = hull_wire(circles, lambda p: cq.Vector(p[0], y[0], p[1]))
+    wire = _hull_wire(circles, lambda p: cq.Vector(p[0], y[0], p[1]))
     return cq.Solid.extrudeLinear(wire, [], cq.Vector(0, y[1] - y[0], 0))
 
 
 def hull_along_z(circles: Sequence[Circle], z: Point) -> cq.Solid:
     """Prism over the hull of circles given in (first, second) coordinates, between two heights."""
-    wire = hull_wire(circles, lambda p: cq.Vector(p[0], p[1], z[0]))
+    wire = _hull_wire(circles, lambda p: cq.Vector(p[0], p[1], z[0]))
     return cq.Solid.extrudeLinear(wire, [], cq.Vector(0, 0, z[1] - z[0]))
 
 
@@ -235,7 +235,7 @@ def fuse(solid: cq.Shape, *others: cq.Shape) -> cq.Shape:
     try:
         return solid.fuse(*others).clean()
     except ValueError:  # a null shape
-        return solid.fuse(*others, tol=NEAR_MM).clean()
+        return solid.fuse(*others, tol=_NEAR_MM).clean()
 
 
 def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
@@ -253,18 +253,18 @@ def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
     def build() -> cq.Shape:
         edges = cq.Workplane(obj=solid).faces(faces).edges().vals()
         whole, most = solid.Volume(), size**2 * sum(edge.Length() for edge in edges)  # type: ignore[operator]
-        for share in EDGE_SHARES:
+        for share in _EDGE_SHARES:
             broken = solid.chamfer(share * size, None, edges)  # type: ignore[attr-defined]
             broken = broken if broken.isValid() else broken.fix()  # beside an arc of hundredths a face crosses itself
             if 0.0 < whole - broken.Volume() <= most:
                 return broken
-        raise ValueError(f"a chamfer of {size:g} mm, or {EDGE_SHARES[-1]:g} of it, is not less than the body")
+        raise ValueError(f"a chamfer of {size:g} mm, or {_EDGE_SHARES[-1]:g} of it, is not less than the body")
 
     return feature(part, f"edge break {size:g}", faces, build)
 
 
 @dataclass(frozen=True, eq=False)
-class InnerEdge:
+class _InnerEdge:
     """An edge in which two faces meet with the material outside, seen in its middle.
 
     Attributes:
@@ -287,7 +287,7 @@ class InnerEdge:
         return self.edge.geomType() == "LINE"
 
 
-def inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[InnerEdge]:
+def _inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[_InnerEdge]:
     """Finds the edges of a solid in which faces meet at an inner corner.
 
     Args:
@@ -323,7 +323,7 @@ def inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[InnerEdge]:
         # the first face lies to the left of its edge, seen along it from outside
         if np.linalg.norm(across) >= least_sine and cross(normals[0], tangent) @ normals[1] > 0.0:
             planes = one.geomType() == "PLANE", others[0][0].geomType() == "PLANE"
-            found.append(InnerEdge(edge, np.array(middle.toTuple()), tangent, normals, planes))
+            found.append(_InnerEdge(edge, np.array(middle.toTuple()), tangent, normals, planes))
     return found
 
 
@@ -343,11 +343,11 @@ def round_inside(
     """
     axis = np.array(along, dtype=float)
 
-    def sharp(shape: cq.Shape) -> list[InnerEdge]:
+    def sharp(shape: cq.Shape) -> list[_InnerEdge]:
         found = [corner for corner, ways in corner_ways(shape) if not (ways and kept(corner.point))]
-        return [e for e in found if e.is_straight and abs(e.tangent @ axis) > 1.0 - SHORT_MM]
+        return [e for e in found if e.is_straight and abs(e.tangent @ axis) > 1.0 - _SHORT_MM]
 
-    def rounded(shape: cq.Shape, corners: list[InnerEdge], radius: float) -> cq.Shape | None:
+    def rounded(shape: cq.Shape, corners: list[_InnerEdge], radius: float) -> cq.Shape | None:
         try:
             found = shape.fillet(radius, [corner.edge for corner in corners])  # type: ignore[attr-defined]
         except Exception:  # the kernel's own: it says no more than that it did not do it
@@ -368,14 +368,14 @@ def round_inside(
     return feature(part, "inner corners", "outline", build)
 
 
-def left_mm(corner: InnerEdge, radius: float = CORNERS_MM[0]) -> float:
+def _left_mm(corner: _InnerEdge, radius: float = CORNERS_MM[0]) -> float:
     """What a round cutter leaves in a corner between two walls, from the corner to the rounding, mm."""
     between = acos(min(max(float(corner.normals[0] @ corner.normals[1]), -1.0), 1.0))
-    return radius * (1.0 / max(cos(between / 2.0), SHORT_MM) - 1.0)
+    return radius * (1.0 / max(cos(between / 2.0), _SHORT_MM) - 1.0)
 
 
 @memoize
-def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
+def corner_ways(shape: cq.Shape) -> list[tuple[_InnerEdge, list[np.ndarray]]]:
     """Finds the inner edges of a solid, each with the (3,) directions from which a flat end mill makes it sharp.
 
     One of its faces is then a floor, which is plane, the other a wall upright on it or leaning outwards; a cutter comes
@@ -388,20 +388,20 @@ def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
     lines = IntCurvesFace_ShapeIntersector()
     lines.Load(shape.wrapped, 1e-6)
 
-    def reached(corner: InnerEdge, floor: int) -> bool:
+    def reached(corner: _InnerEdge, floor: int) -> bool:
         up, wall = corner.normals[floor], corner.normals[1 - floor]
-        if not corner.planes[floor] or up @ wall < -SHORT_MM:
+        if not corner.planes[floor] or up @ wall < -_SHORT_MM:
             return False
         off = wall - (wall @ up) * up
-        start = corner.point + BESIDE_MM * off / np.linalg.norm(off) + SHIFT_MM * up
-        lines.Perform(gp_Lin(gp_Pnt(*start.tolist()), gp_Dir(*up.tolist())), 0.0, FAR_MM)
+        start = corner.point + _NEXT_TO_MM * off / np.linalg.norm(off) + _SHIFT_MM * up
+        lines.Perform(gp_Lin(gp_Pnt(*start.tolist()), gp_Dir(*up.tolist())), 0.0, _FAR_MM)
         return lines.NbPnt() == 0
 
-    sharp = (e for e in inner_edges(shape) if left_mm(e) > LEFT_MM and e.edge.Length() > LEFT_MM)  # type: ignore[attr-defined]
+    sharp = (e for e in _inner_edges(shape) if _left_mm(e) > _LEFT_MM and e.edge.Length() > _LEFT_MM)  # type: ignore[attr-defined]
     return [(corner, [corner.normals[k] for k in (0, 1) if reached(corner, k)]) for corner in sharp]
 
 
-def closed_corners(shape: cq.Shape) -> list[InnerEdge]:
+def closed_corners(shape: cq.Shape) -> list[_InnerEdge]:
     """Finds the inner edges that no flat end mill makes, from wherever it comes."""
     return [corner for corner, ways in corner_ways(shape) if not ways]
 
@@ -419,7 +419,7 @@ def arcs_about_y(
         climb: Way along y per length of cable.
     """
     first, last = ends
-    longest = ARC_RAD if abs(climb) <= STEEP else KINK / abs(climb)
+    longest = _ARC_RAD if abs(climb) <= _STEEP else _KINK / abs(climb)
     angles = np.linspace(first, last, 2 * ceil(abs(last - first) / longest) + 1)
     along = y + climb * radius * np.abs(angles - first)
     points = np.column_stack([middle[0] + radius * np.cos(angles), along, middle[1] + radius * np.sin(angles)])

@@ -29,7 +29,7 @@ from delta_cad.solids.primitive import (
     turned,
 )
 
-SHOULDER_SEAT_X_MM, SHOULDER_THREAD_MM = -8.0, 9.0  # seat of the clamp screw's head; thread, behind the slit
+SHOULDER_SEAT_X_MM, _SHOULDER_THREAD_MM = -8.0, 9.0  # seat of the clamp screw's head; thread, behind the slit
 SHOULDER_SCREW_LENGTH_MM = 16.0
 
 
@@ -92,25 +92,25 @@ def _clamp(d: Dimensions, boring: Boring) -> list[cq.Shape]:
     z, outside, half = a.shoulder_clamp_z_mm, a.flange_radius_mm + THROUGH_MM, a.slit_mm / 2
     seat = f"{screw.clearance_hole_mm:g} from the open seat at x = {SHOULDER_SEAT_X_MM:g}, shoulder clamp"
     boring.add(seat, [between(screw.clearance_hole_mm, (SHOULDER_SEAT_X_MM, 0.0, z), (-half, 0.0, z))])
-    thread = tapped(between(0.0, (half, 0.0, z), (outside, 0.0, z)), CLAMP_SCREW, SHOULDER_THREAD_MM)
-    boring.add(f"{CLAMP_SCREW} x {SHOULDER_THREAD_MM:g}, drilled {thread.depth_mm:g} deep", [thread])
+    thread = tapped(between(0.0, (half, 0.0, z), (outside, 0.0, z)), CLAMP_SCREW, _SHOULDER_THREAD_MM)
+    boring.add(f"{CLAMP_SCREW} x {_SHOULDER_THREAD_MM:g}, drilled {thread.depth_mm:g} deep", [thread])
     return [
         box((-half, low, 0.0), (half, high, outside)),
         box((-outside, low, z - screw.counterbore_diameter_mm / 2), (SHOULDER_SEAT_X_MM, high, outside)),
     ]
 
 
-EDGE_MM = 0.3
+_EDGE_MM = 0.3
 
 
 def make_shoulder_shaft(d: Dimensions) -> Part:
     """Turned shaft; the magnet's seat is bored in the encoder's end, a capstan's has a thread in the other."""
     number, s = "shoulder_shaft", d.shaft
     (y0, y1), r, head = s.y_mm, s.diameter_mm / 2, s.head_diameter_mm / 2
-    profile = [(0.0, y0), (head - EDGE_MM, y0), (head, y0 + EDGE_MM)]
+    profile = [(0.0, y0), (head - _EDGE_MM, y0), (head, y0 + _EDGE_MM)]
     if head > r:
         profile += [(head, s.head_to_y_mm), (r, s.head_to_y_mm)]
-    profile += [(r, y1 - EDGE_MM), (r - EDGE_MM, y1), (0.0, y1)]
+    profile += [(r, y1 - _EDGE_MM), (r - _EDGE_MM, y1), (0.0, y1)]
     tools: list[cq.Shape] = []
     boring, axis = Boring(), (0.0, 0.0)
     if d.sensed_at_shoulder:

@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.structure.section import Section
 
 SLICES = 64  # of a tapered bar; the sum over slices is second order: below 1e-3 of a flexibility
-AXES = ("axial", "shear y", "shear z", "torsion", "bending y", "bending z")
+_AXES = ("axial", "shear y", "shear z", "torsion", "bending y", "bending z")
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def flexibility_by_kind(beam: Beam) -> np.ndarray:
         beam: The bar.
 
     Returns:
-        (6, 6, 6): kind as in `AXES`, then motion (3 displacements, 3 turns) of the tip by the wrench (3 forces, 3
+        (6, 6, 6): kind as in `_AXES`, then motion (3 displacements, 3 turns) of the tip by the wrench (3 forces, 3
         moments) on it, axes of the bar; mm/N, rad/N, rad/(N mm). The sum over kinds is the flexibility.
 
     Source:
@@ -96,9 +96,9 @@ def flexibility_by_kind(beam: Beam) -> np.ndarray:
         low, high = beyond, beyond + piece.length_mm
         # what a section bears is at most linear in d: Simpson's rule is exact in a slice
         for d, weight in ((low, 1 / 6), ((low + high) / 2, 4 / 6), (high, 1 / 6)):
-            borne = np.eye(6)
-            borne[4, 2], borne[5, 1] = -d, d
-            found += weight * piece.length_mm * borne[:, :, None] * borne[:, None, :] / rigidity[:, None, None]
+            carried = np.eye(6)
+            carried[4, 2], carried[5, 1] = -d, d
+            found += weight * piece.length_mm * carried[:, :, None] * carried[:, None, :] / rigidity[:, None, None]
         beyond = high
     return beam.factor * found
 

@@ -31,13 +31,13 @@ from delta_cad.structure.section import POISSON, Section, circle, rectangle, rib
 # Young's modulus of a rope over its full circle, N/mm^2, by construction; one that is not listed counts as the softest.
 # Of a settled rope, from memory; a maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 73 GPa.
 ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
-SPOKE_ROOT = 1.1  # thicknesses by which a platform's web goes on in its hub, which gives way: by finite elements
+_SPOKE_ROOT = 1.1  # thicknesses by which a platform's web goes on in its hub, which gives way: by finite elements
 CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: between the free length and one thickness
 # A round bar's root tilts in what it grows from by what this share of its diameter would bend: a stamp of radius a on a
 # half-space turns by 3 (1 - nu^2) M / (4 E a^3) (Johnson, Contact Mechanics), a bar of length l by 4 M l / (pi E a^4).
 ROOT = 0.27
-Circle = tuple[float, float, float]  # x, z, radius
-RIB_LIMIT_MM = 0.5  # a window's ribs are at least so wide, together
+_Circle = tuple[float, float, float]  # x, z, radius
+_RIB_LIMIT_MM = 0.5  # a window's ribs are at least so wide, together
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class CableSpring:
 
 
 @dataclass(frozen=True)
-class ShoulderBearings:
+class _ShoulderBearings:
     """The two bearings of a shoulder and the cheeks that carry them, encoder's side first.
 
     Attributes:
@@ -114,7 +114,7 @@ class BeamModel:
     width_mm: float
     knob_mm: float
     arm: Beam
-    shoulder: ShoulderBearings | None
+    shoulder: _ShoulderBearings | None
     stub: Beam | None
     cable: CableSpring | None
     stud: Beam
@@ -199,7 +199,7 @@ def _arm(d: Dimensions) -> Beam:
     return Beam(tuple(piece for ends in pairwise(places) for piece in tapered(*ends, section, *moduli)))
 
 
-def _shoulder(d: Dimensions) -> ShoulderBearings:
+def _shoulder(d: Dimensions) -> _ShoulderBearings:
     layers, bearing = d.layers, ball_bearing(d.bearing)
     first, second_ = layers.bearings_mm
     y = sum(first) / 2, sum(second_) / 2
@@ -211,7 +211,7 @@ def _shoulder(d: Dimensions) -> ShoulderBearings:
     b = d.bracket
     motor = [(b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1], b.motor_pad_radius_mm)]
     pilot = [(motor[0][0], motor[0][1], d.motor.pilot_diameter_mm / 2)]
-    return ShoulderBearings(
+    return _ShoulderBearings(
         bearing=bearing,
         y_mm=y,
         radial_N_mm=radial_stiffness_N_mm(bearing, d.design.requirements.force_N),
@@ -224,7 +224,7 @@ def _shoulder(d: Dimensions) -> ShoulderBearings:
     )
 
 
-def outline_width_mm(circles: list[Circle], height: float) -> float:
+def outline_width_mm(circles: list[_Circle], height: float) -> float:
     """Computes how wide the hull of circles (x, z, radius) is at a height z, mm.
 
     The hull's reach in a direction is the largest of the circles'; at a height its edges are the least over all
@@ -237,7 +237,7 @@ def outline_width_mm(circles: list[Circle], height: float) -> float:
     return float(np.min((right - height * sine) / cosine) + np.min((left - height * sine) / cosine))
 
 
-def _cheek(d: Dimensions, head: list[Circle], open_: list[Circle], y_mm: tuple[float, float]) -> Beam:
+def _cheek(d: Dimensions, head: list[_Circle], open_: list[_Circle], y_mm: tuple[float, float]) -> Beam:
     """A cheek above its foot block, as wide as its outline without the large bores; the bearing fills its seat."""
     b, thickness = d.bracket, y_mm[1] - y_mm[0]
     top = b.base_top_mm + b.foot_height_mm
@@ -255,7 +255,7 @@ def _cheek(d: Dimensions, head: list[Circle], open_: list[Circle], y_mm: tuple[f
     return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2("aluminium-6082")))
 
 
-def _slotted_mm(z: float, bore: Circle, angle_rad: float, deep_mm: float, circles: list[Circle]) -> float:
+def _slotted_mm(z: float, bore: _Circle, angle_rad: float, deep_mm: float, circles: list[_Circle]) -> float:
     """Width that the key's slot takes at a height, from a bore out to the edge at an angle, mm.
 
     The cheek folds along the slot's line, which counts as level at its middle's height; on either side the stress takes
@@ -315,10 +315,10 @@ def _spoke(d: Dimensions) -> Beam:
         wide = 2 * min(max(edge, 0.0), max(corner[1] + corner[2], p.hub_radius_mm))
         if near < x < far:
             open_mm = 2 * (1.5 + (reach - 1.5) * (x - near) / (far - near))
-            return ribs(max(wide - open_mm, RIB_LIMIT_MM), p.plate_mm, open_mm, far - near)
+            return ribs(max(wide - open_mm, _RIB_LIMIT_MM), p.plate_mm, open_mm, far - near)
         return rectangle(wide, p.plate_mm)
 
-    root = p.hub_radius_mm - SPOKE_ROOT * p.plate_mm
+    root = p.hub_radius_mm - _SPOKE_ROOT * p.plate_mm
     ends = [root, *([near, far] if p.window_reach_mm else []), r]  # no slice lies across a window's end
     material = moduli_N_mm2("aluminium-7075")
     pieces = (tapered(*piece, lambda x: section(max(x, p.hub_radius_mm)), *material) for piece in pairwise(ends))

@@ -7,11 +7,11 @@ from math import pi, radians, sin
 
 from delta_cad import catalogue
 
-BALL_SHARE = 0.25  # ball diameter over (outer - bore): 2.0 mm of a 688, whose makers give 1.98; 4.0 to 3.97 of a 608
-FILL = 0.53  # share of the pitch circle that balls fill in a deep groove bearing, put in by the rings' offset
-CONTACT_RAD = radians(10.0)  # of a lightly preloaded deep groove bearing of clearance C3
+_BALL_SHARE = 0.25  # ball diameter over (outer - bore): 2.0 mm of a 688, whose makers give 1.98; 4.0 to 3.97 of a 608
+_FILL = 0.53  # share of the pitch circle that balls fill in a deep groove bearing, put in by the rings' offset
+_CONTACT_RAD = radians(10.0)  # of a lightly preloaded deep groove bearing of clearance C3
 LOADED = 5.0  # largest ball load over F / Z of a radial bearing with little clearance (4.37 with none, Stribeck)
-SECONDS_PER_HOUR = 3600.0
+_SECONDS_PER_HOUR = 3600.0
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class BallBearing:
 
 def ball_bearing(row: catalogue.Bearing) -> BallBearing:
     """Infers balls from the rings' diameters, for makers do not print them."""
-    ball = BALL_SHARE * (row.outer_mm - row.bore_mm)
-    balls = int(FILL * pi * (row.outer_mm + row.bore_mm) / 2.0 / ball)
+    ball = _BALL_SHARE * (row.outer_mm - row.bore_mm)
+    balls = int(_FILL * pi * (row.outer_mm + row.bore_mm) / 2.0 / ball)
     return BallBearing(ball, balls, row.static_load_N, row.dynamic_load_N)
 
 
@@ -64,8 +64,8 @@ def axial_stiffness_N_mm(bearing: BallBearing, preload_N: float) -> float:
         Harris and Kotzalas, Rolling Bearing Analysis: each ball bears `F / (Z sin a)` and gives Palmgren's approach
         along its contact; the contact angle a is taken as constant.
     """
-    ball = preload_N / (bearing.balls * sin(CONTACT_RAD))
-    return bearing.balls * sin(CONTACT_RAD) ** 2 * 1.5 * ball / approach_mm(ball, bearing.ball_mm)
+    ball = preload_N / (bearing.balls * sin(_CONTACT_RAD))
+    return bearing.balls * sin(_CONTACT_RAD) ** 2 * 1.5 * ball / approach_mm(ball, bearing.ball_mm)
 
 
 def static_equivalent_N(radial_N: float, axial_N: float) -> float:
@@ -100,4 +100,4 @@ def life_hours(bearing: BallBearing, equivalent_N: float, stroke_rad: float, str
         strokes above some 2 pi / Z (below, fretting ends it, and no rating holds).
     """
     turns = 1e6 * (bearing.dynamic_N / equivalent_N) ** 3
-    return turns / (2.0 * stroke_rad / (2.0 * pi) * strokes_per_s) / SECONDS_PER_HOUR
+    return turns / (2.0 * stroke_rad / (2.0 * pi) * strokes_per_s) / _SECONDS_PER_HOUR

@@ -28,7 +28,7 @@ ELEMENTS = (
     "platform",
     "stem",
 )
-KINDS = {"arm torsion": [3], "arm lateral": [1, 5], "arm in plane": [0, 2, 4]}  # of `beam.AXES`
+_KINDS = {"arm torsion": [3], "arm lateral": [1, 5], "arm in plane": [0, 2, 4]}  # of `beam.AXES`
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def cable_mm_N(cable: CableSpring, turned: np.ndarray) -> np.ndarray:
     return 1.0 / (cable.rope_N * (1.0 / first + 1.0 / second)) + cable.sector_mm_N + cable.motor_mm_N
 
 
-def elbow_flexibility(table: BeamModel, turned: np.ndarray) -> dict[str, np.ndarray]:
+def _elbow_flexibility(table: BeamModel, turned: np.ndarray) -> dict[str, np.ndarray]:
     """Computes the flexibility of an elbow, the motor held, by what gives.
 
     Args:
@@ -108,7 +108,7 @@ def elbow_flexibility(table: BeamModel, turned: np.ndarray) -> dict[str, np.ndar
     """
     shape = turned.shape[:-1]
     kinds = flexibility_by_kind(table.arm)
-    found = {name: np.broadcast_to(kinds[picked].sum(axis=0), (*shape, 6, 6)) for name, picked in KINDS.items()}
+    found = {name: np.broadcast_to(kinds[picked].sum(axis=0), (*shape, 6, 6)) for name, picked in _KINDS.items()}
     lever = shoulder_map(table)
     if table.stub is not None:
         # the motor's shaft: a bar along y from the motor, its x, y, z along y, x, -z of the arm
@@ -165,7 +165,7 @@ def compliance(table: BeamModel, p_mm: np.ndarray) -> Compliance:
         p_mm: (..., 3) platform's centre, mm.
     """
     unit = unit_loads(table, p_mm)
-    elbow = elbow_flexibility(table, unit.turned)
+    elbow = _elbow_flexibility(table, unit.turned)
     parts = _rods(table, unit)
     for name, part in elbow.items():
         parts[name] = _sum(unit.elbows, part)

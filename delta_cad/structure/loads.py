@@ -259,7 +259,7 @@ def _add_ends(add: Callable[..., None], table: BeamModel, h: Allowables, p_mm: n
         "where the load points in its cup, and half of the contact; the cup's lip",
     )
     left = "preload less that with which the contact would reach the cup's lip; a tenth, which springs may lack"
-    add("ball joint preload", j.spare_preload_N(rod, lean), h.preload_reserve_N, "N", left, least=True)
+    add("ball joint preload", j.margin_preload_N(rod, lean), h.preload_reserve_N, "N", left, least=True)
     pressed = j.pressed_max_N + rod
     shell = "Hertz, preload and rod force in one line; a quarter of the plastic's yield stress, for ever"
     add("cup shell", contact_N_mm2(f, pressed), h.plastic_N_mm2, "N/mm^2", shell)

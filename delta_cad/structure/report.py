@@ -15,9 +15,9 @@ from delta_cad.structure.loads import GRID, Load, loads, part_loads, sampled_mm
 from delta_cad.structure.modes import Moving, first_mode_Hz, moving
 from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, allowables
 
-SCHEMA = "delta-structure/1"
-TOLD = 5  # positions along an edge in the file
-DIGITS = 6  # significant digits in the file
+_SCHEMA = "delta-structure/1"
+_REPORTED = 5  # positions along an edge in the file
+_DIGITS = 6  # significant digits in the file
 LEFT_OUT = "base plate and feet, faces of screw joints, slits of clamps, play"  # of the stiffness
 
 
@@ -108,12 +108,12 @@ def structure_report(d: Dimensions, bodies: Mapping[str, Any]) -> StructureRepor
 def structure_record(d: Dimensions, whole: StructureReport) -> dict[str, Any]:
     """Tells what a machine bears as JSON types: `structure.json`."""
     over = whole.stiffness
-    coarse = stiffness(d, TOLD)
+    coarse = stiffness(d, _REPORTED)
     matrices = np.linalg.inv(np.sum(list(coarse.given.at_knob().values()), axis=0))
     worst, centre = over.worst, len(over.positions_mm) - 1
     slowest = int(np.argmin(whole.modes_Hz))
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "knob_over_wrists_mm": _plain(over.table.knob_mm),
         "grid": GRID,
         "assumed": {
@@ -146,4 +146,4 @@ def _plain(value: Any) -> Any:
         return value
     if np.ndim(value):
         return [_plain(one) for one in value]
-    return value if isinstance(value, int) else float(f"{float(value):.{DIGITS}g}")
+    return value if isinstance(value, int) else float(f"{float(value):.{_DIGITS}g}")

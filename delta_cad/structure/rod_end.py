@@ -9,10 +9,10 @@ import numpy as np
 from delta_cad.dimensions.forearm import GUSSET, LINER_GLUE_MM, ForearmDimensions
 
 SLICES = 40  # from the ball's centre to the tube: within 2 % of ever finer ones
-LINES = 200  # on which a section is summed, along and across
+_LINES = 200  # on which a section is summed, along and across
 # What finite elements find beyond a bar whose sections stay plane: the cup is as high as it is long, so that its top,
 # where the ball presses, shears against its sides. Of balls of 6 and 8 mm; see the tests.
-DEEP = 3.0
+_DEEP = 3.0
 
 
 def section(f: ForearmDimensions, x_mm: float) -> tuple[float, float, float]:
@@ -28,8 +28,8 @@ def section(f: ForearmDimensions, x_mm: float) -> tuple[float, float, float]:
         second: Second moment about its middle, against bending towards the pole, mm^4.
     """
     rod, outer, inner = f.tube_outer_mm / 2, f.cup_radius_mm, f.liner_radius_mm + LINER_GLUE_MM
-    y = np.linspace(-rod, outer, LINES)[:, None]
-    z = np.linspace(-outer, outer, LINES)
+    y = np.linspace(-rod, outer, _LINES)[:, None]
+    z = np.linspace(-outer, outer, _LINES)
     along, across = (share * outer for share in GUSSET)
     slope = (across - rod) / (f.shoulder_mm - 1.0 - along)
     top = across - slope * max(x_mm - along, 0.0)
@@ -53,7 +53,7 @@ def end_mm_N(f: ForearmDimensions, youngs_N_mm2: float) -> float:
 
     Source:
         Bar under an eccentric force, sum of `(1 / A + e^2 / I) dx / E` (Timoshenko and Gere, Mechanics of Materials),
-        times `DEEP`; the spigot's first diameter, before the bond takes the force over.
+        times `_DEEP`; the spigot's first diameter, before the bond takes the force over.
     """
     step = f.shoulder_mm / SLICES
     total = 0.0
@@ -61,7 +61,7 @@ def end_mm_N(f: ForearmDimensions, youngs_N_mm2: float) -> float:
         area, aside, second = section(f, (k + 0.5) * step)
         total += step * (1.0 / area + aside**2 / second)
     spigot = pi / 4.0 * f.spigot_diameter_mm**2
-    return (DEEP * total + f.spigot_diameter_mm / spigot) / youngs_N_mm2
+    return (_DEEP * total + f.spigot_diameter_mm / spigot) / youngs_N_mm2
 
 
 def spigot_bending_N_mm2(f: ForearmDimensions, rod_N: np.ndarray) -> np.ndarray:
@@ -75,11 +75,11 @@ def spigot_bending_N_mm2(f: ForearmDimensions, rod_N: np.ndarray) -> np.ndarray:
         (...) `32 P x / (pi d^3) + 4 F / (pi d^2)`, N/mm^2, x from the ball to the tube.
     """
     d = f.spigot_diameter_mm
-    bending = 32.0 * spigot_moment_N_mm(f) / (pi * d**3)
+    bending = 32.0 * _spigot_moment_N_mm(f) / (pi * d**3)
     return bending + 4.0 * np.abs(rod_N) / (pi * d**2)
 
 
-def spigot_moment_N_mm(f: ForearmDimensions) -> float:
+def _spigot_moment_N_mm(f: ForearmDimensions) -> float:
     """Computes the moment that the springs' preload puts into a rod where its tube begins, N mm."""
     return f.joint.pressed_max_N * f.shoulder_mm
 
@@ -95,7 +95,7 @@ def bond_tilt_N_mm2(f: ForearmDimensions, rod_N: np.ndarray) -> np.ndarray:
         (...) N/mm^2, `6 M / (d b^2)` across and F / (pi d b) along the bond of length b, as squares.
     """
     d, b = f.spigot_diameter_mm, f.spigot_length_mm
-    across = 6.0 * spigot_moment_N_mm(f) / (d * b**2)
+    across = 6.0 * _spigot_moment_N_mm(f) / (d * b**2)
     return np.hypot(across, rod_N / (pi * d * b))
 
 

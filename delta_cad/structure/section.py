@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import pi
 
-SHEAR_RECTANGLE = 5.0 / 6.0  # Timoshenko's shear area over the area, Poisson's ratio neglected (the low, safe side)
-SHEAR_CIRCLE = 0.9
-SHEAR_TUBE = 0.5
+_SHEAR_RECTANGLE = 5.0 / 6.0  # Timoshenko's shear area over the area, Poisson's ratio neglected (the low, safe side)
+_SHEAR_CIRCLE = 0.9
+_SHEAR_TUBE = 0.5
 POISSON = 0.3  # of every metal here
 
 
@@ -49,20 +49,20 @@ def rectangle_torsion_mm4(b: float, h: float) -> float:
 def rectangle(b: float, h: float) -> Section:
     """Computes a solid rectangle, b along y and h along z, mm."""
     area = b * h
-    shear = SHEAR_RECTANGLE * area
+    shear = _SHEAR_RECTANGLE * area
     return Section(area, shear, shear, rectangle_torsion_mm4(b, h), b * h**3 / 12.0, h * b**3 / 12.0)
 
 
 def circle(d: float) -> Section:
     """Computes a solid circle of a diameter, mm."""
     area, second = pi * d**2 / 4.0, pi * d**4 / 64.0
-    return Section(area, SHEAR_CIRCLE * area, SHEAR_CIRCLE * area, 2.0 * second, second, second)
+    return Section(area, _SHEAR_CIRCLE * area, _SHEAR_CIRCLE * area, 2.0 * second, second, second)
 
 
 def ring(outer: float, inner: float) -> Section:
     """Computes a round tube by its two diameters, mm."""
     area, second = pi * (outer**2 - inner**2) / 4.0, pi * (outer**4 - inner**4) / 64.0
-    return Section(area, SHEAR_TUBE * area, SHEAR_TUBE * area, 2.0 * second, second, second)
+    return Section(area, _SHEAR_TUBE * area, _SHEAR_TUBE * area, 2.0 * second, second, second)
 
 
 def box(b: float, h: float, wall: float) -> Section:
@@ -101,8 +101,8 @@ def stepped_plate(b: float, h: float, deep: float, slotted: float) -> Section:
     area = whole.area_mm2 + thin.area_mm2
     return Section(
         area_mm2=area,
-        shear_y_mm2=SHEAR_RECTANGLE * area,
-        shear_z_mm2=SHEAR_RECTANGLE * area,
+        shear_y_mm2=_SHEAR_RECTANGLE * area,
+        shear_z_mm2=_SHEAR_RECTANGLE * area,
         torsion_mm4=whole.torsion_mm4 + thin.torsion_mm4,
         about_y_mm4=area * h**2 / 12.0,
         about_z_mm4=whole.about_z_mm4 + thin.about_z_mm4,
@@ -126,7 +126,7 @@ def ribs(b: float, thickness: float, gap: float, length: float) -> Section:
     one, elastic = b / 2.0, 2.0 * (1.0 + POISSON)
     area, apart = b * thickness, gap + b / 2.0
     up, aside = one * thickness**3 / 12.0, thickness * one**3 / 12.0
-    shear = SHEAR_RECTANGLE * area
+    shear = _SHEAR_RECTANGLE * area
     return Section(
         area_mm2=area,
         shear_y_mm2=1.0 / (1.0 / shear + length**2 / (24.0 * elastic * aside)),

@@ -25,10 +25,10 @@ from delta_cad.structure.section import Section, circle
 
 X, Y, Z = np.eye(3)
 CLOSE = (0.97, 1.03)  # a tapered bar's slices step by 1.6 %; broken edges take 0.5 %
-CHEEK = (0.85, 1.03)  # broken edges take 8 % of what bends a narrow leg, and more of a narrower
-WINDOW = (0.7, 1.15)  # the table opens a web's window by a straight line, the drawing rounds its corners
+_CHEEK = (0.85, 1.03)  # broken edges take 8 % of what bends a narrow leg, and more of a narrower
+_WINDOW = (0.7, 1.15)  # the table opens a web's window by a straight line, the drawing rounds its corners
 PAD = 0.7  # of a motor's pad, with the slot that a key reaches the pinion through
-EDGE_MM = 0.5  # of a shaft's end that is broken
+_EDGE_MM = 0.5  # of a shaft's end that is broken
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def _cheeks(d: Dimensions, table: BeamModel) -> list[Span]:
         top = CHEEK_ROOT * (y[1] - y[0])  # of the block that it is screwed to
         places = [top, *(min(max(root - cut, top), root) for cut in cuts[part]), root]
         for k, reach in enumerate(pairwise(places)):
-            least, most = CHEEK if k == 0 else (PAD, inf)
+            least, most = _CHEEK if k == 0 else (PAD, inf)
             found.append(Span(part, ("leg", "pad", "head")[k], frame, reach, bar, least, most, filled=True))
     return found
 
@@ -121,7 +121,7 @@ def _shafts(d: Dimensions) -> list[Span]:
     reach = m.pilot_height_mm, m.shaft_length_mm
     found = [Span("motor", "shaft", _frame(0.0 * X, -Y, X), reach, _round(m.shaft_diameter_mm), *CLOSE)]
     if d.capstan is not None:
-        reach = 0.0, s.y_mm[1] - s.head_to_y_mm - EDGE_MM
+        reach = 0.0, s.y_mm[1] - s.head_to_y_mm - _EDGE_MM
         frame, bar = _frame(s.head_to_y_mm * Y, Y, X), _round(s.diameter_mm)
         found.append(Span("shoulder_shaft", "shaft", frame, reach, bar, *CLOSE, filled=True))
     return found
@@ -164,13 +164,13 @@ def _webs(d: Dimensions, table: BeamModel) -> list[Span]:
         own = -root, pi / 3  # wide bosses of the neighbours reach beside a web's root
         for name, low, high, most in (
             ("web's root", p.hub_radius_mm, shared, inf),
-            ("web", shared, boss, WINDOW[1]),
+            ("web", shared, boss, _WINDOW[1]),
         ):
             if high > low:
                 reach = low - root, high - root
-                found.append(Span("platform", name, frame, reach, bar, WINDOW[0], most, own=own))
+                found.append(Span("platform", name, frame, reach, bar, _WINDOW[0], most, own=own))
         reach = boss - root, bar.length_mm
-        found.append(Span("platform", "boss", frame, reach, bar, WINDOW[0], inf, filled=True))
+        found.append(Span("platform", "boss", frame, reach, bar, _WINDOW[0], inf, filled=True))
     return found
 
 

@@ -22,18 +22,18 @@ from delta_cad.structure.bearing import BallBearing, ball_bearing
 from delta_cad.structure.section import ring
 
 BUCKLING_FACTOR = 3.0  # Euler's load over what a rod may bear: its joints' play and its own bow take the rest
-RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: a fifth of what it bears on steel
-SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
-SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
-SCREW_FRICTION = 0.14  # of thread and head, dry stainless on aluminium, thread lock included (VDI 2230, class B)
-PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
-FACE_FRICTION = 0.12  # of two dry machined faces of aluminium, the low end (VDI 2230)
-MOTOR_RADIAL_N = 28.0  # 5 mm before the flange: RE 30, as its row
-MOTOR_SHAFT_MM = 6.0  # whose shaft has 5 by those who use it: what has no figure of its own bears more than is taken
-MOTOR_LOAD_MM = 5.0
-MOTOR_SPAN = 0.7  # distance of a motor's two bearings over its length; from memory
-END_USE = 0.5  # of the proof stress of aluminium, which does not creep at room temperature
-PLASTIC_USE = 0.25  # of the yield stress: what thermoplastics bear for years at room temperature; from memory: check
+_RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: a fifth of what it bears on steel
+_SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
+_SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
+_SCREW_FRICTION = 0.14  # of thread and head, dry stainless on aluminium, thread lock included (VDI 2230, class B)
+_PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
+_FACE_FRICTION = 0.12  # of two dry machined faces of aluminium, the low end (VDI 2230)
+_MOTOR_RADIAL_N = 28.0  # 5 mm before the flange: RE 30, as its row
+_MOTOR_SHAFT_MM = 6.0  # whose shaft has 5 by those who use it: what has no figure of its own bears more than is taken
+_MOTOR_LOAD_MM = 5.0
+_MOTOR_SPAN = 0.7  # distance of a motor's two bearings over its length; from memory
+_END_USE = 0.5  # of the proof stress of aluminium, which does not creep at room temperature
+_PLASTIC_USE = 0.25  # of the yield stress: what thermoplastics bear for years at room temperature; from memory: check
 LIFE_HOURS = 10_000.0  # five years of eight hours a working day
 STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place under the whole force
 
@@ -137,7 +137,7 @@ def screw_N(size: str) -> float:
     """
     row = catalogue.screw(size)
     area = pi / 4.0 * (row.diameter_mm - 0.9382 * row.pitch_mm) ** 2
-    return SCREW_USE * SCREW_PROOF_N_mm2 * area
+    return _SCREW_USE * _SCREW_PROOF_N_mm2 * area
 
 
 def tightening_N_m(size: str) -> float:
@@ -149,7 +149,7 @@ def tightening_N_m(size: str) -> float:
     row = catalogue.screw(size)
     flank = row.diameter_mm - 0.6495 * row.pitch_mm
     under_head = (row.head_diameter_mm + row.clearance_hole_mm) / 4.0
-    lever = 0.159 * row.pitch_mm + SCREW_FRICTION * (0.577 * flank + under_head)
+    lever = 0.159 * row.pitch_mm + _SCREW_FRICTION * (0.577 * flank + under_head)
     return screw_N(size) * lever / MM_PER_M
 
 
@@ -164,8 +164,8 @@ def set_screws_N_mm(d: Dimensions) -> float:
     """
     row = catalogue.set_screw(SET_SCREW)
     flank, tip = row.diameter_mm - 0.6495 * row.pitch_mm, row.tap_drill_mm / 2.0
-    force = SET_TORQUE_N_m * MM_PER_M / (0.159 * row.pitch_mm + SCREW_FRICTION * (0.577 * flank + tip))
-    return len(d.set_screws_rad) * FACE_FRICTION * force * d.motor.shaft_diameter_mm / 2.0
+    force = SET_TORQUE_N_m * MM_PER_M / (0.159 * row.pitch_mm + _SCREW_FRICTION * (0.577 * flank + tip))
+    return len(d.set_screws_rad) * _FACE_FRICTION * force * d.motor.shaft_diameter_mm / 2.0
 
 
 def clamp_N_mm(size: str, width_mm: float) -> float:
@@ -231,8 +231,8 @@ def allowables(d: Dimensions) -> Allowables:
         stud_N_mm2=stud * 1e-6,
         forearm=f,
         preload_reserve_N=SPRING_SHARE * f.joint.preload_N,
-        end_N_mm2=END_USE * metal * 1e-6,
-        plastic_N_mm2=PLASTIC_USE * plastic * 1e-6,
+        end_N_mm2=_END_USE * metal * 1e-6,
+        plastic_N_mm2=_PLASTIC_USE * plastic * 1e-6,
         tilt_N_mm2=tilt_N_mm2(),
         bond_mm2=pi * f.spigot_diameter_mm * f.spigot_length_mm,
         bond_N_mm2=BOND_N_MM2,
@@ -240,13 +240,13 @@ def allowables(d: Dimensions) -> Allowables:
         hub_N_mm=hub,
         bar_1_mm3=6.0 / (f.bar_diameter_mm * bonded**2),
         bar_mm2=pi * f.bar_diameter_mm * bonded,
-        bar_N_mm2=RETAINED_N_mm2,
+        bar_N_mm2=_RETAINED_N_mm2,
         sector_mm=None if capstan is None else d.arm.dowel_circle_mm / 2,
         sector_pins=len(d.arm.dowel_angles_rad),
-        sector_N=PRESSED_N_mm2 * DOWEL_MM * min(arm, WEB_MM),
+        sector_N=_PRESSED_N_mm2 * DOWEL_MM * min(arm, WEB_MM),
         foot_mm=-b.cheek_screw_z_mm,
         foot_pins_mm=b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0],
-        foot_pin_N=PRESSED_N_mm2 * DOWEL_MM * min(cheek, 5.0),
+        foot_pin_N=_PRESSED_N_mm2 * DOWEL_MM * min(cheek, 5.0),
         foot_edge_mm=b.foot_height_mm / 2,
         foot_screw_N=screw_N("M3"),
         motor_mm=layers.motor_cheek_mm[1] - (0.0 if capstan is None else capstan.middle_y_mm),
@@ -262,7 +262,7 @@ def allowables(d: Dimensions) -> Allowables:
 
 def _slip(d: Dimensions, pinion_mm: float) -> float:
     """Computes the clamping force of each screw whose friction holds a motor against 1 N at the cable."""
-    return pinion_mm / (FACE_FRICTION * d.motor.mount_circle_mm / 2 * len(d.bracket.motor_screws_rad))
+    return pinion_mm / (_FACE_FRICTION * d.motor.mount_circle_mm / 2 * len(d.bracket.motor_screws_rad))
 
 
 def _off_mm(d: Dimensions) -> float:
@@ -280,7 +280,7 @@ def _motor_N(d: Dimensions) -> float:
     m = d.motor
     rated, at = m.max_radial_load_N, m.radial_load_distance_mm
     if rated is None or at is None:
-        rated, at = MOTOR_RADIAL_N * (m.shaft_diameter_mm / MOTOR_SHAFT_MM) ** 2, MOTOR_LOAD_MM
-    span = MOTOR_SPAN * m.length_mm
+        rated, at = _MOTOR_RADIAL_N * (m.shaft_diameter_mm / _MOTOR_SHAFT_MM) ** 2, _MOTOR_LOAD_MM
+    span = _MOTOR_SPAN * m.length_mm
     lever = d.layers.motor_cheek_mm[1] - (0.0 if d.capstan is None else d.capstan.middle_y_mm)
     return rated * (span + at) / (span + lever)

@@ -16,9 +16,9 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from haptics.calibration.fit import Fit
 
-FINE, COARSE = 9, 5  # positions along an edge of the cube: where the error is computed, and of candidate poses
+_FINE, COARSE = 9, 5  # positions along an edge of the cube: where the error is computed, and of candidate poses
 POSES_MOST = 12  # that are proposed
-GOAL = 0.9  # of the limit, to which they lead: with them the parameters and the derivatives are a little others
+_GOAL = 0.9  # of the limit, to which they lead: with them the parameters and the derivatives are a little others
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def accuracy(found: Fit, design: Design) -> Accuracy:
     Raises:
         FitError: The calibrated device does not reach all of it.
     """
-    grid = cube_grid(design, FINE)
+    grid = cube_grid(design, _FINE)
     return _accuracy(grid, _squares(found.at(grid).rows(found.x), found.covariance))
 
 
@@ -85,13 +85,13 @@ def helpful_poses(found: Fit, design: Design, limit: float) -> Proposal:
     Raises:
         FitError: The calibrated device does not reach all of the cube.
     """
-    grid, places = cube_grid(design, FINE), cube_grid(design, COARSE)
+    grid, places = cube_grid(design, _FINE), cube_grid(design, COARSE)
     rows, there = found.at(grid).rows(found.x), found.at(places)
     # In units in which the noise of each coordinate is 1; a misfit makes a further pose worth as little as the others.
     candidates = there.whitened(found.x) @ there.rows(found.x) / max(1.0, found.misfit)
     covariance, chosen = found.covariance, list[int]()
     squares = _squares(rows, covariance)
-    while len(chosen) < POSES_MOST and squares.max() > (GOAL * limit) ** 2:
+    while len(chosen) < POSES_MOST and squares.max() > (_GOAL * limit) ** 2:
         pulled = candidates @ covariance  # (c, 3, n)
         inside = np.linalg.inv(pulled @ np.swapaxes(candidates, 1, 2) + np.eye(3))
         gain = np.einsum("gin,cjn->gcij", rows, pulled)

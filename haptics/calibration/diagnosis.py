@@ -19,15 +19,15 @@ from haptics.calibration.fit import Fit, FitError
 from haptics.calibration.poses import Poses
 
 MISFIT_MOST = 3.0  # what is left of the poses over what their noise explains; beyond it something else is wrong
-NOISE_ALONE = 1.5  # misfit that noise alone leaves, with a margin
-SPREAD, SPREAD_RAD = (
+_NOISE_ALONE = 1.5  # misfit that noise alone leaves, with a margin
+_SPREAD, _SPREAD_RAD = (
     2e-3,
     math.radians(1.0),
 )  # of the positions, m, and of the readings: the least that is a set of poses
-CLEAR = 10.0  # by which a hypothesis lowers the misfit
-SUSPECTS = 4  # poses, those with the largest residuals, of which one may have a wrong label, or two each other's
-POSITION_UNITS = (("metres", MM_PER_M), ("centimetres", 10.0), ("inches", 25.4))
-AXES, READINGS = ("x_mm", "y_mm", "z_mm"), ("reading_0_deg", "reading_1_deg", "reading_2_deg")
+_CLEAR = 10.0  # by which a hypothesis lowers the misfit
+_SUSPECTS = 4  # poses, those with the largest residuals, of which one may have a wrong label, or two each other's
+_POSITION_UNITS = (("metres", MM_PER_M), ("centimetres", 10.0), ("inches", 25.4))
+_AXES, _READINGS = ("x_mm", "y_mm", "z_mm"), ("reading_0_deg", "reading_1_deg", "reading_2_deg")
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,10 @@ def causes(
     Returns:
         The causes, the most likely first; empty where no hypothesis explains the poses.
     """
-    most = min(MISFIT_MOST, max(NOISE_ALONE, failed.misfit / CLEAR)) if isinstance(failed, Fit) else MISFIT_MOST
+    most = min(MISFIT_MOST, max(_NOISE_ALONE, failed.misfit / _CLEAR)) if isinstance(failed, Fit) else MISFIT_MOST
     found = []
     for kind, text, changed, own in (*_of_all(poses, own_frame, count), *_of_two(poses, own_frame, _suspects(failed))):
-        if np.ptp(changed.positions, axis=0).max() < SPREAD or np.ptp(changed.readings, axis=0).max() < SPREAD_RAD:
+        if np.ptp(changed.positions, axis=0).max() < _SPREAD or np.ptp(changed.readings, axis=0).max() < _SPREAD_RAD:
             continue  # a single point, which fits anything
         with suppress(FitError):
             if (misfit := refit(changed, own).misfit) <= most:
@@ -74,7 +74,7 @@ def causes(
 
 def _of_all(poses: Poses, own_frame: bool, count: float) -> Iterator[tuple[str, str, Poses, bool]]:
     """Errors of all poses alike: kind, text, the poses without the error, whether their frame is sought."""
-    for unit, factor in POSITION_UNITS:
+    for unit, factor in _POSITION_UNITS:
         text = f"the positions are in {unit}, not mm: multiply them by {factor:g}"
         yield "unit", text, replace(poses, positions=factor * poses.positions), own_frame
     for unit, factor in (("radians", math.degrees(1.0)), ("counts", math.degrees(count))):
@@ -89,7 +89,7 @@ def _of_all(poses: Poses, own_frame: bool, count: float) -> Iterator[tuple[str, 
         return
     yield "sign", "z_mm falls from the base to the platform, where it must grow: change its sign", mirrored, own_frame
     for order in list(permutations(range(3)))[1:]:
-        for names, field in ((READINGS, "readings"), (AXES, "positions")):
+        for names, field in ((_READINGS, "readings"), (_AXES, "positions")):
             holds = ", ".join(f"{names[k]} holds {names[n]}" for k, n in enumerate(order) if k != n)
             changed = replace(poses, **{field: getattr(poses, field)[:, np.argsort(order)]})
             yield "columns", f"columns are swapped: {holds}", changed, own_frame
@@ -108,14 +108,14 @@ def _of_two(poses: Poses, own_frame: bool, suspects: Sequence[int]) -> Iterator[
 def _of_one(
     refit: Callable[[Poses, bool], Fit], poses: Poses, own_frame: bool, suspects: Sequence[int]
 ) -> Iterator[Cause]:
-    """A single pose that lies elsewhere than stated: the others fit, and it is `CLEAR` times as far off as they are."""
+    """A single pose at another place than stated: the others fit, and its error is `_CLEAR` times theirs."""
     for k in suspects:
         others = np.arange(len(poses.positions)) != k
         with suppress(FitError):
             found = refit(Poses(poses.positions[others], poses.readings[others]), own_frame)
             one = Poses(poses.positions[k : k + 1], poses.readings[k : k + 1])
             off = float(np.linalg.norm(replace(found.problem, poses=one).apart(found.x)))
-            if found.misfit <= MISFIT_MOST and not off < CLEAR * np.sqrt((found.after**2).mean()):
+            if found.misfit <= MISFIT_MOST and not off < _CLEAR * np.sqrt((found.after**2).mean()):
                 where = "no position has its readings" if math.isnan(off) else f"and put it {MM_PER_M * off:.3g} mm off"
                 yield Cause(
                     "label", f"pose {k + 1} has a wrong position or reading: the others fit, {where}", found.misfit
@@ -125,5 +125,5 @@ def _of_one(
 def _suspects(failed: Fit | FitError) -> Sequence[int]:
     """Poses with the largest residuals, or at which the device cannot be; none where those are many."""
     if isinstance(failed, Fit):
-        return [int(n) for n in np.argsort(failed.after)[::-1][:SUSPECTS]]
-    return failed.poses if len(failed.poses) <= SUSPECTS else ()
+        return [int(n) for n in np.argsort(failed.after)[::-1][:_SUSPECTS]]
+    return failed.poses if len(failed.poses) <= _SUSPECTS else ()

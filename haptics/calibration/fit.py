@@ -21,12 +21,12 @@ from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.poses import Poses
 from haptics.calibration.unknowns import COUNT, WAVE_SIGMA, ZERO, Unknowns, nominal, sigmas
 
-UNIDENTIFIABLE = 3  # of the unknowns: the sum of each chain's two radii
-SPARE = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
+_UNIDENTIFIABLE = 3  # of the unknowns: the sum of each chain's two radii
+_MARGIN = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
 # Of a tracker's frame beyond the closest one: so wide that it says nothing, and yet finite where nothing else does.
-TURN_SIGMA, SHIFT_SIGMA = 0.3, 0.1
-FAR = 20e-3  # m, of half the poses with the zeros alone fitted: lengths within 5 mm of the drawing leave less
-NO_DEVICE = "readings and positions belong to no device like the drawn one"
+_TURN_SIGMA, _SHIFT_SIGMA = 0.3, 0.1
+_FAR = 20e-3  # m, of half the poses with the zeros alone fitted: lengths within 5 mm of the drawing leave less
+_NO_DEVICE = "readings and positions belong to no device like the drawn one"
 STEPS = 60  # of a search, of which 5 to 15 are enough where there is a device
 STEP = 1e-6  # rad, of the difference that gives how positions follow a turn of their frame
 
@@ -57,7 +57,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class Frame:
+class _Frame:
     """Where the frame of the positions lies: `p_base = rotation p + shift`.
 
     Attributes:
@@ -95,18 +95,18 @@ class Fit:
     """
 
     unknowns: Unknowns
-    frame: Frame
+    frame: _Frame
     sigma: np.ndarray
     singular_values: np.ndarray
     directions: np.ndarray
     before: np.ndarray
     after: np.ndarray
     misfit: float
-    problem: Problem
+    problem: _Problem
     x: np.ndarray
     covariance: np.ndarray
 
-    def at(self, positions: np.ndarray) -> Problem:
+    def at(self, positions: np.ndarray) -> _Problem:
         """Gives the equations of poses that the calibrated device would have at positions (m, 3) in the base frame, m.
 
         Raises:
@@ -122,8 +122,8 @@ class Fit:
 
 def poses_needed(own_frame: bool) -> int:
     """Computes how many poses the parameters need: three equations a pose, and some to spare."""
-    unknown = 3 * COUNT - UNIDENTIFIABLE + (6 if own_frame else 0)
-    return math.ceil(unknown / 3) + SPARE
+    unknown = 3 * COUNT - _UNIDENTIFIABLE + (6 if own_frame else 0)
+    return math.ceil(unknown / 3) + _MARGIN
 
 
 def fit(
@@ -151,29 +151,31 @@ def fit(
     noise = Noise() if noise is None else noise
     count, needed = len(poses.positions), poses_needed(own_frame)
     if count < needed:
-        unknowns = f"{3 * COUNT - UNIDENTIFIABLE} identifiable parameters{' and a frame' if own_frame else ''}"
-        raise FitError(f"{count} poses; at least {needed} are needed for {unknowns}, {SPARE} of them to judge the fit")
+        unknowns = f"{3 * COUNT - _UNIDENTIFIABLE} identifiable parameters{' and a frame' if own_frame else ''}"
+        raise FitError(
+            f"{count} poses; at least {needed} are needed for {unknowns}, {_MARGIN} of them to judge the fit"
+        )
     drawn = nominal(g, turns)
-    scale, frame = sigmas(wave).ravel(), Frame(np.eye(3), np.zeros(3), own_frame)
+    scale, frame = sigmas(wave).ravel(), _Frame(np.eye(3), np.zeros(3), own_frame)
     reached = _reached(drawn, poses)
     if own_frame:
-        scale = np.concatenate([scale, [TURN_SIGMA] * 3, [SHIFT_SIGMA] * 3])
+        scale = np.concatenate([scale, [_TURN_SIGMA] * 3, [_SHIFT_SIGMA] * 3])
         frame = _closest(poses.positions, reached)
     before = np.linalg.norm(reached - frame.to_base(poses.positions), axis=1)
-    problem = Problem(poses, drawn, frame, scale, noise)
+    problem = _Problem(poses, drawn, frame, scale, noise)
     x = _zeros_alone(problem)
     try:
         for _ in range(2):  # the noise's share follows the pose, so once more with that of the calibrated device
             problem = replace(problem, whitening=problem.whitened(x))
             x = _least_squares(problem.residuals, x, problem.jacobian)
     except np.linalg.LinAlgError:  # at a direct singularity
-        raise FitError(NO_DEVICE) from None
+        raise FitError(_NO_DEVICE) from None
     unknowns, frame = problem.at(x)
     jacobian, rows = problem.jacobian(x), 3 * count
     # what parts are made to holds each combination of unknowns, too: of one that poses tell s times better, noise takes
     # s^2 / (1 + s^2) of a measurement
-    told_better = np.linalg.svd(jacobian[:rows], compute_uv=False) ** 2
-    freedom = rows - (told_better / (1.0 + told_better)).sum()
+    resolution = np.linalg.svd(jacobian[:rows], compute_uv=False) ** 2
+    freedom = rows - (resolution / (1.0 + resolution)).sum()
     misfit = float(np.sqrt((problem.residuals(x)[:rows] ** 2).sum() / freedom))
     sure = jacobian.copy()
     sure[:rows] /= max(1.0, misfit)  # what is left beyond the noise makes the poses worth less, not the drawing
@@ -199,7 +201,7 @@ def fit(
 
 
 @dataclass(frozen=True)
-class Problem:
+class _Problem:
     """Residuals of unknowns x, each in units of its standard deviation and counted from the drawn device.
 
     Attributes:
@@ -213,12 +215,12 @@ class Problem:
 
     poses: Poses
     drawn: Unknowns
-    frame: Frame
+    frame: _Frame
     scale: np.ndarray
     noise: Noise
     whitening: np.ndarray | None = None
 
-    def at(self, x: np.ndarray) -> tuple[Unknowns, Frame]:
+    def at(self, x: np.ndarray) -> tuple[Unknowns, _Frame]:
         """The device and the frame."""
         step = self.scale * x
         table = self.drawn.table + step[: 3 * COUNT].reshape(3, COUNT)
@@ -278,14 +280,14 @@ def _reached(unknowns: Unknowns, poses: Poses) -> np.ndarray:
     return chain_positions(unknowns.mechanism, unknowns.angles(poses.readings))
 
 
-def _moved(frame: Frame, turn: np.ndarray, shift: np.ndarray) -> Frame:
+def _moved(frame: _Frame, turn: np.ndarray, shift: np.ndarray) -> _Frame:
     from scipy.spatial.transform import Rotation
 
     rotation = Rotation.from_rotvec(turn).as_matrix()
-    return Frame(rotation @ frame.rotation, rotation @ frame.shift + shift, frame.solved)
+    return _Frame(rotation @ frame.rotation, rotation @ frame.shift + shift, frame.solved)
 
 
-def _closest(measured: np.ndarray, reached: np.ndarray) -> Frame:
+def _closest(measured: np.ndarray, reached: np.ndarray) -> _Frame:
     """The frame that brings the measured positions closest to those of the drawn device."""
     from scipy.spatial.transform import Rotation
 
@@ -297,10 +299,10 @@ def _closest(measured: np.ndarray, reached: np.ndarray) -> Frame:
         )
     middle, goal = measured.mean(axis=0), reached.mean(axis=0)
     rotation = Rotation.align_vectors(reached - goal, measured - middle)[0].as_matrix()
-    return Frame(rotation, goal - rotation @ middle, True)
+    return _Frame(rotation, goal - rotation @ middle, True)
 
 
-def _zeros_alone(problem: Problem) -> np.ndarray:
+def _zeros_alone(problem: _Problem) -> np.ndarray:
     """Unknowns of which only the zeros, and the frame, are not as drawn: where the whole search begins."""
     x, poses, drawn = np.zeros(len(problem.scale)), problem.poses, problem.drawn
     zeros = np.arange(3) * COUNT + ZERO
@@ -320,8 +322,8 @@ def _zeros_alone(problem: Problem) -> np.ndarray:
         x[some] = _least_squares(apart, x[some])
     if np.isnan(left := problem.apart(x)).any():
         raise FitError("its readings and its position do not belong to the drawn device", left)
-    if np.median(np.linalg.norm(left, axis=1)) > FAR:
-        raise FitError(NO_DEVICE)
+    if np.median(np.linalg.norm(left, axis=1)) > _FAR:
+        raise FitError(_NO_DEVICE)
     return x
 
 
@@ -336,5 +338,5 @@ def _least_squares(
         by: Any = "3-point" if jacobian is None else jacobian
         found = least_squares(residuals, start, by, xtol=1e-12, ftol=1e-12, max_nfev=STEPS)
     except ValueError:  # a residual that is not finite
-        raise FitError(NO_DEVICE) from None
+        raise FitError(_NO_DEVICE) from None
     return found.x

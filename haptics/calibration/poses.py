@@ -16,8 +16,8 @@ from delta_cad.common.units import MM_PER_M
 
 COLUMNS = ("x_mm", "y_mm", "z_mm", "reading_0_deg", "reading_1_deg", "reading_2_deg")
 MOST_BYTES = 10_000_000
-MOST_POSES = 20_000  # a tracker's minute at 300 a second; the fit takes seconds
-LARGEST = {"mm": 10_000.0, "deg": 360.0 * 100.0}
+_MOST_POSES = 20_000  # a tracker's minute at 300 a second; the fit takes seconds
+_LARGEST = {"mm": 10_000.0, "deg": 360.0 * 100.0}
 
 
 class PosesError(RefusedError):
@@ -59,8 +59,8 @@ def load_poses(path: Path) -> Poses:
     head = [cell.strip() for cell in rows[0]] if rows else []
     if sorted(head) != sorted(COLUMNS):
         raise PosesError(name, "columns", short(head), f"must be {', '.join(COLUMNS)}")
-    if len(rows) - 1 > MOST_POSES:
-        raise PosesError(name, "rows", str(len(rows) - 1), f"must be at most {MOST_POSES}")
+    if len(rows) - 1 > _MOST_POSES:
+        raise PosesError(name, "rows", str(len(rows) - 1), f"must be at most {_MOST_POSES}")
     table = np.empty((len(rows) - 1, len(COLUMNS)))
     for n, row in enumerate(rows[1:]):
         if len(row) != len(head):
@@ -79,7 +79,7 @@ def poses_text(poses: Poses) -> str:
 
 
 def _number(name: str, field: str, cell: str) -> float:
-    most = LARGEST[field.rsplit("_", 1)[-1]]
+    most = _LARGEST[field.rsplit("_", 1)[-1]]
     try:
         value = float(cell)
     except ValueError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,17 +18,86 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from haptics.calibration.accuracy import Accuracy
 from haptics.calibration.fit import Fit
-from haptics.calibration.identifiable import unobservable
 from haptics.calibration.unknowns import ANGLES, LENGTHS, NAMES, Unknowns, nominal
 
-SCHEMA = "delta-calibration/1"
+# Unobservable parameters: those that act alike, and those that the poses are too close together for.
+_NEVER = 1e-6  # singular value below which no noise is small enough: roundings leave 1e-12, the weakest true one 1e-2
+_DRAWN = 1.0  # below it the drawing tells more of a combination than the poses do
+SHARE = 0.1  # of a parameter that has to lie in what is not told for it to be named
+
+
+@dataclass(frozen=True)
+class _Unobservable:
+    """Parameters of which some combinations are not told.
+
+    Attributes:
+        names: Such as "base_radius_0".
+        combinations: How many.
+        never: Whether no poses, however exact, would tell them.
+        moves: Of a single combination the parts that move together, in units of what each may be off; else empty.
+    """
+
+    names: tuple[str, ...]
+    combinations: int
+    never: bool
+    moves: tuple[float, ...] = ()
+
+    def __str__(self) -> str:
+        if self.never and len(self.names) == 2:
+            which = "difference" if self.moves[0] * self.moves[1] > 0.0 else "sum"
+            return f"{' and '.join(self.names)} cannot be told apart: only their {which} acts"
+        listed, several = ", ".join(self.names), f"{self.combinations} combination{'s' * (self.combinations > 1)}"
+        if len(self.names) == 1:
+            return f"{listed}: these poses do not tell it better than the drawing: more poses, farther apart, would"
+        if self.never:
+            return f"{several} of {listed} cannot be told by any poses in this frame"
+        return (
+            f"{several} of {listed} these poses do not tell better than the drawing: more poses, farther apart, would"
+        )
+
+
+def unobservable(found: Fit) -> list[_Unobservable]:
+    """Finds the parameters that the poses do not determine.
+
+    Returns:
+        Groups of parameters that hang together, those that no poses would tell first.
+    """
+    reported, rows = found.singular_values, found.directions
+    missing = np.linalg.svd(rows)[2][len(reported) :]  # where there are fewer equations than parameters
+    never = np.vstack([rows[reported < _NEVER], missing])
+    weak = rows[(reported >= _NEVER) & (reported < _DRAWN)]
+    return [*_groups(never, True), *_groups(weak, False)]
+
+
+def _groups(rows: np.ndarray, never: bool) -> Iterator[_Unobservable]:
+    """Groups of parameters that a space of directions (k, 33) ties together."""
+    shared = rows.T @ rows
+    left = [k for k in range(len(shared)) if shared[k, k] > SHARE]
+    names = [f"{name}_{i}" for i in range(3) for name in NAMES]
+    while left:
+        group, work = {left[0]}, [left[0]]
+        while work:
+            k = work.pop()
+            for other in left:
+                if other not in group and abs(shared[k, other]) > SHARE:
+                    group.add(other)
+                    work.append(other)
+        left = [k for k in left if k not in group]
+        members = sorted(group)
+        values, vectors = np.linalg.eigh(shared[np.ix_(members, members)])
+        count = max(1, round(float(values.sum())))
+        moves = tuple(float(v) for v in vectors[:, -1]) if count == 1 else ()
+        yield _Unobservable(tuple(names[k] for k in members), count, never, moves)
+
+
+_SCHEMA = "delta-calibration/1"
 FILE = "calibration.json"
 MOST_BYTES = 1_000_000
-FIELDS = tuple(f"{name}_{'mm' if k < LENGTHS else 'deg'}" for k, name in enumerate(NAMES))
-KEYS = ("schema", "name", "design_sha256", "encoder_turns", "chains", "uncertainty", "not_told", "fit")
+_FIELDS = tuple(f"{name}_{'mm' if k < LENGTHS else 'deg'}" for k, name in enumerate(NAMES))
+_KEYS = ("schema", "name", "design_sha256", "encoder_turns", "chains", "uncertainty", "not_told", "fit")
 # How far a parameter may be from the drawn one: a device farther off was not made to this drawing. mm and degrees.
-LENGTH_OFF_MM, WAVE_OFF_DEG, ZERO_OFF_DEG = 5.0, 10.0, 180.0
-TURNS_MOST = 1000.0
+_LENGTH_OFF_MM, _WAVE_OFF_DEG, _ZERO_OFF_DEG = 5.0, 10.0, 180.0
+_TURNS_MOST = 1000.0
 
 
 class CalibrationError(RefusedError):
@@ -96,7 +165,7 @@ def save_calibration(calibration: Calibration, path: Path) -> None:
 def to_dict(calibration: Calibration) -> dict[str, Any]:
     """Gives a calibration as the file has it."""
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "name": calibration.name,
         "design_sha256": calibration.design_sha256,
         "encoder_turns": calibration.unknowns.turns,
@@ -124,16 +193,16 @@ def load_calibration(path: Path, design: Design) -> Calibration:
     except ReadError as error:
         raise CalibrationError(error.file, error.field, error.value, error.allowed) from None
     file = path.name
-    _require_keys(file, "", data, KEYS)
-    if data["schema"] != SCHEMA:
-        raise CalibrationError(file, "schema", short(data["schema"]), f'must be "{SCHEMA}"')
+    _require_keys(file, "", data, _KEYS)
+    if data["schema"] != _SCHEMA:
+        raise CalibrationError(file, "schema", short(data["schema"]), f'must be "{_SCHEMA}"')
     if data["design_sha256"] != design_hash(design):
         rule = f"is of another design than {design.name}, {design_hash(design)[:12]}; calibrate again"
         raise CalibrationError(file, "design_sha256", short(data["design_sha256"]), rule)
-    turns = _number(file, "encoder_turns", data["encoder_turns"], 1.0, TURNS_MOST)
+    turns = _number(file, "encoder_turns", data["encoder_turns"], 1.0, _TURNS_MOST)
     drawn = nominal(design.geometry).table
-    off = np.radians([ZERO_OFF_DEG] + [WAVE_OFF_DEG] * (len(ANGLES) - 1))
-    off = np.concatenate([[LENGTH_OFF_MM / MM_PER_M] * LENGTHS, off])
+    off = np.radians([_ZERO_OFF_DEG] + [_WAVE_OFF_DEG] * (len(ANGLES) - 1))
+    off = np.concatenate([[_LENGTH_OFF_MM / MM_PER_M] * LENGTHS, off])
     table = _table(file, "chains", data["chains"], drawn - off, drawn + off)
     sigma = _table(file, "uncertainty", data["uncertainty"], np.zeros(drawn.shape), np.full(drawn.shape, 10.0))
     words, figures = data["not_told"], data["fit"]
@@ -148,7 +217,7 @@ def load_calibration(path: Path, design: Design) -> Calibration:
 
 def _rows(table: np.ndarray) -> list[dict[str, float]]:
     """A table (3, 11) in mm and degrees."""
-    return [{key: _shown(k, float(v)) for k, (key, v) in enumerate(zip(FIELDS, row, strict=True))} for row in table]
+    return [{key: _shown(k, float(v)) for k, (key, v) in enumerate(zip(_FIELDS, row, strict=True))} for row in table]
 
 
 def _shown(k: int, value: float) -> float:
@@ -161,8 +230,8 @@ def _table(file: str, field: str, data: object, low: np.ndarray, high: np.ndarra
         raise CalibrationError(file, field, short(data), f"must be a list of {len(low)} chains")
     out = np.empty(low.shape)
     for i, row in enumerate(data):
-        _require_keys(file, f"{field}[{i}]", row, FIELDS)
-        for k, key in enumerate(FIELDS):
+        _require_keys(file, f"{field}[{i}]", row, _FIELDS)
+        for k, key in enumerate(_FIELDS):
             least, most = _shown(k, float(low[i, k])), _shown(k, float(high[i, k]))
             value = _number(file, f"{field}[{i}].{key}", row[key], least, most)
             out[i, k] = value / MM_PER_M if k < LENGTHS else math.radians(value)

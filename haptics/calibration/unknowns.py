@@ -17,11 +17,11 @@ ANGLES = ("zero", "cos_1", "sin_1", "cos_2", "sin_2")
 NAMES = (*PARAMETERS, *ANGLES)
 COUNT = len(NAMES)  # parameters of a chain
 ZERO = LENGTHS
-ITERATIONS = 30  # of a reading: 0.3 degrees of wave on a motor 10 times as fast leave a tenth a step
+_ITERATIONS = 30  # of a reading: 0.3 degrees of wave on a motor 10 times as fast leave a tenth a step
 # Standard deviations of what is not measured. A length or offset: parts are made to 0.1 mm, joints are bonded, magnets
 # and balls sit somewhere. A zero may be anywhere. A wave: an on-axis magnet half a millimetre off its chip has some
 # tenths of a degree, and catalogue rows that tell more get more.
-LENGTH_SIGMA, ZERO_SIGMA, WAVE_SIGMA = 0.2e-3, math.pi, math.radians(0.3)
+_LENGTH_SIGMA, _ZERO_SIGMA, WAVE_SIGMA = 0.2e-3, math.pi, math.radians(0.3)
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Unknowns:
         """
         theta = np.asarray(theta, dtype=float)
         out = theta
-        for _ in range(ITERATIONS):
+        for _ in range(_ITERATIONS):
             out = theta - (self.waves(out) * self.table[:, ZERO:]).sum(axis=-1)
         return out
 
@@ -81,4 +81,4 @@ def sigmas(wave: float = WAVE_SIGMA) -> np.ndarray:
     Args:
         wave: That of each wave's sine and cosine, rad.
     """
-    return np.tile([LENGTH_SIGMA] * LENGTHS + [ZERO_SIGMA] + [wave] * 4, (3, 1))
+    return np.tile([_LENGTH_SIGMA] * LENGTHS + [_ZERO_SIGMA] + [wave] * 4, (3, 1))

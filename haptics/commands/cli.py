@@ -6,12 +6,12 @@ from delta_cad.common.command_line import Program
 from delta_cad.common.console import NOT_MET
 from haptics.commands import board, calibrate, feel, firmware, gravity, interfaces, run, simulate, stiffness
 
-COMMANDS = (simulate, stiffness, feel, gravity, firmware, calibrate, run, interfaces, board)
-PROGRAM = Program(
+_COMMANDS = (simulate, stiffness, feel, gravity, firmware, calibrate, run, interfaces, board)
+_PROGRAM = Program(
     "haptics",
     "What a delta haptic device will feel like, and the controller that drives it.",
-    COMMANDS,
+    _COMMANDS,
     {NOT_MET: "done, but a promise fails"},
     "sim",
 )
-parser, main = PROGRAM.parser, PROGRAM.main
+parser, main = _PROGRAM.parser, _PROGRAM.main

@@ -14,13 +14,13 @@ from haptics.commands.device import DEVICE_OPTIONS
 
 NAME = "gravity"
 TEXT = "holding torques at a position, in N m"
-LARGEST = 1e6  # Largest coordinate in mm and largest mass in g: a kilometre, a ton
+_LARGEST = 1e6  # Largest coordinate in mm and largest mass in g: a kilometre, a ton
 
 
 def _three(meaning: str, low: float) -> Callable[[str], tuple[float, ...]]:
     def read(text: str) -> tuple[float, ...]:
         numbers = tuple(float(part) for part in text.split(","))
-        if len(numbers) != 3 or not all(math.isfinite(n) and low <= n <= LARGEST for n in numbers):
+        if len(numbers) != 3 or not all(math.isfinite(n) and low <= n <= _LARGEST for n in numbers):
             raise ValueError
         return numbers
 
@@ -37,7 +37,7 @@ OPTIONS = (
     *DEVICE_OPTIONS[1:],
     Option(
         "--at",
-        type=_three("a position such as 0,0,95", -LARGEST),
+        type=_three("a position such as 0,0,95", -_LARGEST),
         metavar="X,Y,Z",
         help="position in the base frame, mm; default: centre of the cube",
     ),

@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 NAME = "run"
 TEXT = "drive a simulated, recorded or real device with a scene; shows force, position and faults live"
-SCHEMA = "haptics-run/1"
+_SCHEMA = "haptics-run/1"
 SCENES = ("none", "spring", "wall", "resistance", "home")
-DEVICES = ("simulated", "socket", "recorded")
-LOOK_S = 0.1  # between two looks of the line
+_DEVICES = ("simulated", "socket", "recorded")
+_LOOK_S = 0.1  # between two looks of the line
 # The simulated person goes round in the cube: share of its half side, and turns a second about x, y and z.
-PATH_SHARE, PATH_Hz = 0.5, (0.21, 0.33, -0.13)  # down at first, onto the wall
+_PATH_SHARE, _PATH_Hz = 0.5, (0.21, 0.33, -0.13)  # down at first, onto the wall
 OPTIONS = (
     *DEVICE_OPTIONS,
     Option(
         "--device",
-        choices=DEVICES,
+        choices=_DEVICES,
         default="simulated",
         help="device to drive; default: simulated, with all that `simulate` gives it",
     ),
@@ -223,17 +223,17 @@ class _Watch:
         self.latched |= self._host.bits & LATCHING
         self._sum = self._sum + np.asarray(sample.angles, dtype=float)
         if self._hand is not None:
-            turn = 2.0 * np.pi * np.array(PATH_Hz) * self._last
-            self._hand.anchor = self._machine.centre + PATH_SHARE * self._machine.half_side * np.sin(turn)
+            turn = 2.0 * np.pi * np.array(_PATH_Hz) * self._last
+            self._hand.anchor = self._machine.centre + _PATH_SHARE * self._machine.half_side * np.sin(turn)
         now = time.monotonic()
-        if now - self._looked > LOOK_S:
+        if now - self._looked > _LOOK_S:
             self._looked = now
-            self._line.show(self._told())
+            self._line.show(self._reported())
         if self._paced and (ahead := self._last - (now - self._wall)) > 0.0:
             time.sleep(ahead)
         return self._seconds is not None and self._last >= self._seconds
 
-    def _told(self) -> str:
+    def _reported(self) -> str:
         from delta_cad.common.units import MM_PER_M
         from haptics.control.controller import FORCE
         from haptics.control.pose import POSITION
@@ -258,7 +258,7 @@ class _Watch:
         work = self._host.memory.work
         mean = np.degrees(self._sum / self._ticks) if self._ticks else np.full(3, np.nan)
         return {
-            "schema": SCHEMA,
+            "schema": _SCHEMA,
             "name": self._name,
             "device": self._kind,
             "scene": self._scene,

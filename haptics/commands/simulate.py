@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 NAME = "simulate"
 TEXT = "simulate a scene: operating resistance, way home, virtual walls, or encoder noise"
-SCENES = ("resistance", "home", "wall", "noise")
-HANDS = ("light", "medium", "firm")
-SCHEMA = "haptics-simulation/1"
-DELAY_MS = 0.5  # From reading to torque: half a period, the nominal one of `assumptions.DELAY`
-LONGEST_MS = 10.0  # Ten periods; nothing that is called haptic waits so long
-MS_PER_S = 1000.0
+_SCENES = ("resistance", "home", "wall", "noise")
+_HANDS = ("light", "medium", "firm")
+_SCHEMA = "haptics-simulation/1"
+_DELAY_MS = 0.5  # From reading to torque: half a period, the nominal one of `assumptions.DELAY`
+_LONGEST_MS = 10.0  # Ten periods; nothing that is called haptic waits so long
+_MS_PER_S = 1000.0
 OPTIONS = (
     *DEVICE_OPTIONS,
     *LOOP_OPTIONS,
-    Option("--scene", required=True, choices=SCENES, help="scene to simulate"),
-    Option("--hand", choices=HANDS, help="who holds the handle, scene wall only; default: medium"),
+    Option("--scene", required=True, choices=_SCENES, help="scene to simulate"),
+    Option("--hand", choices=_HANDS, help="who holds the handle, scene wall only; default: medium"),
     Option(
         "--differs",
         action="store_true",
@@ -38,10 +38,10 @@ OPTIONS = (
     ),
     Option(
         "--delay",
-        type=number(0.0, LONGEST_MS, "ms"),
-        default=DELAY_MS,
+        type=number(0.0, _LONGEST_MS, "ms"),
+        default=_DELAY_MS,
         metavar="MS",
-        help=f"delay of the paper loop from reading to torque, ms; default: {DELAY_MS:g}",
+        help=f"delay of the paper loop from reading to torque, ms; default: {_DELAY_MS:g}",
     ),
     SEED.but(help="random seed, of the encoder counts; default: 0"),
     OUT_FOLDER,
@@ -57,7 +57,7 @@ def run(given: argparse.Namespace) -> int:
     if given.differs and given.scene == "noise":
         return refuse("--differs: not of the scene noise, which is none of the paper's", BAD_INPUT)
     chosen = loop_given(given)
-    if given.delay != DELAY_MS and (given.scene == "noise" or chosen):
+    if given.delay != _DELAY_MS and (given.scene == "noise" or chosen):
         return refuse(f"--delay {given.delay:g}: of the paper loop only; another has loop.delay_ticks", BAD_INPUT)
     if chosen and (given.differs or given.scene not in ("wall", "noise")):
         return refuse("--rate, --damping, --drive-damping: of the scenes wall and noise, without --differs", BAD_INPUT)
@@ -90,11 +90,11 @@ def _loop(machine: MachineModel, given: argparse.Namespace) -> LoopChoice:
 
     if given.scene == "noise" or loop_given(given):
         return chosen_loop(machine.design, given.rate, given.damping, given.drive_damping)
-    return replace(PAPER, delays=(0.0, given.delay / MS_PER_S / PAPER.period, 1.0))
+    return replace(PAPER, delays=(0.0, given.delay / _MS_PER_S / PAPER.period, 1.0))
 
 
 def _scene(machine: MachineModel, given: argparse.Namespace, loop: LoopChoice) -> Scene:
-    delay = given.delay / MS_PER_S
+    delay = given.delay / _MS_PER_S
     if given.scene == "resistance":
         from haptics.scenes.resistance import resistance
 
@@ -119,7 +119,7 @@ def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, lin
 
     from haptics.scenes.differs import cases, discussion, figure_cases, figure_discussion
 
-    hand, delay = given.hand or "medium", given.delay / MS_PER_S
+    hand, delay = given.hand or "medium", given.delay / _MS_PER_S
 
     def show(name: str) -> None:
         line.show(f"{scene.name}: {name}")
@@ -151,7 +151,7 @@ def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene, loop:
 
     par = nominal_plant(machine)
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "name": machine.design.name,
         "design_sha256": design_hash(machine.design),
         "scene": scene.name,

@@ -38,7 +38,7 @@ class Model(NamedTuple):
     radius_difference: float
     upper_arm_length: float
     forearm_length: float
-    hanging: float
+    below_elbows: float
     moment: float
     across: float
     gravity_x: float
@@ -59,7 +59,7 @@ def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, 
         radius_difference=geometry.radius_difference,
         upper_arm_length=geometry.upper_arm_length,
         forearm_length=geometry.forearm_length,
-        hanging=masses.at_wrists,
+        below_elbows=masses.at_wrists,
         moment=masses.arm_along + masses.at_elbow * geometry.upper_arm_length,
         across=masses.arm_across,
         gravity_x=gx,
@@ -121,5 +121,5 @@ def pose(known, theta, out):
         c, s = (c0, s0) if i == 0 else ((c1, s1) if i == 1 else (c2, s2))
         g = gx if i == 0 else (SIN_60 * gy - 0.5 * gx if i == 1 else -SIN_60 * gy - 0.5 * gx)  # along the radius
         platform = out[i, 0] * gx + out[i, 1] * gy + out[i, 2] * gz
-        out[5, i] = -known.hanging * platform - known.moment * (c * gz - s * g) + known.across * (c * g + s * gz)
+        out[5, i] = -known.below_elbows * platform - known.moment * (c * gz - s * g) + known.across * (c * g + s * gz)
     return singularity_margins(w0, w1, w2, det, lb)

@@ -31,8 +31,8 @@ from haptics.loop.hardware import board_controller
 from haptics.model.machine import MachineModel, load_machine
 from haptics.rendering.laws.constant_force import FORCE, ConstantForce
 
-KINDS = ("simulated", "socket", "recorded")
-WAIT_S = 0.1  # for a board's STATE; a program that is slower than a period is late, not lost
+_KINDS = ("simulated", "socket", "recorded")
+_WAIT_S = 0.1  # for a board's STATE; a program that is slower than a period is late, not lost
 
 
 class HapticDevice:
@@ -234,14 +234,14 @@ def opened_device(
     recording: str | Path | None = None,
     calibration: str | Path | None = None,
     rate_Hz: float = 1000.0,
-    timeout: float = WAIT_S,
+    timeout: float = _WAIT_S,
     allow_remote: bool = False,
 ) -> Device:
     """Opens what a controller drives.
 
     Args:
         machine: The device's design and masses.
-        device: One of `KINDS`.
+        device: One of `_KINDS`.
         host: Numeric address of a board.
         port: Its port.
         recording: File of what is replayed.
@@ -275,7 +275,7 @@ def opened_device(
             raise ValueError("a recorded device needs its recording, .csv or .npz")
         opened = RecordedDevice(recording)
     else:
-        raise ValueError(f"device is {device!r}; it must be one of {', '.join(KINDS)}")
+        raise ValueError(f"device is {device!r}; it must be one of {', '.join(_KINDS)}")
     return opened if known is None else CalibratedDevice(opened, machine.geometry, known.unknowns)
 
 
@@ -291,8 +291,8 @@ def loop_of(design: Design, device: Device, period: float) -> LoopChoice:
     damps = getattr(device, "damps_at_walls", None)  # of a board
     if damps is not None:
         loop = loop.linked
-    told = getattr(device, "touch", None) is not None and damps is not False
-    return loop if told else loop.untouched
+    reported = getattr(device, "touch", None) is not None and damps is not False
+    return loop if reported else loop.untouched
 
 
 def finite(values: np.ndarray) -> list[float | None]:

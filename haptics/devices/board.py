@@ -33,8 +33,8 @@ from haptics.devices.protocol import (
 )
 
 NS_PER_S = 1_000_000_000
-WRAP = 2**32
-FIRST_BITS = 30  # of a session's first number: newer than the 0 of a host that has taken nothing
+_WRAP = 2**32
+_FIRST_BITS = 30  # of a session's first number: newer than the 0 of a host that has taken nothing
 LONGEST_WATCHDOG = 0.1  # A host may not ask for more, s: at 2 m/s a handle crosses the cube in less than that
 
 
@@ -64,7 +64,7 @@ class Board:
 
     def __init__(
         self, device: Device, period: float, torque_limit: float, counts: int, watchdog: float = 0.02,
-        first: Callable[[], int] = lambda: secrets.randbits(FIRST_BITS),
+        first: Callable[[], int] = lambda: secrets.randbits(_FIRST_BITS),
     ) -> None:  # fmt: skip
         self._device, self._period, self._limit, self._counts_per_turn = device, period, torque_limit, counts
         self._default_watchdog = self._watchdog = watchdog
@@ -108,7 +108,7 @@ class Board:
             self.counts["UNEXPECTED"] += 1
         elif not newer(packet.sequence, self._heard):
             self.counts["OLD"] += 1
-        elif (self._sequence - packet.answers) % WRAP >= self._issued:
+        elif (self._sequence - packet.answers) % _WRAP >= self._issued:
             self.counts["FOREIGN"] += 1  # answers nothing of this session: one that was recorded in another
         else:
             self._command(packet)
@@ -167,8 +167,8 @@ class Board:
             self._sequence, self._issued, self._silent, self.answered = self._first(), 0, 0.0, True
             self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
-        told = (self._period, self._watchdog, self._limit, self._counts_per_turn)
-        return self._packet(PacketKind.WELCOME, told, DAMPS_AT_WALLS * hasattr(self._device, "touch"))
+        reported = (self._period, self._watchdog, self._limit, self._counts_per_turn)
+        return self._packet(PacketKind.WELCOME, reported, DAMPS_AT_WALLS * hasattr(self._device, "touch"))
 
     def _command(self, packet: Packet) -> None:
         self._heard, self.answered = packet.sequence, True
@@ -181,7 +181,7 @@ class Board:
         self._torques = np.clip(packet.values, -self._limit, self._limit)
 
     def _packet(self, kind: PacketKind, values: tuple[float, ...] = (), flags: int = 0) -> bytes:
-        self._sequence, self._issued = following(self._sequence), min(self._issued + 1, WRAP // 2)
+        self._sequence, self._issued = following(self._sequence), min(self._issued + 1, _WRAP // 2)
         time = round(self._time * NS_PER_S)
         return encode(Packet(kind, self._session, self._sequence, self._heard, time, values, flags))
 

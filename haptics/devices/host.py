@@ -25,7 +25,7 @@ from haptics.rendering import law_table
 from haptics.rendering.law import GAIN, ForceLaw
 from haptics.rendering.table import fade
 
-SAME_PERIOD = 1e-6  # Relative difference of two periods that are the same: less than the error of any quartz
+_SAME_PERIOD = 1e-6  # Relative difference of two periods that are the same: less than the error of any quartz
 
 
 def ticked(controller: Controller, memory: Memory, laws: np.ndarray, sample: Reading, out: np.ndarray) -> int:
@@ -255,7 +255,7 @@ class Host:
     def _require_fit(self, device: Device) -> None:
         limits = self.controller.limits
         period, torque = getattr(device, "period", limits.period), getattr(device, "torque_limit", limits.torque)
-        if not math.isclose(period, limits.period, rel_tol=SAME_PERIOD):
+        if not math.isclose(period, limits.period, rel_tol=_SAME_PERIOD):
             raise ValueError(f"the device has a period of {period:g} s, the controller one of {limits.period:g} s")
         if torque < limits.torque:
             raise ValueError(f"the device clips at {torque:g} N m, the controller allows {limits.torque:g} N m a joint")

@@ -10,7 +10,7 @@ import time
 
 LARGEST = 2048  # Longest datagram that is read, bytes; ours have at most 60
 LONGEST = 64  # Longest of a serial line, bytes
-END, ESCAPE, ESCAPED_END, ESCAPED_ESCAPE = 0xC0, 0xDB, 0xDC, 0xDD  # Of SLIP
+END, _ESCAPE, _ESCAPED_END, _ESCAPED_ESCAPE = 0xC0, 0xDB, 0xDC, 0xDD  # Of SLIP
 
 
 class UdpLink:
@@ -62,8 +62,8 @@ class SerialLink:
 
     def send(self, data: bytes) -> None:
         """Sends a datagram. Raises OSError if the line is gone."""
-        plain = data.replace(bytes([ESCAPE]), bytes([ESCAPE, ESCAPED_ESCAPE]))
-        os.write(self._out, bytes([END, *plain.replace(bytes([END]), bytes([ESCAPE, ESCAPED_END])), END]))
+        plain = data.replace(bytes([_ESCAPE]), bytes([_ESCAPE, _ESCAPED_ESCAPE]))
+        os.write(self._out, bytes([END, *plain.replace(bytes([END]), bytes([_ESCAPE, _ESCAPED_END])), END]))
 
     def receive(self, seconds: float) -> bytes | None:
         """The next datagram, or None if none came in that time. Raises OSError if the line is gone."""
@@ -84,10 +84,10 @@ class SerialLink:
                 if 0 < len(self._frame) <= LONGEST and not self._escaped:
                     self._coming.append(bytes(self._frame))
                 self._frame, self._escaped = bytearray(), False
-            elif byte == ESCAPE:
+            elif byte == _ESCAPE:
                 self._escaped = True
             elif len(self._frame) <= LONGEST:  # one more than a datagram has: it is dropped at its end
-                meant = {ESCAPED_END: END, ESCAPED_ESCAPE: ESCAPE}.get(byte, byte)
+                meant = {_ESCAPED_END: END, _ESCAPED_ESCAPE: _ESCAPE}.get(byte, byte)
                 self._frame.append(meant if self._escaped else byte)
                 self._escaped = False
 

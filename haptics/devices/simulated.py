@@ -19,8 +19,8 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles
 from haptics.model.sensor import EXACT, SensorErrors, reading
 
-STEP_S = 5e-5  # of the simulation, somewhat less than in `loop.wall_trial`
-MIDDLE = 0.5  # place of the encoders' counts: a count is read about its middle
+_STEP_S = 5e-5  # of the simulation, somewhat less than in `loop.wall_trial`
+_MIDDLE = 0.5  # place of the encoders' counts: a count is read about its middle
 
 
 class SimulatedDevice:
@@ -133,7 +133,7 @@ class SimulatedDevice:
 def _read(errors, theta, twist, noise, count, out):
     for i in range(3):
         sound = math.isfinite(theta[i])
-        out[i] = reading(errors, i, theta[i], twist[i], noise[i], count, MIDDLE) if sound else math.nan
+        out[i] = reading(errors, i, theta[i], twist[i], noise[i], count, _MIDDLE) if sound else math.nan
 
 
 def simulated_machine(machine: MachineModel, period: float = 1e-3, *, linked: bool = False) -> SimulatedDevice:
@@ -157,7 +157,7 @@ def simulated_machine(machine: MachineModel, period: float = 1e-3, *, linked: bo
         machine.centre,
         period=period,
         count=encoder_count(machine),
-        steps=max(2, round(period / STEP_S)),
+        steps=max(2, round(period / _STEP_S)),
         delay=loop.delay + reading_age(machine, loop),
         errors=sensor_errors(machine, loop),
     )

@@ -34,7 +34,7 @@ from haptics.model.ball_joints import ball_friction_N
 from haptics.model.machine import MachineModel
 
 # (8, 3) corners of a cube of torques; the first four are enough where n and -n are the same.
-SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
+_SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
 # Steps of a current command from minus to plus the peak, assumed: 12 bits, the coarsest in use. The driver is no part
 # of the design.
 COMMAND_STEPS = 2**12
@@ -88,7 +88,7 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> dict[str, np.n
     mass = handle_inertia(g, p, machine.masses.handle_inertia)
     eigenvalues = np.linalg.eigvalsh(mass)
     gravity = gravity_torque(g, machine.masses, p, machine.design.requirements.gravity_m_s2)
-    corners = drive.peak * SIGNS - gravity[..., None, :]  # (..., 8, chain)
+    corners = drive.peak * _SIGNS - gravity[..., None, :]  # (..., 8, chain)
     continuous = inscribed_ball(columns, gravity, drive.continuous)
     friction = worst_friction(machine, p, rows, drive.coulomb)
     axes = 1.0 / np.diagonal(np.linalg.inv(mass), axis1=-2, axis2=-1)
@@ -96,7 +96,7 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> dict[str, np.n
         "mass_min": eigenvalues[..., 0],
         "mass_max": eigenvalues[..., 2],
         "isotropy": eigenvalues[..., 0] / eigenvalues[..., 2],
-        "friction_min": least_friction(machine, p, columns, drive.coulomb),
+        "friction_min": _least_friction(machine, p, columns, drive.coulomb),
         "friction_max": friction,
         "position_step": drive.count * reach.max(axis=-1),
         "force_step": drive.step * lever.max(axis=-1),
@@ -114,10 +114,10 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> dict[str, np.n
 
 def _in_phase(errors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Largest force (...) at the handle of torques (..., 3 chains) whose signs are not known, rows G_i."""
-    return np.linalg.norm((SIGNS[:4] * errors[..., None, :]) @ rows, axis=-1).max(axis=-1)
+    return np.linalg.norm((_SIGNS[:4] * errors[..., None, :]) @ rows, axis=-1).max(axis=-1)
 
 
-def least_friction(machine: MachineModel, p: np.ndarray, columns: np.ndarray, coulomb: float) -> np.ndarray:
+def _least_friction(machine: MachineModel, p: np.ndarray, columns: np.ndarray, coulomb: float) -> np.ndarray:
     """Friction at the handle along the motion that the drives rub least: one joint turns alone, `c / |J_i|`.
 
     Args:
@@ -147,7 +147,7 @@ def worst_friction(machine: MachineModel, p: np.ndarray, rows: np.ndarray, coulo
     Returns:
         (...) N.
     """
-    corners = SIGNS[:4] @ rows  # (..., 4, 3)
+    corners = _SIGNS[:4] @ rows  # (..., 4, 3)
     strength = np.linalg.norm(corners, axis=-1)
     at = np.broadcast_to(p[..., None, :], corners.shape)
     return (coulomb * strength + ball_friction_N(machine.design, at, corners / strength[..., None])).max(axis=-1)

@@ -18,7 +18,7 @@ from haptics.model.machine import MachineModel
 from haptics.model.motor_heat import REFERENCE_C, hold_time, motor_heat
 
 STEPS = 5  # Forces from the continuous one to the peak, both ends among them
-FOR_EVER, UNKNOWN = "for ever", "unknown"
+_FOR_EVER, _UNKNOWN = "for ever", "unknown"
 DEFINITION = (
     "all three motors hold the torque that gives the force in every direction everywhere in the cube beside the "
     f"weight, at rest in air of {REFERENCE_C:g} C, until the winding is as hot as its data sheet allows; `taken back` "
@@ -75,9 +75,9 @@ def holds(machine: MachineModel, drive: Drive, p: np.ndarray) -> tuple[Hold, ...
     return tuple(found)
 
 
-def as_fact(seconds: float | None) -> float | str:
+def _as_fact(seconds: float | None) -> float | str:
     """A time as facts have it: s, or in words."""
-    return UNKNOWN if seconds is None else FOR_EVER if math.isinf(seconds) else seconds
+    return _UNKNOWN if seconds is None else _FOR_EVER if math.isinf(seconds) else seconds
 
 
 def hold_facts(found: tuple[Hold, ...]) -> list[dict[str, float | str]]:
@@ -86,9 +86,9 @@ def hold_facts(found: tuple[Hold, ...]) -> list[dict[str, float | str]]:
         {
             "force_N": one.force,
             "torque_N_m": one.torque,
-            "until_limit_s": as_fact(one.limit),
-            "until_taken_back_s": as_fact(one.derate),
-            "until_limit_warm_s": as_fact(one.warm),
+            "until_limit_s": _as_fact(one.limit),
+            "until_taken_back_s": _as_fact(one.derate),
+            "until_limit_warm_s": _as_fact(one.warm),
         }
         for one in found
     ]
@@ -117,5 +117,5 @@ def hold_markdown(machine: MachineModel, found: tuple[Hold, ...]) -> list[str]:
 
 
 def _cell(seconds: float | None) -> str:
-    said = as_fact(seconds)
+    said = _as_fact(seconds)
     return said if isinstance(said, str) else f"{said:.3g}" if said < 1e3 else f"{said:.0f}"

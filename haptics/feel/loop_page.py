@@ -18,8 +18,8 @@ from haptics.loop.page import FOUR, FOUR_TEXT, loop_facts, walls_facts, walls_te
 from haptics.loop.walls import StiffnessLimits
 from haptics.model.machine import MachineModel
 
-TOLD_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are listed
-WIDTH = 110
+_REPORTED_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are listed
+_WIDTH = 110
 
 
 def sheet_facts(sheet: LoopSheet, machine: MachineModel) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def _noise(figures: NoiseFigures) -> dict[str, Any]:
     }
 
 
-def walls_lines(sheet: LoopSheet, rendered: dict[str, Summary]) -> list[str]:
+def _walls_lines(sheet: LoopSheet, rendered: dict[str, Summary]) -> list[str]:
     """The walls with both kinds of drives, one after the other, each with its condition, as lines of text.
 
     Args:
@@ -116,14 +116,14 @@ def walls_lines(sheet: LoopSheet, rendered: dict[str, Summary]) -> list[str]:
             f"{N_PER_MM * over.worst[0]:.1f} to {N_PER_MM * over.best[0]:.1f} over the cube",
             "",
         ]
-    return [*lines, *wrap(FOUR_TEXT + ".", WIDTH)]
+    return [*lines, *wrap(FOUR_TEXT + ".", _WIDTH)]
 
 
 def loop_text(sheet: LoopSheet, rendered: dict[str, Summary], machine: MachineModel) -> list[str]:
     """The loop as plain text, for the terminal."""
     stands = "stands with each hand" if not sheet.unstable_cases else f"OSCILLATES: {sheet.unstable_cases}"
     return [
-        *walls_lines(sheet, rendered),
+        *_walls_lines(sheet, rendered),
         "",
         f"{N_PER_MM * DEFAULT_WALL:g} N/mm at the centre, {sheet.loop.name} loop, simulated with noise and all that "
         f"gives way: {stands}",
@@ -146,7 +146,7 @@ def loop_markdown(
         "## Walls, with drives that add no damping and with drives that damp",
         "",
         "```text",
-        *walls_lines(sheet, rendered),
+        *_walls_lines(sheet, rendered),
         "```",
         "",
         f"Everything below is of the {loop.label}.",
@@ -260,13 +260,13 @@ def _impedances(sheet: LoopSheet) -> list[str]:
     """|Z| of each plane at some frequencies, of the free handle and at the wall."""
 
     def cells(z: np.ndarray) -> str:
-        return " | ".join(f"{np.interp(f, sheet.frequency, z):.3g}" for f in TOLD_Hz)
+        return " | ".join(f"{np.interp(f, sheet.frequency, z):.3g}" for f in _REPORTED_Hz)
 
     lines = [
         "Range of \\|Z\\|, N s/m:",
         "",
-        f"| place, axis | | {' | '.join(f'{f:g} Hz' for f in TOLD_Hz)} |",
-        f"|---|---|{'---:|' * len(TOLD_Hz)}",
+        f"| place, axis | | {' | '.join(f'{f:g} Hz' for f in _REPORTED_Hz)} |",
+        f"|---|---|{'---:|' * len(_REPORTED_Hz)}",
     ]
     for (place, axis), one in sheet.z_width.items():
         lines += [

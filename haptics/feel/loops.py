@@ -10,15 +10,17 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from delta_cad.mechanism import jacobian
 from haptics.control.wall_cap import WallCap
-from haptics.feel.structure import Bandwidth, first_resonance, force_bandwidth
 from haptics.loop.choice import BOARD, LoopChoice, RATES_Hz, at_rate, other_drives
-from haptics.loop.hardware import sensor_errors, wall_cap
-from haptics.loop.noise import BARELY, SPRING, NoiseFigures, NoiseRange, NoisyLoop, noise_range
+from haptics.loop.discrete import continuous, loaded
+from haptics.loop.hardware import LOSS, real_plant, sensor_errors, wall_cap
+from haptics.loop.linear import linearise, structure_at
+from haptics.loop.noise import BARELY, SPRING, NoiseFigures, NoiseRange, NoisyLoop, noise_range, shares
 from haptics.loop.passivity import impedance
 from haptics.loop.wall_trial import WallBench
 from haptics.loop.walls import NOBODY, STABILITY_MARGIN, StiffnessLimits, WallStability, closed_form, proven_cap
@@ -27,11 +29,84 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws.virtual_wall import AXES
 
+# What gives way as a person meets it: first resonance, and bandwidth of the force on a held handle.
+_FIXED = 1e9  # N m/rad that hold a motor whose structure alone is to swing, and N/m that hold a handle
+_LEVEL = 10.0 ** (3.0 / 20.0)  # 3 dB
+_SWEEP_Hz = np.geomspace(1.0, 3000.0, 3000)
+
+
+class _Bandwidth(NamedTuple):
+    """Of the force on a held handle over the command, Hz.
+
+    Attributes:
+        within: Up to which it keeps within 3 dB.
+        less: From which it has lost 3 dB for good.
+    """
+
+    within: float
+    less: float
+
+
+def first_resonance(machine: MachineModel) -> float:
+    """Lowest mode at the centre with the motors held, as the walls' model has it, Hz."""
+    here = linearise(real_plant(machine, BOARD), machine.centre, structure_at(machine, machine.centre))
+    body, _ = here.body(FREE)
+    motors = here.ports(np.eye(3), len(body.mass)).push.T @ np.eye(len(body.mass))
+    held = loaded(body, motors, stiffness=_FIXED)
+    roots = np.linalg.eigvals(continuous(held, np.zeros((len(body.mass), 1)))[0])
+    return float(np.abs(roots.imag[np.abs(roots.imag) > 1.0]).min() / (2.0 * math.pi))
+
+
+def held_force(
+    machine: MachineModel, normal: np.ndarray, frequency: np.ndarray, loop: LoopChoice = BOARD, share: float = 1.0
+) -> np.ndarray:
+    """Force on a handle that is held still over the force commanded, at the cube's centre.
+
+    Args:
+        machine: The device.
+        normal: (3,) direction of the force.
+        frequency: (n,) Hz.
+        loop: Whose hold and current loop stand between.
+        share: Of the structure's stiffness.
+
+    Returns:
+        (n,) complex, dimensionless; without the delay, which turns its phase alone.
+    """
+    here = linearise(real_plant(machine, loop), machine.centre, structure_at(machine, machine.centre, LOSS[1], share))
+    body, place = here.body(FREE)
+    n = len(body.mass)
+    rate, required = continuous(
+        loaded(body, place, stiffness=_FIXED), here.ports(normal[:, None], n).push, loop.current_lag
+    )
+    s = 2j * math.pi * frequency[:, None, None] * np.eye(len(rate))
+    moved = np.linalg.solve(s - rate, np.broadcast_to(required + 0j, (len(s), *required.shape)))
+    return _FIXED * (normal @ place @ moved[:, :n, 0].T) * np.sinc(frequency * loop.period)
+
+
+def force_bandwidth(
+    machine: MachineModel, normal: np.ndarray, loop: LoopChoice = BOARD
+) -> tuple[_Bandwidth, _Bandwidth]:
+    """Bandwidth of the force on a held handle, with the softest and the stiffest structure of `shares`.
+
+    Args:
+        machine: The device.
+        normal: (3,) direction of the force.
+        loop: The loop.
+    """
+    found = []
+    for share in (shares(machine)[0], shares(machine)[-1]):
+        level = np.abs(held_force(machine, normal, _SWEEP_Hz, loop, share))
+        off, less = np.flatnonzero(np.abs(np.log(level)) > math.log(_LEVEL)), np.flatnonzero(level >= 1.0 / _LEVEL)
+        within = _SWEEP_Hz[off[0]] if len(off) else _SWEEP_Hz[-1]
+        found.append(_Bandwidth(float(within), float(_SWEEP_Hz[less[-1]])))
+    return found[0], found[1]
+
+
 DEFAULT_WALL = 5000.0  # N/m, which the board loop is to bear at the centre with every hand
 DAMPINGS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # of the K-B plane, N s/m
 N_PER_MM = 1e-3  # N/m in N/mm
-DRAWN = ("x", "z")  # Axes of the K-B planes and of impedance: across the device's axis, and along it
-CENTRE, CORNER = "centre", "worst corner"
+_DRAWN = ("x", "z")  # Axes of the K-B planes and of impedance: across the device's axis, and along it
+_CENTRE, _CORNER = "centre", "worst corner"
 
 DEFINITIONS = {
     "own": "largest wall that is passive by the device's own damping, B = 0, its drives' at a wall included, exact "
@@ -159,7 +234,7 @@ class LoopSheet:
     noise_rad: float
     default_wall_stable: dict[tuple[str, str], bool]
     first_resonance: float
-    force_bandwidth: tuple[Bandwidth, Bandwidth]
+    force_bandwidth: tuple[_Bandwidth, _Bandwidth]
 
     @property
     def loop(self) -> LoopChoice:
@@ -198,7 +273,7 @@ def loop_sheet(
     found = places(machine, loop)
     z_width = {
         (name, axis): plane(machine, walls, other.loop, found[name], axis)
-        for name, axis in product((CENTRE, CORNER), DRAWN)
+        for name, axis in product((_CENTRE, _CORNER), _DRAWN)
     }
     say("noise, and the default wall with each hand")
     spring = NoisyLoop(machine, loop)
@@ -272,7 +347,7 @@ def places(machine: MachineModel, loop: LoopChoice = BOARD) -> dict[str, np.ndar
     corners = [machine.centre + half * np.array(signs) for signs in product((-1.0, 1.0), repeat=3)]
     cap = wall_cap(machine, loop)
     worst = min(corners, key=lambda p: closed_form(cap, jacobian(machine.geometry, p), np.array(AXES["x"]))[0])
-    return {CENTRE: machine.centre, "floor's middle": machine.centre - [0.0, 0.0, half], CORNER: worst}
+    return {_CENTRE: machine.centre, "floor's middle": machine.centre - [0.0, 0.0, half], _CORNER: worst}
 
 
 def noisy_walls(machine: MachineModel, cap: WallCap, p: np.ndarray) -> list[tuple[np.ndarray, float, float]]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import math
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
@@ -14,7 +16,6 @@ from haptics.feel.field import COMMAND_STEPS
 from haptics.feel.holds import DEFINITION, hold_facts, hold_markdown
 from haptics.feel.loop_page import loop_markdown, loop_text, sheet_facts
 from haptics.feel.loops import DEFINITIONS
-from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
 from haptics.feel.sheet import MASS_ERROR, Feel
 from haptics.feel.summary import QUANTITIES, Quantity, Summary
 from haptics.loop.assumptions import joint_friction
@@ -22,13 +23,71 @@ from haptics.loop.hardware import reading_age
 from haptics.model.hands import HAND_MODELS
 from haptics.model.machine import MachineModel
 
-SCHEMA = "delta-feel/2"
+# Published figures of devices on the market, each with the source that was opened and how it was tested.
+FILE = Path(__file__).with_name("reference_devices.csv")
+LABELS = {
+    "workspace_mm": "workspace, mm",
+    "force_continuous_N": "force, continuous, N",
+    "force_peak_N": "force, peak, N",
+    "stiffness_N_per_mm": "stiffest wall, N/mm",
+    "apparent_mass_g": "apparent mass, g",
+    "friction_N": "friction, N",
+    "resolution_mm": "position resolution, mm",
+}
+
+
+@dataclass(frozen=True)
+class _PublishedDevice:
+    """One figure of a device.
+
+    Attributes:
+        device: Maker and name.
+        quantity: One of `LABELS`.
+        value: The figure; None where it is text.
+        bound: "<", ">", "~" or nothing before it.
+        text: The text; empty where it is a figure.
+        test: How it was tested, or "unknown".
+        source: Where it is published; somebody of this project opened it.
+    """
+
+    device: str
+    quantity: str
+    value: float | None
+    bound: str
+    text: str
+    test: str
+    source: str
+
+    @property
+    def shown(self) -> str:
+        """Text of the value in a table."""
+        return self.text if self.value is None else f"{self.bound} {self.value:g}".strip()
+
+
+def reference_devices() -> tuple[_PublishedDevice, ...]:
+    """Published figures of the data file, in its order."""
+    with FILE.open(encoding="utf-8", newline="") as file:
+        return tuple(
+            _PublishedDevice(
+                device=row["device"],
+                quantity=row["quantity"],
+                value=float(row["value"]) if row["value"] else None,
+                bound=row["bound"],
+                text=row["text"],
+                test=row["test"],
+                source=row["source"],
+            )
+            for row in csv.DictReader(file, strict=True)
+        )
+
+
+_SCHEMA = "delta-feel/2"
 MAPS = (
     *("mass_max", "isotropy", "friction_max", "force_continuous", "force_peak", "acceleration"),
     *("position_step", "wall", "gravity"),
 )
-OURS = "this design"
-WIDTH = 110
+_PROJECT = "this design"
+_WIDTH = 110
 
 
 def map_values(sheet: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -41,7 +100,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
     """The facts as JSON types, with a unit in every key."""
     friction = joint_friction(sheet.machine)
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "name": sheet.machine.design.name,
         "answers": [asdict(answer) for answer in sheet.answers],
         "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
@@ -102,7 +161,7 @@ def feel_text(sheet: Feel) -> str:
     for answer in sheet.answers:
         lines += [
             f"{answer.question} {answer.short}",
-            *wrap(answer.text, WIDTH, initial_indent="  ", subsequent_indent="  "),
+            *wrap(answer.text, _WIDTH, initial_indent="  ", subsequent_indent="  "),
         ]
     head = f"{'':44}{'unit':>6}{'centre':>9}{'best':>9}{'worst':>9}   worst at, mm"
     rows = [
@@ -228,11 +287,11 @@ def _stops(sheet: Feel) -> str:
     )
 
 
-def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
+def _comparison(sheet: Feel, rows: tuple[_PublishedDevice, ...]) -> list[str]:
     devices = list(dict.fromkeys(row.device for row in rows))
     side = 2.0 * sheet.machine.design.cube.half_side_mm
     mass, friction = sheet.summaries["mass_max"], sheet.summaries["friction_max"]
-    ours = {
+    project = {
         "workspace_mm": f"{side:g} x {side:g} x {side:g}",
         "force_continuous_N": f"{sheet.summaries['force_continuous'].worst[0]:.1f} everywhere, any direction",
         "force_peak_N": f"{sheet.summaries['force_peak'].worst[0]:.1f} likewise, as the controller gives it",
@@ -244,10 +303,10 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
         f"{MM_PER_M * sheet.loop.noise_rad / sheet.drive.count * sheet.summaries['position_step'].worst[0]:.1g} rms",
     }
     shown = {(row.device, row.quantity): row.shown for row in rows}
-    lines = [f"| | {OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
+    lines = [f"| | {_PROJECT} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
     for quantity, label in LABELS.items():
         cells = " | ".join(shown.get((device, quantity), "not known") for device in devices)
-        lines.append(f"| {label} | {ours[quantity]} | {cells} |")
+        lines.append(f"| {label} | {project[quantity]} | {cells} |")
         if quantity == "force_peak_N" and sheet.drive.motor > sheet.drive.peak:
             own = f"{sheet.summaries['force_motor'].worst[0]:.1f} likewise, which the controller does not give"
             lines.append(f"| the same at the motor's own limit, N | {own} |{' - |' * len(devices)}")

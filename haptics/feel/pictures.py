@@ -15,9 +15,9 @@ from haptics.feel.loops import LoopSheet, Plane
 from haptics.loop.walls import NOBODY
 
 HEIGHTS = ("bottom", "middle", "top")
-FILL, LINES, EVEN = 48, 6, 0.02
-WIDE = 5.0  # Ratio of the largest to the smallest value from which the scale is logarithmic
-FLAT = 0.1  # Least range of the scale as a share of the values: what varies less looks even, as it feels
+_FILL, _LINES, _EVEN = 48, 6, 0.02
+_WIDE = 5.0  # Ratio of the largest to the smallest value from which the scale is logarithmic
+_FLAT = 0.1  # Least range of the scale as a share of the values: what varies less looks even, as it feels
 
 
 @styled
@@ -38,19 +38,19 @@ def feel_map(
     figure = Figure(figsize=(11.0, 4.5), layout="constrained")
     figure.suptitle(title, fontsize=12)
     low, high = float(values.min()), float(values.max())
-    missing = max(FLAT * max(abs(low), abs(high)) - (high - low), 0.0)
+    missing = max(_FLAT * max(abs(low), abs(high)) - (high - low), 0.0)
     if missing > 0.0 or high == low:
         low, high = low - missing / 2.0 - 1e-12, high + missing / 2.0 + 1e-12
-    wide = low > 0.0 and high > WIDE * low
-    levels = np.geomspace(low, high, FILL + 1) if wide else np.linspace(low, high, FILL + 1)
+    wide = low > 0.0 and high > _WIDE * low
+    levels = np.geomspace(low, high, _FILL + 1) if wide else np.linspace(low, high, _FILL + 1)
     scale = LogNorm(low, high) if wide else Normalize(low, high)
     axes = figure.subplots(1, 3, sharex=True, sharey=True)
     colours = "viridis_r" if small else "viridis"
     filled = [ax.contourf(x_mm, y_mm, values[k], levels=levels, cmap=colours, norm=scale) for k, ax in enumerate(axes)]
     for k, ax in enumerate(axes):
         least, most = float(values[k].min()), float(values[k].max())
-        if most - least > EVEN * max(abs(most), abs(least)):  # else lines would speak of nothing
-            steps = MaxNLocator(LINES).tick_values(least, most)
+        if most - least > _EVEN * max(abs(most), abs(least)):  # else lines would speak of nothing
+            steps = MaxNLocator(_LINES).tick_values(least, most)
             lines = ax.contour(x_mm, y_mm, values[k], levels=steps, colors="black", linewidths=0.6)
             for text in ax.clabel(lines, fontsize=8, fmt="%g"):
                 text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6})
@@ -72,8 +72,8 @@ def feel_map(
     return figure
 
 
-COLOURS = (VERMILLION, ORANGE, GREEN, BLUE)  # From the slowest rate to the fastest
-HAND_LINES = {NOBODY: "-", "light": ":", "medium": "--", "firm": "-."}
+_COLOURS = (VERMILLION, ORANGE, GREEN, BLUE)  # From the slowest rate to the fastest
+_HAND_LINES = {NOBODY: "-", "light": ":", "medium": "--", "firm": "-."}
 LEAST = 0.01  # N/mm, foot of the planes
 
 
@@ -89,7 +89,7 @@ def z_width(sheet: LoopSheet, name: str) -> Figure:
         ax.set_xlabel("damping of the wall, N s/m")
     for ax in panels[:, 0]:
         ax.set_ylabel("largest stable stiffness, N/mm")
-    for hand, style in HAND_LINES.items():
+    for hand, style in _HAND_LINES.items():
         panels[0, 0].plot([], [], style, color="black", label=f"{hand}{' hand' if hand != NOBODY else ''}")
     figure.suptitle(f"Z-width of {name}: {sheet.loop.label}", fontsize=10)
     figure.legend(*panels[0, 0].get_legend_handles_labels(), ncols=3, fontsize=8, loc="outside lower center")
@@ -97,12 +97,14 @@ def z_width(sheet: LoopSheet, name: str) -> Figure:
 
 
 def _plane(ax: Axes, sheet: LoopSheet, one: Plane) -> None:
-    for colour, (rate, hands) in zip(COLOURS[-len(one.stable) :], one.stable.items(), strict=True):
+    for colour, (rate, hands) in zip(_COLOURS[-len(one.stable) :], one.stable.items(), strict=True):
         for hand, limits in hands.items():
             # a limit of 0 is none: the damping alone is too much for that rate
             shown = np.where(limits > 0.0, 1e-3 * limits, np.nan)
             label = f"{rate / 1e3:g} kHz" if hand == NOBODY else None
-            ax.plot(sheet.dampings, shown, HAND_LINES[hand], color=colour, linewidth=1.8 if label else 0.9, label=label)
+            ax.plot(
+                sheet.dampings, shown, _HAND_LINES[hand], color=colour, linewidth=1.8 if label else 0.9, label=label
+            )
     for passive, walls, hatch in ((one.passive, sheet.walls, None), (one.passive_other, sheet.other, "///")):
         label = f"passive with any passive hand, {walls.loop.name} loop: {walls.loop.condition}"
         shade = {"facecolor": BLUE if hatch is None else "none", "alpha": 0.15 if hatch is None else 0.5}
@@ -119,7 +121,7 @@ def impedance(sheet: LoopSheet, name: str) -> Figure:
     """Draws the range of |Z| over frequency: from the free handle to the stiffest wall that is rendered."""
     figure = Figure(figsize=(8.0, 4.8), layout="constrained")
     ax = figure.subplots()
-    for colour, ((place, axis), one) in zip(COLOURS, sheet.z_width.items(), strict=True):
+    for colour, ((place, axis), one) in zip(_COLOURS, sheet.z_width.items(), strict=True):
         ax.loglog(sheet.frequency, one.lower, color=colour, label=f"{place}, {axis}: free handle")
         ax.loglog(sheet.frequency, one.upper, "--", color=colour, label=f"wall of {1e-3 * one.wall:.1f} N/mm")
     line = {"color": "black", "linewidth": 0.7, "linestyle": ":", "label": "first resonance, motors held"}

@@ -28,7 +28,7 @@ from haptics.model.machine import MachineModel
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
 # nothing is proven between them.
 GRID = 15
-SLICE = 41  # Points an edge of a map
+_SLICE = 41  # Points an edge of a map
 # Share by which the masses of the gravity compensation may be off: screws, cables and density of what is built.
 MASS_ERROR = 0.05
 # N/m from which a wall passes for hard: L. B. Rosenberg, B. D. Adelstein, IEEE Symposium on Research Frontiers in
@@ -39,11 +39,11 @@ HARD = 2000.0
 RIGID = 15e3
 # N: smallest step of a force that fingertips feel on a still handle, about; from memory (detection thresholds of 0.03
 # to 0.06 N), no single source was opened.
-FELT = 0.04
+_FELT = 0.04
 
 
 @dataclass(frozen=True)
-class Answer:
+class _Answer:
     """One of a designer's questions.
 
     Attributes:
@@ -84,7 +84,7 @@ class Feel:
     rendered: dict[str, Summary]
     loop: LoopSheet
     holds: tuple[Hold, ...]
-    answers: tuple[Answer, ...]
+    answers: tuple[_Answer, ...]
 
 
 def joint_drive(machine: MachineModel) -> Drive:
@@ -133,7 +133,7 @@ def feel(
     """
     drive = joint_drive(machine)
     say("figures over the cube")
-    cube, planes = cube_points(machine, GRID, GRID, GRID), cube_points(machine, SLICE, SLICE, 3)
+    cube, planes = cube_points(machine, GRID, GRID, GRID), cube_points(machine, _SLICE, _SLICE, 3)
     field, middle, slices = (feel_at(machine, drive, p) for p in (cube, machine.centre, planes))
     held, loop = holds(machine, drive, cube), loops(machine)
 
@@ -155,7 +155,7 @@ def feel(
     return Feel(machine, drive, summaries, planes, slices, over, loop, held, answers)
 
 
-def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:
+def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> _Answer:
     """Compares each joint's friction with what its compensation misses of the weight, so that the handle stays where it
     is left: at rest all three torques can be held if and only if none exceeds its friction.
     """
@@ -172,10 +172,10 @@ def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) ->
         f"{100.0 * drive.coulomb / gravity:.0f} % with the nominal one."
     )
     short = "Yes." if good else "Unless friction is at its least." if missed <= drive.coulomb else "No."
-    return Answer("Will the handle stay where it is left?", good, short, text)
+    return _Answer("Will the handle stay where it is left?", good, short, text)
 
 
-def hard(loop: LoopSheet, over: dict[str, Summary]) -> Answer:
+def hard(loop: LoopSheet, over: dict[str, Summary]) -> _Answer:
     """Compares the wall that is rendered everywhere with what passes for hard and for rigid, for both kinds of drives.
 
     Args:
@@ -199,10 +199,10 @@ def hard(loop: LoopSheet, over: dict[str, Summary]) -> Answer:
     good = over[loop.loop.name].worst[0] >= HARD
     short = f"{'Yes' if good else 'No'}, where {loop.loop.condition}."
     scale = f"Hard from about {HARD / MM_PER_M:.0f} N/mm, rigid from about {RIGID / MM_PER_M:.0f} N/mm."
-    return Answer("Is the wall hard?", good, short, " ".join([*text, scale]))
+    return _Answer("Is the wall hard?", good, short, " ".join([*text, scale]))
 
 
-def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
+def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> _Answer:
     """Asks whether the default wall stands with each hand and is quiet, here and all over the cube, whatever the
     structure, and whether a count is felt.
     """
@@ -233,14 +233,14 @@ def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
         )
         if over:
             wall += f", which with this law readings would keep whose noise is a count of {bits:.1f} bits{damped}"
-    if step < FELT:
+    if step < _FELT:
         grain = "too little to be felt"
     elif step < friction:
         grain = "which a fine fingertip may feel while moving"
     else:
         grain = "which is felt as grain"
     text = f"{wall}. One count of an encoder steps its force by up to {1e3 * step:.0f} mN, {grain} (from about "
-    text += f"{1e3 * FELT:.0f} mN on a still handle; friction is {friction:.2f} N)."
+    text += f"{1e3 * _FELT:.0f} mN on a still handle; friction is {friction:.2f} N)."
     good = not loop.unstable_cases and steady and force <= FORCE and step < friction
     short = "Yes." if not good else "Finely, for the most sensitive hands." if tremor else "No."
-    return Answer("Does it buzz?", good and not tremor, short, text)
+    return _Answer("Does it buzz?", good and not tremor, short, text)

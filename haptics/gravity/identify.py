@@ -20,11 +20,11 @@ from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
 
 # Where the origin of the handle's travel is looked for over the base plane; not printed either.
-ORIGIN_MM = (50.0, 100.0)
+_ORIGIN_MM = (50.0, 100.0)
 
 
 @dataclass(frozen=True)
-class Identified:
+class _Identified:
     """Masses fitted to the published torques.
 
     Attributes:
@@ -48,7 +48,7 @@ class Identified:
     rank: int
 
 
-def identify() -> Identified:
+def identify() -> _Identified:
     """Least squares of the two mass sums and the origin's height to the six published torques.
 
     Source:
@@ -73,12 +73,12 @@ def identify() -> Identified:
         by_sum, masses = sums(height)
         return float(((by_sum @ masses - torques.ravel()) ** 2).sum())
 
-    low, high = (height / MM_PER_M for height in ORIGIN_MM)
+    low, high = (height / MM_PER_M for height in _ORIGIN_MM)
     best: Any = minimize_scalar(misfit, bounds=(low, high), method="bounded", options={"xatol": 1e-7})
     height = float(best.x)
     by_sum, masses = sums(height)
     fitted = (by_sum @ masses).reshape(torques.shape)
-    return Identified(
+    return _Identified(
         at_wrists_kg=float(masses[0]),
         at_elbow_kg=float(masses[1]),
         origin_height_m=height,

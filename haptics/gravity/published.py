@@ -13,9 +13,9 @@ GRAVITY_TORQUES_MN_M = ((16.18, 16.28, 16.34), (15.62, 13.45, 18.76))
 GRAVITY_AZIMUTHS_DEG = (180.0, 300.0, 60.0)
 # The prototype, table 11.
 GRAVITY_LENGTHS_MM = {"base_radius": 40.0, "platform_radius": 30.0, "upper_arm_length": 82.0, "forearm_length": 112.1}
-SAME_MM = 0.1  # Tables 11 and 12 print the forearm's length as 112.1 and 112.079
+_SAME_MM = 0.1  # Tables 11 and 12 print the forearm's length as 112.1 and 112.079
 
 
 def of_published_lengths(g: DeltaGeometry) -> bool:
     """Whether a mechanism has the lengths of the prototype; else what is measured there is of another machine."""
-    return all(abs(MM_PER_M * getattr(g, name) - length) <= SAME_MM for name, length in GRAVITY_LENGTHS_MM.items())
+    return all(abs(MM_PER_M * getattr(g, name) - length) <= _SAME_MM for name, length in GRAVITY_LENGTHS_MM.items())

@@ -32,21 +32,21 @@ FILES = (
     "ros2/package.xml",
 )
 MACHINE, POSE = "c/delta_machine.h", "c/delta_pose.h"  # Written for a design; from the controller
-HOST_RATE_Hz = 1000.0  # at which programs on a host close the loop through a socket
-RAMP_S, WATCHDOG_S, TIMEOUT_S = 0.5, 0.02, 0.1
+_HOST_RATE_Hz = 1000.0  # at which programs on a host close the loop through a socket
+_RAMP_S, _WATCHDOG_S, TIMEOUT_S = 0.5, 0.02, 0.1
 
 
 def sources(machine: MachineModel) -> dict[str, str]:
     """Gives the files for a design: path -> text."""
     here = resources.files("haptics.interfaces")
     return {name: here.joinpath(name).read_text(encoding="utf-8") for name in FILES} | {
-        POSE: pose_header(),
+        POSE: _pose_header(),
         MACHINE: machine_header(machine),
     }
 
 
 @cache
-def pose_header() -> str:
+def _pose_header() -> str:
     """Gives the controller's forward kinematics, Jacobian and holding torques in C, translated."""
     translation, vector = Translation(), typeof(np.zeros(3))
     translation.add(pose, (typeof(Model(*9 * (0.0,))), vector, typeof(np.zeros((ROWS, 3)))))
@@ -70,15 +70,15 @@ def machine_header(machine: MachineModel) -> str:
     """
     design = machine.design
     known = model(machine.geometry, machine.masses, design.requirements.gravity_m_s2)
-    loop = chosen_loop(design, HOST_RATE_Hz).linked.untouched
+    loop = chosen_loop(design, _HOST_RATE_Hz).linked.untouched
     wall = STABILITY_MARGIN * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
         *(known.radius_difference, known.upper_arm_length, known.forearm_length),
-        *(known.hanging, known.moment, known.across),
+        *(known.below_elbows, known.moment, known.across),
     )
     gravity = (known.gravity_x, known.gravity_y, known.gravity_z)
     force = max(design.requirements.force_N, design.requirements.peak_force_N or 0.0)
-    rest = (machine.drive.controlled_torque_N_m, force, loop.corner, RAMP_S, WATCHDOG_S, TIMEOUT_S)
+    rest = (machine.drive.controlled_torque_N_m, force, loop.corner, _RAMP_S, _WATCHDOG_S, TIMEOUT_S)
     numbers = [*map(_c, config), "{" + ", ".join(map(_c, gravity)) + "}", *map(_c, rest), "0"]
     lines = [
         f"/* {design.name}, design {design_hash(design)[:12]}: numbers for delta_device.h, SI. */",

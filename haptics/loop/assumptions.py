@@ -22,19 +22,19 @@ from haptics.model.plant import Plant, plant
 
 # Least, nominal and largest share of the idle torque that grows with the speed; the nominal one and that of
 # `drive.friction` add up to it.
-VISCOUS = (0.0, 0.4, 0.75)
+_VISCOUS = (0.0, 0.4, 0.75)
 # Turn of a joint by which cable, brushes and bearings give way before they slip, rad, softest first: half a degree of
 # the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a soft grasp
 # depends: the softest goes with the least friction, the stiffest with the largest.
-PRESLIDING = (1e-3, 3e-4, 1e-4)
+_PRESLIDING = (1e-3, 3e-4, 1e-4)
 # Share of critical damping with which a joint rings on an unslipped bristle, least, nominal, largest: none; wire rope
 # and grease (a loss factor of 0.1); what friction models in the literature take at most. From memory.
-BRISTLE_RATIO = (0.0, 0.05, 0.2)
+_BRISTLE_RATIO = (0.0, 0.05, 0.2)
 DELAY = (0.0, 0.5, 1.0)  # From reading to torque in periods: at once, half a period to compute and send, a whole one
 CURRENT_LAG = 0.2e-3  # Time constant of a motor's current loop, s: a bandwidth of 0.8 kHz
 # Cut-off frequency of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an eighth of
 # the damping with one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise.
-CORNER = 100.0
+_CORNER = 100.0
 
 
 @dataclass(frozen=True)
@@ -72,15 +72,17 @@ def joint_friction(machine: MachineModel) -> Friction:
         machine: The device; the ball joints' share is that in the cube's centre.
     """
     ratio = machine.drive.ratio
-    thin, usual, thick = VISCOUS
+    thin, usual, thick = _VISCOUS
     slope = ratio**2 * idle_torque_N_m(catalogue.motor.chosen(machine.design.hardware)) / IDLE_SPEED
     balls = ball_friction(machine.design, machine.centre)
     drive = drive_friction_N_m(machine.design)
     coulomb = (drive[0] + balls[0], drive[1] + balls[1], drive[2] + balls[2])
     inertia = machine.masses.arm_inertia + machine.masses.rotor_inertia
-    parts = zip(BRISTLE_RATIO, coulomb, PRESLIDING, strict=True)
+    parts = zip(_BRISTLE_RATIO, coulomb, _PRESLIDING, strict=True)
     least, nominal, largest = (2.0 * ratio * math.sqrt(c / turn * inertia) for ratio, c, turn in parts)
-    return Friction(coulomb, drive, (thin * slope, usual * slope, thick * slope), PRESLIDING, (least, nominal, largest))
+    return Friction(
+        coulomb, drive, (thin * slope, usual * slope, thick * slope), _PRESLIDING, (least, nominal, largest)
+    )
 
 
 def encoder_count(machine: MachineModel) -> float:
@@ -94,7 +96,7 @@ def default_estimator(period: float = 1e-3) -> Estimator:
     Args:
         period: s.
     """
-    return low_pass(period, CORNER)
+    return low_pass(period, _CORNER)
 
 
 def nominal_plant(machine: MachineModel) -> Plant:

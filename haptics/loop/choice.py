@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from delta_cad.design import Design
 
-LINK_DELAYS = (0.5, 1.0, 1.5)  # Of a loop through a link, from reading to torque, periods
+_LINK_DELAYS = (0.5, 1.0, 1.5)  # Of a loop through a link, from reading to torque, periods
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class LoopChoice:
     @property
     def linked(self) -> LoopChoice:
         """The same loop closed by a host: a board applies a COMMAND at the tick after its STATE, a period late."""
-        return replace(self, delays=LINK_DELAYS)
+        return replace(self, delays=_LINK_DELAYS)
 
     @property
     def condition(self) -> str:
@@ -86,8 +86,8 @@ BOARD = LoopChoice("board", 1.25e-4, (0.25, 0.5, 0.75), 0.053e-3, 500.0, 2.0, 0.
 # The same with amplifiers whose inner loop damps at once, by 0.62 of the short circuit's while a wall is touched: no
 # noise comes through it, so that the law damps little. A tenth elsewhere steadies springs and home, and drags by up to
 # 0.45 N at 0.2 m/s: along z in the floor's middle. No amplifier on sale is known to do it.
-FREE_DAMPING = 0.1
-DAMPED = replace(BOARD, name="damped", damping=0.17, drive_damping=FREE_DAMPING, contact_damping=0.62)
+_FREE_DAMPING = 0.1
+DAMPED = replace(BOARD, name="damped", damping=0.17, drive_damping=_FREE_DAMPING, contact_damping=0.62)
 RATES_Hz = (1000.0, 2000.0, 4000.0, 8000.0)  # Side by side: what a faster loop buys
 
 
@@ -108,14 +108,14 @@ def chosen_loop(
         design: The design; its `loop` may be left out.
         rate_Hz: Ticks a second.
         damping: Of every wall, N s/m; with drives that damp that of `DAMPED` unless given.
-        drive_damping: Share of the motors' short circuit at a wall; elsewhere at most `FREE_DAMPING`.
+        drive_damping: Share of the motors' short circuit at a wall; elsewhere at most `_FREE_DAMPING`.
     """
     file = design.loop
     rate = _first(rate_Hz, file and file.rate_Hz)
     drives = _first(drive_damping, file and file.drive_damping) or 0.0
     loop = BOARD
     if drives > 0.0:
-        loop = replace(DAMPED, drive_damping=min(drives, FREE_DAMPING), contact_damping=drives)
+        loop = replace(DAMPED, drive_damping=min(drives, _FREE_DAMPING), contact_damping=drives)
     loop = loop if rate is None else at_rate(rate, loop)
     own = _first(damping, file and file.damping_N_s_m)
     loop = loop if own is None else replace(loop, damping=own)

@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 # Eigenvalues as near to 1 as this count as at rest: they would need 1e5 periods, 100 s at 1 kHz, to move by e. A free
 # handle has such modes (it may rest anywhere), and rounding splits a double one by the root of 1e-16.
-NEUTRAL = 1e-5
-ALIGNED = 1e-9  # Share of a period below which a rest of a delay is rounding
+_NEUTRAL = 1e-5
+_ALIGNED = 1e-9  # Share of a period below which a rest of a delay is rounding
 # Range of gains that is scanned, as a share of m / T^2 and m / T. With one sample a spring above 4 m / T^2 or a damper
 # above 2 m / T throws the handle over in one period; delays and filters lower that. A millionth is below 1 N/m.
-SCAN = (1e-6, 10.0)
-GROWTH = 1e-10  # Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better
+_SCAN = (1e-6, 10.0)
+_GROWTH = 1e-10  # Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better
 
 
 @dataclass(frozen=True)
@@ -61,13 +61,13 @@ class Timing:
     @property
     def whole_periods(self) -> int:
         """Whole periods of the delay."""
-        return math.floor(self.delay / self.period + ALIGNED)
+        return math.floor(self.delay / self.period + _ALIGNED)
 
     @property
     def fraction(self) -> float:
         """The rest of the delay as a share of a period, 0 up to 1."""
         rest = self.delay / self.period - self.whole_periods
-        return rest if rest > ALIGNED else 0.0
+        return rest if rest > _ALIGNED else 0.0
 
 
 @dataclass(frozen=True)
@@ -110,19 +110,19 @@ class SampledLoop:
         return np.linalg.eigvals(self.matrix(stiffness, damping)).astype(complex)
 
     def radius(self, stiffness: float | np.ndarray, damping: float | np.ndarray) -> np.ndarray:
-        """Largest modulus of an eigenvalue that is not at rest (`NEUTRAL`), (...); below 1 is stable."""
+        """Largest modulus of an eigenvalue that is not at rest (`_NEUTRAL`), (...); below 1 is stable."""
         z = self.eigenvalues(stiffness, damping)
-        return np.where(np.abs(z - 1.0) > NEUTRAL, np.abs(z), 0.0).max(axis=-1)
+        return np.where(np.abs(z - 1.0) > _NEUTRAL, np.abs(z), 0.0).max(axis=-1)
 
     def stiffness_limit(self, damping: float = 0.0) -> StableGains:
         """Stable stiffnesses at a damping, N/m."""
         unit = self.scale / self.period**2
-        return limits(lambda k: self.radius(k, damping), SCAN[0] * unit, SCAN[1] * unit)
+        return limits(lambda k: self.radius(k, damping), _SCAN[0] * unit, _SCAN[1] * unit)
 
     def damping_limit(self, stiffness: float = 0.0) -> StableGains:
         """Stable dampings at a stiffness, N s/m."""
         unit = self.scale / self.period
-        return limits(lambda b: self.radius(stiffness, b), SCAN[0] * unit, SCAN[1] * unit)
+        return limits(lambda b: self.radius(stiffness, b), _SCAN[0] * unit, _SCAN[1] * unit)
 
 
 class StableGains(NamedTuple):
@@ -215,12 +215,12 @@ def _hold(body: SampledBody, timing: Timing, push: np.ndarray) -> tuple[np.ndarr
     """Transition of q, q' (and the motors' force) over a period, and what a command adds that is there before the
     delay's fraction has passed, or after it.
     """
-    rate, asked = continuous(body, push, timing.current_lag)
-    size, m = asked.shape
+    rate, required = continuous(body, push, timing.current_lag)
+    size, m = required.shape
 
     def over(seconds: float) -> tuple[np.ndarray, np.ndarray]:
         joint = np.zeros((size + m, size + m))
-        joint[:size, :size], joint[:size, size:] = rate * seconds, asked * seconds
+        joint[:size, :size], joint[:size, size:] = rate * seconds, required * seconds
         moved = expm(joint)
         return moved[:size, :size], moved[:size, size:]
 
@@ -242,12 +242,12 @@ def limits(
         rounds: Rounds of the bisection, all changes at once; 36 leave 1e-11 of the gain.
     """
     gains = np.geomspace(lowest, highest, points)
-    stable = radius(gains) < 1.0 + GROWTH
+    stable = radius(gains) < 1.0 + _GROWTH
     turns = np.flatnonzero(stable[1:] != stable[:-1])
     low, high, kept = gains[turns], gains[turns + 1], stable[turns]
     for _ in range(rounds if len(turns) else 0):
         middle = np.sqrt(low * high)
-        same = (radius(middle) < 1.0 + GROWTH) == kept
+        same = (radius(middle) < 1.0 + _GROWTH) == kept
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     edges = list(np.where(kept, low, high))
     if stable[0]:
@@ -463,7 +463,7 @@ def continuous(body: SampledBody, push: np.ndarray, lag: float = 0.0) -> tuple[n
     """
     n, m = push.shape
     size = 2 * n + (m if lag > 0.0 else 0)
-    rate, asked = np.zeros((size, size)), np.zeros((size, m))
+    rate, required = np.zeros((size, size)), np.zeros((size, m))
     rate[:n, n : 2 * n] = np.eye(n)
     rate[n : 2 * n, :n] = -np.linalg.solve(body.mass, body.stiffness)
     rate[n : 2 * n, n : 2 * n] = -np.linalg.solve(body.mass, body.damping)
@@ -471,14 +471,14 @@ def continuous(body: SampledBody, push: np.ndarray, lag: float = 0.0) -> tuple[n
     if lag > 0.0:
         rate[n : 2 * n, 2 * n :] = acts
         rate[2 * n :, 2 * n :] = -np.eye(m) / lag
-        asked[2 * n :] = np.eye(m) / lag
+        required[2 * n :] = np.eye(m) / lag
     else:
-        asked[n:] = acts
-    return rate, asked
+        required[n:] = acts
+    return rate, required
 
 
 # Response to a constant position, as a share of the largest coefficient, up to which rounding explains it.
-SETTLED = 1e-9
+_SETTLED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -506,7 +506,7 @@ class LinearEstimator:
             raise ValueError(f"estimator {self.name}: its coefficients must be finite")
         if not self.denominator or self.denominator[0] != 1.0:
             raise ValueError(f"estimator {self.name}: the first coefficient of the denominator must be 1")
-        if abs(sum(self.numerator)) > SETTLED * max(abs(c) for c in self.numerator):
+        if abs(sum(self.numerator)) > _SETTLED * max(abs(c) for c in self.numerator):
             raise ValueError(f"estimator {self.name}: a handle that stands still would have a velocity")
 
     def response(self, z: np.ndarray) -> np.ndarray:

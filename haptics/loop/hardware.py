@@ -32,18 +32,18 @@ UNKNOWN_NOISE = 2.0 * math.pi / 2**18
 # Time constants of a filter of first order in which a step settles to 2 %: the definition of textbooks, taken of the
 # data sheet's, too. Three of them, to 5 %, would leave a tenth more noise; of filters that follow a steady motion
 # without lag, as a delay of 10 us beside a step of 100 suggests, less.
-SETTLED = 4.0
+_SETTLED = 4.0
 # Share of a sensor's non-linearity that is left after it was calibrated against the mechanism's own closure or a
 # fixture.
-LEFT_OVER = 0.1
+_LEFT_OVER = 0.1
 # An encoder may be this much quieter than its row states, and a healthy device may be stopped for readings that repeat
 # once in this time of running, s: ten years.
 QUIETER, ALARM_s = 0.5, 10.0 * 365.25 * 86_400.0
 # Standard deviations of a normal number that three joints at 8 kHz pass once in that time, and how much louder than its
 # row states an encoder may be, or than is assumed where none does.
-TAIL, LOUDER, UNKNOWN_SPREAD = 7.4, 2.0, 4.0
+_TAIL, _LOUDER, _UNKNOWN_SPREAD = 7.4, 2.0, 4.0
 # Pull over stretch of a rope whose row tells none, N/mm^2 of its circle: the softest of those listed.
-ROPE_N_mm2 = 42.4e3
+_ROPE_N_mm2 = 42.4e3
 # Share of critical damping of cable and structure, least, nominal, largest: wire rope with grease and bolted aluminium;
 # loss factors of 0.02 to 0.1, from memory.
 LOSS = (0.01, 0.02, 0.05)
@@ -55,21 +55,24 @@ STIFFER = tuple(10.0 ** (k / 8.0) for k in range(9))
 # The same of the structure that a build computed: a fifth softer to a fifth stiffer.
 BUILT_SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)
 # Least stiffness at the knob, N/m, of a design that requires none: what omega.3's maker is said to claim, from memory.
-STRUCTURE = 14.5e3
+_STRUCTURE = 14.5e3
 # Deviation of a motor's torque from its current's, as a share, where its row tells none, from memory: 1 to 5 % is the
 # range. Its waves a turn: of a brushed motor those of its commutator, maxon's 13 segments where its row tells none; of
 # brushless ones six a pole pair, of which 8 are assumed.
-RIPPLE, SEGMENTS, POLE_WAVES = 0.02, 13, 48.0
-STOP_STIFFNESS, STOP_RATIO = 500.0, 0.3  # N m/rad of an arm's steel pin on its stop, share of critical damping: guesses
-BEZEL_STIFFNESS = 2e5  # N/m of a stem on a bezel of polyacetal, with the arms' share of damping: a guess
-LEAST_LEFT = 0.01  # Of the largest flexibility, that of the stiffest direction, at least
+_RIPPLE, _SEGMENTS, _POLE_WAVES = 0.02, 13, 48.0
+_STOP_STIFFNESS, _STOP_RATIO = (
+    500.0,
+    0.3,
+)  # N m/rad of an arm's steel pin on its stop, share of critical damping: guesses
+_BEZEL_STIFFNESS = 2e5  # N/m of a stem on a bezel of polyacetal, with the arms' share of damping: a guess
+_LEAST_LEFT = 0.01  # Of the largest flexibility, that of the stiffest direction, at least
 # Way of a strand from the sector's rim to where it is held, mean of both, m: nose, anchor and carriage.
-BEYOND = 10.7e-3
-RIM = 2.7  # Angle of a sector's rim where the design cannot be built, rad
+_BEYOND = 10.7e-3
+_RIM = 2.7  # Angle of a sector's rim where the design cannot be built, rad
 
 
 @dataclass(frozen=True)
-class Compliance:
+class _Compliance:
     """What gives way in a device.
 
     Attributes:
@@ -84,14 +87,14 @@ class Compliance:
     knob: float
 
 
-def compliance(machine: MachineModel) -> Compliance:
+def compliance(machine: MachineModel) -> _Compliance:
     """Computes what gives way: two strands of rope on the sector, and the structure, as `structure_stiffness` has it.
 
     The strands are taken as equal, at the middle of the sector's turn, where the cable is softest; the sector's rim and
     the motor's shaft take some 3 % off.
     """
     softest = float(np.linalg.eigvalsh(structure_stiffness(machine, machine.centre))[0])
-    return Compliance(cable_stiffness(machine), softest, machine.masses.platform)
+    return _Compliance(_cable_stiffness(machine), softest, machine.masses.platform)
 
 
 def structure_stiffness(machine: MachineModel, p: np.ndarray) -> np.ndarray:
@@ -106,13 +109,13 @@ def structure_stiffness(machine: MachineModel, p: np.ndarray) -> np.ndarray:
     """
     if machine.structure is None:
         required = machine.design.requirements.stiffness_min_N_mm
-        return (STRUCTURE if required is None else required * MM_PER_M) * np.eye(3)
-    cable = cable_stiffness(machine)
+        return (_STRUCTURE if required is None else required * MM_PER_M) * np.eye(3)
+    cable = _cable_stiffness(machine)
     columns = jacobian(machine.geometry, p)
     flexibility = machine.structure.at(p) - (columns @ columns.T / cable if cable > 0.0 else 0.0)
     values, axes = np.linalg.eigh(flexibility)
     # the two cables differ by some per cent: where little else gives way, what is left may not be negative
-    return (axes / np.maximum(values, LEAST_LEFT * values[-1])) @ axes.T
+    return (axes / np.maximum(values, _LEAST_LEFT * values[-1])) @ axes.T
 
 
 def structure_text(machine: MachineModel) -> str:
@@ -120,21 +123,21 @@ def structure_text(machine: MachineModel) -> str:
     if machine.structure is not None:
         return "Structure as built (structure.json)"
     required = machine.design.requirements.stiffness_min_N_mm
-    what = f"assumed, {STRUCTURE / MM_PER_M:g} N/mm" if required is None else f"required, {required:g} N/mm"
+    what = f"assumed, {_STRUCTURE / MM_PER_M:g} N/mm" if required is None else f"required, {required:g} N/mm"
     return f"Structure as {what}: no structure.json of a build is at hand"
 
 
-def cable_stiffness(machine: MachineModel) -> float:
+def _cable_stiffness(machine: MachineModel) -> float:
     """Stiffness of a joint's cable, N m/rad; 0 for a direct drive."""
     design = machine.design
     if design.hardware.drive != "capstan":
         return 0.0
     row = catalogue.cable.chosen(design.hardware)
-    pull = row.axial_stiffness_N or ROPE_N_mm2 * math.pi / 4.0 * row.diameter_mm**2
+    pull = row.axial_stiffness_N or _ROPE_N_mm2 * math.pi / 4.0 * row.diameter_mm**2
     sizes = _sizes(machine)
-    low, high = (0.0, RIM) if sizes is None or sizes.capstan is None else sizes.capstan.rim_angles_rad
+    low, high = (0.0, _RIM) if sizes is None or sizes.capstan is None else sizes.capstan.rim_angles_rad
     radius = design.hardware.sector_radius_mm / MM_PER_M
-    strand = radius * (high - low) / 2.0 + BEYOND
+    strand = radius * (high - low) / 2.0 + _BEYOND
     return 2.0 * pull / strand * radius**2
 
 
@@ -169,10 +172,10 @@ def sensor_errors(machine: MachineModel, loop: LoopChoice = BOARD) -> SensorErro
     row = catalogue.encoder.chosen(hardware)
     count = 2.0 * math.pi / row.counts_per_turn
     noise = max(UNKNOWN_NOISE, count) if row.noise_rms_deg is None else math.radians(row.noise_rms_deg)
-    wave = 0.5 * LEFT_OVER * math.radians(row.nonlinearity_deg or 0.0)
+    wave = 0.5 * _LEFT_OVER * math.radians(row.nonlinearity_deg or 0.0)
     if row.settling_us is None:
         return SensorErrors(noise, wave, wave)
-    lag = row.settling_us * 1e-6 / SETTLED / loop.sensing
+    lag = row.settling_us * 1e-6 / _SETTLED / loop.sensing
     return SensorErrors(math.sqrt(loop.sensing) * noise, wave, wave, kept=math.exp(-loop.period / lag))
 
 
@@ -185,7 +188,7 @@ def sensor_limits(machine: MachineModel, loop: LoopChoice = BOARD) -> dict[str, 
     less than once in `ALARM_s` of running, with an encoder that has `QUIETER` of the noise that its row states. An
     encoder whose row states no noise, or that counts lines on the motor, repeats rightly at rest: no limit then, and
     what sees that it stands still is ANGLE_FROZEN alone. A gain of speed that noise makes up is that of three readings,
-    `n0 - 2 n1 + n2`: `TAIL` standard deviations of it, of `LOUDER` than the stated noise.
+    `n0 - 2 n1 + n2`: `_TAIL` standard deviations of it, of `_LOUDER` than the stated noise.
 
     Args:
         machine: The device.
@@ -202,7 +205,7 @@ def sensor_limits(machine: MachineModel, loop: LoopChoice = BOARD) -> dict[str, 
     return {
         "repeats": float(math.ceil(needed)) if needed < math.inf else math.inf,
         "all_repeat": float(math.ceil(needed / 3.0)) if needed < math.inf else math.inf,
-        "kink": TAIL * math.sqrt(6.0) * (LOUDER if stated else UNKNOWN_SPREAD) * errors.noise,
+        "kink": _TAIL * math.sqrt(6.0) * (_LOUDER if stated else _UNKNOWN_SPREAD) * errors.noise,
     }
 
 
@@ -214,15 +217,15 @@ def reading_age(machine: MachineModel, loop: LoopChoice = BOARD) -> float:
     if hardware.encoder_at == "motor":
         return 0.0
     row = catalogue.encoder.chosen(hardware)
-    slower = (row.settling_us or 0.0) / SETTLED * (1.0 / loop.sensing - 1.0)
+    slower = (row.settling_us or 0.0) / _SETTLED * (1.0 / loop.sensing - 1.0)
     return ((row.latency_us or 0.0) + slower) * 1e-6
 
 
-def ripple_waves(motor: catalogue.Motor) -> float:
+def _ripple_waves(motor: catalogue.Motor) -> float:
     """Counts the waves of a motor's torque in a turn: segments pass two brushes, which an odd number meets in turn."""
     if motor.commutation != "brushed":
-        return POLE_WAVES
-    segments = SEGMENTS if motor.commutator_segments is None else motor.commutator_segments
+        return _POLE_WAVES
+    segments = _SEGMENTS if motor.commutator_segments is None else motor.commutator_segments
     return float(segments * (2 if segments % 2 else 1))
 
 
@@ -261,8 +264,8 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
     motor = catalogue.motor.chosen(design.hardware)
     sizes = _sizes(machine)
     low, high = (-math.inf, math.inf) if sizes is None else sizes.stops_rad
-    stop_damping = 2.0 * STOP_RATIO * math.sqrt(STOP_STIFFNESS * par.joint_inertia)
-    waves = ripple_waves(motor)
+    stop_damping = 2.0 * _STOP_RATIO * math.sqrt(_STOP_STIFFNESS * par.joint_inertia)
+    waves = _ripple_waves(motor)
     par = par._replace(
         platform=par.platform - gives.knob,
         knob=gives.knob,
@@ -270,9 +273,9 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
         structure_damping=2.0 * LOSS[place] * math.sqrt(gives.structure * gives.knob),
         stop_low=low,
         stop_high=high,
-        stop_stiffness=STOP_STIFFNESS,
+        stop_stiffness=_STOP_STIFFNESS,
         stop_damping=stop_damping,
-        ripple=RIPPLE if motor.torque_ripple is None else motor.torque_ripple,
+        ripple=_RIPPLE if motor.torque_ripple is None else motor.torque_ripple,
         ripple_per_rad=waves * machine.drive.ratio,
         cogging=machine.drive.ratio * (motor.cogging_torque_N_m or 0.0),
         cogging_per_rad=waves * machine.drive.ratio,
@@ -281,8 +284,8 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
         par = par._replace(
             bezel_half=sizes.panel.half_mm / MM_PER_M,
             bezel_limit=sizes.panel.limit_mm / MM_PER_M,
-            bezel_stiffness=BEZEL_STIFFNESS,
-            bezel_damping=2.0 * STOP_RATIO * math.sqrt(BEZEL_STIFFNESS * machine.masses.platform),
+            bezel_stiffness=_BEZEL_STIFFNESS,
+            bezel_damping=2.0 * _STOP_RATIO * math.sqrt(_BEZEL_STIFFNESS * machine.masses.platform),
         )
     if gives.cable == 0.0:
         return par

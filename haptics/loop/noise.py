@@ -35,14 +35,14 @@ from haptics.model.plant import FREE, Hand, Plant
 # feels most, m rms. No source says that a hand does not feel these.
 FORCE, MOTION, BAND_Hz = 0.05, 0.05e-6, (150.0, 500.0)
 LEAST_FELT = 0.01e-6  # Motion in the band that the most sensitive subjects of the source detect, m
-POINTS = 600  # Frequencies of the band, even: the loop's response is smooth over 0.6 Hz
+_POINTS = 600  # Frequencies of the band, even: the loop's response is smooth over 0.6 Hz
 SPRING = (400.0, 20.0)  # N/m and N s/m of the spring that is held
 # A handle all but let go of: what keeps it from wandering along a wall, a five-hundredth of the wall's own stiffness.
 BARELY = Hand(mass=0.0, damping=0.5, stiffness=10.0)
 # N s/m: beyond what any loop here bears; less than a spring of `SPRING` needs to stand; steps from one to the other
-MOST_DAMPING, LEAST_DAMPING, STEPS = 1e3, 1e-2, 41
+_MOST_DAMPING, _LEAST_DAMPING, STEPS = 1e3, 1e-2, 41
 # Share of critical up to which a structure's damping is asked for, and to what share of itself it is found.
-MOST_LOSS, FOUND_TO = 1.0, 0.03
+_MOST_LOSS, _FOUND_TO = 1.0, 0.03
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,11 @@ def band(
     """
     moves, enters = loop.matrix(stiffness, damping), _enters(loop, stiffness, damping)
     low, high = (2.0 * math.pi * f for f in BAND_Hz)
-    w = np.linspace(low, min(high, math.pi / loop.period), POINTS)
+    w = np.linspace(low, min(high, math.pi / loop.period), _POINTS)
     turn = np.exp(1j * w * loop.period)[:, None, None]
-    response = np.linalg.solve(turn * np.eye(len(moves)) - moves, np.broadcast_to(enters + 0j, (POINTS, *enters.shape)))
+    response = np.linalg.solve(
+        turn * np.eye(len(moves)) - moves, np.broadcast_to(enters + 0j, (_POINTS, *enters.shape))
+    )
     moved = place @ response[:, : place.shape[1]]
     density = np.real(moved @ error @ np.conj(np.swapaxes(moved, -1, -2)))
     density *= (1.0 - kept**2) / np.abs(1.0 - kept / turn) ** 2
@@ -127,7 +129,7 @@ def _enters(loop: SampledLoop, stiffness: float, damping: float) -> np.ndarray:
     return loop.error[0] + stiffness * loop.error[1] + damping * loop.error[2]
 
 
-def reading_deviation(machine: MachineModel, loop: LoopChoice) -> float:
+def _reading_deviation(machine: MachineModel, loop: LoopChoice) -> float:
     """Standard deviation of one reading of a design's encoders, counts included, rad."""
     return math.hypot(sensor_errors(machine, loop).noise, encoder_count(machine) / math.sqrt(12.0))
 
@@ -169,7 +171,7 @@ class NoisyLoop(LinearLoop):
         super().__init__(machine, loop, here, corner=corner)
         body, self.place = here.body(hand)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
-        deviation = reading_deviation(machine, loop) if noise is None else noise
+        deviation = _reading_deviation(machine, loop) if noise is None else noise
         self.kept = self.errors.kept if kept is None else kept
         ports = here.ports(along, len(body.mass), self.at_motor)
         scale = here.effective_mass(np.eye(3)[0]) + hand.mass
@@ -196,8 +198,8 @@ class NoisyLoop(LinearLoop):
         def quiet(damping: float) -> bool:
             return self.figures(stiffness, damping).quiet
 
-        low = next(filter(quiet, dampings := np.geomspace(MOST_DAMPING, LEAST_DAMPING, STEPS).tolist()), 0.0)
-        if low in (0.0, MOST_DAMPING):
+        low = next(filter(quiet, dampings := np.geomspace(_MOST_DAMPING, _LEAST_DAMPING, STEPS).tolist()), 0.0)
+        if low in (0.0, _MOST_DAMPING):
             return low
         return bisect(quiet, low, dampings[dampings.index(low) - 1], ratio=1.005)[0]
 
@@ -251,13 +253,13 @@ def noise_range(
     found = [one for par, loss in zip(plain, LOSS, strict=True) for one in over(par, loss)]
     steady = all(one.steady for one in found)
     least, most = (NoiseFigures(of(f.force for f in found), of(f.motion for f in found), steady) for of in (min, max))
-    reading = reading_deviation(machine, loop) * min(FORCE / most.force, MOTION / most.motion)
-    low, high = LOSS[0], MOST_LOSS
+    reading = _reading_deviation(machine, loop) * min(FORCE / most.force, MOTION / most.motion)
+    low, high = LOSS[0], _MOST_LOSS
     if most.motion <= MOTION:
         return NoiseRange(least, most, reading, low)
     if max(one.motion for one in over(plain[0], high)) > MOTION:
         return NoiseRange(least, most, reading, math.inf)
     _, high = bisect(
-        lambda loss: max(one.motion for one in over(plain[0], loss)) > MOTION, low, high, ratio=1.0 + FOUND_TO
+        lambda loss: max(one.motion for one in over(plain[0], loss)) > MOTION, low, high, ratio=1.0 + _FOUND_TO
     )
     return NoiseRange(least, most, reading, high)

@@ -12,16 +12,16 @@ from haptics.loop.stiffness import CEILING, PLACES, AxisWall, End, Range, Stiffn
 from haptics.loop.walls import STABILITY_MARGIN, START, StiffnessLimits
 from haptics.model.hands import CORNERS
 
-SCHEMA = "delta-stiffness/2"
-N_PER_MM = 1e-3  # N/m in N/mm
-WIDTH = 110
+_SCHEMA = "delta-stiffness/2"
+_N_PER_MM = 1e-3  # N/m in N/mm
+_WIDTH = 110
 FOUR = ("own", "passive", "worst", "nominal")  # walls of a loop, as `Walls` names them
 FOUR_TEXT = (
     "own damping: passive with any hand by the device alone, B = 0; passive: with any passive hand and the wall's "
     "damping; worst and nominal hand: stable; formula: (b + B) / (T / 2 + delay + lag). Rendered at a pose is "
     f"{STABILITY_MARGIN:g} of the formula with the least friction and the largest delay"
 )
-NOTE = (
+_NOTE = (
     "friction: least, nominal and largest also differ in how far and how damped a joint gives way before it slips "
     "(assumptions.py), a guess on which stiff walls and grasps that damp little depend more than on all else",
     "simulation: 0.6 of the design's force leant on the wall; counts, sticking friction, saturation and leaving the "
@@ -41,33 +41,33 @@ def stiffness_facts(name: str, result: Stiffness) -> dict[str, Any]:
         JSON types, with a unit in every key.
     """
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "name": name,
         "period_ms": result.period * 1e3,
         "delay_ms": [delay * 1e3 for delay in result.delays],
         "damping_asked_N_s_per_m": result.damping,
         "damping_limit_N_s_per_m": result.cap.limit,
         "damping_applied_N_s_per_m": result.cap.applied(result.damping),
-        "default_wall_N_per_mm": START * N_PER_MM,
+        "default_wall_N_per_mm": START * _N_PER_MM,
         "default_wall_oscillates_with": [{"axis": axis, "hand": hand} for axis, hand in result.unstable_cases],
         "axes": {wall.axis: _axis_facts(wall) for wall in result.axes},
-        "notes": list(NOTE),
+        "notes": list(_NOTE),
     }
 
 
 def _axis_facts(wall: AxisWall) -> dict[str, Any]:
     protocol = wall.nominal.protocol
     return {
-        "published_N_per_mm": wall.published * N_PER_MM,
+        "published_N_per_mm": wall.published * _N_PER_MM,
         "simulated_N_per_mm": {
             "nominal_case": _corner(End(wall.nominal.bisection, wall.corner)),
-            "protocol": None if protocol is None else protocol * N_PER_MM,
-            "bisection": wall.nominal.bisection * N_PER_MM,
+            "protocol": None if protocol is None else protocol * _N_PER_MM,
+            "bisection": wall.nominal.bisection * _N_PER_MM,
             "ceiling_reached": wall.nominal.ceiling_reached,
             **_range(wall.simulated),
-            "asked": [[stiffness * N_PER_MM, stands] for stiffness, stands in wall.nominal.history],
+            "asked": [[stiffness * _N_PER_MM, stands] for stiffness, stands in wall.nominal.history],
         },
-        "linear_N_per_mm": {"nominal": wall.linear_nominal * N_PER_MM, **_range(wall.linear)},
+        "linear_N_per_mm": {"nominal": wall.linear_nominal * _N_PER_MM, **_range(wall.linear)},
         "default_wall_stands_with": dict(wall.steady),
         "passivity": {
             "default_wall": _verdict(wall.default_verdict),
@@ -79,7 +79,7 @@ def _axis_facts(wall: AxisWall) -> dict[str, Any]:
 
 def _range(result: Range) -> dict[str, Any]:
     return {
-        name: {"stiffness": end.stiffness * N_PER_MM, **_corner(end), "or_more": end.open}
+        name: {"stiffness": end.stiffness * _N_PER_MM, **_corner(end), "or_more": end.open}
         for name, end in (("lowest", result.lowest), ("highest", result.highest))
     }
 
@@ -116,10 +116,11 @@ def stiffness_text(name: str, result: Stiffness) -> str:
     for wall in result.axes:
         first, middle = wall.nominal.protocol, wall.nominal.bisection
         more = ">=" if wall.nominal.ceiling_reached else ""
-        protocol = f"below {START * N_PER_MM:g}" if first is None else f"{more}{first * N_PER_MM:.1f}"
+        protocol = f"below {START * _N_PER_MM:g}" if first is None else f"{more}{first * _N_PER_MM:.1f}"
         lines.append(
-            f"{wall.axis:<6}{wall.published * N_PER_MM:7.1f}{protocol:>11}{more + format(middle * N_PER_MM, '.2f'):>10}"
-            f"{_span(wall.simulated):>22}{wall.linear_nominal * N_PER_MM:9.2f}{_span(wall.linear):>18}"
+            f"{wall.axis:<6}{wall.published * _N_PER_MM:7.1f}{protocol:>11}"
+            f"{more + format(middle * _N_PER_MM, '.2f'):>10}"
+            f"{_span(wall.simulated):>22}{wall.linear_nominal * _N_PER_MM:9.2f}{_span(wall.linear):>18}"
         )
     lines += ["", f"nominal: {result.axes[0].corner}. The ranges' ends:"]
     for label, chosen in (("simulated", lambda wall: wall.simulated), ("linear", lambda wall: wall.linear)):
@@ -131,7 +132,7 @@ def stiffness_text(name: str, result: Stiffness) -> str:
             lines.append(f"  {label:<10}{which:<8}  {says}")
     lines += [
         "",
-        f"Default wall, {START * N_PER_MM:g} N/mm, simulated, friction and delay nominal, {PLACES} places of counts:",
+        f"Default wall, {START * _N_PER_MM:g} N/mm, simulated, friction and delay nominal, {PLACES} places of counts:",
     ]
     for wall in result.axes:
         says = ", ".join(f"{hand} {'stands' if stands else 'OSCILLATES'}" for hand, stands in wall.steady.items())
@@ -142,9 +143,9 @@ def stiffness_text(name: str, result: Stiffness) -> str:
     for wall in result.axes:
         for stiffness, verdict in ((START, wall.default_verdict), (wall.nominal.bisection, wall.limit_verdict)):
             if verdict is not None:
-                lines.append(f"  {wall.axis}  {stiffness * N_PER_MM:5.2f} N/mm: {verdict.kind.value}")
-                lines += wrap(verdict.reason, WIDTH, initial_indent=" " * 7, subsequent_indent=" " * 7)
-    notes = [line for note in NOTE for line in wrap(note, WIDTH, subsequent_indent="  ")]
+                lines.append(f"  {wall.axis}  {stiffness * _N_PER_MM:5.2f} N/mm: {verdict.kind.value}")
+                lines += wrap(verdict.reason, _WIDTH, initial_indent=" " * 7, subsequent_indent=" " * 7)
+    notes = [line for note in _NOTE for line in wrap(note, _WIDTH, subsequent_indent="  ")]
     return "\n".join([*lines, "", *notes])
 
 
@@ -165,10 +166,10 @@ def loop_facts(loop: LoopChoice) -> dict[str, Any]:
 def walls_facts(loop: LoopChoice, walls: Mapping[str, StiffnessLimits]) -> dict[str, Any]:
     """The four walls in a loop, axis by axis, as facts."""
     axes = {
-        axis: {f"{name}_N_per_mm": getattr(wall, name) * N_PER_MM for name in FOUR}
+        axis: {f"{name}_N_per_mm": getattr(wall, name) * _N_PER_MM for name in FOUR}
         | {
             "worst_hand": wall.worst_hand,
-            "formula_N_per_mm": wall.formula * N_PER_MM,
+            "formula_N_per_mm": wall.formula * _N_PER_MM,
             "device_friction_N_s_per_m": wall.friction,
         }
         for axis, wall in walls.items()
@@ -182,8 +183,8 @@ def walls_text(loop: LoopChoice, walls: Mapping[str, StiffnessLimits]) -> list[s
         f"{loop.label}: walls at the centre, N/mm:",
         f"{'axis':<6}{'own damping':>13}{'passive':>10}{'worst hand':>12}{'nominal hand':>14}{'formula':>9}",
         *(
-            f"{axis:<6}{w.own * N_PER_MM:13.2f}{w.passive * N_PER_MM:10.2f}{w.worst * N_PER_MM:12.2f}"
-            f"{w.nominal * N_PER_MM:14.2f}{w.formula * N_PER_MM:9.2f}   worst: {_who(w)}"
+            f"{axis:<6}{w.own * _N_PER_MM:13.2f}{w.passive * _N_PER_MM:10.2f}{w.worst * _N_PER_MM:12.2f}"
+            f"{w.nominal * _N_PER_MM:14.2f}{w.formula * _N_PER_MM:9.2f}   worst: {_who(w)}"
             for axis, w in walls.items()
         ),
     ]
@@ -195,6 +196,6 @@ def _who(walls: StiffnessLimits) -> str:
 
 
 def _span(result: Range) -> str:
-    top = f"{result.highest.stiffness * N_PER_MM:.1f}" + (" or more" if result.highest.open else "")
-    low = result.lowest.stiffness * N_PER_MM
+    top = f"{result.highest.stiffness * _N_PER_MM:.1f}" + (" or more" if result.highest.open else "")
+    low = result.lowest.stiffness * _N_PER_MM
     return f"{low:.2f} to {top}" if result.lowest.stiffness < CEILING else f"{low:.0f} or more"

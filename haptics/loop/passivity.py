@@ -53,12 +53,12 @@ if TYPE_CHECKING:
 
 # Lowest frequency of the grid as a share of pi / T. Below it the demand is that at 0 to its square, 1e-8 (it is even in
 # the frequency), unless a filter's corner lies below 1e-4 of it, 0.05 Hz at 1 kHz.
-LOWEST = 1e-4
+_LOWEST = 1e-4
 # Points of the first grid; points of each refinement of the interval about the best one, which shrinks by SHRINK each
 # round: after 8 rounds the frequency is known to 1e-9 of its place. The maximum is refined, not enclosed: a peak
 # narrower than the first grid's step, which no filter of first order and no window below 100 samples can make, could be
 # missed.
-GRID, REFINED, SHRINK, ROUNDS = 1024, 33, 16.0, 8
+GRID, _REFINED, _SHRINK, _ROUNDS = 1024, 33, 16.0, 8
 
 
 class PassivityClass(StrEnum):
@@ -69,7 +69,7 @@ class PassivityClass(StrEnum):
     FAILS = "FAILS"
 
 
-class Demand(NamedTuple):
+class _Demand(NamedTuple):
     """Friction that passivity asks of a device.
 
     Attributes:
@@ -99,7 +99,7 @@ class Verdict:
 
     kind: PassivityClass
     friction: float
-    demand: Demand
+    demand: _Demand
     missing_friction: float
     radii: dict[str, float]
     spectral_margin: float
@@ -154,7 +154,7 @@ def _deficit(timing: Timing, back: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return own, square
 
 
-def required_friction(timing: Timing, estimator: LinearEstimator, stiffness: float, damping: float) -> Demand:
+def required_friction(timing: Timing, estimator: LinearEstimator, stiffness: float, damping: float) -> _Demand:
     """The most friction that any frequency asks for: the maximum on a grid, refined about its best points.
 
     Args:
@@ -167,7 +167,7 @@ def required_friction(timing: Timing, estimator: LinearEstimator, stiffness: flo
         The demand and its frequency; by refining a grid, not enclosed (`GRID`).
     """
     top = math.pi / timing.period
-    grid = np.concatenate([np.geomspace(LOWEST * top, top / 100.0, GRID // 4), np.linspace(top / 100.0, top, GRID)])
+    grid = np.concatenate([np.geomspace(_LOWEST * top, top / 100.0, GRID // 4), np.linspace(top / 100.0, top, GRID)])
 
     def demand(frequency: np.ndarray) -> np.ndarray:
         return friction_demand(frequency, timing, estimator, stiffness, damping)
@@ -179,16 +179,16 @@ def required_friction(timing: Timing, estimator: LinearEstimator, stiffness: flo
     return max((_refined(demand, grid, i) for i in starts), key=lambda peak: peak.friction)
 
 
-def _refined(demand, grid: np.ndarray, i: int) -> Demand:
+def _refined(demand, grid: np.ndarray, i: int) -> _Demand:
     low, high = float(grid[max(i - 1, 0)]), float(grid[min(i + 1, len(grid) - 1)])
-    best = Demand(float(demand(grid[i : i + 1])[0]), float(grid[i]))
-    for _ in range(ROUNDS):
-        points = np.linspace(low, high, REFINED)
+    best = _Demand(float(demand(grid[i : i + 1])[0]), float(grid[i]))
+    for _ in range(_ROUNDS):
+        points = np.linspace(low, high, _REFINED)
         values = demand(points)
         j = int(np.argmax(values))
         if values[j] > best.friction:
-            best = Demand(float(values[j]), float(points[j]))
-        half = (high - low) / (2.0 * SHRINK)
+            best = _Demand(float(values[j]), float(points[j]))
+        half = (high - low) / (2.0 * _SHRINK)
         low, high = max(low, best.frequency - half), min(high, best.frequency + half)
     return best
 
@@ -250,9 +250,9 @@ def verdict(
     return Verdict(kind, friction, demand, missing, radii, margin, worst, reason)
 
 
-# Frequencies from `LOWEST` of pi / T on, evenly in the logarithm, half of them in the upper decade; aliases to each
+# Frequencies from `_LOWEST` of pi / T on, evenly in the logarithm, half of them in the upper decade; aliases to each
 # side: the sums' terms fall with the square of k and faster, so that what is left out is below 1 %.
-FREQUENCIES, ALIASES = 600, 48
+_FREQUENCIES, ALIASES = 600, 48
 
 
 @dataclass(frozen=True)
@@ -288,16 +288,19 @@ def handle(body: SampledBody, ports: Ports, place: np.ndarray, timing: Timing) -
         timing: Period, delay, lag.
     """
     n, T = len(body.mass), timing.period
-    rate, asked = continuous(body, ports.push, timing.current_lag)
+    rate, required = continuous(body, ports.push, timing.current_lag)
     size = len(rate)
     forced = np.zeros(size)
     forced[n : 2 * n] = np.linalg.solve(body.mass, place)
     roots, shapes = np.linalg.eig(rate + 1e-9 * np.diag(np.arange(size)))  # apart, so that it can be diagonalised
-    by_hand, by_command = np.linalg.solve(shapes, forced + 0j), np.linalg.solve(shapes, asked[:, 0] + 0j)
+    by_hand, by_command = np.linalg.solve(shapes, forced + 0j), np.linalg.solve(shapes, required[:, 0] + 0j)
     way, speed = np.zeros(size), np.zeros(size)
     way[:n], speed[n : 2 * n] = ports.see[0], place
     top = math.pi / T
-    low, high = np.geomspace(LOWEST * top, 0.1 * top, FREQUENCIES // 2), np.linspace(0.1 * top, top, FREQUENCIES // 2)
+    low, high = (
+        np.geomspace(_LOWEST * top, 0.1 * top, _FREQUENCIES // 2),
+        np.linspace(0.1 * top, top, _FREQUENCIES // 2),
+    )
     w = np.concatenate([low[:-1], high])
     s = 1j * (w[:, None] + 2.0 * math.pi / T * np.arange(-ALIASES, ALIASES + 1))
     hold = (1.0 - np.exp(-s * T)) / s * np.exp(-s * timing.delay)

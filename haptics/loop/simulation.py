@@ -27,7 +27,7 @@ from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR
 from haptics.model.plant import FREE, Hand, Plant, angles, energy, moved_on
 from haptics.model.sensor import EXACT, SensorErrors, reading
 
-PAST = 128  # Ticks of readings that are kept for those that come late
+_PAST = 128  # Ticks of readings that are kept for those that come late
 
 
 class Wrong(IntEnum):
@@ -74,7 +74,7 @@ _UNPLUGGED, _WEAK, _FULL = int(Wrong.UNPLUGGED), int(Wrong.WEAK), int(Wrong.FULL
 
 
 @compiled
-def read_wrong(fault, k, period, count, past, read):
+def _read_wrong(fault, k, period, count, past, read):
     """Spoils the readings of a tick.
 
     Args:
@@ -89,7 +89,7 @@ def read_wrong(fault, k, period, count, past, read):
         Bits of the joints whose readings are said to be fresh.
     """
     for i in range(3):
-        past[k % PAST, i] = read[i]
+        past[k % _PAST, i] = read[i]
     if fault.wrong == 0 or k < fault.begin:
         return ALL_FRESH
     fresh = ALL_FRESH
@@ -98,32 +98,32 @@ def read_wrong(fault, k, period, count, past, read):
             continue
         if fault.wrong == _FROZEN or fault.wrong == _UNREAD:
             if k == fault.begin:
-                past[PAST, i] = past[(k - 1) % PAST, i]
-            read[i] = past[PAST, i]
+                past[_PAST, i] = past[(k - 1) % _PAST, i]
+            read[i] = past[_PAST, i]
             if fault.wrong == _UNREAD:
                 fresh &= ~(1 << i)
         elif fault.wrong == _LATE:
-            read[i] = past[(k - int(fault.size)) % PAST, i]
+            read[i] = past[(k - int(fault.size)) % _PAST, i]
         elif fault.wrong == _BIT:
             bit = 2.0**fault.size
             digit = math.floor(read[i] / (bit * count)) % 2.0
             if k == fault.begin:
-                past[PAST, i] = 1.0 - digit
-            read[i] += (past[PAST, i] - digit) * bit * count
+                past[_PAST, i] = 1.0 - digit
+            read[i] += (past[_PAST, i] - digit) * bit * count
         elif fault.wrong == _OFFSET:
             read[i] += fault.size
         elif fault.wrong == _DRIFT:
             read[i] += fault.size * (k - fault.begin + 1) * period
         elif fault.wrong == _SWAPPED:
-            read[i] = past[k % PAST, (i + 1) % 3]
-            read[(i + 1) % 3] = past[k % PAST, i]
+            read[i] = past[k % _PAST, (i + 1) % 3]
+            read[(i + 1) % 3] = past[k % _PAST, i]
         elif fault.wrong == _UNPLUGGED:
             read[i] = 2.0 * math.pi - count
     return fresh
 
 
 @compiled
-def drive_wrong(fault, k, torque):
+def _drive_wrong(fault, k, torque):
     """Spoils the torques that motors give at a tick, (3,) N m, in place."""
     if k < fault.begin:
         return
@@ -137,10 +137,10 @@ def drive_wrong(fault, k, torque):
 
 SUBSTEPS = 10
 _FAULT, _WATCHDOG = float(State.FAULT), float(FaultCode.WATCHDOG.bit)
-SAME = 1e-9  # Share of a period by which a delay of whole periods may be off by rounding
+_SAME = 1e-9  # Share of a period by which a delay of whole periods may be off by rounding
 
 
-class LoopTiming(NamedTuple):
+class _LoopTiming(NamedTuple):
     """Clock of the loop.
 
     Attributes:
@@ -201,7 +201,7 @@ class SimulatedRun:
     knob: np.ndarray
 
 
-def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -> LoopTiming:
+def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -> _LoopTiming:
     """A clock.
 
     Args:
@@ -218,19 +218,19 @@ def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -
         raise ValueError(f"substeps is {substeps!r}; it must be 1 to 10000")
     if not 0.0 <= delay <= 100.0 * period:
         raise ValueError(f"delay is {delay!r} s; it must be 0 to 100 periods")
-    ticks = math.floor(delay / period + SAME)
+    ticks = math.floor(delay / period + _SAME)
     late = delay - ticks * period
-    if late < SAME * period:
-        return LoopTiming(float(period), ticks, 0.0, 0, int(substeps))
+    if late < _SAME * period:
+        return _LoopTiming(float(period), ticks, 0.0, 0, int(substeps))
     before = max(1, round(late / period * substeps))
-    return LoopTiming(float(period), ticks, late, before, max(1, int(substeps) - before))
+    return _LoopTiming(float(period), ticks, late, before, max(1, int(substeps) - before))
 
 
 def simulate(
     machine: Plant,
     controller: Controller,
     laws: np.ndarray,
-    clock: LoopTiming,
+    clock: _LoopTiming,
     start: np.ndarray,
     *,
     hand: Hand,
@@ -329,7 +329,7 @@ def _run(
 ):
     """Fills out (ticks, 39) and bits (ticks, 2); state and pending are changed. Machines: free, and in contact."""
     machine = machines[0]
-    room, past, powered = np.zeros((13, STATES)), np.zeros((PAST + 1, 3)), True
+    room, past, powered = np.zeros((13, STATES)), np.zeros((_PAST + 1, 3)), True
     theta, torque, read = np.zeros(6), np.zeros(3), np.zeros(3)
     slots = pending.shape[0]
     errors, count, offset, noise = sensor
@@ -343,7 +343,7 @@ def _run(
             read[i] = reading(errors, i, theta[i], theta[3 + i], drawn[i], count, offset[i])
         for i in range(3):
             out[k, 36 + i] = theta[i]
-        bits[k, 1] = read_wrong(fault, k, clock.period, count, past, read)
+        bits[k, 1] = _read_wrong(fault, k, clock.period, count, past, read)
         if fault.noticed > 0 and k >= fault.begin + fault.noticed:
             memory.supervisor[SIGNALS] = _WATCHDOG
         bits[k, 0] = tick(controller, memory, laws, k * clock.period, read, read, bits[k, 1], torque)
@@ -354,7 +354,7 @@ def _run(
         if out[k, 29] == _FAULT and torque[0] == 0.0 and torque[1] == 0.0 and torque[2] == 0.0:
             powered = False
         if powered:
-            drive_wrong(fault, k, torque)
+            _drive_wrong(fault, k, torque)
         pending[k % slots, 3] = memory.work[TOUCHED]
         for i in range(3):
             pending[k % slots, i] = torque[i]

@@ -21,9 +21,9 @@ from haptics.loop.choice import chosen_loop
 from haptics.loop.hardware import real_plant, sensor_limits, with_sensors
 from haptics.model.machine import MachineModel
 
-WEAK = 0.5  # Share of a joint's torque that a start-up may use
-SLOW = 0.7  # Largest speed of the handle, m/s
-BEYOND = 0.15  # How far beyond a stop an angle may be read before it is a fault, rad
+_WEAK = 0.5  # Share of a joint's torque that a start-up may use
+_SLOW = 0.7  # Largest speed of the handle, m/s
+_BEYOND = 0.15  # How far beyond a stop an angle may be read before it is a fault, rad
 DAMPED = 0.6  # Of the hold, share of critical damping
 
 
@@ -47,10 +47,10 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
     inertia = masses.arm_inertia + masses.rotor_inertia + (masses.rod_elbow + masses.rod_cross) * arm**2
     known = sensor_limits(machine, chosen_loop(design, 1.0 / period))
     plain = with_sensors(safety_limits(design, period=period), known)
-    torque = WEAK * plain.torque
+    torque = _WEAK * plain.torque
     limits = plain._replace(
-        theta_low=plant.stop_low - BEYOND,
-        theta_high=plant.stop_high + BEYOND,
+        theta_low=plant.stop_low - _BEYOND,
+        theta_high=plant.stop_high + _BEYOND,
         frozen_turn=math.inf,
         frozen_torque=math.inf,
         edge_margin=1.0,
@@ -59,7 +59,7 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
         reach_low=2e-6,
         volume_min=1e-6,
         volume_low=2e-6,
-        speed=SLOW,
+        speed=_SLOW,
         velocity_lag=5e-3,
         torque=torque,
         slew=torque / 2e-3,

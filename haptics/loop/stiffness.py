@@ -46,7 +46,7 @@ NOMINAL_TOLERANCE = 25.0  # Tolerance of the nominal bisection, N/m: an eighth o
 PLACES = 3  # Places of the encoders' counts with each of which the default wall must stand: one could be lucky
 # Factor between trials while no change is bracketed; ratio of linear limits up to which a case is tried: that
 # cases farther apart keep their order in the simulation is taken for granted, not shown.
-STRIDE, RIVAL = 1.5, 3.0
+_STRIDE, RIVAL = 1.5, 3.0
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class WallLoop:
     hands: Mapping[str, Hand]
 
 
-Ask = Callable[[str, Corner, int], Predicate]
+_Ask = Callable[[str, Corner, int], Predicate]
 
 
 def largest_walls(
@@ -184,7 +184,7 @@ def largest_walls(
     delay: float | None = None,
     axes: Sequence[str] = ("x", "y", "z"),
     hands: Mapping[str, Hand] = HANDS,
-    ask: Ask | None = None,
+    ask: _Ask | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> Stiffness:
     """Largest stable walls across axes through the cube's centre.
@@ -226,7 +226,7 @@ def largest_walls(
     return Stiffness(tuple(walls), period, delays, damping, cap)
 
 
-def _axis_wall(loop: WallLoop, axis: str, ask: Ask) -> AxisWall:
+def _axis_wall(loop: WallLoop, axis: str, ask: _Ask) -> AxisWall:
     trials = 0
 
     def stable_at(corner: Corner, seed: int = 0) -> Predicate:
@@ -332,7 +332,7 @@ def edge(stands: Predicate, guess: End) -> End:
     if stands(at):
         low = at
         while low < CEILING:
-            at = min(low * STRIDE, CEILING)
+            at = min(low * _STRIDE, CEILING)
             if not stands(at):
                 break
             low = at
@@ -342,7 +342,7 @@ def edge(stands: Predicate, guess: End) -> End:
     else:
         high = at
         while high > FLOOR:
-            at = max(high / STRIDE, FLOOR)
+            at = max(high / _STRIDE, FLOOR)
             if stands(at):
                 break
             high = at

@@ -1,6 +1,6 @@
 """A push against a virtual wall in the time domain: a hand comes, leans on the wall and holds still.
 
-The handle rests `GAP` before the wall, the hand moves its aim smoothly into it until it leans on it with `LEAN`, and
+The handle rests `_GAP` before the wall, the hand moves its aim smoothly into it until it leans on it with `LEAN`, and
 holds. `oscillation` decides on what follows. Nothing is linear here: counts, bristles, saturation, the supervisor and
 leaving the wall are all in it. One trial of two seconds takes some 40 ms. Importing this module loads numba.
 
@@ -10,7 +10,7 @@ oscillates if in the last one the position
 
 - still swings by more than a few counts of the encoder, as seen at the handle: a cycle of one count is quantisation,
   and is reported as an amplitude but not called an oscillation;
-- swings to and fro, at least `REVERSALS` times across half a count (a quarter to each side): a bend of the creep
+- swings to and fro, at least `_REVERSALS` times across half a count (a quarter to each side): a bend of the creep
   does not;
 - has not fallen below `decay` times what it was in the window before: what is halved each half second dies away. Here
   the root mean square is compared under a Hann window, which the phase of two or three swings hardly touches.
@@ -41,22 +41,22 @@ from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import AXES, WALL_BLEND, axis_wall
 
 PERIOD = 1e-3  # Period of the paper's loop, s
-GAP = 2e-3  # Between the handle and the wall at the start, m
+_GAP = 2e-3  # Between the handle and the wall at the start, m
 # Force with which the hand leans on the wall, as a share of the design's: well felt, and room for swings below the
 # limit.
 LEAN = 0.6
 # To which the hand aims into a soft wall, m; softer walls are leaned on with less, so that the cube is not left.
-DEEPEST = 10e-3
+_DEEPEST = 10e-3
 READY = 0.6  # Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest
-COMES = 0.4  # Time in which the hand's aim moves into the wall, s
+_COMES = 0.4  # Time in which the hand's aim moves into the wall, s
 LOOP_SUBSTEPS = 2  # Steps of the plant in a period of a loop of 8 kHz: a twelfth of what rings fastest in it
 # Deviations of an encoder's noise that count as a count: with three of them a swing is beyond what noise draws in 1 s.
-WIDTH = 3.0
+_WIDTH = 3.0
 # Swings up to three times this, 10 um peak to peak, are no oscillation, however fine the encoder: about what fingers
 # feel at 40 to 60 Hz, at which walls swing; from memory.
 LEAST = 10e-6 / 3.0
-CALMS = 0.1  # Time left out, in which what the push itself stirs up dies away, s
-WINDOW = 0.5  # Length of each of the two windows that are tested for oscillation, s
+_CALMS = 0.1  # Time left out, in which what the push itself stirs up dies away, s
+_WINDOW = 0.5  # Length of each of the two windows that are tested for oscillation, s
 Level = Literal["least", "nominal", "largest"]
 LEVELS: tuple[Level, ...] = ("least", "nominal", "largest")  # Places in the ranges of `assumptions.Friction`
 
@@ -80,7 +80,7 @@ class WallTrial:
     recording: SimulatedRun
     depth: np.ndarray
     push: np.ndarray
-    verdict: Oscillation | None
+    verdict: _Oscillation | None
     resolution: float
     faults: int
     limited: bool = False
@@ -167,9 +167,9 @@ class WallBench:
         self.controller = controller._replace(force=force, walls=UNCAPPED)  # what is looked for is the limit
         self.clock, self.count = timing(period, delay, substeps), encoder_count(machine)
         reach = float(np.abs(self.along @ jacobian(machine.geometry, self.centre)).max())
-        self.resolution = max(self.count, WIDTH * self.errors.noise) * reach
-        ticks = round((READY + COMES + CALMS + 2.0 * WINDOW) / period) + 1  # rounding must not shorten the windows
-        share = np.clip((np.arange(ticks) * period - READY) / COMES, 0.0, 1.0)
+        self.resolution = max(self.count, _WIDTH * self.errors.noise) * reach
+        ticks = round((READY + _COMES + _CALMS + 2.0 * _WINDOW) / period) + 1  # rounding must not shorten the windows
+        share = np.clip((np.arange(ticks) * period - READY) / _COMES, 0.0, 1.0)
         self.share = share**3 * (10.0 + share * (6.0 * share - 15.0))
         self.still = np.zeros((ticks, 3))
 
@@ -183,9 +183,9 @@ class WallBench:
         Raises:
             LawError: The stiffness is refused.
         """
-        start = self.centre - GAP * self.along
-        depth = min(self.lean / stiffness, DEEPEST) if stiffness > 0.0 else DEEPEST
-        way = GAP + depth + min(self.lean, stiffness * depth) / self.hand.leaning
+        start = self.centre - _GAP * self.along
+        depth = min(self.lean / stiffness, _DEEPEST) if stiffness > 0.0 else _DEEPEST
+        way = _GAP + depth + min(self.lean, stiffness * depth) / self.hand.leaning
         recording = simulate(
             self.plant,
             self.controller,
@@ -202,11 +202,11 @@ class WallBench:
         depth = (recording.position - self.centre) @ self.along
         push = -recording.force @ self.along
         faults = int(np.bitwise_or.reduce(recording.bits)) & LATCHING
-        settled = slice(round((READY + COMES + CALMS) / self.clock.period), None)
+        settled = slice(round((READY + _COMES + _CALMS) / self.clock.period), None)
         verdict = None
         if not faults and (push[settled] != 0.0).any():
             verdict = oscillation(
-                depth[settled], push[settled], self.clock.period, max(self.resolution, LEAST), window=WINDOW
+                depth[settled], push[settled], self.clock.period, max(self.resolution, LEAST), window=_WINDOW
             )
         limited = bool(int(np.bitwise_or.reduce(recording.bits[settled])) & FaultCode.ENERGY_LIMITED.bit)
         return WallTrial(stiffness, recording, depth, push, verdict, self.resolution, faults, limited)
@@ -214,13 +214,15 @@ class WallBench:
 
 # Two full swings in a window of half a second are 4 Hz; the softest wall of the protocol with the heaviest hand of the
 # set, 1100 N/m on 0.27 kg, swings at 10 Hz.
-REVERSALS = 4
-GROWS = 1.1  # Ratio of two windows' swings from which growth is distinguished from beats and rounding of a steady cycle
+_REVERSALS = 4
+_GROWS = (
+    1.1  # Ratio of two windows' swings from which growth is distinguished from beats and rounding of a steady cycle
+)
 Kind = Literal["settles", "sustained", "grows", "diverged"]
 
 
 @dataclass(frozen=True)
-class Oscillation:
+class _Oscillation:
     """Oscillation of a record: its swing, its decay and its frequency.
 
     Attributes:
@@ -255,7 +257,7 @@ def oscillation(
     window: float = 0.5,
     counts: float = 3.0,
     decay: float = 0.5,
-) -> Oscillation:
+) -> _Oscillation:
     """Decides whether a record oscillates, from where the push is steady.
 
     Args:
@@ -279,7 +281,7 @@ def oscillation(
     if x.ndim != 1 or x.shape != f.shape or len(x) < 2 * n or n < 2:
         raise ValueError(f"position {x.shape} and force {f.shape} must be alike and hold two windows of {n} samples")
     if not (np.isfinite(x).all() and np.isfinite(f).all()):
-        return Oscillation("diverged", np.inf, np.inf, np.inf, 0.0, float(np.mean(f[-2 * n :] != 0.0)))
+        return _Oscillation("diverged", np.inf, np.inf, np.inf, 0.0, float(np.mean(f[-2 * n :] != 0.0)))
     contact = float(np.mean(f[-2 * n :] != 0.0))
     if contact == 0.0:
         raise ValueError(
@@ -287,9 +289,9 @@ def oscillation(
         )
     last, ratio = off_line(x[-n:]), decay_ratio(x[-2 * n :])
     swing, reversals = float(np.ptp(last)), _reversals(last, resolution / 4.0)
-    small = swing <= counts * resolution or reversals < REVERSALS
-    kind: Kind = "settles" if small or ratio < decay else "grows" if ratio > GROWS else "sustained"
-    return Oscillation(kind, swing, ratio, float(np.ptp(off_line(f[-n:]))), reversals / (2.0 * window), contact)
+    small = swing <= counts * resolution or reversals < _REVERSALS
+    kind: Kind = "settles" if small or ratio < decay else "grows" if ratio > _GROWS else "sustained"
+    return _Oscillation(kind, swing, ratio, float(np.ptp(off_line(f[-n:]))), reversals / (2.0 * window), contact)
 
 
 def decay_ratio(series: np.ndarray) -> float:

@@ -48,7 +48,7 @@ NOBODY = "nobody"
 # Softest and stiffest wall that is looked at, N/m; points of the scan, rounds of the bisections, and the ratio of the
 # ends that these leave, 1.0005: a bit above it, so that rounding adds no round.
 SOFTEST, STIFFEST, POINTS, ROUNDS = 10.0, 300e3, 40, 9
-BRACKET = (STIFFEST / SOFTEST) ** (1.01 * 0.5**ROUNDS / (POINTS - 1))
+_BRACKET = (STIFFEST / SOFTEST) ** (1.01 * 0.5**ROUNDS / (POINTS - 1))
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class WallStability(LinearLoop):
         passive = scanned(
             lambda k: float(strain(at, self.estimator, k, damping).max()) <= 1.0,
             np.geomspace(SOFTEST, STIFFEST, POINTS).tolist(),
-            BRACKET,
+            _BRACKET,
         )
         return min(passive, self.stable(FREE, damping)) if passive > 0.0 else 0.0
 
@@ -255,12 +255,12 @@ def search(
 
 # Shares of the closed form that are tried, the largest first; then the same with a half of the damping that a wall may
 # ask for, and so on: drives that add no damping bear less of it on a large device. None of them: the loop is refused.
-SCALES = (*(0.02 * k for k in range(50, 35, -1)), 0.7, 0.6, 0.5)
-LAST_SCALES = (0.4, 0.3, 0.2, 0.1)
-HEAVY = (1.0, 0.5, 0.25, 0.125, 0.0625)
-PARTS = (0.05, 0.3, 0.6, 0.85, 1.0)  # Walls tried at a pose, as shares of the stiffest: a softer one must stand, too
-NORMALS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-STRONG = 1e3  # A damping beyond all caps, N s/m
+_SCALES = (*(0.02 * k for k in range(50, 35, -1)), 0.7, 0.6, 0.5)
+_LAST_SCALES = (0.4, 0.3, 0.2, 0.1)
+_HEAVY = (1.0, 0.5, 0.25, 0.125, 0.0625)
+_PARTS = (0.05, 0.3, 0.6, 0.85, 1.0)  # Walls tried at a pose, as shares of the stiffest: a softer one must stand, too
+_NORMALS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+_STRONG = 1e3  # A damping beyond all caps, N s/m
 
 
 def closed_form(cap: WallCap, jacobian: np.ndarray, normal: np.ndarray, damping: float = 0.0) -> tuple[float, float]:
@@ -302,23 +302,23 @@ def proven_cap(machine: MachineModel, loop: LoopChoice = BOARD) -> WallCap:
     """
     tried = [
         WallStability(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
-        for pose, normal in product(centre_and_corners(machine), NORMALS)
+        for pose, normal in product(centre_and_corners(machine), _NORMALS)
     ]
     whole = wall_cap(machine, loop, 1.0)
-    for heavy, scale in (*product(HEAVY, SCALES), *product(HEAVY[-1:], LAST_SCALES)):
+    for heavy, scale in (*product(_HEAVY, _SCALES), *product(_HEAVY[-1:], _LAST_SCALES)):
         cap = whole._replace(share=scale, inertia=heavy * whole.inertia)
         if all(_stands(at, cap) for at in tried):
             return cap._replace(share=STABILITY_MARGIN * scale)
     raise ValueError(
-        f"a loop of {1.0 / loop.period:g} Hz bears no wall at some pose, not even {LAST_SCALES[-1]:g} of its form"
+        f"a loop of {1.0 / loop.period:g} Hz bears no wall at some pose, not even {_LAST_SCALES[-1]:g} of its form"
     )
 
 
 def _stands(at: WallStability, cap: WallCap) -> bool:
     """Whether the walls that a cap lets through are stable with nobody at the handle."""
     loop = at.here.joint_loop(at.normal, FREE, at.timing, at.estimator, at_motor=at.at_motor)
-    for asked in (0.0, STRONG):
-        stiffness, damping = closed_form(cap, at.here.jacobian, at.normal, asked)
-        if any(loop.radius(part * stiffness, damping) >= 1.0 for part in PARTS):
+    for required in (0.0, _STRONG):
+        stiffness, damping = closed_form(cap, at.here.jacobian, at.normal, required)
+        if any(loop.radius(part * stiffness, damping) >= 1.0 for part in _PARTS):
             return False
     return True

@@ -18,11 +18,11 @@ from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.inverse import arm_direction, forearm_vectors
 
-COUNT = 500  # directions: the mean is within 0.1 %
+_COUNT = 500  # directions: the mean is within 0.1 %
 
 
 @dataclass(frozen=True)
-class JointRates:
+class _JointRates:
     """Rates in the rods' joints for one motion, by chain; both rods of a chain alike.
 
     Attributes:
@@ -34,7 +34,7 @@ class JointRates:
     turn: np.ndarray
 
 
-def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> JointRates:
+def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> _JointRates:
     """Computes how fast the ball joints turn for a motion of the handle.
 
     Args:
@@ -60,7 +60,7 @@ def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> JointRates:
     u, z = part(n, RADIAL), n[..., 2]
     in_plane = (u * moving[..., 2] - z * part(moving, RADIAL)) / upright**2
     about = np.stack([in_plane - turned, in_plane], axis=-1)  # against the arm's stud, against the platform's
-    return JointRates(np.hypot(about * lean[..., None], leaning[..., None]), np.abs(about * upright[..., None]))
+    return _JointRates(np.hypot(about * lean[..., None], leaning[..., None]), np.abs(about * upright[..., None]))
 
 
 def ball_loads_N(design: Design, p: np.ndarray, force_N: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ def ball_friction(design: Design, p: np.ndarray) -> tuple[float, float, float]:
     Returns:
         With the least, nominal and largest coefficient of friction, N m.
     """
-    along = directions(COUNT)
+    along = _directions(_COUNT)
     power = ball_friction_N(design, np.broadcast_to(p, along.shape), along)
     turned = np.linalg.solve(jacobian(design.geometry, p), along.T)  # (3 motors, n)
     nominal = float(power.mean() / np.abs(turned).sum(axis=0).mean())
@@ -119,7 +119,7 @@ def ball_friction(design: Design, p: np.ndarray) -> tuple[float, float, float]:
     return nominal * low / middle, nominal, nominal * high / middle
 
 
-def directions(count: int) -> np.ndarray:
+def _directions(count: int) -> np.ndarray:
     """Gives (count, 3) unit vectors spread evenly over a sphere: heights in equal steps, turned by the golden angle."""
     z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)

@@ -11,7 +11,7 @@ from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 
-FILE, SCHEMA = "structure.json", "delta-structure/1"
+FILE, _SCHEMA = "structure.json", "delta-structure/1"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ def built_structure(folder: Path, design: Design) -> BuiltStructure | None:
     """Reads `structure.json` of a design's build; None where it is missing, of another design, or cannot be read."""
     try:
         data = read_json(folder / FILE)
-        if data["schema"] != SCHEMA or data["input_sha256"] != design_hash(design):
+        if data["schema"] != _SCHEMA or data["input_sha256"] != design_hash(design):
             return None
         points = np.array([row["position_mm"] for row in data["stiffness_N_mm"]], dtype=float) / MM_PER_M
         stiffness = MM_PER_M * np.array([row["matrix"] for row in data["stiffness_N_mm"]], dtype=float)

@@ -42,7 +42,7 @@ def bristle(before, turn, presliding):
 
 
 @inlined
-def stop_torque(par, angle, rate):
+def _stop_torque(par, angle, rate):
     """Torque of the stops on an arm, N m; 0 between them.
 
     Args:
@@ -94,7 +94,7 @@ def drive_torque(par, i, command, state, began, angle, rate, out):
     """
     out[BRISTLES + i] = out[MOTOR + i] = out[ARM_BRISTLES + i] = 0.0
     current = state[MOTOR + i] if par.current_lag > 0.0 else command
-    stops = stop_torque(par, angle, rate)
+    stops = _stop_torque(par, angle, rate)
     if par.cable_stiffness <= 0.0:
         out[TWIST + i] = out[ROTOR_RATE + i] = 0.0
         torque = motor_torque(par, i, current, angle) - par.viscous * rate

@@ -28,7 +28,7 @@ def handle_force(par, hand, anchor, force, state, out):
     Returns:
         Along x, y and z, N.
     """
-    side_x, side_y = bezel_force(par, state)
+    side_x, side_y = _bezel_force(par, state)
     return (
         _along(par, hand, anchor, force[0] + side_x, state, out, 0),
         _along(par, hand, anchor, force[1] + side_y, state, out, 1),
@@ -37,7 +37,7 @@ def handle_force(par, hand, anchor, force, state, out):
 
 
 @inlined
-def bezel_force(par, state):
+def _bezel_force(par, state):
     """Force of a panel's bezel on the stem, a spring and damper that never pulls; none where there is no panel.
 
     The stem's axis is free over a square whose corners are round: half its side and a limit around each of its points.

@@ -18,11 +18,11 @@ from itertools import product
 
 from haptics.model.plant import Hand
 
-FU = (
+_FU = (
     "M. J. Fu, M. C. Cavusoglu, Human-arm-and-hand-dynamic model with variability analyses for a stylus-based haptic "
     "interface, IEEE Trans. SMC-B 42(6), 2012: third order, 15 subjects, grips of 1 to 3 N, x, y and z"
 )
-CONFIRMED = (
+_CONFIRMED = (
     "partly: abstract and first page opened on 2026-11-23 (dokumen.tips, IEEE Transactions Systems, Man, and "
     "Cybernetics); tables II and III as research notes transcribe them from the authors' text, opened on 2026-11-27 "
     "(github: adambickerdike/Stabilisation_Pen, docs/research/ledger/HAP_guidance_impedance.csv, row HAP-26, and the "
@@ -31,7 +31,7 @@ CONFIRMED = (
 
 
 @dataclass(frozen=True)
-class HandModel:
+class _HandModel:
     """A hand with where it comes from.
 
     Attributes:
@@ -51,24 +51,24 @@ class HandModel:
 # 15, 2005; its first page was seen by a study of this project); stiffness and damping that rise with the grip (C. J.
 # Hasser, M. R. Cutkosky 2002, abstract opened). One trial lies near: 0.554 kg, 6.45 N s/m, 135 N/m (caption of figure
 # 3 of Scientific Reports 5, 18004, 2015, opened).
-HAND_MODELS: dict[str, HandModel] = {
-    "light": HandModel(
+HAND_MODELS: dict[str, _HandModel] = {
+    "light": _HandModel(
         Hand(mass=0.218, damping=4.645, stiffness=78.75, grasp_stiffness=379.5, grasp_damping=1.839),
         "the softest arm that was measured: pushed across",
-        FU,
-        CONFIRMED,
+        _FU,
+        _CONFIRMED,
     ),
-    "medium": HandModel(
+    "medium": _HandModel(
         Hand(mass=0.269, damping=6.430, stiffness=105.3, grasp_stiffness=552.4, grasp_damping=3.609),
         "the middle one: pushed up and down",
-        FU,
-        CONFIRMED,
+        _FU,
+        _CONFIRMED,
     ),
-    "firm": HandModel(
+    "firm": _HandModel(
         Hand(mass=0.204, damping=18.06, stiffness=271.7, grasp_stiffness=769.9, grasp_damping=0.776),
         "the stiffest arm and grasp: pushed to and fro",
-        FU,
-        CONFIRMED,
+        _FU,
+        _CONFIRMED,
     ),
 }
 

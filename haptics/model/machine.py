@@ -51,7 +51,7 @@ class MachineModel:
         return np.array([0.0, 0.0, (self.design.cube.bottom_height_mm + self.design.cube.half_side_mm) / MM_PER_M])
 
 
-def masses_file(design: Design) -> Path:
+def _masses_file(design: Design) -> Path:
     """Gives where the build of a design writes its masses by default."""
     return Path("out") / design.name / FILE
 
@@ -71,7 +71,7 @@ def load_machine(design_file: Path, masses: Path | None = None, own_parts: Path 
     """
     design = load_design(design_file, own_parts)
     require_assembled(design, design_file)
-    path = masses if masses is not None else masses_file(design)
+    path = masses if masses is not None else _masses_file(design)
     if masses is None and not path.exists():
         raise MassError(
             str(path),

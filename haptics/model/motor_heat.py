@@ -29,11 +29,11 @@ from delta_cad.common.units import G_PER_KG
 
 COPPER = 0.0039  # Rise of copper's resistance per kelvin, about 25 C
 REFERENCE_C = 25.0  # Temperature of the catalogue's resistance and ambient
-SPECIFIC_HEAT = 450.0  # Specific heat of a motor as one body, J/(kg K)
+_SPECIFIC_HEAT = 450.0  # Specific heat of a motor as one body, J/(kg K)
 # De-rating begins this far below the largest temperature: at the peak torque the catalogue's windings warm by 6 to 10
 # K/s, so there are 3 s in which the torque comes down, and nobody feels a step.
 DERATE_K = 30.0
-DERATE_SHARE = 0.7  # The same where only x is known
+_DERATE_SHARE = 0.7  # The same where only x is known
 
 
 class Heat(NamedTuple):
@@ -84,10 +84,10 @@ def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> He
     if inner is None or outer is None or winding_time is None or hottest is None:
         over = (motor.peak_torque_N_m / motor.nominal_torque_N_m) ** 2
         time = motor.peak_time_s / -math.log1p(-1.0 / over) if over > 1.0 else motor.peak_time_s
-        return Heat(continuous, 0.0, DERATE_SHARE, 1.0, 1.0 / (continuous**2 * time), 0.0, time, 0.0, 1.0)
+        return Heat(continuous, 0.0, _DERATE_SHARE, 1.0, 1.0 / (continuous**2 * time), 0.0, time, 0.0, 1.0)
     if not ambient_C < hottest - DERATE_K:
         raise ValueError(f"ambient_C is {ambient_C!r}; it must be below {hottest - DERATE_K:g} C for {motor.id}")
-    housing = motor.mass_g / G_PER_KG * SPECIFIC_HEAT
+    housing = motor.mass_g / G_PER_KG * _SPECIFIC_HEAT
     current = 1.0 / (motor.torque_constant_N_m_A * drive)
     return Heat(
         continuous=continuous,
@@ -145,7 +145,7 @@ def hold_time(heat: Heat, torque: float, temperature: float, before: float = 0.0
 
 
 @inlined
-def warming(heat, winding, housing, torque, seconds):
+def _warming(heat, winding, housing, torque, seconds):
     """By how much temperatures grow in a moment.
 
     Args:
@@ -167,8 +167,8 @@ def warming(heat, winding, housing, torque, seconds):
 
 @inlined
 def warmed(heat, winding, housing, torque, seconds):
-    """Temperatures a moment later: winding and housing, C; arguments as `warming`."""
-    grows, follows = warming(heat, winding, housing, torque, seconds)
+    """Temperatures a moment later: winding and housing, C; arguments as `_warming`."""
+    grows, follows = _warming(heat, winding, housing, torque, seconds)
     return winding + grows, housing + follows
 
 

@@ -226,7 +226,9 @@ def chain(par, i, x, y, z):
     rho2, m, w2 = chain_closure(q, t, z, la, par.forearm_length)
     w = math.sqrt(w2)
     cos, sin = arm(q, z, rho2, m, w)
-    return *azimuth(i), cos, sin, w, *in_base(i, q - la * cos, t), z - la * sin
+    cos_phi, sin_phi = azimuth(i)
+    sx, sy = in_base(i, q - la * cos, t)
+    return cos_phi, sin_phi, cos, sin, w, sx, sy, z - la * sin
 
 
 @inlined

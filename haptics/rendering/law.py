@@ -24,7 +24,7 @@ class LawError(ValueError):
     """A force law that is refused; the message names field, value and what is allowed."""
 
 
-class Parameter(NamedTuple):
+class _Parameter(NamedTuple):
     """Unit, width and check of a parameter; the annotation of a law's field.
 
     Attributes:
@@ -39,10 +39,10 @@ class Parameter(NamedTuple):
 
 
 class ForceLaw:
-    """A law with its parameters: the base of one frozen dataclass a law, whose fields are annotated by `Parameter`."""
+    """A law with its parameters: the base of one frozen dataclass a law, whose fields are annotated by `_Parameter`."""
 
     @classmethod
-    def parameters(cls) -> dict[str, Parameter]:
+    def parameters(cls) -> dict[str, _Parameter]:
         """The parameter of each field, in the order of the columns."""
         return _parameters(cls)
 
@@ -75,7 +75,7 @@ class Law(NamedTuple):
 
 
 @cache
-def _parameters(law: type[ForceLaw]) -> dict[str, Parameter]:
+def _parameters(law: type[ForceLaw]) -> dict[str, _Parameter]:
     hints = get_type_hints(law, include_extras=True)
     return {field.name: hints[field.name].__metadata__[0] for field in fields(law)}  # pyright: ignore
 
@@ -102,42 +102,42 @@ def spring_energy(stiffness, stretch, longest):
     return stiffness * bent * (stretch - 0.5 * bent)
 
 
-def finite(unit: str) -> Parameter:
+def finite(unit: str) -> _Parameter:
     """Declares a parameter of one column that must be a finite number of a unit."""
     return _number(unit, "", lambda _: True)
 
 
-def not_negative(unit: str) -> Parameter:
+def not_negative(unit: str) -> _Parameter:
     """Declares a parameter of one column that must be finite and at least 0."""
     return _number(unit, " and not negative", lambda value: value >= 0.0)
 
 
-def positive(unit: str) -> Parameter:
+def positive(unit: str) -> _Parameter:
     """Declares a parameter of one column that must be finite and above 0."""
     return _number(unit, " and positive", lambda value: value > 0.0)
 
 
-def _number(unit: str, bound: str, holds: Callable[[float], bool]) -> Parameter:
+def _number(unit: str, bound: str, holds: Callable[[float], bool]) -> _Parameter:
     def check(field: str, value: float, unit: str) -> float:
         if not (math.isfinite(value) and holds(value)):
             raise LawError(f"{field} is {value!r} {unit}; it must be finite{bound}")
         return float(value)
 
-    return Parameter(unit, 1, check)
+    return _Parameter(unit, 1, check)
 
 
-def vector(unit: str) -> Parameter:
+def vector(unit: str) -> _Parameter:
     """Declares a parameter of three columns: finite numbers in the base frame.
 
     Args:
         unit: Unit of the numbers.
     """
-    return Parameter(unit, 3, _vector)
+    return _Parameter(unit, 3, _vector)
 
 
-def direction() -> Parameter:
+def direction() -> _Parameter:
     """Declares a direction: three finite numbers that are not all 0, of which the table holds the unit vector."""
-    return Parameter("1", 3, _direction)
+    return _Parameter("1", 3, _direction)
 
 
 def _vector(field: str, value: Any, unit: str) -> np.ndarray:

@@ -14,7 +14,7 @@ from delta_cad.common.jit import unrolled_dispatch
 from haptics.rendering.law import ForceLaw, Law, LawError
 
 AT_REST = (0.0, 0.0, 0.0)  # No velocity, m/s
-CALLED = """
+_CALLED = """
 
 Called with states, and the attributes by name:
 
@@ -43,7 +43,7 @@ def force_function(law: Law, parameters: Callable[..., ForceLaw]) -> Callable[..
         row = np.concatenate([[0.0, 1.0], parameters(**given).values()])
         return forces(_over_states(law.force), row[None], p, v)
 
-    force.__doc__ = inspect.cleandoc(parameters.__doc__ or "") + CALLED
+    force.__doc__ = inspect.cleandoc(parameters.__doc__ or "") + _CALLED
     return force
 
 

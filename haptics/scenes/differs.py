@@ -26,7 +26,7 @@ from haptics.scenes.home import home
 from haptics.scenes.record import Scene
 from haptics.scenes.resistance import resistance
 
-STEP, CEILING, TOLERANCE = 1000.0, 40e3, 50.0  # N/m, as of the scene
+STEP, CEILING, _TOLERANCE = 1000.0, 40e3, 50.0  # N/m, as of the scene
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def cases(
         progress(name)
         benches = {axis: bench(axis) for axis in AXES}
         searches = {
-            axis: search(one.stands, step=STEP, ceiling=CEILING, tolerance=TOLERANCE) for axis, one in benches.items()
+            axis: search(one.stands, step=STEP, ceiling=CEILING, tolerance=_TOLERANCE) for axis, one in benches.items()
         }
         limits = {axis: _limit(benches[axis], one) for axis, one in searches.items()}
         never = tuple(axis for axis, one in searches.items() if one.ceiling_reached)
@@ -161,8 +161,8 @@ def _order(values: Mapping[str, float]) -> str:
     return ", ".join(sorted(AXES, key=lambda axis: values[axis]))
 
 
-SCENES: dict[str, Callable[..., Scene]] = {"resistance": resistance, "home": home}
-AS_SIMULATED = "as simulated"
+_SCENES: dict[str, Callable[..., Scene]] = {"resistance": resistance, "home": home}
+_AS_SIMULATED = "as simulated"
 # N s/m; by the eigenvalues, which know nothing that sticks, an upper corner bears this and less than twice as much.
 MILD = 5.0
 
@@ -200,13 +200,13 @@ def figure_cases(
     found = []
     for name, late, assumed in _assumptions(scene, delay):
         progress(name)
-        done = SCENES[scene](machine, delay=late, seed=seed, assumed=assumed)
+        done = _SCENES[scene](machine, delay=late, seed=seed, assumed=assumed)
         found.append(FigureCase(name, _figures(done), done.kept))
     return found
 
 
 def _assumptions(scene: str, delay: float) -> Iterator[tuple[str, float, Assumed]]:
-    yield AS_SIMULATED, delay, NOMINAL
+    yield _AS_SIMULATED, delay, NOMINAL
     yield "no delay", 0.0, NOMINAL
     yield "a period of delay", PERIOD, NOMINAL
     yield "least friction", delay, Assumed(friction=0)
@@ -229,9 +229,9 @@ def _figures(scene: Scene) -> dict[str, dict[str, Any]]:
 
 def figure_discussion(scene: str, found: list[FigureCase]) -> list[str]:
     """Says in sentences what the cases show; every figure is one of theirs."""
-    told = _corners if scene == "resistance" else _ways
+    reported = _corners if scene == "resistance" else _ways
     figures = "Figures 14 and 15" if scene == "resistance" else "Figure 16"
-    cases = "; ".join(f"{one.name} {told(one)}" for one in found)
+    cases = "; ".join(f"{one.name} {reported(one)}" for one in found)
     unit = "least force at a corner in N (off the law by N rms)" if scene == "resistance" else "s until home"
     said = [f"{figures} again, one change alone, {unit}: {cases}."]
     lost = [one.name for one in found if not one.kept]

@@ -36,22 +36,24 @@ from haptics.scenes.bench import (
 )
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 
-SETTING = "k0.4"
+_SETTING = "k0.4"
 DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)  # N s/m; the last two are the paper's
-PAPERS = DAMPINGS[-2:]
-FREE_S = 6.0  # Time that the handle is given, s; a damper of 500 N s/m takes about that
-START = 0.6  # Where it is let go along (1, 1, 1): share of half the cube's side
-WINDOW = 0.5  # Length of each of the two windows at the end of the way in which the handle is tested for oscillation, s
-SLOW = 0.1  # Motion slower than this is the way home, not a buzz, s
+_PAPERS = DAMPINGS[-2:]
+_FREE_S = 6.0  # Time that the handle is given, s; a damper of 500 N s/m takes about that
+_START = 0.6  # Where it is let go along (1, 1, 1): share of half the cube's side
+_WINDOW = (
+    0.5  # Length of each of the two windows at the end of the way in which the handle is tested for oscillation, s
+)
+_SLOW = 0.1  # Motion slower than this is the way home, not a buzz, s
 # Times the friction that may hold the handle before it is home: the bristles' bend and one count beyond it.
-ARRIVED = 1.05
+_ARRIVED = 1.05
 STILL = 1e-7  # Swing, m, below which no frequency is given: ten times the last digit of the series that are written
 # Counts of the encoders that a swing must have to be called a ringing; what is less, hardly any of them sees.
-RINGS = 0.5
+_RINGS = 0.5
 
 
 @dataclass(frozen=True)
-class Buzz:
+class _Buzz:
     """Swing of the handle at the end of its way, and the force behind it.
 
     Attributes:
@@ -87,17 +89,17 @@ def home(
     Returns:
         The scene: a run for each damping as it is applied, and for those of the paper one more without the cap.
     """
-    setting, mass = PAPER_SETTINGS[SETTING], smallest_mass(machine)
+    setting, mass = PAPER_SETTINGS[_SETTING], smallest_mass(machine)
     cap = damping_limit(mass, delay, setting.stiffness)
-    asked_of: dict[float, list[float]] = {}
+    required_of: dict[float, list[float]] = {}
     for requested in DAMPINGS:
-        asked_of.setdefault(min(cap.applied(requested), assumed.damping), []).append(requested)
-    runs = [_released(machine, setting, b, requested, delay, seed, assumed) for b, requested in asked_of.items()]
-    beyond = [b for b in PAPERS if cap.applied(b) < b]
+        required_of.setdefault(min(cap.applied(requested), assumed.damping), []).append(requested)
+    runs = [_released(machine, setting, b, requested, delay, seed, assumed) for b, requested in required_of.items()]
+    beyond = [b for b in _PAPERS if cap.applied(b) < b]
     runs += [_released(machine, setting, b, [b], delay, seed, assumed, capped=False) for b in beyond]
     middle, start = machine.centre, _start(machine)
     facts: dict[str, Any] = {
-        "setting": SETTING,
+        "setting": _SETTING,
         "stiffness_N_per_m": setting.stiffness,
         "start_mm": [float(x) for x in MM_PER_M * start],
         "distance_at_start_mm": MM_PER_M * float(np.linalg.norm(start - middle)),
@@ -145,12 +147,12 @@ def ideal_settling(machine: MachineModel, setting: OperatingResistance, damping:
 
 
 def _start(machine: MachineModel) -> np.ndarray:
-    return machine.centre + START * machine.half_side * np.ones(3) / math.sqrt(3.0)
+    return machine.centre + _START * machine.half_side * np.ones(3) / math.sqrt(3.0)
 
 
 def _home_radius(machine: MachineModel, setting: OperatingResistance) -> float:
     """Distance within which friction may hold the handle against the spring, m."""
-    return setting.dead_radius + ARRIVED * friction_holds(machine) / setting.stiffness
+    return setting.dead_radius + _ARRIVED * friction_holds(machine) / setting.stiffness
 
 
 def _released(
@@ -165,7 +167,7 @@ def _released(
     capped: bool = True,
 ) -> SceneRun:
     middle, start = machine.centre, _start(machine)
-    ticks = round((READY + FREE_S) / PERIOD)
+    ticks = round((READY + _FREE_S) / PERIOD)
     time = np.arange(ticks) * PERIOD - READY
     limit = machine.design.requirements.force_N
     anchor = np.tile(start, (ticks, 1))
@@ -176,20 +178,20 @@ def _released(
     outside = ~(distance[free] <= _home_radius(machine, setting))  # also where it is no number
     last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
     beyond = -np.nanmin(along[free] @ (start - middle)) / np.linalg.norm(start - middle)
-    buzz = buzzing(machine, recording, limit, _until(distance, time, setting.dead_radius))
+    buzz = _buzzing(machine, recording, limit, _until(distance, time, setting.dead_radius))
     direction = (start - middle) / np.linalg.norm(start - middle)
     settles = last < len(outside)
     found = supervised(recording, READY)
     runs_on = not found["supervisor_fault"]  # after a fault the motors only brake: what moves is no property of the law
     driven = buzz.force > 2.0 * friction_force(machine, direction)  # else the force cannot shake the handle loose
-    moves = math.isfinite(buzz.swing) and buzz.counts >= RINGS
+    moves = math.isfinite(buzz.swing) and buzz.counts >= _RINGS
     facts: dict[str, Any] = {
         "damping_asked_N_s_per_m": requested,
         "damping_applied_N_s_per_m": applied,
         "capped": capped,
         "settling_s": PERIOD * last if settles else None,
         "overshoot_mm": MM_PER_M * max(0.0, float(beyond) - setting.dead_radius),
-        "distance_at_end_mm": MM_PER_M * float(distance[-round(WINDOW / PERIOD) :].mean()),
+        "distance_at_end_mm": MM_PER_M * float(distance[-round(_WINDOW / PERIOD) :].mean()),
         "limit_cycle": runs_on and driven and buzz.kind in ("sustained", "grows"),
         "chatters": runs_on and driven and buzz.kind == "settles",
         "swing_um": 1e6 * buzz.swing,
@@ -223,12 +225,12 @@ def _verdict(facts: dict[str, Any]) -> str:
 
 def _until(distance: np.ndarray, time: np.ndarray, dead_radius: float) -> int:
     """Ticks up to which a run is tested: up to the dead zone, where there is no force, if it takes long; else all."""
-    arrived = np.flatnonzero((distance <= dead_radius) & (time > 2.0 * WINDOW + 2.0 * SLOW))
-    early = (distance[(time > 0.0) & (time <= 2.0 * WINDOW + 2.0 * SLOW)] <= dead_radius).any()
+    arrived = np.flatnonzero((distance <= dead_radius) & (time > 2.0 * _WINDOW + 2.0 * _SLOW))
+    early = (distance[(time > 0.0) & (time <= 2.0 * _WINDOW + 2.0 * _SLOW)] <= dead_radius).any()
     return int(arrived[0]) if len(arrived) and not early else len(time)
 
 
-def buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until: int) -> Buzz:
+def _buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until: int) -> _Buzz:
     """Amplitude and frequency of what the handle does in the two windows before a tick, its slow way taken off.
 
     Args:
@@ -241,8 +243,8 @@ def buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until:
         The buzz along the direction in which it is largest; "diverged" if the handle left what can be reached.
     """
     if not np.isfinite(recording.position).all():
-        return Buzz(math.inf, math.inf, None, "diverged", 0.0, math.inf, math.inf)
-    edge, n = round(SLOW / PERIOD / 2.0), 2 * round(WINDOW / PERIOD)
+        return _Buzz(math.inf, math.inf, None, "diverged", 0.0, math.inf, math.inf)
+    edge, n = round(_SLOW / PERIOD / 2.0), 2 * round(_WINDOW / PERIOD)
     mean = np.hanning(2 * edge + 3)[1:-1]
     mean /= mean.sum()
     swings = []
@@ -259,8 +261,8 @@ def buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until:
     last = off_line(x[-(n // 2) :])
     swing = float(np.ptp(last))
     pushed = bool(size.any())  # in the dead zone no force is rendered
-    kind = oscillation(x, size, PERIOD, resolution, window=WINDOW).kind if pushed else "free"
-    return Buzz(
+    kind = oscillation(x, size, PERIOD, resolution, window=_WINDOW).kind if pushed else "free"
+    return _Buzz(
         swing,
         float(np.ptp(off_line(f[-(n // 2) :]))),
         strongest_line(last, PERIOD) if swing > STILL else None,
@@ -295,7 +297,7 @@ def _discussion(facts: dict[str, Any], runs: list[SceneRun]) -> list[str]:
                 f"handle shakes by {f['swing_um']:.0f} um at {f['frequency_Hz']:.0f} Hz, the force by "
                 f"{f['force_swing_N']:.1f} N peak to peak, at its limit "
                 f"{100.0 * f['share_of_time_at_force_limit']:.0f} % of the time; "
-                f"after {FREE_S:g} s it is {f['distance_at_end_mm']:.1f} mm from the origin."
+                f"after {_FREE_S:g} s it is {f['distance_at_end_mm']:.1f} mm from the origin."
             )
     for b, seconds in facts["ideal_damper_settling_s"].items():
         said.append(f"An ideal damper of {b} N s/m without sampling would take {seconds:.1f} s to come home.")

@@ -32,12 +32,12 @@ from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.scenes.bench import motors_force
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 
-COARSE = "as5048a-board"  # The row beside which the design's own is shown
-WALL = 5000.0  # Stiffness of the wall, N/m
-LEAN = 0.6  # Force with which the hand leans on it, as a share of the design's
-READY, LASTS = 1.6, 2.0  # The ramp of the supervisor and the hand's way into the wall; what is looked at after it, s
-WHO = "medium"
-IN_HAND = 0.9  # Share of the damping that noise allows that is applied: two seconds do not tell 5 % of a variance
+_COARSE = "as5048a-board"  # The row beside which the design's own is shown
+_WALL = 5000.0  # Stiffness of the wall, N/m
+_LEAN = 0.6  # Force with which the hand leans on it, as a share of the design's
+READY, _LASTS = 1.6, 2.0  # The ramp of the supervisor and the hand's way into the wall; what is looked at after it, s
+_WHO = "medium"
+_IN_HAND = 0.9  # Share of the damping that noise allows that is applied: two seconds do not tell 5 % of a variance
 
 
 def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> Scene:
@@ -54,13 +54,13 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
     stiffness, asked = SPRING
     limit = NoisyLoop(machine, loop).damping_limit(stiffness)
     own = machine.design.hardware.encoder_at or machine.design.hardware.encoder
-    coarse = replace(machine, design=_with_encoder(machine, COARSE))
+    coarse = replace(machine, design=_with_encoder(machine, _COARSE))
     sensors = {
         "own": (f"the design's own ({own})", sensor_errors(machine, loop), encoder_count(machine)),
-        "coarse": (COARSE, sensor_errors(coarse, loop), encoder_count(coarse)),
+        "coarse": (_COARSE, sensor_errors(coarse, loop), encoder_count(coarse)),
         "exact": ("without any error", EXACT, 0.0),
     }
-    damping = min(asked, IN_HAND * limit)
+    damping = min(asked, _IN_HAND * limit)
     runs = []
     for role, (label, errors, count) in sensors.items():
         for law in ("spring", "wall"):
@@ -73,7 +73,7 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
             "damping_limit_by_noise_N_s_per_m": limit,
             "damping_applied_N_s_per_m": damping,
         },
-        "wall": {"stiffness_N_per_mm": WALL / MM_PER_M, "damping_N_s_per_m": loop.damping, "hand": WHO},
+        "wall": {"stiffness_N_per_mm": _WALL / MM_PER_M, "damping_N_s_per_m": loop.damping, "hand": _WHO},
         "limits": {"force_N_rms": FORCE, "motion_um_rms": 1e6 * MOTION, "band_Hz": list(BAND_Hz)},
         "least_felt_um": 1e6 * LEAST_FELT,
     }
@@ -119,14 +119,14 @@ def _run(
     damping: float, seed: int,
 ) -> SceneRun:  # fmt: skip
     held = law == "spring"
-    stiffness, damping = (SPRING[0], damping) if held else (WALL, loop.damping)
-    hand: Hand = FREE if held else HANDS[WHO]
-    recording = simulate_law(machine, loop, stiffness, damping, hand, errors, count, seed)
+    stiffness, damping = (SPRING[0], damping) if held else (_WALL, loop.damping)
+    hand: Hand = FREE if held else HANDS[_WHO]
+    recording = _simulate_law(machine, loop, stiffness, damping, hand, errors, count, seed)
     late = recording.time >= READY
     width = math.hypot(errors.noise, count / math.sqrt(12.0))
     normal = None if held else np.array([1.0, 0.0, 0.0])
     same = real_plant(machine, loop)  # its structure alike in all directions
-    told = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal, par=same).figures(
+    reported = NoisyLoop(machine, loop, hand=hand, noise=width, kept=errors.kept, normal=normal, par=same).figures(
         stiffness, damping
     )
     bits = int(np.bitwise_or.reduce(recording.bits[1:]))
@@ -136,9 +136,9 @@ def _run(
         "stiffness_N_per_m": stiffness,
         "damping_N_s_per_m": damping,
         "force_N_rms": _noisiest(recording.force[late]),
-        "force_predicted_N_rms": told.force,
+        "force_predicted_N_rms": reported.force,
         "motion_um_rms": 1e6 * _noisiest(in_band(recording.knob[late], loop.period)),
-        "motion_predicted_um_rms": 1e6 * told.motion,
+        "motion_predicted_um_rms": 1e6 * reported.motion,
         "supervisor_bits": bits,
     }
     shown = SimulatedRun(**{field.name: getattr(recording, field.name)[late] for field in fields(recording)})
@@ -146,7 +146,7 @@ def _run(
     return SceneRun(f"{law}_{role}", f"{law}, {label}", shown, columns, facts | supervised(recording, 0.0))
 
 
-def simulate_law(
+def _simulate_law(
     machine: MachineModel, loop: LoopChoice, stiffness: float, damping: float, hand: Hand, errors: SensorErrors,
     count: float, seed: int,
 ) -> SimulatedRun:  # fmt: skip
@@ -165,10 +165,10 @@ def simulate_law(
     Returns:
         The run; the wall is leant on from `READY` on.
     """
-    centre, ticks = machine.centre, round((READY + LASTS) / loop.period)
+    centre, ticks = machine.centre, round((READY + _LASTS) / loop.period)
     anchor = np.tile(centre, (ticks, 1))
     if hand.stiffness > 0.0:
-        lean = LEAN * machine.design.requirements.force_N
+        lean = _LEAN * machine.design.requirements.force_N
         share = np.clip((np.arange(ticks) * loop.period - 0.6) / 0.6, 0.0, 1.0)
         anchor[:, 0] += share**2 * (3.0 - 2.0 * share) * (lean / stiffness + lean / hand.leaning)
         law = capped(machine, axis_wall("+x", float(centre[0]), stiffness=stiffness, damping=damping), centre, loop)
@@ -223,7 +223,7 @@ def _discussion(machine: MachineModel, runs: list[SceneRun], asked: float, limit
         _felt(1e-6 * max(run.facts["motion_um_rms"] for run in runs if run.facts["encoder"] == "own")),
         f"Noise alone limits a spring's damping to {limit:.3g} N s/m, at {FORCE:g} N and {1e6 * MOTION:g} um rms; "
         f"{asked:g} were requested.",
-        f"With the {COARSE} noise is predicted to command {force:.2f} N rms in a wall of {WALL / MM_PER_M:g} N/mm, "
+        f"With the {_COARSE} noise is predicted to command {force:.2f} N rms in a wall of {_WALL / MM_PER_M:g} N/mm, "
         f"and to move the handle by {motion:.2f} um rms in the band.",
         "Predictions leave out friction that sticks: it stiffens a handle at rest, and changes its motion by a third.",
         f"{structure_text(machine)}, its softest direction in all. Where it rings within 150 to 500 Hz it moves the "

@@ -41,7 +41,7 @@ def label_ends(ax: Axes, ends: Sequence[tuple[float, str, str]], gap: float = 0.
         ax.text(1.015, place, ends[k][1], color=ends[k][2], transform=ax.transAxes, va="center", fontsize=8.5)
 
 
-def titled(width: float, height: float, title: str) -> Figure:
+def _titled(width: float, height: float, title: str) -> Figure:
     """An empty figure of a size in inches with its title."""
     figure = Figure(figsize=(width, height), layout="constrained")
     figure.suptitle(title, fontsize=12)
@@ -59,15 +59,15 @@ def save(figure: Figure, path: Path) -> None:
         figure.savefig(path, dpi=DPI, metadata={"Software": None})
 
 
-HOME_COLOURS = (SKY, GREEN, BLUE, PURPLE, BLACK, GREY)
-BEYOND = (ORANGE, VERMILLION)
-SHORT_S, LAST_S = 0.6, 0.1
+_HOME_COLOURS = (SKY, GREEN, BLUE, PURPLE, BLACK, GREY)
+_BEYOND = (ORANGE, VERMILLION)
+_SHORT_S, _LAST_S = 0.6, 0.1
 
 
 @styled
 def home(scene: Scene, name: str) -> Figure:
     """Draws the first moments, all the time, and the last tenth of a second of the force."""
-    figure = titled(
+    figure = _titled(
         11.0,
         7.2,
         f"Way home of {name}: let go {scene.facts['distance_at_start_mm']:.1f} mm from the origin, "
@@ -81,8 +81,8 @@ def home(scene: Scene, name: str) -> Figure:
     )
     capped = [run for run in scene.runs if run.facts["capped"]]
     beyond = [run for run in scene.runs if not run.facts["capped"]]
-    colours = {run.name: colour for run, colour in zip(capped, HOME_COLOURS, strict=False)}
-    colours |= {run.name: colour for run, colour in zip(beyond, BEYOND, strict=False)}
+    colours = {run.name: colour for run, colour in zip(capped, _HOME_COLOURS, strict=False)}
+    colours |= {run.name: colour for run, colour in zip(beyond, _BEYOND, strict=False)}
     start = scene.facts["distance_at_start_mm"]
     radius = scene.facts["home_radius_mm"]
 
@@ -92,11 +92,11 @@ def home(scene: Scene, name: str) -> Figure:
     ends = []
     for run in capped:
         time, distance = run.series["time_s"], run.series["distance_mm"]
-        near = (time >= 0.0) & (time <= SHORT_S)
+        near = (time >= 0.0) & (time <= _SHORT_S)
         first.plot(time[near], distance[near], color=colours[run.name], linewidth=1.6)
         text = f"{run.facts['damping_applied_N_s_per_m']:.3g} N s/m"
         ends.append((float(distance[near][-1]), text, colours[run.name]))
-    first.set(xlim=(0.0, SHORT_S), title="damping as far as the loop bears it")
+    first.set(xlim=(0.0, _SHORT_S), title="damping as far as the loop bears it")
     label_ends(first, ends, gap=0.053)
 
     time_end = float(scene.runs[0].series["time_s"][-1])
@@ -114,16 +114,16 @@ def home(scene: Scene, name: str) -> Figure:
     shown = [run for run in (*capped[-1:], *beyond[-1:]) if not run.facts["supervisor_fault"]]
     half = 1.12 * max(scene.facts["force_limit_N"], 1.0)
     for run in shown[::-1]:
-        tail = run.series["time_s"] > time_end - LAST_S
+        tail = run.series["time_s"] > time_end - _LAST_S
         pull = _main(run.series)[tail]
         force.step(
-            1000.0 * (run.series["time_s"][tail] - time_end + LAST_S), pull, color=colours[run.name], where="post"
+            1000.0 * (run.series["time_s"][tail] - time_end + _LAST_S), pull, color=colours[run.name], where="post"
         )
     for side in (-1.0, 1.0):
         force.axhline(side * scene.facts["force_limit_N"], color=GREY, linewidth=1.0, linestyle=(0, (4, 2)))
     force.text(0.3, scene.facts["force_limit_N"] + 0.06, "force limit", color=GREY, va="bottom", fontsize=8.5)
     force.set(
-        xlim=(0.0, 1000.0 * LAST_S), ylim=(-half, 1.1 * half), xlabel="time in the last tenth of a second, ms",
+        xlim=(0.0, 1000.0 * _LAST_S), ylim=(-half, 1.1 * half), xlabel="time in the last tenth of a second, ms",
         ylabel="force asked for in its main direction, N",
     )  # fmt: skip
     legend = "; ".join(f"{run.facts['damping_applied_N_s_per_m']:.3g} N s/m: {_settling(run.facts)}" for run in shown)
@@ -154,10 +154,10 @@ def _settling(facts: dict) -> str:
     return "quiet"
 
 
-NOISE_COLOURS = {"coarse": VERMILLION, "own": BLUE, "exact": GREEN}
-SHOWN_S = 0.1
-LAWS = {"spring": "held spring", "wall": "wall leant on"}
-SEGMENT = 4096  # Samples of a segment of the spectrum, half overlapping: 2 Hz at 8 kHz
+_NOISE_COLOURS = {"coarse": VERMILLION, "own": BLUE, "exact": GREEN}
+_SHOWN_S = 0.1
+_LAWS = {"spring": "held spring", "wall": "wall leant on"}
+_SEGMENT = 4096  # Samples of a segment of the spectrum, half overlapping: 2 Hz at 8 kHz
 
 
 @styled
@@ -167,14 +167,14 @@ def noise(scene: Scene, name: str) -> Figure:
     period = scene.facts["assumptions"]["period_s"]
     figure.suptitle(f"What encoders' noise does: {name}, {1e-3 / period:g} kHz")
     axes = figure.subplots(2, 2)
-    for row, (law, title) in enumerate(LAWS.items()):
+    for row, (law, title) in enumerate(_LAWS.items()):
         left, right = axes[row]
         for run in scene.runs:
             if run.facts["law"] != law:
                 continue
-            colour = NOISE_COLOURS[run.facts["encoder"]]
+            colour = _NOISE_COLOURS[run.facts["encoder"]]
             time = run.series["time_s"]
-            shown = time >= time[-1] - SHOWN_S
+            shown = time >= time[-1] - _SHOWN_S
             force = run.series["force_asked_x_N"]
             own = run.label.split(", ", 1)[1]
             label = f"{own}: {run.facts['force_N_rms']:.3f} N rms, {run.facts['motion_um_rms']:.3f} um rms in the band"
@@ -207,25 +207,25 @@ def spectrum(series: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]
     """
     from scipy.signal import welch
 
-    at, power = welch(series - series.mean(), 1.0 / period, nperseg=min(SEGMENT, len(series)))
+    at, power = welch(series - series.mean(), 1.0 / period, nperseg=min(_SEGMENT, len(series)))
     return at[2:], np.sqrt(np.maximum(power[2:], 1e-40))
 
 
-BIN_MM = 0.5
-ZOOM_MM = 14.0
-STAY = (4.2, 4.5)  # While the handle stays at the corner, s
+_BIN_MM = 0.5
+_ZOOM_MM = 14.0
+_STAY = (4.2, 4.5)  # While the handle stays at the corner, s
 
 
 @styled
 def resistance(scene: Scene, name: str) -> Figure:
     """Draws both settings, over all the way and near the origin."""
-    figure = titled(11.0, 7.4, f"Operating resistance of {name}: the handle led to the cube's 8 corners and back")
+    figure = _titled(11.0, 7.4, f"Operating resistance of {name}: the handle led to the cube's 8 corners and back")
     axes = figure.subplots(2, 2, sharey=True)
     limit = scene.facts["force_limit_N"]
     for column, (key, setting) in enumerate(scene.facts["settings"].items()):
         runs = [run for run in scene.runs if run.facts["setting"] == key]
         far = max(float(run.series["distance_mm"].max()) for run in runs)
-        for ax, width in ((axes[0, column], far * 1.03), (axes[1, column], ZOOM_MM)):
+        for ax, width in ((axes[0, column], far * 1.03), (axes[1, column], _ZOOM_MM)):
             _draw_setting(ax, runs, setting, limit, width, entire=ax is axes[0, column])
         axes[0, column].set_title(
             f"k = {setting['stiffness_N_per_m'] / MM_PER_M:g} N/mm, r1 = {setting['full_radius_mm']:g} mm; "
@@ -291,20 +291,20 @@ def _bands(runs: list[SceneRun], way: int, width: float) -> tuple[np.ndarray, np
     distance, pull = [], []
     for run in runs:
         time = run.series["time_s"]
-        chosen = (time > 0.0) & (time < STAY[0] - 0.2) if way == 0 else time > STAY[1]
+        chosen = (time > 0.0) & (time < _STAY[0] - 0.2) if way == 0 else time > _STAY[1]
         distance.append(run.series["distance_mm"][chosen])
         pull.append(run.series["pull_of_motors_N"][chosen])
     d, f = np.concatenate(distance), np.concatenate(pull)
-    edges = np.arange(0.0, width + BIN_MM, BIN_MM)
+    edges = np.arange(0.0, width + _BIN_MM, _BIN_MM)
     which = np.digitize(d, edges) - 1
     filled = [k for k in range(len(edges) - 1) if (which == k).any()]
     shares = np.array([np.percentile(f[which == k], [5.0, 50.0, 95.0]) for k in filled])
-    return edges[filled] + BIN_MM / 2.0, shares[:, 0], shares[:, 1], shares[:, 2]
+    return edges[filled] + _BIN_MM / 2.0, shares[:, 0], shares[:, 1], shares[:, 2]
 
 
-WALL_COLOURS = {"first": BLUE, "published": GREEN, "above": VERMILLION}
-MEANINGS = {"first": "the paper's first wall", "published": "the paper's largest", "above": "1.3 times our own limit"}
-TIME_S = (-0.05, 1.5)
+_WALL_COLOURS = {"first": BLUE, "published": GREEN, "above": VERMILLION}
+_MEANINGS = {"first": "the paper's first wall", "published": "the paper's largest", "above": "1.3 times our own limit"}
+_TIME_S = (-0.05, 1.5)
 
 
 @styled
@@ -322,17 +322,17 @@ def wall(scene: Scene, name: str) -> Figure:
                       f"{limit['published_N_per_mm']:g} in the paper")  # fmt: skip
         for run in runs[::-1]:  # the calm ones on top
             time, role = run.series["time_s"], run.facts["role"]
-            shown = (time >= TIME_S[0]) & (time <= TIME_S[1])
+            shown = (time >= _TIME_S[0]) & (time <= _TIME_S[1])
             for ax, key in ((top, "penetration_mm"), (bottom, "wall_force_N")):
                 ax.plot(
                     time[shown],
                     run.series[key][shown],
-                    color=WALL_COLOURS[role],
+                    color=_WALL_COLOURS[role],
                     linewidth=1.3 if role != "above" else 0.9,
                 )
         bottom.set_xlabel("time since the hand sets out, s")
     deepest = max(float(np.nanmax(run.series["penetration_mm"])) for run in scene.runs)
-    axes[0, 0].set(ylabel="penetration, mm", ylim=(-0.35 * deepest, 1.15 * deepest), xlim=TIME_S)
+    axes[0, 0].set(ylabel="penetration, mm", ylim=(-0.35 * deepest, 1.15 * deepest), xlim=_TIME_S)
     limit = scene.facts["force_limit_N"]
     axes[1, 0].set(ylabel="force of the wall, N", ylim=(-0.05 * limit, 1.08 * limit))
     for column, axis in enumerate(scene.facts["limits"]):
@@ -341,10 +341,10 @@ def wall(scene: Scene, name: str) -> Figure:
             if run.facts["axis"] == axis:
                 end = float(np.mean(run.series["penetration_mm"][-200:]))
                 text = f"{run.facts['stiffness_N_per_mm']:.3g} N/mm\n{_short(run.facts['verdict'])}"
-                ends.append((end, text, WALL_COLOURS[run.facts["role"]]))
+                ends.append((end, text, _WALL_COLOURS[run.facts["role"]]))
         label_ends(axes[0, column], ends, gap=0.15)
-    for role, meaning in MEANINGS.items():
-        axes[1, 0].plot([], [], color=WALL_COLOURS[role], label=meaning)
+    for role, meaning in _MEANINGS.items():
+        axes[1, 0].plot([], [], color=_WALL_COLOURS[role], label=meaning)
     figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return figure
 

@@ -31,7 +31,7 @@ from haptics.scenes.bench import (
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 
 # Time to a corner and time back, time there, and time in which the guide reaches its constant speed, s.
-WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4
+_WAY_S, _STAY_S, _EASE_S = 4.0, 0.5, 0.4
 # Share of a force by which a corner may miss it: counts flicker at rest, damping makes force of them, and the limit
 # cuts it on one side. That takes up to 2.2 % from the mean on the committed design, over five seeds and delays of 0,
 # 0.5 and 1 ms; twice that, and less than a hand distinguishes, about 7 % (from memory).
@@ -119,7 +119,7 @@ def _led(
     assumed: Assumed,
 ) -> SceneRun:
     middle, way = machine.centre, machine.half_side * np.array(signs)
-    time = np.arange(round((READY + 2.0 * WAY_S + STAY_S) / PERIOD)) * PERIOD - READY
+    time = np.arange(round((READY + 2.0 * _WAY_S + _STAY_S) / PERIOD)) * PERIOD - READY
     applied, limit = min(cap.applied(setting.damping), assumed.damping), machine.design.requirements.force_N
     anchor = middle + _share(time)[:, None] * way
     recording = rendered(machine, setting, applied, delay, seed, middle, anchor, assumed=assumed)
@@ -129,7 +129,7 @@ def _led(
     given = motors_force(machine, recording)
     pull, felt = (given * towards).sum(axis=1), -(recording.hand * towards).sum(axis=1)
     at_rest = np.minimum(setting.stiffness * _stretch(setting, distance), limit)
-    stays = (time > WAY_S + 0.6 * STAY_S) & (time < WAY_S + STAY_S)
+    stays = (time > _WAY_S + 0.6 * _STAY_S) & (time < _WAY_S + _STAY_S)
     strays = np.linalg.norm(given - _law(setting, applied, limit, along, recording), axis=1)
     corner = "".join("-+"[int(s > 0)] + a for s, a in zip(signs, "xyz", strict=True))
     facts: dict[str, Any] = {
@@ -179,13 +179,13 @@ def _share(time: np.ndarray) -> np.ndarray:
     """Share of the way: there at constant speed, eased at both ends, a stay, and back."""
 
     def way(t: np.ndarray) -> np.ndarray:
-        t = np.clip(t, 0.0, WAY_S)
-        speed = 1.0 / (WAY_S - EASE_S)
-        begin = np.where(t < EASE_S, 0.5 * speed / EASE_S * t**2, speed * (t - 0.5 * EASE_S))
-        left = np.clip(WAY_S - t, 0.0, EASE_S)
-        return np.where(t > WAY_S - EASE_S, 1.0 - 0.5 * speed / EASE_S * left**2, begin)
+        t = np.clip(t, 0.0, _WAY_S)
+        speed = 1.0 / (_WAY_S - _EASE_S)
+        begin = np.where(t < _EASE_S, 0.5 * speed / _EASE_S * t**2, speed * (t - 0.5 * _EASE_S))
+        left = np.clip(_WAY_S - t, 0.0, _EASE_S)
+        return np.where(t > _WAY_S - _EASE_S, 1.0 - 0.5 * speed / _EASE_S * left**2, begin)
 
-    return way(time) - way(time - WAY_S - STAY_S)
+    return way(time) - way(time - _WAY_S - _STAY_S)
 
 
 def _discussion(settings: dict[str, dict[str, Any]], required: float, mass: float) -> list[str]:

@@ -23,9 +23,9 @@ from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 
 # First step, ceiling and tolerance of the search for the limit, N/m: coarser and farther than the paper's protocol,
 # which `stiffness` follows.
-STEP, CEILING, TOLERANCE = 1000.0, 40e3, 25.0
-ABOVE = 1.3  # Times the limit: clearly beyond it
-VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
+STEP, CEILING, _TOLERANCE = 1000.0, 40e3, 25.0
+_ABOVE = 1.3  # Times the limit: clearly beyond it
+_VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
 
 
 def wall(
@@ -53,14 +53,14 @@ def wall(
     limits: dict[str, dict[str, Any]] = {}
     for axis in AXES:
         bench = WallBench(machine, axis, who.hand, delay=delay, seed=seed, loop=loop)
-        limit_search = search(bench.stands, step=STEP, ceiling=CEILING, tolerance=TOLERANCE)
+        limit_search = search(bench.stands, step=STEP, ceiling=CEILING, tolerance=_TOLERANCE)
         published = MM_PER_M * STIFFNESS_N_PER_MM[axis]
         limits[axis] = {
             "simulated_N_per_mm": limit_search.bisection / MM_PER_M,
             "never_oscillated": limit_search.ceiling_reached,
             "published_N_per_mm": STIFFNESS_N_PER_MM[axis],
         }
-        above = ABOVE * (limit_search.bisection or START)
+        above = _ABOVE * (limit_search.bisection or START)
         for role, stiffness in (("first", START), ("published", published), ("above", above)):
             runs.append(_run(machine, axis, role, bench.trial(stiffness), limit_search))
     first = [run for run in runs if run.facts["role"] == "first"]
@@ -82,7 +82,7 @@ def wall(
 def _run(machine: MachineModel, axis: str, role: str, trial: WallTrial, limit_search: WallSearch) -> SceneRun:
     stiffness, verdict = trial.stiffness / MM_PER_M, trial.verdict
     if verdict is not None:
-        text = VERDICTS[verdict.kind]
+        text = _VERDICTS[verdict.kind]
     else:
         text = f"fault: {described(trial.faults)}" if trial.faults else "is not leant on: the handle is driven off"
     facts: dict[str, Any] = {
@@ -118,10 +118,10 @@ def _run(machine: MachineModel, axis: str, role: str, trial: WallTrial, limit_se
 def _discussion(hand: str, limits: dict[str, dict[str, Any]], runs: list[SceneRun]) -> list[str]:
     said = []
     for axis, limit in limits.items():
-        ours, theirs = limit["simulated_N_per_mm"], limit["published_N_per_mm"]
+        own, theirs = limit["simulated_N_per_mm"], limit["published_N_per_mm"]
         more = "more than " if limit["never_oscillated"] else ""
         said.append(
-            f"{axis}: with a {hand} hand walls stand up to {more}{ours:.1f} N/mm here; the paper felt oscillation "
+            f"{axis}: with a {hand} hand walls stand up to {more}{own:.1f} N/mm here; the paper felt oscillation "
             f"above {theirs:g} N/mm."
         )
     worst = max((run for run in runs if run.facts.get("swing_um")), key=lambda run: run.facts["swing_um"], default=None)

@@ -11,13 +11,13 @@ from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Torque
 from delta_cad.mechanism.proof.extremes import WorstFigure
 from delta_cad.mechanism.proof.prove import Progress, prove
 
-NARROW = 1e-5  # first distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof
-ROUNDING = 1e-12  # added where a torque is brought from one force to another, in two roundings of 1e-16
-WIDER = 10.0
+_NARROW = 1e-5  # first distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof
+_ROUNDING = 1e-12  # added where a torque is brought from one force to another, in two roundings of 1e-16
+_WIDER = 10.0
 # Most boxes of one try; a bound that needs more is sought farther away, so that a tight certificate is replayed in
 # seconds.
-MOST_BOXES = 20_000
-TRIES = 5  # the last distance is then 10 % or 0.1 rad
+_MOST_BOXES = 20_000
+_TRIES = 5  # the last distance is then 10 % or 0.1 rad
 
 
 @dataclass(frozen=True)
@@ -81,27 +81,27 @@ def tightened(limits: Limits, proved_bounds: tuple[ProvedBound, ...]) -> Limits:
             continue
         proved = one.proved
         if isinstance(limit, Torque) and isinstance(one.limit, Torque):  # found for another force
-            proved = proved / one.limit.force * limit.force * (1.0 + ROUNDING)
+            proved = proved / one.limit.force * limit.force * (1.0 + _ROUNDING)
         tight = tight.with_(limit.with_bound(one.figure, one.figure.stricter(limit.bound(one.figure), proved)))
     return tight
 
 
 def _bound(g: DeltaGeometry, cube: Cube, worst: WorstFigure, progress: Progress | None) -> ProvedBound:
     limit, figure, value, point = worst
-    distance = NARROW
-    for _ in range(TRIES):
+    distance = _NARROW
+    for _ in range(_TRIES):
         away = distance * (value if figure.relative else 1.0)
         edge = value + away if figure.upper else value - away
         try:
             limits = Limits.of(limit.with_bound(figure, edge))
         except GeometryError:  # no limit can say that
             break
-        proof = prove(g, cube, limits, max_boxes=MOST_BOXES, progress=progress)
+        proof = prove(g, cube, limits, max_boxes=_MOST_BOXES, progress=progress)
         finding = next(f for f in proof.findings if f.condition == limit.name)
         if finding.verdict == "proved":
             return ProvedBound(limit, figure, value, point, edge)
         if finding.point is not None and finding.value is not None and math.isfinite(finding.value):
             value, point = finding.value, finding.point
         else:
-            distance *= WIDER
+            distance *= _WIDER
     return ProvedBound(limit, figure, value, point, None)

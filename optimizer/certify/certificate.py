@@ -26,7 +26,7 @@ from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
 
 # Relative difference between a figure told and the same computed here: by two machines, with some hundred roundings.
-SAME = 1e-9
+_SAME = 1e-9
 
 
 class CertificateError(ValueError):
@@ -253,9 +253,9 @@ def _check_point(c: Certificate, finding: Finding) -> None:
     if not breaks(c.geometry, c.limits[name], np.array(point)):
         raise CertificateError(f"{name}: the point {_mm(point)} does not break it")
     value = c.limits[name].broken(c.geometry, np.array(point))
-    told = math.nan if finding.value is None else finding.value
-    if (math.isfinite(told) or math.isfinite(value)) and not math.isclose(told, value, rel_tol=SAME):
-        raise CertificateError(f"{name}: the value at {_mm(point)} is {value:.9g}, not {told:.9g}")
+    reported = math.nan if finding.value is None else finding.value
+    if (math.isfinite(reported) or math.isfinite(value)) and not math.isclose(reported, value, rel_tol=_SAME):
+        raise CertificateError(f"{name}: the value at {_mm(point)} is {value:.9g}, not {reported:.9g}")
 
 
 def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress | None) -> int:

@@ -22,8 +22,8 @@ from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
 from optimizer.certify.gravity import GravityAllowance
 
-SCHEMA = "delta-certificate/1"
-STATEMENT = (
+_SCHEMA = "delta-certificate/1"
+_STATEMENT = (
     "For every point (x, y, z) with x and y in [-half_side, half_side] and z in [bottom_height, top_height] each "
     "condition with the verdict proved holds, with the lengths and limits below taken as exact numbers. A leaf "
     "[kx, ix, ky, iy, kz, iz] is the box [i, i + 1] / 2^k of each edge of the half y >= 0; the other half is its "
@@ -31,7 +31,7 @@ STATEMENT = (
     "the held masses; where it has a reserve, that was given by hand and is taken off the torque."
 )
 # Added to the statement where there is a tolerance.
-WITHIN = (
+_WITHIN = (
     " All of this is for every machine whose lengths and offsets lie within tolerance_m of the drawn ones: of each "
     "chain by itself L_A, L_B, R, r, and where shoulder and wrist sit along the shoulder axis and along z. What is "
     "refuted is refuted of the drawn machine."
@@ -103,7 +103,7 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         known["value"] = f.value if f.value is not None and math.isfinite(f.value) else None  # an open chain has none
         findings.append({key: value for key, value in known.items() if value is not None})
     data = {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "statement": _statement(certificate.tolerance),
         "verdict": certificate.verdict,
         "design": certificate.design,
@@ -127,7 +127,7 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
 
 def _statement(tolerance: float) -> str:
     """Gives the words for what a certificate says."""
-    return STATEMENT + WITHIN if tolerance > 0.0 else STATEMENT
+    return _STATEMENT + _WITHIN if tolerance > 0.0 else _STATEMENT
 
 
 def _boxes_of(leaves: int) -> int:
@@ -169,7 +169,9 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
     except MechanismError as error:
         raise UnreadableError(f"{file}: {error}") from None
     if read.statement != _statement(certificate.tolerance):
-        raise CertificateError(f"{file}: statement is not what its numbers prove; it must be the one that {SCHEMA} has")
+        raise CertificateError(
+            f"{file}: statement is not what its numbers prove; it must be the one that {_SCHEMA} has"
+        )
     if certificate.verdict != read.verdict:
         raise CertificateError(f"{file}: verdict is {read.verdict}; its findings make it {certificate.verdict}")
     if float(certificate.cube.upper[2]) != read.cube.top_height_m:

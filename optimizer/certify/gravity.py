@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from delta_cad.design import Design
 
 # Agreement of the file's home position with the cube's centre: a sum of two lengths in mm, 1e-13 of rounding.
-HOME_MM = 1e-6
+_HOME_MM = 1e-6
 
 
 class GravityError(ValueError):
@@ -120,7 +120,7 @@ def allowance_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> G
         data, content = read_mass_properties(path, design)
         home, centre = data.get("home_mm"), [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
         here = numbers_of(home, (3,))
-        if here is None or (abs(here - centre) > HOME_MM).any():
+        if here is None or (abs(here - centre) > _HOME_MM).any():
             raise GravityError(f"{path.name}: home_mm = {home}: is not the centre {centre} mm of this design's cube")
         masses = held_masses(path.name, data.get("bodies"), design, tolerance)
     except (MassError, GeometryError) as error:

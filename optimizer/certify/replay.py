@@ -12,10 +12,10 @@ from delta_cad.mechanism.enclosure.interval import exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.limits import PoseLimit
 
-BATCH = 1_000  # boxes at a time: small enough to stay in the processor's cache
-FINEST = 45  # halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were
-HOPEFUL = 4  # halvings from which on a box is left whose own middle, taken alone, is not proved
-MIDDLES = 64  # of those that are looked at
+_BATCH = 1_000  # boxes at a time: small enough to stay in the processor's cache
+_FINEST = 45  # halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were
+_HOPEFUL = 4  # halvings from which on a box is left whose own middle, taken alone, is not proved
+_MIDDLES = 64  # of those that are looked at
 
 
 @np.errstate(all="ignore")
@@ -34,7 +34,7 @@ def breaks(g: DeltaGeometry, limit: PoseLimit, point: np.ndarray) -> bool:
 
 
 @dataclass(frozen=True)
-class Unproved:
+class _Unproved:
     """A box in which a condition could not be proved a second time.
 
     Attributes:
@@ -58,7 +58,7 @@ def replay(
     tolerance: float = 0.0,
     max_boxes: int = 2_000_000,
     progress: Callable[[int, float], object] | None = None,
-) -> tuple[int, Unproved | None]:
+) -> tuple[int, _Unproved | None]:
     """Proves limits over boxes, halving a box where this arithmetic is too coarse for it.
 
     Args:
@@ -74,12 +74,12 @@ def replay(
         Boxes examined, and the first that could not be proved, if any.
     """
     examined = 0
-    for start in range(0, len(lower), BATCH):
-        low, high = lower[start : start + BATCH], upper[start : start + BATCH]
+    for start in range(0, len(lower), _BATCH):
+        low, high = lower[start : start + _BATCH], upper[start : start + _BATCH]
         open_ = np.ones((len(low), len(limits)), dtype=bool)
         depth = np.zeros(len(low), dtype=int)
         while len(low):
-            now = slice(max(0, len(low) - BATCH), None)  # the last ones first, so that the list stays short
+            now = slice(max(0, len(low) - _BATCH), None)  # the last ones first, so that the list stays short
             p = SlopePose(g, low[now], high[now], tolerance)
             examined += len(low[now])
             still = open_[now].copy()
@@ -87,8 +87,8 @@ def replay(
                 if still[:, n].any():
                     still[:, n] &= ~limit.proved_by_intervals(p, exactly)
             failed = still.any(axis=1)
-            stuck = failed & ((depth[now] >= FINEST) | (examined >= max_boxes))
-            doubtful = np.flatnonzero(failed & (depth[now] >= HOPEFUL))[:MIDDLES]
+            stuck = failed & ((depth[now] >= _FINEST) | (examined >= max_boxes))
+            doubtful = np.flatnonzero(failed & (depth[now] >= _HOPEFUL))[:_MIDDLES]
             if len(doubtful):
                 middle = 0.5 * (low[now][doubtful] + high[now][doubtful])
                 p = SlopePose(g, middle, middle, tolerance)
@@ -98,13 +98,13 @@ def replay(
             if stuck.any():
                 k = int(np.argmax(stuck))
                 name = limits[int(np.argmax(still[k]))].name
-                return examined, Unproved(name, tuple(low[now][k].tolist()), tuple(high[now][k].tolist()))
+                return examined, _Unproved(name, tuple(low[now][k].tolist()), tuple(high[now][k].tolist()))
             parts = _halved(low[now][failed], high[now][failed])
             low, high = (np.concatenate([kept[: now.start], new]) for kept, new in zip((low, high), parts, strict=True))
             open_ = np.concatenate([open_[: now.start], still[failed], still[failed]])
             depth = np.concatenate([depth[: now.start], depth[now][failed] + 1, depth[now][failed] + 1])
         if progress is not None:
-            progress(examined, min(1.0, (start + BATCH) / len(lower)))
+            progress(examined, min(1.0, (start + _BATCH) / len(lower)))
     return examined, None
 
 

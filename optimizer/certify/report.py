@@ -18,12 +18,12 @@ from optimizer.certify.bounds import ProvedBound
 from optimizer.certify.certificate import Certificate
 from optimizer.certify.tolerance import LargestTolerance, Need
 
-DIGITS = 6
-Point = tuple[float, float, float]
+_DIGITS = 6
+_Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Row:
+class _Row:
     """One figure over the cube, in the unit that people read.
 
     Attributes:
@@ -47,13 +47,13 @@ class Row:
     limit: float | None
     proved: float | None
     attained: float | None
-    at_mm: Point | None
-    point_mm: Point | None
+    at_mm: _Point | None
+    point_mm: _Point | None
     value: float | None
-    box_mm: tuple[Point, Point] | None
+    box_mm: tuple[_Point, _Point] | None
 
     @property
-    def worst(self) -> tuple[float, Point] | None:
+    def worst(self) -> tuple[float, _Point] | None:
         """The worse of the extreme found and the value at the point that breaks the limit."""
         known = [
             (value, at)
@@ -78,7 +78,7 @@ class Row:
         return named | numbers | {"limit_is": limit_is, "room": self.room}
 
 
-def report_rows(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> list[Row]:
+def report_rows(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> list[_Row]:
     """Makes the rows of a certificate.
 
     Args:
@@ -107,7 +107,7 @@ def _row(
     limit: PoseLimit | None,
     finding: Finding | None,
     bound: ProvedBound | None,
-) -> Row:
+) -> _Row:
     name, scale, added = figure.words, figure.scale, 0.0
     allowed = None if limit is None else limit.bound(figure) * scale
     if kind is Torque:
@@ -120,7 +120,7 @@ def _row(
         verdict = "proved" if (proved <= allowed if figure.upper else proved >= allowed) else verdict
     if verdict == "proved" and proved is not None and allowed is not None:  # the limit itself is a proved bound
         proved = figure.stricter(proved, allowed)
-    return Row(
+    return _Row(
         kind.name,
         name,
         figure,
@@ -156,22 +156,22 @@ def _value(
     return finding.value * (1.0 if isinstance(limit, Torque) else scale) + added  # there for the raised force
 
 
-def _mm(p: Point) -> Point:
+def _mm(p: _Point) -> _Point:
     return (p[0] * MM, p[1] * MM, p[2] * MM)
 
 
 def rounded(value: float, upwards: bool) -> str:
-    """Writes a bound in `DIGITS` digits, rounded to the side on which it still is true."""
-    context = Context(prec=DIGITS, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
-    return f"{float(context.create_decimal(Decimal(repr(float(value))))):.{DIGITS}g}"
+    """Writes a bound in `_DIGITS` digits, rounded to the side on which it still is true."""
+    context = Context(prec=_DIGITS, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
+    return f"{float(context.create_decimal(Decimal(repr(float(value))))):.{_DIGITS}g}"
 
 
-def place(p: Point) -> str:
+def place(p: _Point) -> str:
     """Writes a position in mm."""
     return "(" + ", ".join(f"{x + 0.0:.3f}".replace("-0.000", "0.000") for x in p) + ") mm"
 
 
-def shortfall(row: Row) -> str:
+def shortfall(row: _Row) -> str:
     """Describes by how much and where a condition fails that was not proved."""
     unit = f" {row.of.unit}" if row.of.unit else ""
     if row.verdict == "undecided":
@@ -182,20 +182,20 @@ def shortfall(row: Row) -> str:
         return f"{row.condition} is refuted{where}"
     value, at = row.worst
     if row.condition == "reach" and value < 0.0:
-        return f"reach is refuted: a chain is {-value:.{DIGITS}g} mm out of reach at {place(at)}"
+        return f"reach is refuted: a chain is {-value:.{_DIGITS}g} mm out of reach at {place(at)}"
     beyond, side = abs(row.room or 0.0), "above" if row.of.upper else "below"
     return (
-        f"{row.condition} is refuted: {row.figure} is {value:.{DIGITS}g}{unit} at {place(at)}, "
+        f"{row.condition} is refuted: {row.figure} is {value:.{_DIGITS}g}{unit} at {place(at)}, "
         f"{beyond:.3g}{unit} {side} the limit of {row.limit:g}{unit}"
     )
 
 
-def broken(rows: list[Row]) -> list[Row]:
+def broken(rows: list[_Row]) -> list[_Row]:
     """Selects the rows that are refuted or undecided."""
     return [row for row in rows if row.verdict in ("refuted", "undecided")]
 
 
-def table(rows: list[Row]) -> str:
+def table(rows: list[_Row]) -> str:
     """Lays the rows out as aligned text."""
     head = ("figure", "verdict", "limit", "proved", "extreme found", "at x, y, z", "room")
     lines = [head, *(_cells(row) for row in rows)]
@@ -205,12 +205,12 @@ def table(rows: list[Row]) -> str:
     )
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: _Row) -> tuple[str, ...]:
     unit = f" {row.of.unit}" if row.of.unit else ""
-    limit = "" if row.limit is None else f"{row.of.sense} {row.limit:.{DIGITS}g}{unit}"
+    limit = "" if row.limit is None else f"{row.of.sense} {row.limit:.{_DIGITS}g}{unit}"
     proved = "" if row.proved is None else f"{row.of.sense} {rounded(row.proved, row.of.upper)}{unit}"
     worst = row.worst
-    extreme = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
+    extreme = "" if worst is None else f"{worst[0]:.{_DIGITS}g}{unit}"
     at = "" if worst is None else place(worst[1])
     room = "" if row.room is None else f"{row.room:.3g}{unit}"
     return row.figure, row.verdict, limit, proved, extreme, at, room
@@ -236,7 +236,7 @@ def gravity_sentence(c: Certificate) -> str:
 
 def mm(length: float) -> str:
     """Writes a length given in metres in mm."""
-    return f"{length * MM:.{DIGITS}g}"
+    return f"{length * MM:.{_DIGITS}g}"
 
 
 def tolerance_sentence(c: Certificate, largest: LargestTolerance) -> str:
@@ -299,7 +299,7 @@ def tolerance_facts(c: Certificate, largest: LargestTolerance | None) -> dict[st
     }
 
 
-def facts(c: Certificate, rows: list[Row]) -> dict[str, Any]:
+def facts(c: Certificate, rows: list[_Row]) -> dict[str, Any]:
     """Gathers the report as plain data for JSON."""
     share = c.gravity
     masses = None if share is None else share.masses

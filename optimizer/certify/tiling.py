@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-FINEST = 60  # halvings of an edge beyond which no box is looked at; a double's own resolution is coarser
+_FINEST = 60  # halvings of an edge beyond which no box is looked at; a double's own resolution is coarser
 Cell = tuple[int, int, int, int, int, int]  # kx, ix, ky, iy, kz, iz: the box [i, i + 1] / 2^k of each edge of the block
 
 
@@ -25,7 +25,7 @@ def check_tiling(cells: Sequence[Cell]) -> None:
     """
     for cell in cells:
         for k, i in zip(cell[::2], cell[1::2], strict=True):
-            if not 0 <= k <= FINEST or not 0 <= i < 2**k:
+            if not 0 <= k <= _FINEST or not 0 <= i < 2**k:
                 raise TilingError(f"box {list(cell)} lies outside the cube")
     deepest = max((sum(cell[::2]) for cell in cells), default=0)
     volume = Fraction(sum(2 ** (deepest - sum(cell[::2])) for cell in cells), 2**deepest)

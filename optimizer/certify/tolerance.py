@@ -15,14 +15,14 @@ from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Reach
 if TYPE_CHECKING:
     from delta_cad.mechanism.proof.prove import Progress
 
-USUAL = 0.05 / MM_PER_M  # m; what milled parts and bonded rods keep without effort; told where less is proved
+_USUAL = 0.05 / MM_PER_M  # m; what milled parts and bonded rods keep without effort; told where less is proved
 CLOSE = 1.01  # the largest is found to 1 %
 LEAST = 1e-9 / MM_PER_M  # a millionth of a micrometre: below it roundings rule
-DIGITS = 4  # of a tolerance in mm, so that the one told is the one proved
-MOST_BOXES = 200_000  # of one try; a second or two
+_DIGITS = 4  # of a tolerance in mm, so that the one told is the one proved
+_MOST_BOXES = 200_000  # of one try; a second or two
 # First distance of a threshold that is tried, as a share of it, or in rad; it is doubled from there.
-NEAREST = 1e-6
-TOGETHER = 20  # tenths by which two ends of a range are moved on until they are proved together
+_NEAREST = 1e-6
+_TOGETHER = 20  # tenths by which two ends of a range are moved on until they are proved together
 
 
 class Need(NamedTuple):
@@ -87,7 +87,7 @@ def search_tolerance(
         g: The mechanism.
         cube: The cube.
         limits: Tolerance in m -> the limits with it, from which gravity's share is taken off; at 0 they hold.
-        asked: A tolerance that somebody wants, m; None: `USUAL`.
+        asked: A tolerance that somebody wants, m; None: `_USUAL`.
         progress: Called now and then with the boxes examined and the share of the cube that is done; what it returns
             ends the search if it is true, with what it has reached.
 
@@ -95,13 +95,13 @@ def search_tolerance(
         The largest, to 1 %.
     """
     low, high, first = 0.0, most_of(g), ()
-    wanted, watch = USUAL if asked is None else asked, _Watch(progress)
+    wanted, watch = _USUAL if asked is None else asked, _Watch(progress)
     try:
         first = _unproved(g, cube, limits(high), high, watch)
         if not first:
             return LargestTolerance(high, (), high, ())
         while high > low * CLOSE and high >= LEAST:
-            tried = float(f"{(math.sqrt(low * high) if low else 0.1 * high) * MM_PER_M:.{DIGITS}g}") / MM_PER_M
+            tried = float(f"{(math.sqrt(low * high) if low else 0.1 * high) * MM_PER_M:.{_DIGITS}g}") / MM_PER_M
             missing = _unproved(g, cube, limits(tried), tried, watch)
             if missing:
                 high, first = tried, missing
@@ -129,7 +129,7 @@ def _unproved(g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, wa
     def missing(asked: Limits) -> tuple[str, ...]:
         if watch.over:
             raise _TimeOverError
-        proof = prove(g, cube, asked, tolerance=tolerance, max_boxes=MOST_BOXES, progress=watch)
+        proof = prove(g, cube, asked, tolerance=tolerance, max_boxes=_MOST_BOXES, progress=watch)
         if watch.over and proof.verdict == "undecided":
             raise _TimeOverError
         return tuple(f.condition for f in proof.findings if f.verdict != "proved")
@@ -155,7 +155,7 @@ def _needs(g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, wat
             found.append(Need(limit.name, figure, _enough(alone, figure, proved)))
     if len(limit.figures) == 1 or any(need.bound is None for need in found):
         return found
-    for _ in range(TOGETHER):  # both ends of a range, of which each may cost the other a little
+    for _ in range(_TOGETHER):  # both ends of a range, of which each may cost the other a little
         together = limit
         for need in found:
             together = together.with_bound(need.figure, need.bound or 0.0)
@@ -179,12 +179,12 @@ def _enough(limit: PoseLimit, figure: FigureOfMerit, proved: Callable[[PoseLimit
         except GeometryError:  # no limit can say that
             return False
 
-    low, high = 0.0, NEAREST
+    low, high = 0.0, _NEAREST
     while not holds(high):
         low, high = high, 2.0 * high
         if not figure.range[0] <= bound + unit * high <= figure.range[1]:
             return None
-    while high > max(1.1 * low, NEAREST):
+    while high > max(1.1 * low, _NEAREST):
         middle = math.sqrt(low * high)
         low, high = (low, middle) if holds(middle) else (middle, high)
     return bound + unit * high

@@ -51,26 +51,26 @@ from optimizer.search import sqp
 
 GAP = 5e-3  # share of the cube beyond the machine at which the bound is as close as it is looked for
 CLOSE = 1e-2  # the same where enough time was spent on it
-LEAF_BOXES = 20_000  # of designs, in which a cube is shown to be too large for an interval, or its halves have to
-LEAF_GAP = 1e-3  # to which that cube is found for a narrow one
-WIDE_GAP = 0.03  # of one that is wide, whose halves follow anyway, for a factor e between its ends
+_LEAF_BOXES = 20_000  # of designs, in which a cube is shown to be too large for an interval, or its halves have to
+_LEAF_GAP = 1e-3  # to which that cube is found for a narrow one
+_WIDE_GAP = 0.03  # of one that is wide, whose halves follow anyway, for a factor e between its ends
 LIGHT = 0.99  # share of the parts' masses and of gravity's torque below which no machine of the family comes
-SPARE_MM = 0.2  # of the outline beyond eq. (1), likewise
-RATIOS = 3  # intervals of the ratio to begin with
+MARGIN_MM = 0.2  # of the outline beyond eq. (1), likewise
+_RATIOS = 3  # intervals of the ratio to begin with
 STARTS = 1  # of SQP in one interval
-OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
-NARROW = 1.002  # factor between the ends of an interval
-CORES = 2
-LOSSES = (
+_OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
+_NARROW = 1.002  # factor between the ends of an interval
+_CORES = 2
+_LOSSES = (
     "room that this machine keeps of its limits",
     "parts, friction, outline and pinion at the best of the family",
     "other ratios and motors, and what was left open when the search for the bound ended",
 )
 BOXES = 8_000  # of designs in one proof, a second at most
 HALVINGS = 3  # of the interval between a value that is excluded and one that is not
-WIDER = 1.5  # factor by which an outline that is too small is widened at most
-LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
-NEXT_TO_NONE_KG = 1e-6
+_WIDER = 1.5  # factor by which an outline that is too small is widened at most
+_LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
+_NEXT_TO_NONE_KG = 1e-6
 ARM = VARIABLES.index("upper_arm_length")
 
 
@@ -98,7 +98,7 @@ class Interval:
     @property
     def narrow(self) -> bool:
         """Whether halves would have nearly the same bound."""
-        return self.width <= NARROW
+        return self.width <= _NARROW
 
     def halves(self) -> tuple[Interval, Interval]:
         """Cuts it in two, across what is wider."""
@@ -145,7 +145,7 @@ class Kind:
         return ", ".join(part for part in parts if part)
 
 
-def allowed_drives(brief: DesignBrief) -> str:
+def _allowed_drives(brief: DesignBrief) -> str:
     """Names the motors, drives and ratios that may be used."""
     low, high = ratios_of(brief)
     ratios = f" of {low:g}:1" + (f" to {high:g}:1" if high > low else "")
@@ -155,7 +155,7 @@ def allowed_drives(brief: DesignBrief) -> str:
     return f"{motors} with {' or '.join(named[drive] for drive in brief.choices['drive'])}"
 
 
-def kept_limits(brief: DesignBrief) -> str:
+def _kept_limits(brief: DesignBrief) -> str:
     """Names the limits on the mechanism that every candidate keeps: what is asked, or else the search's own."""
     feel, limits = brief.feel, brief.limits
     low, high = limits.shoulder_deg or SHOULDER_DEG
@@ -208,7 +208,7 @@ class Family:
         self._brief, self._machine, self._corrections = brief, machine, dict(corrections)
         key = machine.choice.motor, machine.choice.drive
         own = self._corrections[key] = _with(machine, corrections[key])
-        longer, shorter = (max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
+        longer, shorter = (max(over - MARGIN_MM, 0.0) for over in own.overhead_mm)
         self._overhead = longer, shorter
         self._least = {
             length: min(one.least(length) for one in self._corrections.values())
@@ -224,8 +224,8 @@ class Family:
         """The machines, as a bound names them."""
         return Kind(
             self._machine.choice.width_mm,
-            allowed_drives(self._brief),
-            kept_limits(self._brief),
+            _allowed_drives(self._brief),
+            _kept_limits(self._brief),
             radius_mm=self._radius_mm(),
             overhead_mm=self._overhead,
         )
@@ -249,9 +249,9 @@ class Family:
         """Gives one for each motor and drive."""
         low, high = self._brief.bounds_mm.upper_arm_length or WIDE_MM["upper_arm_length"]
         if self._brief.outline_mm:
-            high = min(high, min(self._brief.outline_mm) / OUTLINE_SHARE)
+            high = min(high, min(self._brief.outline_mm) / _OUTLINE_SHARE)
         least, most = ratios_of(self._brief)
-        steps = np.geomspace(least, most, RATIOS + 1).tolist() if most > least else [least, most]
+        steps = np.geomspace(least, most, _RATIOS + 1).tolist() if most > least else [least, most]
         for motor, drive in drives(self._brief):
             for ratios in pairwise(steps if drive == "capstan" else (1.0, 1.0)):
                 yield Interval(motor, drive, ratios, (low, high))
@@ -318,7 +318,7 @@ class Family:
             best = sqp.search(problem, problem.scaled(lengths)[None]).best
             found.append(found[-1] if best is None else 2.0 * problem.lengths_mm(best.x)[SIDE])
         steps = pairwise(np.clip([*found, bound_mm], side_mm, bound_mm).tolist())
-        return tuple(zip(LOSSES, (after - before for before, after in steps), strict=True))
+        return tuple(zip(_LOSSES, (after - before for before, after in steps), strict=True))
 
     @staticmethod
     def _largest(problem: Problem, one: Interval, least_mm: float, most_mm: float, stop: Callable[[], bool]) -> float:
@@ -328,13 +328,13 @@ class Family:
         def none_above(side_mm: float) -> bool:
             lower[SIDE] = max(problem.lower[SIDE], side_mm / 2.0)
             larger = replace(problem, lower=tuple(lower))
-            return lower[SIDE] >= upper[SIDE] or none_feasible(larger, LEAF_BOXES, stop)
+            return lower[SIDE] >= upper[SIDE] or none_feasible(larger, _LEAF_BOXES, stop)
 
         if none_above(least_mm):
             return least_mm
         found = sqp.search(problem, sqp.start_points(problem, 0, STARTS)).best
         side = 0.0 if found is None else 2.0 * problem.lengths_mm(found.x)[SIDE]
-        gap = max(LEAF_GAP, WIDE_GAP * math.log(one.width))
+        gap = max(_LEAF_GAP, _WIDE_GAP * math.log(one.width))
         while side < most_mm and not stop():
             side = max(least_mm, side) * (1.0 + gap)
             if none_above(side):
@@ -419,7 +419,7 @@ def bounded(
             if value > target:
                 heapq.heappush(open_, (-value, one))
 
-    with ThreadPoolExecutor(CORES - 1) as threads:
+    with ThreadPoolExecutor(_CORES - 1) as threads:
         look_at(2.0 * WIDE_MM["half_side"][1], list(family.intervals()))
         while open_ and not open_[0][1].narrow:
             largest = -open_[0][0]
@@ -456,9 +456,9 @@ def excluded(brief: DesignBrief, stop: Callable[[], bool] = bool) -> str:
         bound = _edge(side, found, lambda cube: _none(_requiring(brief, cube_side_mm=cube), stop))
         none = none.replace("less", "more", 1)
         return f"requirements.cube_side_mm = {side:g}: must be < {bound:.4g} mm in this outline: {none}"
-    factor = _edge(1.0, WIDER, lambda factor: _none(widened(factor), stop))
-    asked, least = (" and ".join(f"{one:.4g}" for one in widened(by).outline_mm or ()) for by in (1.0, factor))
-    return f"requirements.envelope_width_mm and envelope_depth_mm = {asked}: must be > {least} mm: {none}"
+    factor = _edge(1.0, _WIDER, lambda factor: _none(widened(factor), stop))
+    required, least = (" and ".join(f"{one:.4g}" for one in widened(by).outline_mm or ()) for by in (1.0, factor))
+    return f"requirements.envelope_width_mm and envelope_depth_mm = {required}: must be > {least} mm: {none}"
 
 
 def _edge(excluded_at: float, able: float, none: Callable[[float], bool]) -> float:
@@ -489,7 +489,7 @@ def _none(brief: DesignBrief, stop: Callable[[], bool]) -> bool:
 def kind(brief: DesignBrief) -> Kind:
     """Describes the machines that are excluded."""
     wider = brief.limits.parallelogram_width_mm is None
-    return Kind(_width_mm(brief), allowed_drives(brief), kept_limits(brief), wider)
+    return Kind(_width_mm(brief), _allowed_drives(brief), _kept_limits(brief), wider)
 
 
 def _width_mm(brief: DesignBrief) -> float:
@@ -517,7 +517,7 @@ def relaxed(brief: DesignBrief) -> Problem:
     for motor, drive in drives(brief):
         low, high = ratios_of(brief) if drive == "capstan" else (1.0, 1.0)
         near, far = (Selection(motor, drive, ratio, _width_mm(brief)) for ratio in (low, high))
-        inertia = HandleInertia(NEXT_TO_NONE_KG, 0.0, 0.0, motor_of(brief, motor).rotor_inertia_kg_m2 * low**2)
+        inertia = HandleInertia(_NEXT_TO_NONE_KG, 0.0, 0.0, motor_of(brief, motor).rotor_inertia_kg_m2 * low**2)
         each.append(to_requirements(brief, near, light, inertia, far=far))
     first = each[0]
     assert first.inertia is not None
@@ -533,5 +533,5 @@ def relaxed(brief: DesignBrief) -> Problem:
         }
     )
     problem = step_problem(best, 2)
-    side = max(problem.lower[SIDE], LEAST_SIDE_MM / 2.0)
+    side = max(problem.lower[SIDE], _LEAST_SIDE_MM / 2.0)
     return replace(problem, lower=(*problem.lower[:SIDE], min(side, problem.upper[SIDE])))

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import BuiltMachine, Outcome
 
-PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
-CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
+PEAK_MARGIN = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
+_CABLE_MARGIN = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
 
 T = TypeVar("T")
 
@@ -111,7 +111,7 @@ def design_for(
     lengths: dict[str, float] = dict(zip(VARIABLES, lengths_mm, strict=True))
     row = motor_of(brief, choice.motor)
     values = brief.values
-    fields = {name: values[name] for name in ASKED if values.get(name) is not None}
+    fields = {name: values[name] for name in _REQUIRED if values.get(name) is not None}
     outline = brief.outline_mm or _taken(choice, lengths, corrections.overhead_mm)
     low, high = brief.limits.shoulder_deg or (None, None)
     torque = brief.requirements.joint_torque_N_m or choice.torque_N_m(row)
@@ -142,7 +142,7 @@ def design_for(
     return design_from_dict(data, brief.name, folder)
 
 
-ASKED = (
+_REQUIRED = (
     "force_N",
     "peak_force_N",
     "kappa_max",
@@ -181,7 +181,7 @@ def _peak_torque(
     It is no more than the motor gives, of which nobody may have told a peak.
     """
     force, digits = brief.requirements.peak_force_N, 10**TORQUE_DIGITS
-    needed = torque * CABLE_SPARE if force is None else (worst_torque(lengths, force) + gravity) * PEAK_SPARE
+    needed = torque * _CABLE_MARGIN if force is None else (worst_torque(lengths, force) + gravity) * PEAK_MARGIN
     return max(torque, min(math.ceil(needed * digits), math.floor(given * digits)) / digits)
 
 

@@ -11,8 +11,10 @@ from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
 
-ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
-GRAVITY_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm
+_ARM_EXPONENT = (
+    1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
+)
+_GRAVITY_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 from 124 to 172 mm
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
 COUPLE_MOST = 0.75  # that is asked for at most: more costs nearly all of the cube
@@ -21,10 +23,10 @@ LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made f
 SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
 NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
 FARTHEST = 3.0  # times what a base radius lacks that it is made longer by
-LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
-TORQUE_SPARE, TORQUE_SPARE_N_M = 1e-3, 4e-4  # of a joint's torque, and the least
-RADIUS_STEP_MM, ARM_STEP_MM = 0.5, 2.0
-ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
+_LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
+TORQUE_MARGIN, TORQUE_MARGIN_N_M = 1e-3, 4e-4  # of a joint's torque, and the least
+_RADIUS_STEP_MM, _ARM_STEP_MM = 0.5, 2.0
+_ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's side: about, for what is learnt mends it
 
 
@@ -51,7 +53,7 @@ class MassEstimate:
     def inertia(self, upper_arm_mm: float, forearm_mm: float, ratio: float) -> HandleInertia:
         """Estimates the inertia at the handle of a machine not far from this one."""
         m = self.masses
-        arm = m.arm_inertia * (upper_arm_mm / self.upper_arm_mm) ** ARM_EXPONENT
+        arm = m.arm_inertia * (upper_arm_mm / self.upper_arm_mm) ** _ARM_EXPONENT
         rotor = m.rotor_inertia * (ratio / self.ratio) ** 2
         rods = 1.0 - ROD_SHARE + ROD_SHARE * forearm_mm / self.forearm_mm
         carried = m.platform + 3.0 * m.rod_wrist * rods
@@ -73,7 +75,7 @@ def reference() -> MassEstimate:
     return MassEstimate(masses, gravity_torque_N_m=0.036, upper_arm_mm=91.0, forearm_mm=143.0, ratio=4.8)
 
 
-class ChainInterference(NamedTuple):
+class _ChainInterference(NamedTuple):
     """Interference between neighbouring chains, found in one machine.
 
     Attributes:
@@ -89,7 +91,7 @@ class ChainInterference(NamedTuple):
     least_mm: float
 
 
-RAISED = "couple_index_min", "couple_per_mm", "elbow_angle_deg"
+_RAISED = "couple_index_min", "couple_per_mm", "elbow_angle_deg"
 RaisedLimits = tuple[float, float, float]
 """Couple index, the same for each mm of a lever, angle at the elbow, deg."""
 
@@ -122,7 +124,7 @@ class Corrections:
 
     mass_estimate: MassEstimate
     least_mm: Mapping[str, float] = field(default_factory=dict)
-    interferences: tuple[ChainInterference, ...] = ()
+    interferences: tuple[_ChainInterference, ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     couple_index_min: float = COUPLE_INDEX
     couple_per_mm: float = 0.0
@@ -135,7 +137,7 @@ class Corrections:
     friction_share: float = 0.998
     step_share: float = 0.998
     ball_friction_N: tuple[float, float] = (0.12, 0.18)
-    spare_torque_N_m: float = TORQUE_SPARE_N_M
+    spare_torque_N_m: float = TORQUE_MARGIN_N_M
     why: tuple[str, ...] = ()
 
     def least(self, length: str) -> float:
@@ -169,17 +171,17 @@ class Corrections:
         more = short_mm
         before = next((one for one in reversed(self.interferences) if one.width_mm == width_mm), None)
         grows = (
-            before is not None and short_mm >= before.short_mm + LACKED_MM
+            before is not None and short_mm >= before.short_mm + _LACKED_MM
         )  # a longer one is of no use: another width
         if (
             before is not None
             and not grows
             and base_radius_mm > before.radius_mm
-            and min(short_mm, before.short_mm) >= LACKED_MM
+            and min(short_mm, before.short_mm) >= _LACKED_MM
         ):
             slope = 1.0 + (short_mm - before.short_mm) / (base_radius_mm - before.radius_mm)
             more = max(more, short_mm / max(1.0 - slope, 1.0 / FARTHEST))
-        found = ChainInterference(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
+        found = _ChainInterference(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
         return self.updated(why, interferences=(*self.interferences, found))
 
     @property
@@ -192,17 +194,17 @@ class Corrections:
         share = upper_arm_mm / self.mass_estimate.upper_arm_mm
         if not self.mass_estimate.own or abs(share - 1.0) <= WEIGHED_AGAIN:
             return self
-        torque = self.mass_estimate.gravity_torque_N_m * share**GRAVITY_EXPONENT
+        torque = self.mass_estimate.gravity_torque_N_m * share**_GRAVITY_EXPONENT
         return replace(self, mass_estimate=replace(self.mass_estimate, gravity_torque_N_m=torque))
 
     @property
     def raised_limits(self) -> RaisedLimits:
-        """What closed forms asked of the limits in `RAISED`."""
+        """What closed forms asked of the limits in `_RAISED`."""
         return self.couple_index_min, self.couple_per_mm, self.elbow_angle_deg
 
     def with_raised_limits(self, least: RaisedLimits) -> Corrections:
         """The same with at least so much asked of each of them."""
-        return replace(self, **dict(zip(RAISED, map(max, self.raised_limits, least), strict=True)))
+        return replace(self, **dict(zip(_RAISED, map(max, self.raised_limits, least), strict=True)))
 
     def raised(self, length: str, least_mm: float, why: str) -> Corrections:
         """The same with a length that is at least so much."""
@@ -228,21 +230,21 @@ class Corrections:
         return replace(self, **changes, why=(*self.why, reason))
 
 
-def one_chain(pair: Sequence[str]) -> bool:
+def _one_chain(pair: Sequence[str]) -> bool:
     """Decides whether parts are of one chain, by their names."""
     return len({next((word for word in name.split("_") if word.isdigit()), "") for name in pair}) == 1
 
 
 def folds(pair: Sequence[str]) -> bool:
     """Decides whether rods came too close to their own arm, its motor or what holds it, by the names of both parts."""
-    return one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
+    return _one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
 
 
 def apart_by(pair: Sequence[str]) -> tuple[str, float]:
     """Gives the length that brings two parts of a machine farther apart, and a step of it, mm."""
     of_rods = pair and all(name.startswith("rod_") for name in pair)
-    if any("wrist" in name for name in pair) or (of_rods and not one_chain(pair)):  # nearest where they meet
-        return "platform_radius", RADIUS_STEP_MM
-    if one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
-        return "upper_arm_length", ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
-    return "base_radius", RADIUS_STEP_MM
+    if any("wrist" in name for name in pair) or (of_rods and not _one_chain(pair)):  # nearest where they meet
+        return "platform_radius", _RADIUS_STEP_MM
+    if _one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(_ELBOW) for name in pair):
+        return "upper_arm_length", _ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
+    return "base_radius", _RADIUS_STEP_MM

@@ -45,7 +45,7 @@ SIZES = (
     "ball_diameter_mm",
 )
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
-SOUGHT = {
+_SEARCHED = {
     *LENGTHS,
     WIDTH,
     *(f"hardware.{name}" for name in SIZES),
@@ -53,10 +53,10 @@ SOUGHT = {
 }
 """Fields of which a search looks for a number."""
 ELBOW_FIELD, SWING_FIELD = "requirements.elbow_angle_min_deg", "requirements.shoulder_min_deg"
-ANGLES = {("rod_tube", "beside the drive"): ELBOW_FIELD, ("upper_arm", "beside its cheeks"): SWING_FIELD}
+_ANGLES = {("rod_tube", "beside the drive"): ELBOW_FIELD, ("upper_arm", "beside its cheeks"): SWING_FIELD}
 """Reason -> the angle that ends it, whichever lengths give it."""
-DECIMALS = 1  # of a threshold: the search goes on in tenths of a millimetre
-WITH = (PARTS, "cable plane", "cable travel")  # forms, of a millisecond each, that an estimate may break none of
+_DECIMALS = 1  # of a threshold: the search goes on in tenths of a millimetre
+_WITH = (PARTS, "cable plane", "cable travel")  # forms, of a millisecond each, that an estimate may break none of
 
 
 @dataclass(frozen=True)
@@ -113,15 +113,15 @@ def _estimate(variants: Variants, form: str, reason: Reason, known: Sequence[Est
         leads.setdefault(way.fields[0], []).append(way)
     for field, ways in leads.items():
         own = value_of(design, field)
-        if field not in SOUGHT:
+        if field not in _SEARCHED:
             return Estimate(reason, field, own)
         farthest = max((one.bound for one in known if one.field == field in LENGTHS and one.bound), default=None)
-        if farthest and reason.key not in ANGLES and _gone(variants, form, reason)(along(design, ways[0], farthest)):
+        if farthest and reason.key not in _ANGLES and _gone(variants, form, reason)(along(design, ways[0], farthest)):
             return Estimate(reason, field, own, farthest)
         found = [(value, way) for way in ways for value in _thresholds(variants, form, reason, way)]
         if found:
             value, way = min(found, key=lambda one: abs(one[0] - float(own)))
-            name = ANGLES.get(reason.key)
+            name = _ANGLES.get(reason.key)
             angle = None if name is None else (name, _angle_deg(variants, form, reason, way, value))
             return Estimate(reason, field, own, value, angle)
     return Estimate(reason)
@@ -133,7 +133,7 @@ def _thresholds(variants: Variants, form: str, reason: Reason, way: Way) -> list
     if by_row(lead):
         return [float(row) for row in rows_of(design, lead) if gone({lead: row})]
     own = float(value_of(design, lead))
-    digits = min(floor(log10(own)) + 1 + DECIMALS, DIGITS)
+    digits = min(floor(log10(own)) + 1 + _DECIMALS, DIGITS)
     senses = (True, False) if way.larger is None else (way.larger,)
     ends = (least(lambda first: gone(along(design, way, first)), own, larger, digits) for larger in senses)
     return [value for value in ends if value is not None]
@@ -141,7 +141,7 @@ def _thresholds(variants: Variants, form: str, reason: Reason, way: Way) -> list
 
 def _gone(variants: Variants, form: str, reason: Reason) -> Callable[[Values], bool | None]:
     """Values -> whether a reason is gone and none is there that was not; None where it cannot be judged."""
-    forms = dict.fromkeys((form,) if form == MODE else (form, *WITH))
+    forms = dict.fromkeys((form,) if form == MODE else (form, *_WITH))
 
     def given(values: Values, name: str) -> tuple[Reason, ...] | None:
         judged = variants.judged(values)
@@ -169,6 +169,6 @@ def _angle_deg(variants: Variants, form: str, reason: Reason, way: Way, value: f
     assert made is not None
     cube = Cube(made.cube.bottom_height_mm / MM_PER_M, made.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(made.geometry, cube, made.requirements.force_N)
-    if ANGLES[reason.key] == SWING_FIELD:
+    if _ANGLES[reason.key] == SWING_FIELD:
         return degrees(extremes.shoulder_min.value)
     return 180.0 - degrees(extremes.forearm_angle_max.value)

@@ -16,29 +16,33 @@ from delta_cad.mechanism.placement import CHAINS
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
-RATIOS = (3.0, 12.0)  # of a capstan: below, a pinion is as large as the sector; above, its rope bends too sharply
+_RATIOS = (3.0, 12.0)  # of a capstan: below, a pinion is as large as the sector; above, its rope bends too sharply
 PINION_MM = 8.0  # radius of a pinion on a shaft of 6 mm with a rope of 0.54 mm: 29 rope diameters to bend over
-SHAFT_MM = 6.0
+_SHAFT_MM = 6.0
 SECTORS_MM = (28.0, 70.0)  # radius: below, no screws fit between shaft and rim; above, none was built
 WIDTHS = (50.0, 36.0)  # mm, of parallelograms, the likeliest first: refining goes on from there
 BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 5.0, "ball_diameter_mm": 6.0, "leads": "bent"}
 """What candidates begin with where nothing is stated: the least sizes, for loads may ask more; wires are drawn."""
 SECTOR_ROOM_MM = 10.0  # see `delta_cad.dimensions.capstan.base_radius_min_mm`
 SECTOR = "sector_radius_mm"
-RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM = 0.15, 6.0, 0.8  # of a choice's neighbours: share of the ratio, width, pinion
+_RATIO_STEP, _WIDTH_STEP_MM, _WIDER_STEP_MM = (
+    0.15,
+    6.0,
+    0.8,
+)  # of a choice's neighbours: share of the ratio, width, pinion
 SMALL = 3  # halvings from which on steps are small
 TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
-MADE_EUR = {"capstan": 2502.0, "direct": 1892.0}
+_MADE_EUR = {"capstan": 2502.0, "direct": 1892.0}
 """Drive -> made parts of one machine, but for what grows with its lengths: batches that must be set up anyway."""
-MADE_EUR_mm2 = 1.11e-3
+_MADE_EUR_mm2 = 1.11e-3
 """Of (R + L_A + L_B)^2: of machines of 265 and 479 mm, 2581 and 2758 EUR by their solids."""
-COUNTS = {"encoder": 3, "magnet": 3, "bearing": 6, "knob": 1, "foot": 3}
+_COUNTS = {"encoder": 3, "magnet": 3, "bearing": 6, "knob": 1, "foot": 3}
 """Entry of the hardware -> how many a machine has, of what is bought by the piece."""
-CAPSTAN_ONLY = ("bearing",)
-SHOULDER_ONLY = ("encoder", "magnet")
-ROPE_MM = 400.0  # about what a chain takes of rope
-REST_EUR = 110.0  # springs, balls, screws, dowels, adhesives
-SIZED = ("upper_arm_length", "forearm_length", "base_radius")
+_CAPSTAN_ONLY = ("bearing",)
+_SHOULDER_ONLY = ("encoder", "magnet")
+_ROPE_MM = 400.0  # about what a chain takes of rope
+_REST_EUR = 110.0  # springs, balls, screws, dowels, adhesives
+_SIZED = ("upper_arm_length", "forearm_length", "base_radius")
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ class Selection:
         """Gives the entries of a design's hardware; the sector is as large as the pinion asks for."""
         entries: dict[str, Any] = {"motor": self.motor, "drive": self.drive}
         if self.drive == "capstan":
-            pinion = PINION_MM + max(row.shaft_diameter_mm - SHAFT_MM, 0.0) / 2 + self.wider_mm
+            pinion = PINION_MM + max(row.shaft_diameter_mm - _SHAFT_MM, 0.0) / 2 + self.wider_mm
             wanted = min(max(pinion * self.ratio, SECTORS_MM[0]), SECTORS_MM[1])
             entries |= {"capstan_ratio": self.ratio, SECTOR: round(wanted, 1)}
         return entries | dict(self.entries)
@@ -119,7 +123,7 @@ def neighbours(brief: DesignBrief, now: Selection, halved: int) -> list[Selectio
     Small steps leave the width as it is, for which solids told what room keys need, and go to other pinions instead,
     and to other ratios with the same sector.
     """
-    step, wide, wider = (one / 2.0**halved for one in (RATIO_STEP, WIDTH_STEP_MM, WIDER_STEP_MM))
+    step, wide, wider = (one / 2.0**halved for one in (_RATIO_STEP, _WIDTH_STEP_MM, _WIDER_STEP_MM))
     found: list[Selection] = []
     if brief.limits.parallelogram_width_mm is None and halved < SMALL:
         found += [now.with_(width_mm=now.width_mm + w) for w in (-wide, wide) if now.width_mm + w > 0.0]
@@ -162,7 +166,7 @@ def motor_of(brief: DesignBrief, motor: str) -> catalogue.Motor:
 def ratios_of(brief: DesignBrief) -> tuple[float, float]:
     """Gives the least and the largest ratio of a capstan that the brief allows."""
     stated = [float(v) for v in brief.choices.get("capstan_ratio", ())]
-    return (min(stated), max(stated)) if stated else RATIOS
+    return (min(stated), max(stated)) if stated else _RATIOS
 
 
 def drives(brief: DesignBrief) -> Iterator[tuple[str, str]]:
@@ -180,15 +184,15 @@ def default_of(entry: str) -> Any:
 
 def price_EUR(brief: DesignBrief, choice: Selection, lengths_mm: Sequence[float]) -> float:
     """Estimates the price of one machine of (6) lengths in the order of `VARIABLES`, EUR."""
-    size = sum(lengths_mm[VARIABLES.index(name)] for name in SIZED)
+    size = sum(lengths_mm[VARIABLES.index(name)] for name in _SIZED)
     motors = len(CHAINS) * row_price("motor", motor_of(brief, choice.motor)).one_EUR
-    return motors + _rows_EUR(brief, choice, lengths_mm) + REST_EUR + MADE_EUR[choice.drive] + MADE_EUR_mm2 * size**2
+    return motors + _rows_EUR(brief, choice, lengths_mm) + _REST_EUR + _MADE_EUR[choice.drive] + _MADE_EUR_mm2 * size**2
 
 
 def cheapest(brief: DesignBrief) -> Mapping[str, Any]:
     """Chooses the cheapest row of every entry of which the brief states several."""
     found = {}
-    for entry in (*COUNTS, "cable", "tube"):
+    for entry in (*_COUNTS, "cable", "tube"):
         rows = brief.choices.get(entry, ())
         if entry in brief.hardware and len(rows) > 1:
             found[entry] = min(rows, key=lambda row, entry=entry: _row_EUR(brief, entry, row))
@@ -199,11 +203,11 @@ def _rows_EUR(brief: DesignBrief, choice: Selection, lengths_mm: Sequence[float]
     """What is bought by rows of the catalogue other than the motors."""
     total, forearm = 0.0, lengths_mm[VARIABLES.index("forearm_length")]
     sensed = choice.stated(brief, "encoder_at") != "motor"
-    for entry, count in COUNTS.items():
-        if (entry in CAPSTAN_ONLY and choice.drive != "capstan") or (entry in SHOULDER_ONLY and not sensed):
+    for entry, count in _COUNTS.items():
+        if (entry in _CAPSTAN_ONLY and choice.drive != "capstan") or (entry in _SHOULDER_ONLY and not sensed):
             continue
         total += count * _row_EUR(brief, entry, choice.stated(brief, entry))
-    rope = len(CHAINS) * ROPE_MM if choice.drive == "capstan" else 0.0
+    rope = len(CHAINS) * _ROPE_MM if choice.drive == "capstan" else 0.0
     for entry, length in (("tube", 2 * len(CHAINS) * forearm), ("cable", rope)):
         total += length / MM_PER_M * _row_EUR(brief, entry, choice.stated(brief, entry))
     return total

@@ -14,7 +14,7 @@ from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia, Outline
-from optimizer.codesign.candidate import PEAK_SPARE
+from optimizer.codesign.candidate import PEAK_MARGIN
 from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Corrections
 from optimizer.codesign.hardware import Selection, motor_of, price_EUR
 from optimizer.problem.brief import DesignBrief
@@ -34,25 +34,27 @@ WIDE_MM = {
     "half_side": (0.0, 300.0),
 }
 """Where lengths are looked for that the brief leaves open."""
-PLATFORM_SHARE = 0.3  # of the shorter side of an outline, in a platform's radius: beyond, no elbow is outside its wrist
-INSIDE = 0.9  # of R + L_A likewise, where an outline is free
-FREE_OUTLINE_MM = 2000.0
-CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
-CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a proof at it does not end
+_PLATFORM_SHARE = (
+    0.3  # of the shorter side of an outline, in a platform's radius: beyond, no elbow is outside its wrist
+)
+_INSIDE = 0.9  # of R + L_A likewise, where an outline is free
+_FREE_OUTLINE_MM = 2000.0
+_CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
+_CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a proof at it does not end
 # Left of the mechanism's limits: lengths are rounded to a micrometre, and a proof right at a limit takes long.
-ROOM, ROOM_DEG = 2e-4, 0.005
+_ROOM, _ROOM_DEG = 2e-4, 0.005
 ROUNDS = 3  # of lengths and the inertia estimated for them
 CONVERGED = 2e-3  # share of the side that the last round changed
-STARTS, MORE_STARTS = 3, 2  # of SQP, where no lengths are known, and where those that are lead nowhere
-FAR = 0.02  # margin that stays open near known lengths, from which on no other start is tried
-OBJECTIVE_TRIES = 12  # values that are tried of what is to be least
+STARTS, _MORE_STARTS = 3, 2  # of SQP, where no lengths are known, and where those that are lead nowhere
+_FAR = 0.02  # margin that stays open near known lengths, from which on no other start is tried
+_OBJECTIVE_TRIES = 12  # values that are tried of what is to be least
 ENOUGH, ROUGHLY = 2e-3, 2e-2  # share of the cube by which that may be larger than asked, or of the value
-LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
-REACH_SHARE = 1.5  # of the side: R + L_A of the first
-SMALL_MM = 200.0  # R + L_A up to which parts alone, and no torque, may leave no cube at all
-LEVERS = 7  # couple indices that are tried behind a panel
-LEVERED_MM = 5.0  # of a cube behind one, that is looked at
-FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
+_LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
+_REACH_SHARE = 1.5  # of the side: R + L_A of the first
+_SMALL_MM = 200.0  # R + L_A up to which parts alone, and no torque, may leave no cube at all
+_LEVERS = 7  # couple indices that are tried behind a panel
+_LEVERED_MM = 5.0  # of a cube behind one, that is looked at
+_FIRST_MASS_KG, _MOST_MASS_KG = 0.4, 50.0
 
 
 @dataclass(frozen=True)
@@ -96,30 +98,30 @@ def to_requirements(
             no room is left of any limit.
     """
     task, limits = brief.requirements, brief.limits
-    best, room, room_deg = far or choice, 0.0 if far else ROOM, 0.0 if far else ROOM_DEG
-    outline = brief.outline_mm or (FREE_OUTLINE_MM, FREE_OUTLINE_MM)
+    best, room, room_deg = far or choice, 0.0 if far else _ROOM, 0.0 if far else _ROOM_DEG
+    outline = brief.outline_mm or (_FREE_OUTLINE_MM, _FREE_OUTLINE_MM)
     overhead = corrections.overhead_mm if brief.outline_mm else (0.0, 0.0)
     bounds = {}
     ball = float(choice.stated(brief, "ball_diameter_mm"))
     by_parts = {
         "platform_radius": wrist_radius_min_mm(
-            ball / 2 + CUP_MM, choice.width_mm, task.clearance_min_mm + CUPS_APART_MM
+            ball / 2 + _CUP_MM, choice.width_mm, task.clearance_min_mm + _CUPS_APART_MM
         ),
         "base_radius": max(choice.base_radius_mm, corrections.least_radius_mm(choice.width_mm)),
     }
     for name in VARIABLES:
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]
         if name == "platform_radius" and getattr(brief.bounds_mm, name) is None and brief.outline_mm:
-            high = max(low, min(high, PLATFORM_SHARE * min(brief.outline_mm)))
+            high = max(low, min(high, _PLATFORM_SHARE * min(brief.outline_mm)))
         elif name == "platform_radius" and target is not None and brief.objective != "effective_mass":
-            high = max(low, min(high, INSIDE * target))
+            high = max(low, min(high, _INSIDE * target))
         least = max(corrections.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
     bounds["half_side"][1] = min(bounds["half_side"][1], corrections.side_most_mm / 2.0)
     if target is None and task.cube_side_mm is not None:
         bounds["half_side"][0] = task.cube_side_mm / 2.0
     low_deg, high_deg = limits.shoulder_deg or SHOULDER_DEG
-    asked: dict[str, Any] = {
+    required: dict[str, Any] = {
         "parallelogram_width_mm": choice.width_mm,
         "outline_overhead_mm": list(overhead),
         "kappa_max": min(brief.feel.kappa_max or corrections.kappa_max, corrections.kappa_max) * (1.0 - room),
@@ -129,20 +131,20 @@ def to_requirements(
         "gravity_torque_N_m": corrections.held_torque_N_m,
     }
     if elbow_deg := max(limits.elbow_angle_min_deg or 0.0, corrections.elbow_angle_deg):
-        asked["elbow_angle_min_deg"] = elbow_deg + room_deg
+        required["elbow_angle_min_deg"] = elbow_deg + room_deg
     if limits.outline_radius_max_mm is not None:
-        asked["outline_radius_max_mm"] = limits.outline_radius_max_mm
+        required["outline_radius_max_mm"] = limits.outline_radius_max_mm
     most = brief.feel.effective_mass_max_kg
     if target is not None and brief.objective == "effective_mass":
         most = target
     elif target is not None:
-        asked["outline_radius_max_mm"] = target
+        required["outline_radius_max_mm"] = target
     if most is not None:
-        asked["effective_mass_max_kg"] = most * corrections.mass_share
+        required["effective_mass_max_kg"] = most * corrections.mass_share
     if brief.feel.friction_max_N is not None:
-        asked["friction_max_N"] = brief.feel.friction_max_N * corrections.friction_share
+        required["friction_max_N"] = brief.feel.friction_max_N * corrections.friction_share
     if brief.feel.position_step_max_mm is not None:
-        asked["position_step_max_mm"] = brief.feel.position_step_max_mm * corrections.step_share
+        required["position_step_max_mm"] = brief.feel.position_step_max_mm * corrections.step_share
     motor, (upright, level) = motor_of(brief, choice.motor), corrections.ball_friction_N
     data: dict[str, Any] = {
         "name": brief.name,
@@ -153,7 +155,7 @@ def to_requirements(
             "joint_torque_N_m": continuous_torque_N_m(brief, best, corrections),
         },
         "bounds_mm": bounds,
-        "limits": asked,
+        "limits": required,
         "hardware": {"ball_diameter_mm": ball},
         "inertia": {
             "carried_mass_kg": inertia.carried_mass,
@@ -175,14 +177,14 @@ def continuous_torque_N_m(brief: DesignBrief, choice: Selection, corrections: Co
     """Computes the torque of a joint for the lasting force beside the weight, N m: what is for ever, and no more than
     what leaves enough for the peak force, which goes with it.
     """
-    asked, row = brief.requirements, motor_of(brief, choice.motor)
-    lasting = min(choice.torque_N_m(row), asked.joint_torque_N_m or math.inf)
-    if asked.peak_force_N is None:
+    required, row = brief.requirements, motor_of(brief, choice.motor)
+    lasting = min(choice.torque_N_m(row), required.joint_torque_N_m or math.inf)
+    if required.peak_force_N is None:
         return lasting
-    stated = min(choice.peak_torque_N_m(row), asked.peak_torque_N_m or math.inf) / PEAK_SPARE
+    stated = min(choice.peak_torque_N_m(row), required.peak_torque_N_m or math.inf) / PEAK_MARGIN
     pulled = choice.sector_mm(brief) / MM_PER_M * corrections.pull_N if corrections.pull_N < math.inf else math.inf
     most, held = min(stated, pulled), corrections.held_torque_N_m
-    return min(lasting, held + (most - held) * asked.force_N / asked.peak_force_N)
+    return min(lasting, held + (most - held) * required.force_N / required.peak_force_N)
 
 
 def best_lengths(
@@ -213,12 +215,12 @@ def best_lengths(
     Returns:
         The lengths; None where there are none, or none that beat the score.
     """
-    asked = brief.requirements
+    required = brief.requirements
     if corrections.held_torque_N_m >= continuous_torque_N_m(brief, choice, corrections):
         return None  # the weight takes all of it
-    if max(asked.force_N, asked.peak_force_N or 0.0) > force_most_N():
+    if max(required.force_N, required.peak_force_N or 0.0) > force_most_N():
         return None  # no spring holds rods on their balls
-    side = asked.cube_side_mm
+    side = required.cube_side_mm
     if brief.objective == "cube_side" or side is None:
         result = _largest(brief, choice, corrections, start_mm, seed, rounds, None, tick)
         if result is None or result.tiny:
@@ -227,14 +229,14 @@ def best_lengths(
         return Found(lengths, 2.0 * lengths[SIDE])
     by_mass = brief.objective == "effective_mass"
     enough = ENOUGH if rounds > 1 or beats is not None else ROUGHLY
-    low, high = (0.0, MOST_MASS_KG) if by_mass else (0.5 * side, FREE_OUTLINE_MM)
-    target = FIRST_MASS_KG if by_mass else REACH_SHARE * side
+    low, high = (0.0, _MOST_MASS_KG) if by_mass else (0.5 * side, _FREE_OUTLINE_MM)
+    target = _FIRST_MASS_KG if by_mass else _REACH_SHARE * side
     if beats is not None:
         target = high = -beats if by_mass else _reach_mm(choice, corrections, -beats)
     first = target
     best: tuple[float, Result] | None = None
     known: list[tuple[float, float]] = []
-    for _ in range(OBJECTIVE_TRIES):
+    for _ in range(_OBJECTIVE_TRIES):
         result = _largest(brief, choice, corrections, start_mm, seed, rounds, target, tick)
         reached = 0.0 if result is None else 2.0 * result.design_mm[SIDE]
         if result is not None and reached >= side:
@@ -244,8 +246,8 @@ def best_lengths(
         else:
             if beats is not None and target == first:
                 return None
-            larger = known and target > known[-1][0] and (reached > 0.0 or by_mass or target > SMALL_MM)
-            if best is None and larger and reached <= known[-1][1] * (1.0 + LITTLE):
+            larger = known and target > known[-1][0] and (reached > 0.0 or by_mass or target > _SMALL_MM)
+            if best is None and larger and reached <= known[-1][1] * (1.0 + _LITTLE):
                 return None  # more of it buys nothing: something else is in the way
             low = target
         known.append((target, reached))
@@ -257,8 +259,8 @@ def best_lengths(
     target, result = best
     lengths = (*_rounded(result)[:SIDE], side / 2.0)
     reach = lengths[0] + lengths[2]
-    sought = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, corrections, reach))}
-    return Found(lengths, -sought.get(brief.objective, target), None if brief.outline_mm else reach)
+    searched = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, corrections, reach))}
+    return Found(lengths, -searched.get(brief.objective, target), None if brief.outline_mm else reach)
 
 
 def _taken_mm(choice: Selection, corrections: Corrections, reach_mm: float) -> tuple[float, float]:
@@ -274,7 +276,7 @@ def _reach_mm(choice: Selection, corrections: Corrections, sides_mm: float) -> f
 
 
 def _rounded(result: Result) -> tuple[float, ...]:
-    """Lengths in whole micrometres, the half side rounded down: `ROOM` is left for what that changes."""
+    """Lengths in whole micrometres, the half side rounded down: `_ROOM` is left for what that changes."""
     *lengths, half = result.design_mm
     return (*(round(length, 3) for length in lengths), math.floor(1e3 * half) / 1e3)
 
@@ -310,13 +312,13 @@ def _largest(
     """
     if not corrections.couple_per_mm:
         return _largest_held(brief, choice, corrections, start_mm, seed, rounds, target, tick)
-    asked = (target is None and brief.requirements.cube_side_mm) or 0.0
+    required = (target is None and brief.requirements.cube_side_mm) or 0.0
     low, high = corrections.couple_index_min, COUPLE_MOST
     best: Result | None = None
-    for _ in range(LEVERS):
+    for _ in range(_LEVERS):
         index = (low + high) / 2.0
         held = index / corrections.couple_per_mm - KNOB_MM
-        if held <= max(asked, LEVERED_MM):
+        if held <= max(required, _LEVERED_MM):
             low = index
             continue
         known = replace(corrections, couple_index_min=index, side_most_mm=held)
@@ -359,10 +361,10 @@ def _largest_held(
         if start is not None:
             near = sqp.search(problem, problem.scaled(start)[None], ticks)
             best = near.best
-            if best is None and result is None and near.endings[0].level < -FAR:
+            if best is None and result is None and near.endings[0].level < -_FAR:
                 return None
         if best is None:
-            starts = sqp.start_points(problem, seed)[: STARTS if start is None else MORE_STARTS]
+            starts = sqp.start_points(problem, seed)[: STARTS if start is None else _MORE_STARTS]
             best = sqp.search(problem, starts, ticks).best
         if best is None:
             return result  # of the inertia before, if there was one

@@ -10,8 +10,8 @@ from typing import Any
 from delta_cad.report.page import ASSETS, page_policy
 
 TICKS = 8  # at most
-ALIKE = 1e-6  # values that differ by less, as a share of them, are one
-ROOM = 0.05  # share of the range that is left free at both ends
+_ALIKE = 1e-6  # values that differ by less, as a share of them, are one
+_ROOM = 0.05  # share of the range that is left free at both ends
 
 
 def rendered(template: str, own_style: str, **given: Any) -> str:
@@ -37,8 +37,8 @@ class Scale:
     def __init__(self, values: Iterable[float], start: float, end: float) -> None:
         known = list(values)
         low, high = min(known, default=0.0), max(known, default=1.0)
-        alike = high - low <= ALIKE * max(abs(low), abs(high))
-        room = (ROOM * abs(high) or 1.0) if alike else ROOM * (high - low)
+        alike = high - low <= _ALIKE * max(abs(low), abs(high))
+        room = (_ROOM * abs(high) or 1.0) if alike else _ROOM * (high - low)
         self.low, self.high, self.start, self.end = low - room, high + room, start, end
 
     def at(self, value: float) -> float:

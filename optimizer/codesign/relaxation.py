@@ -17,11 +17,11 @@ from optimizer.codesign.search_log import SearchLog
 from optimizer.problem.brief import DesignBrief
 from optimizer.search.clock import OutOfTimeError
 
-OUTLINE = "requirements.envelope_width_mm", "requirements.envelope_depth_mm"
-LEAN = ("limits.lean_max_deg",)
-CLEARANCE = "requirements.clearance_min_mm"
-EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spared where several must give
-    OUTLINE: True,
+_OUTLINE = "requirements.envelope_width_mm", "requirements.envelope_depth_mm"
+_LEAN = ("limits.lean_max_deg",)
+_CLEARANCE = "requirements.clearance_min_mm"
+_EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spared where several must give
+    _OUTLINE: True,
     ("requirements.force_N",): False,
     ("requirements.peak_force_N",): False,
     ("requirements.cube_side_mm",): False,
@@ -31,15 +31,15 @@ EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spar
     ("feel.friction_max_N",): True,
     ("feel.position_step_max_mm",): True,
     ("feel.stiffness_min_N_mm",): False,
-    (CLEARANCE,): False,
-    LEAN: True,
+    (_CLEARANCE,): False,
+    _LEAN: True,
     ("limits.outline_radius_max_mm",): True,
 }
 """Fields that give together -> whether a larger value is easier to keep."""
 MOST = 10.0  # times a limit is eased at most
-FIRST_FACTORS = 1.5, 2.25, 3.4  # times, tried before that: the largest cube of a huge outline asks too much of a motor
+_FIRST_FACTORS = 1.5, 2.25, 3.4  # times, tried before that: the largest cube of a huge outline asks too much of a motor
 FINE = 1.05  # factor to which it is found how much is enough
-COSTED = {
+_COSTED = {
     # table and field -> factor, and what is added
     "requirements.envelope_width_mm": (1.0, 5.0),
     "requirements.envelope_depth_mm": (1.0, 5.0),
@@ -98,9 +98,9 @@ def minimal_relaxations(search: Search) -> list[Relaxation]:
         search: One that found no machine; its time and its reports are used.
     """
     hardware = list(strongest(search.brief))
-    groups = [fields for fields in EASED if all(_gives(search.brief, name) for name in fields)]
+    groups = [fields for fields in _EASED if all(_gives(search.brief, name) for name in fields)]
     beyond = search.brief.requirements.clearance_min_mm > CLEARANCE_MOST_MM  # which no other limit makes up for
-    only = [(CLEARANCE,)] if beyond else groups
+    only = [(_CLEARANCE,)] if beyond else groups
     found: list[Relaxation] = []
     with suppress(OutOfTimeError):
         for fields in only:
@@ -118,7 +118,7 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Sele
 
     def able(of: list[tuple[str, ...]]) -> list[Selection]:
         """The hardware from the first on that does."""
-        task = _eased(search.brief, fields(of), _asked(search, fields(of)), MOST)
+        task = _eased(search.brief, fields(of), _required(search, fields(of)), MOST)
         first = next((k for k, choice in enumerate(hardware) if _possible(search, task, choice) is not None), None)
         return [] if first is None else hardware[first:]
 
@@ -133,7 +133,7 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Sele
 def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selection]) -> Relaxation | None:
     """Finds how much is enough of limits that give together, of the hardware that needs least; None: more than MOST."""
     search.begin(f"what {' and '.join(fields)} cost")
-    asked = _asked(search, fields)
+    asked = _required(search, fields)
     relaxation: Relaxation | None = None
 
     def feasible(choice: Selection, factor: float, near: Start | None = None) -> bool:
@@ -144,7 +144,7 @@ def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selectio
             relaxation = Relaxation(fields, asked, enough, task, found)
         return found is not None
 
-    high, steps = MOST, FIRST_FACTORS if fields in (OUTLINE, LEAN) else ()
+    high, steps = MOST, _FIRST_FACTORS if fields in (_OUTLINE, _LEAN) else ()
     with suppress(OutOfTimeError):
         for choice in hardware:
             least = high if relaxation is None else high / FINE  # of another hardware: only what needs less
@@ -180,24 +180,24 @@ def strongest(brief: DesignBrief) -> Iterator[Selection]:
 def _gives(brief: DesignBrief, name: str) -> bool:
     """Whether a limit may give: one that is asked, of the clearance what is more than usual."""
     value = brief.value(name)
-    return value is not None and (name != CLEARANCE or value > _usual_clearance_mm(brief))
+    return value is not None and (name != _CLEARANCE or value > _usual_clearance_mm(brief))
 
 
 def _usual_clearance_mm(brief: DesignBrief) -> float:
-    usual: float = type(brief.requirements).model_fields[CLEARANCE.partition(".")[2]].default
+    usual: float = type(brief.requirements).model_fields[_CLEARANCE.partition(".")[2]].default
     return usual
 
 
-def _asked(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
+def _required(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(float(search.brief.value(name) or 0.0) for name in fields)
 
 
 def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...], factor: float) -> DesignBrief:
     """The same task with limits that give by a factor."""
-    grows = {name: more for names, more in EASED.items() for name in names}
+    grows = {name: more for names, more in _EASED.items() for name in names}
     eased = {name: a * factor if grows[name] else a / factor for name, a in zip(fields, asked, strict=True)}
-    if CLEARANCE in eased:
-        eased[CLEARANCE] = max(eased[CLEARANCE], _usual_clearance_mm(brief))
+    if _CLEARANCE in eased:
+        eased[_CLEARANCE] = max(eased[_CLEARANCE], _usual_clearance_mm(brief))
     return brief.with_values(eased)
 
 
@@ -250,7 +250,7 @@ def costs(brief: DesignBrief, candidate: Candidate, corrections: Corrections) ->
     start = candidate.lengths_mm
     now = best_lengths(brief, candidate.choice, corrections, start)
     found: list[Cost] = []
-    for field, (factor, added) in COSTED.items():
+    for field, (factor, added) in _COSTED.items():
         asked = brief.value(field)
         if now is None or asked is None:
             continue

@@ -25,7 +25,7 @@ from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits import HoldingTorque
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
-from delta_cad.report.page import FILE_NAME, SOUGHT
+from delta_cad.report.page import FILE_NAME, SEARCHED
 from optimizer.certify.certificate import Certificate, certify, limits_of
 from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import allowance_of_masses
@@ -38,15 +38,15 @@ if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
     from optimizer.codesign.bound import Bound
 
-UNITS = {
+_UNITS = {
     "cube_side": "mm of cube",
     "outline": "mm of width and depth",
     "effective_mass": "kg felt",
     "cost": "EUR",
 }
-NO_BOUND = "none"  # of a bound that is not proved
-WIDTH, LEFT, ROW, TOP = 960, 250, 26, 34
-STYLE = """
+_NO_BOUND = "none"  # of a bound that is not proved
+_WIDTH, _LEFT, _ROW, _TOP = 960, 250, 26, 34
+_STYLE = """
 .tried { max-width: none; vertical-align: middle; }
 .tried text { font-size: 12px; fill: var(--ink); }
 .tried .grid { stroke: var(--line); }
@@ -58,12 +58,12 @@ STYLE = """
 #tried table { max-width: 900px; }
 meter { width: 12rem; }
 """
-BINDS = 0.01  # share of a set limit within which a result binds
-FORCE_ROOM_N = 1e-5  # to which a force is found, rather too little
+_BINDS = 0.01  # share of a set limit within which a result binds
+_FORCE_ROOM_N = 1e-5  # to which a force is found, rather too little
 
 
 @dataclass(frozen=True)
-class Figure:
+class _Figure:
     """A result.
 
     Attributes:
@@ -86,14 +86,14 @@ class Figure:
 
 
 FIGURES = (
-    Figure("cube_side_mm", "cube", "mm", "requirements.cube_side_mm", True),
-    Figure("force_N", "continuous force", "N", "requirements.force_N", True, head=True),
-    Figure("peak_force_N", "peak force", "N", "requirements.peak_force_N", True, head=True),
-    Figure(
+    _Figure("cube_side_mm", "cube", "mm", "requirements.cube_side_mm", True),
+    _Figure("force_N", "continuous force", "N", "requirements.force_N", True, head=True),
+    _Figure("peak_force_N", "peak force", "N", "requirements.peak_force_N", True, head=True),
+    _Figure(
         "effective_mass_max_kg", "effective mass", "kg", "feel.effective_mass_max_kg", check="effective mass", head=True
     ),
-    Figure("friction_max_N", "friction", "N", "feel.friction_max_N", check="friction", head=True),
-    Figure(
+    _Figure("friction_max_N", "friction", "N", "feel.friction_max_N", check="friction", head=True),
+    _Figure(
         "stiffness_min_N_mm",
         "stiffness",
         "N/mm",
@@ -102,29 +102,29 @@ FIGURES = (
         "structure stiffness at the knob",
         True,
     ),
-    Figure("height_mm", "height", "mm", head=True),
-    Figure("outline_width_mm", "outline, width", "mm", "requirements.envelope_width_mm", check="envelope width"),
-    Figure("outline_depth_mm", "outline, depth", "mm", "requirements.envelope_depth_mm", check="envelope depth"),
-    Figure("outline_radius_mm", "R + L_A", "mm", "limits.outline_radius_max_mm"),
-    Figure("clearance_mm", "clearance", "mm", "requirements.clearance_min_mm", True, "clearance"),
-    Figure("kappa_max", "condition number", "", "feel.kappa_max", check="kappa"),
-    Figure("couple_index_min", "couple index", "", "feel.couple_index_min", True, "couple index"),
-    Figure("position_step_max_mm", "position step", "mm", "feel.position_step_max_mm", check="position step"),
-    Figure("lean_deg", "lean of the rods", "deg", "limits.lean_max_deg", check="lean"),
-    Figure("elbow_angle_deg", "angle at the elbow", "deg", "limits.elbow_angle_min_deg", True, "elbow angle"),
-    Figure(
+    _Figure("height_mm", "height", "mm", head=True),
+    _Figure("outline_width_mm", "outline, width", "mm", "requirements.envelope_width_mm", check="envelope width"),
+    _Figure("outline_depth_mm", "outline, depth", "mm", "requirements.envelope_depth_mm", check="envelope depth"),
+    _Figure("outline_radius_mm", "R + L_A", "mm", "limits.outline_radius_max_mm"),
+    _Figure("clearance_mm", "clearance", "mm", "requirements.clearance_min_mm", True, "clearance"),
+    _Figure("kappa_max", "condition number", "", "feel.kappa_max", check="kappa"),
+    _Figure("couple_index_min", "couple index", "", "feel.couple_index_min", True, "couple index"),
+    _Figure("position_step_max_mm", "position step", "mm", "feel.position_step_max_mm", check="position step"),
+    _Figure("lean_deg", "lean of the rods", "deg", "limits.lean_max_deg", check="lean"),
+    _Figure("elbow_angle_deg", "angle at the elbow", "deg", "limits.elbow_angle_min_deg", True, "elbow angle"),
+    _Figure(
         "holding_torque_N_m",
         "joint torque, force and weight together",
         "N m",
         "requirements.joint_torque_N_m",
         check="torque with gravity",
     ),
-    Figure("first_mode_Hz", "first mode", "Hz", check="structure first mode"),
+    _Figure("first_mode_Hz", "first mode", "Hz", check="structure first mode"),
 )
 
 
 @dataclass(frozen=True)
-class ResultAtLimit:
+class _ResultAtLimit:
     """A result beside a limit.
 
     Attributes:
@@ -133,7 +133,7 @@ class ResultAtLimit:
         limit: The limit.
     """
 
-    figure: Figure
+    figure: _Figure
     value: float
     limit: float
 
@@ -188,8 +188,8 @@ def force_N(design: Design, masses: Mapping[str, Any], torque_N_m: float) -> flo
     high = design.requirements.force_N
     while needed(high) <= torque_N_m:
         high *= 2.0
-    found: Any = brentq(lambda force: needed(force) - torque_N_m, LEAST, high, xtol=FORCE_ROOM_N)
-    return max(float(found) - FORCE_ROOM_N, 0.0)
+    found: Any = brentq(lambda force: needed(force) - torque_N_m, LEAST, high, xtol=_FORCE_ROOM_N)
+    return max(float(found) - _FORCE_ROOM_N, 0.0)
 
 
 def height_mm(d: Dimensions) -> float:
@@ -200,10 +200,10 @@ def height_mm(d: Dimensions) -> float:
     return d.design.cube.bottom_height_mm + 2.0 * d.design.cube.half_side_mm + knob - floor
 
 
-def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[ResultAtLimit]:
+def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[_ResultAtLimit]:
     """Lists the results of which the requirements file sets a limit, in the order of `FIGURES`."""
     return [
-        ResultAtLimit(one, value, limit)
+        _ResultAtLimit(one, value, limit)
         for one in FIGURES
         if one.field in brief.stated
         and (limit := brief.value(one.field)) is not None
@@ -211,9 +211,9 @@ def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[R
     ]
 
 
-def binding(brief: DesignBrief, values: Mapping[str, float | None]) -> list[ResultAtLimit]:
+def binding(brief: DesignBrief, values: Mapping[str, float | None]) -> list[_ResultAtLimit]:
     """Lists the set limits that bind: those within a hundredth of which the machine is."""
-    return [one for one in set_limits(brief, values) if abs(one.margin) <= BINDS]
+    return [one for one in set_limits(brief, values) if abs(one.margin) <= _BINDS]
 
 
 def with_provenance(design: Design, brief: DesignBrief, command: str, seed: int) -> Design:
@@ -254,7 +254,7 @@ def facts_of(brief: DesignBrief, outcome: Outcome, log: SearchLog, bound: Bound 
         "objective": brief.objective,
         "bound_mm": None if bound is None else bound.side_mm,
         "gap": None if bound is None else bound.gap,
-        "bound": NO_BOUND if bound is None else bound.statement,
+        "bound": _NO_BOUND if bound is None else bound.statement,
         **{one.key: values.get(one.key) for one in FIGURES},
         "outline_mm": [values.get(f"outline_{side}_mm") for side in ("width", "depth")],
         "cost_EUR": outcome.cost_EUR,
@@ -271,24 +271,24 @@ def facts_of(brief: DesignBrief, outcome: Outcome, log: SearchLog, bound: Bound 
     }
 
 
-EMPTY = ("cube_side_mm", "bound_mm", "gap", *(one.key for one in FIGURES), "outline_mm", "motor", "ratio", "folder")
+_EMPTY = ("cube_side_mm", "bound_mm", "gap", *(one.key for one in FIGURES), "outline_mm", "motor", "ratio", "folder")
 """Keys of the facts that have no value where no machine stands."""
 
 
 def no_facts(name: str, ends: Verdict, log: SearchLog, nearest: dict[str, Any]) -> dict[str, Any]:
     """Gives what came of a run without a machine as JSON types."""
-    facts: dict[str, Any] = {"name": name, "verdict": str(ends), "passed": False} | dict.fromkeys(EMPTY)
+    facts: dict[str, Any] = {"name": name, "verdict": str(ends), "passed": False} | dict.fromkeys(_EMPTY)
     return facts | {"binding": [], "poor": [], "tried": log.candidates, "nearest": nearest or None}
 
 
-def headline(facts: dict[str, Any]) -> str:
+def _headline(facts: dict[str, Any]) -> str:
     """Gives the figures that always come first in one line."""
     return ", ".join(f"{one.words} {facts[one.key]:.3g} {one.unit}" for one in FIGURES if one.head and facts[one.key])
 
 
 def shown(facts: dict[str, Any]) -> str:
     """States in what a machine is a poor haptic device, or else its figures that come first."""
-    return poor_verdict(facts["poor"]) or headline(facts)
+    return poor_verdict(facts["poor"]) or _headline(facts)
 
 
 @dataclass(frozen=True)
@@ -316,11 +316,11 @@ class DesignReport:
     @property
     def unit(self) -> str:
         """Unit of the objective."""
-        return UNITS[self.facts["objective"]]
+        return _UNITS[self.facts["objective"]]
 
     def write(self, folder: Path, design: Design, certificate: Certificate) -> None:
         """Writes `design.json`, `design.md`, `design.html` and `certificate.json` into the folder of a build."""
-        (folder / SOUGHT).write_text(self.html(), encoding="utf-8")
+        (folder / SEARCHED).write_text(self.html(), encoding="utf-8")
         write_design(folder, design)
         (folder / "design.md").write_text(self.markdown(), encoding="utf-8")
         text = certificate_text(certificate, "certificate.json")  # the folder's own lock is held by the build
@@ -336,7 +336,7 @@ class DesignReport:
             else f"; about {facts['cost_EUR']:.0f} EUR for one, by estimate, see cost.json"
         )
         limits = {one.figure.key: one for one in set_limits(self.brief, facts)}
-        first = headline(facts)
+        first = _headline(facts)
         lines = [
             f"# {facts['name']}",
             "",
@@ -359,7 +359,7 @@ class DesignReport:
             "",
         ]
         if bound is None:
-            lines += [NO_BOUND.capitalize() + ".", ""]
+            lines += [_NO_BOUND.capitalize() + ".", ""]
         else:
             lines += [f"{bound.statement} What lies between:", ""]
             lines += [*(f"- {part:.2f} mm: {what}" for what, part in bound.losses), ""]
@@ -397,7 +397,7 @@ class DesignReport:
         """Writes `design.html`: the same with every candidate in a plot, as a page like report.html beside it."""
         return rendered(
             "design.html",
-            STYLE,
+            _STYLE,
             run=self,
             cards=self._cards(),
             plot=_plot(self.log.trials, self.bound, self.unit),
@@ -439,9 +439,9 @@ def _plot(trials: Sequence[Trial], bound: Bound | None, unit: str) -> dict[str, 
     for one in trials:
         name = f"{one.choice.motor} {one.choice.drive}"
         best[name] = max(one.score, best.get(name, -math.inf))
-    rows = {name: TOP + ROW * k for k, name in enumerate(sorted(best, key=lambda name: -best[name]))}
+    rows = {name: _TOP + _ROW * k for k, name in enumerate(sorted(best, key=lambda name: -best[name]))}
     values = [abs(one.score) for one in trials] + ([] if bound is None else [bound.side_mm])
-    across = Scale(values, LEFT, WIDTH - 20)
+    across = Scale(values, _LEFT, _WIDTH - 20)
     dots = []
     for one in sorted(trials, key=lambda one: (one.failed is not None, one.failed == ())):  # what passes on top
         kind = "posed" if one.failed is None else "failed" if one.failed else "passed"
@@ -457,10 +457,10 @@ def _plot(trials: Sequence[Trial], bound: Bound | None, unit: str) -> dict[str, 
                 "words": words,
             }
         )
-    floor = TOP + ROW * len(rows)
+    floor = _TOP + _ROW * len(rows)
     return {
         "unit": unit,
-        "width": WIDTH,
+        "width": _WIDTH,
         "height": floor + 44,
         "floor": floor,
         "rows": [(y, name) for name, y in rows.items()],

@@ -23,14 +23,14 @@ from optimizer.codesign.updates import with_least_radius
 from optimizer.problem.brief import DesignBrief
 from optimizer.search.clock import OutOfTimeError
 
-UNHURRIED = 0.5  # share of the time in which ratio and width are improved before any machine stands
+_UNHURRIED = 0.5  # share of the time in which ratio and width are improved before any machine stands
 GRACE_S = 20.0  # beyond the time, in which a build that was begun may come to its bound
-BOUND_S, BOUND_MOST_S = 80.0, 300.0  # for a machine's bound, and where it is not close by then
-STATED = 0.5  # share by which a bound may exceed its machine, and still be stated
+_BOUND_S, _BOUND_MOST_S = 80.0, 300.0  # for a machine's bound, and where it is not close by then
+_STATED = 0.5  # share by which a bound may exceed its machine, and still be stated
 HURRIED = "half of the time had gone without a machine: ratio, pinion and width were not improved to the end"
 NO_BOUND = "the time ended before it was proved how much larger a cube of this family can be"
-NEAREST, NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
-EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
+_NEAREST, _NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
+_EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
 
 
 @dataclass
@@ -98,7 +98,7 @@ class Builder:
         )
 
     def _hurried(self) -> bool:
-        return not self.facts and self._run.over(share=UNHURRIED)
+        return not self.facts and self._run.over(share=_UNHURRIED)
 
     def _goes_on(self, step: str) -> None:
         if self._closes_s is None and self._run.over(-GRACE_S):
@@ -118,19 +118,19 @@ class Builder:
         """What none of the family exceeds, as far as there is time for it; None where that says nothing."""
         run, at = self._run, self._run.clock()
         try:
-            with Request() as asked:
+            with Request() as required:
                 found = bound.bounded(
                     family,
                     side_mm,
-                    lambda: asked() or run.over(run.closing_s) or run.clock() > at + BOUND_MOST_S,
+                    lambda: required() or run.over(run.closing_s) or run.clock() > at + _BOUND_MOST_S,
                     run.show,
-                    lambda: run.clock() > at + BOUND_S,
+                    lambda: run.clock() > at + _BOUND_S,
                 )
-                self._stopped = asked()
+                self._stopped = required()
         except KeyboardInterrupt:
             self._stopped = True
             return None
-        return found if found.gap <= STATED else None
+        return found if found.gap <= _STATED else None
 
     def _built(self, design: Design) -> Outcome:
         """Builds a machine, or takes it over from a run before where it stands without a remark."""
@@ -219,9 +219,9 @@ def nearest_machine(
     for one in eased:
         say(f"closed forms have a machine with {one}")
     corrections: dict[tuple[str, ...], dict[tuple[str, str], Corrections]] = {}  # what failed teaches holds of the next
-    name = f"{search.brief.name[: NAME_LONGEST - len(NEAREST_NAME)]}{NEAREST_NAME}"
+    name = f"{search.brief.name[: NAME_LONGEST - len(_NEAREST_NAME)]}{_NEAREST_NAME}"
     with suppress(OutOfTimeError):
-        for one, factor in [(one, factor) for factor in EASIER for one in found[:NEAREST]]:
+        for one, factor in [(one, factor) for factor in _EASIER for one in found[:_NEAREST]]:
             builder = Builder(run, one.further(factor).model_copy(update={"name": name}), bounding=False)
             choice, known = one.start.choice, replace(one.start.corrections, why=())
             near, builder.facts = builder.search, facts

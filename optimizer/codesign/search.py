@@ -27,8 +27,8 @@ from optimizer.codesign.candidate import (
     worst_torque,
 )
 from optimizer.codesign.corrections import (
-    TORQUE_SPARE,
-    TORQUE_SPARE_N_M,
+    TORQUE_MARGIN,
+    TORQUE_MARGIN_N_M,
     WEIGHED_AGAIN,
     Corrections,
     MassEstimate,
@@ -73,18 +73,18 @@ from optimizer.search.clock import HalfTimeError, OutOfTimeError
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
 
-RATIO_COUNT = 3  # ratios that are estimated first
+_RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
-COARSE, AGAIN, FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # how often steps are halved
-REFINED = 2  # times at most that hardware is refined with the masses of its solids
-WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
-GAIN = 5e-4  # share below which a change is none
-LIGHTER = 1e-2  # share of the effective mass by which one of two machines as good as one another is lighter
+_COARSE, _AGAIN, _FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # how often steps are halved
+_REFINED = 2  # times at most that hardware is refined with the masses of its solids
+_WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
+_GAIN = 5e-4  # share below which a change is none
+_LIGHTER = 1e-2  # share of the effective mass by which one of two machines as good as one another is lighter
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
-SWEEPS = 10  # machines of one choice that are made
-TRIES = 16  # closed forms and weights of one choice, until they agree
+_SWEEPS = 10  # machines of one choice that are made
+_TRIES = 16  # closed forms and weights of one choice, until they agree
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
-ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
+_ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
 
 T = TypeVar("T")
 Lengths = tuple[float, ...]
@@ -174,8 +174,8 @@ class Search:
         """What is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
         row = motor_of(self.brief, choice.motor)
         masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
-        spare = max(TORQUE_SPARE_N_M, TORQUE_SPARE * choice.torque_N_m(row))
-        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=spare)
+        margin = max(TORQUE_MARGIN_N_M, TORQUE_MARGIN * choice.torque_N_m(row))
+        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=margin)
 
     def _or_log(self, choice: Selection, find: Callable[[], T | None]) -> T | None:
         """What is found; None where nothing is, which `log.no_progress` explains."""
@@ -218,7 +218,7 @@ class Search:
         corrections = built.with_raised_limits(raised)
         geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
-        for _ in range(TRIES):
+        for _ in range(_TRIES):
             self.log.candidates += 1
             found = self._lengths(choice, corrections, start, ROUNDS if weighing else 1, beats)
             if found is None:
@@ -280,7 +280,7 @@ class Search:
                 closer = with_outline(candidate, corrections, results)
                 spares = [a - b for a, b in zip(corrections.overhead_mm, closer.overhead_mm, strict=True)]
                 corrections, left = with_room(candidate, closer, results)
-                if roomy or max(*spares, left) < ROOMY_MM:
+                if roomy or max(*spares, left) < _ROOMY_MM:
                     # what closed forms ask of this choice they do not ask of another
                     self.corrections[key] = built.with_shares_of(corrections)
                     return candidate
@@ -345,7 +345,7 @@ class Search:
         self.ready = None
         try:
             refined = self.refined(choice)
-            for _ in range(REFINED):
+            for _ in range(_REFINED):
                 if refined is not None and self._worse(refined):
                     refined = self.refined(refined.choice, again=True)
         except HalfTimeError:
@@ -355,7 +355,7 @@ class Search:
 
     def _worse(self, refined: Candidate) -> bool:
         """Whether what solids tell of hardware makes it so much worse that another ratio or width may be better."""
-        least = refined.score - WORSE * abs(refined.score)
+        least = refined.score - _WORSE * abs(refined.score)
         again = self.fixed_point(refined.choice, refined.lengths_mm, beats=least)
         self.ready = again or self.ready
         return again is None
@@ -421,10 +421,10 @@ class Search:
         mass falls with the square of the ratio, and with its arms.
         """
         if not self._tied:
-            return found.score > now.score + GAIN * abs(now.score)
+            return found.score > now.score + _GAIN * abs(now.score)
         if not self._as_good(peak) <= found.score <= peak + ENOUGH * abs(peak):
             return found.score > peak
-        return effective_mass_kg(found) < (1.0 - LIGHTER) * effective_mass_kg(now)
+        return effective_mass_kg(found) < (1.0 - _LIGHTER) * effective_mass_kg(now)
 
     def _as_good(self, score: float) -> float:
         """The least score that is as good within the resolution of lengths, where ties are broken; else the score."""
@@ -448,7 +448,7 @@ class Search:
     def _first_ratios(self, drive: str) -> list[float]:
         """The ratios that are estimated."""
         low, high = self._ratios(drive)
-        return np.geomspace(low, high, RATIO_COUNT + 2)[1:-1].round(2).tolist() if high > low else [low]
+        return np.geomspace(low, high, _RATIO_COUNT + 2)[1:-1].round(2).tolist() if high > low else [low]
 
     def _widths(self) -> tuple[float, ...]:
         stated = self.brief.limits.parallelogram_width_mm
@@ -477,13 +477,13 @@ class Search:
         best = self._fixed_point_near(choice, weighing=not again)
         if not again:
             self.ready = best
-        return best if best is None or not self.finely else self._climbed(best, AGAIN if again else COARSE)
+        return best if best is None or not self.finely else self._climbed(best, _AGAIN if again else _COARSE)
 
     def _polished(self, candidate: Candidate) -> Candidate:
         """Improves ratio and pinion of a candidate by small steps, with what its solids told; it is weighed again."""
         known, self.ready = dict(self.corrections), candidate
         try:
-            finer = self._climbed(candidate, FINE)
+            finer = self._climbed(candidate, _FINE)
             beats = self._as_good(candidate.score)
             again = None if finer is candidate else self.fixed_point(finer.choice, finer.lengths_mm, beats=beats)
         except HalfTimeError:
@@ -502,12 +502,12 @@ class Search:
                 best, better = better, None
                 for one in neighbours(self.brief, best.choice, halved):
                     now = better or best
-                    found = self._beside(one, now, peak)
+                    found = self._adjacent(one, now, peak)
                     if found is not None and self._beats(found, now, peak):
                         better, peak = found, max(peak, found.score)
         return best
 
-    def _beside(self, one: Selection, best: Candidate, peak: float) -> Candidate | None:
+    def _adjacent(self, one: Selection, best: Candidate, peak: float) -> Candidate | None:
         """What closed forms leave of hardware near the best; None where that is worse, or no better without ties."""
         index, per_mm, elbow_deg = best.corrections.raised_limits
         raised = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
@@ -546,7 +546,7 @@ class Search:
         """As `built`; raises where its checks teach nothing."""
         key = choice.motor, choice.drive
         candidate: Candidate | None = None
-        for turn in range(SWEEPS):
+        for turn in range(_SWEEPS):
             if not turn and isinstance(first, Candidate) and first.weighed and self.hurried():
                 candidate = first
             else:
@@ -577,7 +577,7 @@ class Search:
                 return self._reported(candidate, outcome), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
             self.corrections[key] = from_checks(candidate, self.corrections[key], results)
-        raise InconclusiveError(f"{SWEEPS} machines were made, and each failed a check")
+        raise InconclusiveError(f"{_SWEEPS} machines were made, and each failed a check")
 
     def _reported(self, candidate: Candidate, outcome: Outcome) -> Candidate:
         """A machine that passed with the score that is reported of it, where that is not the cube."""
@@ -590,11 +590,11 @@ class Search:
 
 def _impossible(brief: DesignBrief) -> Iterator[str]:
     """Says what is asked that no hardware and no lengths give, by closed forms alone."""
-    asked = brief.requirements
-    if asked.clearance_min_mm > CLEARANCE_MOST_MM:
+    required = brief.requirements
+    if required.clearance_min_mm > CLEARANCE_MOST_MM:
         most = f"{CLEARANCE_MOST_MM:g} mm in any machine"
-        yield f"requirements.clearance_min_mm = {asked.clearance_min_mm:g} must be at most {most}"
-    for name, force in (("force_N", asked.force_N), ("peak_force_N", asked.peak_force_N)):
+        yield f"requirements.clearance_min_mm = {required.clearance_min_mm:g} must be at most {most}"
+    for name, force in (("force_N", required.force_N), ("peak_force_N", required.peak_force_N)):
         if force is not None and force > force_most_N():
             most = f"{force_most_N():.4g} N: no spring holds rods on their balls"
             yield f"requirements.{name} = {force:g} must be at most {most}"

@@ -15,7 +15,7 @@ from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.rules import ARM, BASE, WIDTH
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Corrections, apart_by, folds
+from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_MARGIN_N_M, Corrections, apart_by, folds
 from optimizer.codesign.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
 from optimizer.codesign.hardware import Selection, default_of
 from optimizer.problem.brief import DesignBrief
@@ -25,32 +25,35 @@ if TYPE_CHECKING:
     from delta_cad.design import Design
     from delta_cad.solids.primitive import BuildError
 
-PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
-SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
+_PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
+_SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 UNFOLDED = 0.85  # of what was asked of arms that folded: it is asked anew where it still has to be
-GROWTH = 1.25  # of a length at once: what asks for more may be met by what another reason asks for
+_GROWTH = 1.25  # of a length at once: what asks for more may be met by what another reason asks for
 COUPLE_STEP = 0.03
 LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's lever, least and largest at once
-LITTLE = 1e-3  # of a load that is borne: none at all has no power
+_LITTLE = 1e-3  # of a load that is borne: none at all has no power
 LEVER_EXPONENT = 0.7  # of the share that is borne: a part of a load is not the lever's
-ELBOW_LEAST_DEG, ELBOW_STEP_DEG = 0.5, 2.0
-PARTED_MM, PROVEN_MM = 0.08, 0.03  # by which eyes part from their arm for a degree more, others by more; for the proof
-DOUBLINGS = 3  # of the step of a length that was not enough the last time
-REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
-REACHED_STEP_MM = 1.0  # of chains in the way of one another
+_ELBOW_LEAST_DEG, ELBOW_STEP_DEG = 0.5, 2.0
+_PARTED_MM, _PROVEN_MM = (
+    0.08,
+    0.03,
+)  # by which eyes part from their arm for a degree more, others by more; for the proof
+_DOUBLINGS = 3  # of the step of a length that was not enough the last time
+_REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
+_REACHED_STEP_MM = 1.0  # of chains in the way of one another
 PULLED = "motor shaft"  # part that refusals name, and check: "structure motor shaft, peak"
-SOLID = "solid "  # checks of what the kernel made, with a part's number
-APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
-UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
-CREEP_MM = 0.4
-LEFT_MM = 2.0  # of a base radius that closed forms are asked about
-ROUNDED_MM = 0.002  # to which lengths are rounded, and a little
-KERNEL, KERNEL_TRIES, KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
-SPARE_MM = 0.05  # of an outline, over what the last machine took too much
-SPARE = 0.998  # of what a machine just missed
-SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
+_SOLID = "solid "  # checks of what the kernel made, with a part's number
+_APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
+_UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
+_CREEP_MM = 0.4
+_LEFT_MM = 2.0  # of a base radius that closed forms are asked about
+_ROUNDED_MM = 0.002  # to which lengths are rounded, and a little
+_KERNEL, KERNEL_TRIES, _KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
+MARGIN_MM = 0.05  # of an outline, over what the last machine took too much
+_MARGIN = 0.998  # of what a machine just missed
+_SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
 """Check -> the share of its limit that is asked for."""
-GRAVITY_CHECK = "torque with gravity"
+_GRAVITY_CHECK = "torque with gravity"
 
 
 class NoProgressError(Exception):
@@ -91,32 +94,32 @@ def from_refusals(
             continue  # shorter arms, which a smaller outline asks for, put its feet farther out
         if field in LENGTHS and isinstance(bound, float):
             now = reason.value if isinstance(reason.value, float) else bound
-            least = math.ceil(min(bound, max(GROWTH * now, now + CREEP_MM)) * SIZE_STEP) / SIZE_STEP
+            least = math.ceil(min(bound, max(_GROWTH * now, now + _CREEP_MM)) * _SIZE_STEP) / _SIZE_STEP
             if corrections.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
-                least += CREEP_MM
+                least += _CREEP_MM
             corrections = corrections.raised(LENGTHS[field], least, str(reason))
         elif field == WIDTH and isinstance(bound, float):
             away = math.ceil if bound > choice.width_mm else math.floor
-            choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
+            choice = choice.with_(width_mm=away(bound * _SIZE_STEP) / _SIZE_STEP)
         elif entry in SIZES and isinstance(bound, float) and entry not in brief.hardware:
             away = math.floor if isinstance(reason.value, float) and bound < reason.value else math.ceil
-            choice = choice.with_entry(entry, away(bound * SIZE_STEP) / SIZE_STEP)
-        elif entry in PARTS:
+            choice = choice.with_entry(entry, away(bound * _SIZE_STEP) / _SIZE_STEP)
+        elif entry in _PARTS:
             choice = _another(brief, choice, entry)
         elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):
             over = list(corrections.overhead_mm)
             shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
             # an outline that is free is posed in whole millimetres: by less it may stay as it is
-            over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
+            over[shorter] += bound - reason.value + MARGIN_MM if brief.outline_mm else math.ceil(bound - reason.value)
             corrections = corrections.updated(str(reason), overhead_mm=(over[0], over[1]))
         elif field == ELBOW_FIELD and isinstance(bound, float):
-            least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
+            least = math.ceil(bound * _SIZE_STEP) / _SIZE_STEP
             eased = {
                 name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in corrections.least_mm.items()
             }
             corrections = corrections.updated(str(reason), elbow_angle_deg=least, least_mm=eased)
         elif field == SWING_FIELD and isinstance(bound, float):
-            least = max(corrections.shoulder_low_deg, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+            least = max(corrections.shoulder_low_deg, math.ceil(bound * _SIZE_STEP) / _SIZE_STEP)
             corrections = corrections.updated(str(reason), shoulder_low_deg=least)
         elif (field.startswith("requirements.") or not field) and brief.panel is not None:
             overloads.append((reason.reason.margin or 1.0, str(reason)))
@@ -186,7 +189,7 @@ def utilisation(one: Estimate | CheckResult) -> float:
 
 def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
     """Corrects the cable force that a motor's shaft bears, of which a peak joint torque takes a share."""
-    pull = SPARE * torque_N_m / share / (sector_mm / MM_PER_M)
+    pull = _MARGIN * torque_N_m / share / (sector_mm / MM_PER_M)
     return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
 
@@ -215,7 +218,7 @@ def _levered(corrections: Corrections, side_mm: float, share: float, why: str) -
     """Raises the couple index per mm of a knob's lever behind a panel, by the share of its load that a part bears."""
     least, most = LEVER_STEPS
     now = max(corrections.couple_per_mm, corrections.couple_index_min / (side_mm + KNOB_MM))
-    return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
+    return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, _LITTLE) ** -LEVER_EXPONENT), least))
 
 
 def _outcome(result: CheckResult) -> str:
@@ -242,10 +245,10 @@ def from_kernel(
 
 def _farther_out(corrections: Corrections, lengths_mm: tuple[float, ...], why: str) -> Corrections:
     """Asks for chains a little farther out, so often as that may help; raises `InconclusiveError`."""
-    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(KERNEL) for one in corrections.why)
-    if failed >= KERNEL_TRIES or corrections.least("base_radius") > radius + ROUNDED_MM:
+    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(_KERNEL) for one in corrections.why)
+    if failed >= KERNEL_TRIES or corrections.least("base_radius") > radius + _ROUNDED_MM:
         raise InconclusiveError(why)
-    return corrections.raised("base_radius", radius + KERNEL_STEP_MM, f"{KERNEL}: {why}")
+    return corrections.raised("base_radius", radius + _KERNEL_STEP_MM, f"{_KERNEL}: {why}")
 
 
 def from_checks(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
@@ -261,24 +264,24 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
     failed = [result for result in results if not result.passed]
     before, corrections = corrections, with_outline(candidate, corrections, results)
     for result in failed:
-        short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
+        short = _UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
         why = _outcome(result)
-        if (share := SHARES.get(result.name)) is not None:
+        if (share := _SHARES.get(result.name)) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
-            corrections = corrections.updated(why, **{share: getattr(corrections, share) * SPARE / max(over, 1.0)})
-        elif result.name == GRAVITY_CHECK:
-            more = corrections.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
+            corrections = corrections.updated(why, **{share: getattr(corrections, share) * _MARGIN / max(over, 1.0)})
+        elif result.name == _GRAVITY_CHECK:
+            more = corrections.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_MARGIN_N_M
             corrections = corrections.updated(why, spare_torque_N_m=more)
         elif result.name.startswith("structure") and candidate.design.panel is not None:
             known = max(corrections.couple_per_mm, candidate.corrections.couple_per_mm)
             corrections = _levered(replace(corrections, couple_per_mm=known), candidate.side_mm, 1.0, why)
         elif result.name.startswith("structure"):
             corrections = _stiffer(corrections, why)
-        elif result.name in REACHED:
-            corrections = _chains_apart(candidate, corrections, REACHED_STEP_MM, why)
-        elif result.name == APART:
+        elif result.name in _REACHED:
+            corrections = _chains_apart(candidate, corrections, _REACHED_STEP_MM, why)
+        elif result.name == _APART:
             corrections = _chains_apart(candidate, corrections, short, why)
-        elif result.name.startswith(SOLID):
+        elif result.name.startswith(_SOLID):
             if corrections.least("base_radius") == before.least("base_radius"):  # once a build
                 corrections = _farther_out(corrections, candidate.lengths_mm, f"{result.name}: {result.detail}")
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
@@ -286,11 +289,11 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
             named = f", {pair}" if pair else ""
             why = f"{why}{named}"
             earlier = [line for line in corrections.why if line.startswith(f"{result.name}:") and line.endswith(named)]
-            again = 2.0 ** min(len(earlier), DOUBLINGS)
+            again = 2.0 ** min(len(earlier), _DOUBLINGS)
             if folds(result.worst_pair or ()):
                 step = ELBOW_STEP_DEG
                 if result.unit == "mm" and result.value is not None:
-                    step = min(max((short + PROVEN_MM) / PARTED_MM, ELBOW_LEAST_DEG), ELBOW_STEP_DEG)
+                    step = min(max((short + _PROVEN_MM) / _PARTED_MM, _ELBOW_LEAST_DEG), ELBOW_STEP_DEG)
                 least = candidate.elbow_deg + step * again
                 corrections = corrections.updated(why, elbow_angle_deg=max(least, corrections.elbow_angle_deg))
                 continue
@@ -316,7 +319,7 @@ def _chains_apart(candidate: Candidate, corrections: Corrections, short_mm: floa
 
 def by_weight(check: str) -> bool:
     """Whether a check rests on masses, inertias and what joints rub with."""
-    return check == GRAVITY_CHECK or check in SHARES
+    return check == _GRAVITY_CHECK or check in _SHARES
 
 
 def with_outline(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
@@ -327,8 +330,8 @@ def with_outline(candidate: Candidate, corrections: Corrections, results: Iterab
         return corrections
     reach = candidate.lengths_mm[0] + candidate.lengths_mm[2]
     longer, shorter = (float(size) for size in Outline(0.0, 0.0, candidate.choice.width_mm).size_mm(np.array(reach)))
-    over = max(width, depth) + SPARE_MM - longer, min(width, depth) + SPARE_MM - shorter
-    if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < SPARE_MM:
+    over = max(width, depth) + MARGIN_MM - longer, min(width, depth) + MARGIN_MM - shorter
+    if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < MARGIN_MM:
         return corrections
     why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
     return corrections.updated(why, overhead_mm=over)
@@ -343,18 +346,18 @@ def with_room(
         What is known, and by how much the base radius may be shorter, mm.
     """
     radius, width = candidate.lengths_mm[VARIABLES.index("base_radius")], candidate.choice.width_mm
-    left = -min((one.value or 0.0 for one in results if one.name == APART), default=0.0)
+    left = -min((one.value or 0.0 for one in results if one.name == _APART), default=0.0)
     asked = corrections.least_radius_mm(width)
-    if left <= 0.0 or radius > asked + UNKNOWN_MM or asked <= corrections.least("base_radius"):
+    if left <= 0.0 or radius > asked + _UNKNOWN_MM or asked <= corrections.least("base_radius"):
         return corrections, 0.0
-    return corrections.with_chains_apart(width, radius, -left, f"{APART}: {left:.2f} mm more than keys need"), left
+    return corrections.with_chains_apart(width, radius, -left, f"{_APART}: {left:.2f} mm more than keys need"), left
 
 
 def with_least_radius(candidate: Candidate, corrections: Corrections) -> Corrections:
     """Learns how much less of a base radius closed forms would let a machine's hardware have.
 
     Returns:
-        What is known now; nothing more where they ask for no base radius within `LEFT_MM` of the machine's.
+        What is known now; nothing more where they ask for no base radius within `_LEFT_MM` of the machine's.
     """
     from delta_cad.structure.hardware.refusals import LEARNT, refusals
 
@@ -366,10 +369,10 @@ def with_least_radius(candidate: Candidate, corrections: Corrections) -> Correct
         reasons = refusals(design.model_copy(update={"mechanism": shorter}), LEARNT)
         return not any(reason.field == BASE for reason in reasons)
 
-    if passes(LEFT_MM):
+    if passes(_LEFT_MM):
         return corrections
-    left, most = 0.0, LEFT_MM
-    while most - left > SPARE_MM:
+    left, most = 0.0, _LEFT_MM
+    while most - left > MARGIN_MM:
         middle = (left + most) / 2.0
         left, most = (middle, most) if passes(middle) else (left, middle)
     return corrections.with_chains_apart(

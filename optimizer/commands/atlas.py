@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 NAME = "atlas"
 TEXT = "many sets of requirements on this machine or a Dask cluster"
-NEEDS = ("dask", "distributed", "matplotlib")
+_NEEDS = ("dask", "distributed", "matplotlib")
 OPTIONS = (
     Option("grid", type=Path, metavar="GRID.toml", help="grid file: base, axes, method, seeds"),
     Option("--scheduler", metavar="ADDRESS", help="address of a Dask cluster; default: processes on this machine"),
@@ -31,7 +31,7 @@ OPTIONS = (
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    lacking = [name for name in NEEDS if find_spec(name) is None]
+    lacking = [name for name in _NEEDS if find_spec(name) is None]
     if lacking:
         return refuse(not_installed(" and ".join(lacking), "optimize,atlas"), BAD_INPUT)
     if given.scheduler is not None and given.workers is not None:

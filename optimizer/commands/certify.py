@@ -36,7 +36,7 @@ NAME = "certify"
 TEXT = "prove the limits of a design at every point of its cube; writes a certificate for `verify`"
 
 
-MAX, PARTS = "max", "parts"
+_MAX, _PARTS = "max", "parts"
 
 
 class _UnprovableError(ValueError):
@@ -70,7 +70,7 @@ OPTIONS = (
         ),
         Option(
             "--tolerance",
-            type=number(POSITIVE, unit="mm", words=(MAX, PARTS)),
+            type=number(POSITIVE, unit="mm", words=(_MAX, _PARTS)),
             metavar="MM|max|parts",
             help="certify every machine whose lengths and offsets, of each chain separately, deviate by at most this; "
             "max: the largest deviation that can be proved, to 1 %%; parts: that of the tolerances of the parts",
@@ -97,13 +97,13 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        if given.tolerance == PARTS:
+        if given.tolerance == _PARTS:
             given.tolerance = _of_parts(design)
         _require_tolerance(design, given.tolerance)
         require_room(given.out)
         if given.mass_properties is None and given.gravity_torque is None:
             given.mass_properties = _masses_of_build(design)
-        share = allowance_of(design, given.mass_properties, given.gravity_torque)
+        share = _allowance_of(design, given.mass_properties, given.gravity_torque)
         inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
     except (DesignError, GravityError, MassError, _UnprovableError) as error:
@@ -149,7 +149,7 @@ def _of_parts(design: Design) -> float:
     try:
         d = dimensions(design)
     except DimensionError as error:
-        raise _UnprovableError(f"{design.name}: --tolerance {PARTS} needs parts: {error}") from None
+        raise _UnprovableError(f"{design.name}: --tolerance {_PARTS} needs parts: {error}") from None
     return math.ceil(1000.0 * largest_deviation_mm(d, general_class(d)) - 1e-9) / 1000.0
 
 
@@ -163,7 +163,7 @@ def _require_tolerance(design: Design, asked: float | str | None) -> None:
         raise _UnprovableError(f"--tolerance = {asked:g}: must be at most {most:g} mm, a tenth of the shorter link")
 
 
-def allowance_of(
+def _allowance_of(
     design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0
 ) -> GravityAllowance | None:
     """Computes what is taken off for gravity, by `mass_properties.json` of a build or by a torque given by hand, N m.
@@ -265,7 +265,7 @@ def _certify(
             print(report.tolerance_sentence(written, largest))
             about = f"the limits asked, within {report.mm(written.tolerance)} mm" if written.tolerance > 0.0 else about
         print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
-    unanswered = largest is not None and largest.late == "largest" and given.tolerance == MAX
+    unanswered = largest is not None and largest.late == "largest" and given.tolerance == _MAX
     if largest is not None and (unanswered or written.verdict != "proved"):
         return refuse(f"{given.design.name}: {report.tolerance_sentence(written, largest)}", NOT_MET)
     if given.tight and certificate.verdict == "proved" and written is certificate and progress.over:
@@ -296,7 +296,7 @@ def _within(
     from optimizer.certify.tolerance import search_tolerance
 
     def share(about: float) -> GravityAllowance | None:
-        return allowance_of(design, given.mass_properties, given.gravity_torque, about)
+        return _allowance_of(design, given.mass_properties, given.gravity_torque, about)
 
     def within(tolerance: float, tell: Progress) -> Certificate:
         gravity = share(tolerance)
@@ -309,7 +309,7 @@ def _within(
             progress=tell,
         )
 
-    asked = None if given.tolerance == MAX else given.tolerance / MM_PER_M
+    asked = None if given.tolerance == _MAX else given.tolerance / MM_PER_M
     written = None if asked is None else within(asked, progress)  # what is asked comes before what is told beside it
     largest = search_tolerance(
         design.geometry, design.workspace, lambda about: limits_of(provable, share(about), inertia), asked, progress

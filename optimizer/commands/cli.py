@@ -7,11 +7,11 @@ from delta_cad.common.console import CUT_SHORT, NOT_MET
 from optimizer.commands import atlas, certify, design, front, init, reproduce, schema, synthesize, verify
 
 COMMANDS = (init, schema, design, synthesize, reproduce, certify, verify, front, atlas)
-PROGRAM = Program(
+_PROGRAM = Program(
     "optimizer",
     "Dimensions of a delta haptic device from the customer's requirements.",
     COMMANDS,
     {NOT_MET: "the requirements cannot be met, or were not", CUT_SHORT: "a search ended without a result"},
     "optimize",
 )
-parser, main = PROGRAM.parser, PROGRAM.main
+parser, main = _PROGRAM.parser, _PROGRAM.main

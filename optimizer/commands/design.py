@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 NAME = "design"
 TEXT = "find and build a machine that meets the requirements and passes every check; writes OUT/NAME"
 MINUTES = 10.0
-AMBER, PLAIN = "\033[33m", "\033[0m"
+_AMBER, _PLAIN = "\033[33m", "\033[0m"
 
 
 OPTIONS = (
@@ -161,7 +161,7 @@ def _judged(given: argparse.Namespace, log: SearchLog, end: End, facts: dict[str
     ends, why = verdict(log, end, bool(facts))
     why = shown(facts) if facts else f"{given.requirements.name}: {why}"
     first, open_ = f"{ends}: {why}".removesuffix(": "), end != "done" and bool(log.left)
-    lines = [f"{AMBER}{first}{PLAIN}" if facts.get("poor") and sys.stdout.isatty() else first]
+    lines = [f"{_AMBER}{first}{_PLAIN}" if facts.get("poor") and sys.stdout.isatty() else first]
     if ends.code == CUT_SHORT or open_:
         lines.append(_command(given, given.seed if end != "done" else given.seed + 1, resume=end != "done"))
     if facts:

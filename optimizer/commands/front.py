@@ -47,8 +47,8 @@ if TYPE_CHECKING:
 
 NAME = "front"
 TEXT = "Pareto front of cube size against worst conditioning, torque and outline, with pictures"
-AGAIN = "run again with --resume to go on"
-SEEDS = 6  # seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7
+_AGAIN = "run again with --resume to go on"
+_SEEDS = 6  # seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7
 
 
 class _StoppedError(Exception):
@@ -63,9 +63,9 @@ OPTIONS = (
     Option(
         "--seeds",
         type=whole(0),
-        default=SEEDS,
+        default=_SEEDS,
         metavar="N",
-        help=f"seeds of the convergence picture, 0 for no picture; default: {SEEDS}",
+        help=f"seeds of the convergence picture, 0 for no picture; default: {_SEEDS}",
     ),
     DESIGN.but(settle=None, help="design to draw; default: that of the required cube, or the largest"),
     EITHER_CATALOGUE,
@@ -136,7 +136,7 @@ def run(given: argparse.Namespace) -> int:
         store.remove()
         return refuse(f"{given.requirements.name}: {error}", NOT_MET)
     except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
-        return refuse(f"interrupted; {store.path} keeps what was found; {AGAIN}", INTERRUPTED)
+        return refuse(f"interrupted; {store.path} keeps what was found; {_AGAIN}", INTERRUPTED)
     finally:
         store.close()
 
@@ -192,7 +192,7 @@ def _traced(
     # also where only proofs, seeds or pictures are missing
     _write(partial, facts | {"status": "interrupted"}, force_N, [], bool, line)
     points = sum(len(curve.points) for curve in trade.curves)
-    return refuse(f"interrupted; {points} points so far in {partial}; {AGAIN}", INTERRUPTED)
+    return refuse(f"interrupted; {points} points so far in {partial}; {_AGAIN}", INTERRUPTED)
 
 
 def _drawings(

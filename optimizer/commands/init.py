@@ -20,8 +20,8 @@ PRESETS = {
     "large": "a cube of 250 mm, 3 N",
 }
 FOLDER = Path(__file__).with_name("presets")
-NAME_FIELD = "name"
-WIDTH = 34  # column in which sentences begin, unless what they follow is longer
+_NAME_FIELD = "name"
+_WIDTH = 34  # column in which sentences begin, unless what they follow is longer
 _FIELD = re.compile(r"(?:# )?(\w+) = (.+?)(?:  # (.+))?")
 OPTIONS = (
     Option(
@@ -73,16 +73,16 @@ def preset_text(preset: str, name: str | None = None) -> str:
         if isinstance(found, str):
             lines.append(found)
             continue
-        field, value, told = found.groups()
+        field, value, reported = found.groups()
         chosen = stated.get((table, field))
         if chosen is not None:
-            value, told = chosen[2], chosen[3] or told
+            value, reported = chosen[2], chosen[3] or reported
         elif table == "feel" and field in feel:
-            value, told = feel[field], f"{told}; the default for this force"
-        if field == NAME_FIELD and name is not None and re.fullmatch(NAME_PATTERN, name):
+            value, reported = feel[field], f"{reported}; the default for this force"
+        if field == _NAME_FIELD and name is not None and re.fullmatch(NAME_PATTERN, name):
             value = f'"{name}"'
         inert = "" if chosen or (table == "feel" and field in feel) else "# "
-        lines.append(f"{f'{inert}{field} = {value}':{WIDTH}} # {told}")
+        lines.append(f"{f'{inert}{field} = {value}':{_WIDTH}} # {reported}")
     return "\n".join(lines) + "\n"
 
 

@@ -46,11 +46,11 @@ NAME = "synthesize"
 TEXT = "the three steps of dimensional synthesis; writes the design file of the last step"
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
 # Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds.
-GAP, BOXES, BOXES_BESIDE = 1e-5, 2_000_000, 100_000
+_GAP, BOXES, _BOXES_IN_BACKGROUND = 1e-5, 2_000_000, 100_000
 
 
 # Arguments that make a run another run; what its proofs may cost does not.
-NAMES = ("method", "seed", "steps", "population", "generations")
+_NAMES = ("method", "seed", "steps", "population", "generations")
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -77,13 +77,13 @@ OPTIONS = (
     Option("--force", action="store_true", help="overwrite FILE even if it holds another design"),
     Option("--population", type=whole(0), metavar="N", help="population of the GA; default: 100, 220, 220 by step"),
     Option("--generations", type=whole(0), default=100, metavar="N", help="generations of the GA; default: 100"),
-    Option("--gap", type=number(POSITIVE), default=GAP, help=f"relative gap at which a proof ends; default: {GAP:g}"),
+    Option("--gap", type=number(POSITIVE), default=_GAP, help=f"relative gap at which a proof ends; default: {_GAP:g}"),
     Option(
         "--boxes",
         type=whole(0),
         metavar="N",
         help="boxes of designs after which a proof ends; "
-        f"default: {BOXES:,} for proven, {BOXES_BESIDE:,} beside another method",
+        f"default: {BOXES:,} for proven, {_BOXES_IN_BACKGROUND:,} beside another method",
     ),
     REQUIREMENTS_CATALOGUE,
     proof_minutes("of a step's proof"),
@@ -114,7 +114,7 @@ def run(given: argparse.Namespace) -> int:
     key = {
         "checkpoint": 4,
         "requirements": requirements_hash(task),
-        **{name: getattr(given, name) for name in NAMES},
+        **{name: getattr(given, name) for name in _NAMES},
     }
     require_room(given.out)
     try:
@@ -147,7 +147,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, fil
         store.remove()
         return refuse(message, code)
 
-    boxes = (BOXES if given.method == "proven" else BOXES_BESIDE) if given.boxes is None else given.boxes
+    boxes = (BOXES if given.method == "proven" else _BOXES_IN_BACKGROUND) if given.boxes is None else given.boxes
     effort = Effort(given.gap, boxes, 60.0 * given.proof_minutes)
     try:
         with Request() as stop:
@@ -241,7 +241,7 @@ def _summary(result: Result) -> str:
     lengths = ", ".join(
         f"{name} {value:.4g}" for name, value in zip(("L_A", "L_B", "R", "r", "H", "L"), result.design_mm, strict=True)
     )
-    figures = [(limit.figures[0], result.worst(type(limit))) for limit in result.told]
+    figures = [(limit.figures[0], result.worst(type(limit))) for limit in result.reported_limits]
     told = ", ".join(f"{one.words} {value * one.scale:.4g} {one.unit}".rstrip() for one, value in figures)
     goal = "worst kappa" if result.problem.step == 3 else "half side"
     unit = "" if result.problem.step == 3 else " mm"

@@ -18,14 +18,16 @@ from optimizer.globalopt.cutting_points import ROWS as TABLE
 from optimizer.globalopt.dual_simplex import SIZE, solve
 
 POINTS = 128  # most cutting points at once
-CUTS = MOST * POINTS + 8
-SMALLEST = 1e-11  # a box this small, m, is given up: the incumbent's own rounding is near
-ENOUGH = 0.7  # a contraction to less than this share of the volume is worth another look before the box is halved
+_CUTS = MOST * POINTS + 8
+_SMALLEST = 1e-11  # a box this small, m, is given up: the incumbent's own rounding is near
+_ENOUGH = 0.7  # a contraction to less than this share of the volume is worth another look before the box is halved
 # Share of a box's half width that a contraction gives back: more than the roundings of a contraction's few operations
 # on numbers of 1.
 PAD = 1e-13
-FOLD = 1.1547  # just below 2 / sqrt(3): as far from the axis the point above chain 1's shoulder may be, as a share of L
-DONE, QUESTION, STUCK = 0, 1, 2
+_FOLD = (
+    1.1547  # just below 2 / sqrt(3): as far from the axis the point above chain 1's shoulder may be, as a share of L
+)
+DONE, QUESTION, _STUCK = 0, 1, 2
 
 
 @compiled
@@ -47,7 +49,7 @@ def _design_cuts(pose, box, cube_limits, cuts, count):
         count = keep(cuts, count, subtract(add(la, at(pose, RADII)), constant(cube_limits[3], 0.0)))
     if count != EXCLUDED and cube_limits[2] > 0.0:
         count = keep(cuts, count, subtract(lb, constant(cube_limits[2], 0.0)))
-    if count != EXCLUDED and max(abs(box[0, 2]), abs(box[1, 2])) <= FOLD * cube_limits[0]:
+    if count != EXCLUDED and max(abs(box[0, 2]), abs(box[1, 2])) <= _FOLD * cube_limits[0]:
         count = keep(cuts, count, add(height, subtract(la, lb)))
         if count != EXCLUDED:
             count = keep(cuts, count, add(height, subtract(lb, la)))
@@ -81,7 +83,7 @@ def _contract(cuts, n, box):
             box[0, j] = min(max(low, c + r * (left - PAD) - error), high)
         if right < 1.0:
             box[1, j] = max(min(high, c + r * (right + PAD) + error), low)
-        share *= max(box[1, j] - box[0, j], SMALLEST * (high - low)) / (high - low)
+        share *= max(box[1, j] - box[0, j], _SMALLEST * (high - low)) / (high - low)
     return share
 
 
@@ -128,9 +130,9 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
         budget: Boxes.
 
     Returns:
-        `DONE`; `QUESTION`, the box being on top of the stack; `STUCK`, likewise.
+        `DONE`; `QUESTION`, the box being on top of the stack; `_STUCK`, likewise.
     """
-    cuts, spare, work = np.empty((CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
+    cuts, margin, work = np.empty((_CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
     pose, other = np.empty((TABLE, 6)), np.empty((TABLE, 6))
     u, basis, weight = np.zeros(SYMBOLS), np.zeros(SIZE, dtype=np.int64), np.zeros(SIZE)
     matrix, right = np.empty((SIZE, SIZE)), np.empty(SIZE)
@@ -167,7 +169,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
                 c, r = 0.5 * (box[0, j] + box[1, j]), 0.5 * (box[1, j] - box[0, j])
                 candidate[j] = min(max(c + r * u[j], box[0, j]), box[1, j])
                 point[0, j] = point[1, j] = candidate[j]
-            if _allowed(point, mask, points, count, numbers, cube_limits, other, work, spare):
+            if _allowed(point, mask, points, count, numbers, cube_limits, other, work, margin):
                 return QUESTION
         share = _contract(cuts, n, box)
         if share == 0.0:
@@ -177,10 +179,10 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
         for j in range(1, SYMBOLS):
             if box[1, j] - box[0, j] > box[1, axis] - box[0, axis]:
                 axis = j
-        if box[1, axis] - box[0, axis] < SMALLEST:
-            return STUCK
+        if box[1, axis] - box[0, axis] < _SMALLEST:
+            return _STUCK
         _write(boxes, masks, flags, top, box, mask)
-        if share < ENOUGH:
+        if share < _ENOUGH:
             continue
         _write(boxes, masks, flags, top + 1, box, mask)
         middle = 0.5 * (box[0, axis] + box[1, axis])

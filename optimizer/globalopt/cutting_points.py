@@ -31,26 +31,26 @@ from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
 # Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H.
-HALF, DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
+_HALF, _DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
 ROWS = forms.ROWS + 4
 
 _CUTTING = tuple(limit for limit in POSE_LIMITS if limit.enclosure.cut is not None)
-START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those in play stand before them
-SIZE = 1
+_START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those in play stand before them
+_SIZE = 1
 for _limit in _CUTTING:
-    START[_limit], SIZE = SIZE, SIZE + _limit.enclosure.size
-BITS = {limit: 1 << n for n, limit in enumerate(_CUTTING)}
+    _START[_limit], _SIZE = _SIZE, _SIZE + _limit.enclosure.size
+_BITS = {limit: 1 << n for n, limit in enumerate(_CUTTING)}
 MOST = sum(limit.enclosure.cuts for limit in _CUTTING)  # most cuts of one point
 
 
 def _cutting(tier: int) -> Any:
-    calls = [(limit.enclosure.cut, BITS[limit], START[limit]) for limit in _CUTTING if limit.enclosure.tier == tier]
+    calls = [(limit.enclosure.cut, _BITS[limit], _START[limit]) for limit in _CUTTING if limit.enclosure.tier == tier]
     line = "if limits & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
     return unrolled_dispatch("pose, k, limits, work, cuts, count", calls, line, "return count")
 
 
 _by_chains, _by_forearms = _cutting(forms.CHAINS), _cutting(forms.FOREARMS)
-_FOREARMS = sum(BITS[limit] for limit in _CUTTING if limit.enclosure.tier == forms.FOREARMS)
+_FOREARMS = sum(_BITS[limit] for limit in _CUTTING if limit.enclosure.tier == forms.FOREARMS)
 
 
 def numbers(limits: Limits) -> np.ndarray:
@@ -62,12 +62,12 @@ def numbers(limits: Limits) -> np.ndarray:
     Returns:
         (n,) numbers.
     """
-    out, bits = np.zeros(SIZE), 0
+    out, bits = np.zeros(_SIZE), 0
     for limit in limits:
         kind = type(limit)
-        if kind in BITS:
-            bits |= BITS[kind]
-            out[START[kind] : START[kind] + kind.enclosure.size] = limit.numbers()
+        if kind in _BITS:
+            bits |= _BITS[kind]
+            out[_START[kind] : _START[kind] + kind.enclosure.size] = limit.numbers()
     out[0] = bits
     return out
 
@@ -90,8 +90,8 @@ def fill_lengths(box, pose):
     put(pose, forms.FOREARM_LENGTH, lb)
     put(pose, RADII, _between(box, 2))
     put(pose, HEIGHT, _between(box, 3))
-    put(pose, HALF, inverse_above(scale(2.0, la), box[0, 0]))
-    put(pose, DIFFERENCE, multiply(subtract(la, lb), add(la, lb)))
+    put(pose, _HALF, inverse_above(scale(2.0, la), box[0, 0]))
+    put(pose, _DIFFERENCE, multiply(subtract(la, lb), add(la, lb)))
     put(pose, forms.UPPER_ARM_2, multiply(la, la))
     put(pose, forms.FOREARM_2, multiply(lb, lb))
 
@@ -111,7 +111,7 @@ def _fill_chains(x_m, y_m, height, pose):
     z = add(at(pose, HEIGHT), constant(height, 0.0))
     forms.put_wrists(pose, constant(x_m, 0.0), constant(y_m, 0.0), z)
     zz, low = multiply(z, z), lower(z)
-    la, half, difference = at(pose, forms.UPPER_ARM), at(pose, HALF), at(pose, DIFFERENCE)
+    la, half, difference = at(pose, forms.UPPER_ARM), at(pose, _HALF), at(pose, _DIFFERENCE)
     for i in range(3):
         q, t = subtract(at(pose, forms.Q + i), at(pose, RADII)), at(pose, forms.T + i)
         put(pose, forms.Q + i, q)

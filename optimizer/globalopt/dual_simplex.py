@@ -15,7 +15,7 @@ from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, UP
 
 SIZE = SYMBOLS + 1
-ITERATIONS = 60  # exchanges of a row; 5 to 15 are usual
+_ITERATIONS = 60  # exchanges of a row; 5 to 15 are usual
 LEAST = 1e-13  # with cuts of magnitude 1, a smaller violation or step is a rounding of the elimination
 
 
@@ -108,7 +108,7 @@ def solve(cuts, count, u, basis, weight, matrix, right):
     for j in range(SYMBOLS):
         basis[j] = count + 2 * j + (0 if cuts[k0, 1 + j] >= 0.0 else 1)
     line = np.empty(SIZE)
-    for _ in range(ITERATIONS):
+    for _ in range(_ITERATIONS):
         # where all five are in balance
         for n in range(SIZE):
             k = basis[n]

@@ -14,12 +14,12 @@ from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import SIDE, Problem
 
-HEIGHT = VARIABLES.index("bottom_height")
+_HEIGHT = VARIABLES.index("bottom_height")
 # Shares that are given up: nothing if possible, else the least of them that can be proved.
 YIELDS = (0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
 # Boxes of one proof, 5 s at most, and of the first try. Along a fold a million are needed, else some thousands.
 BOXES, QUICK = 1_500_000, 50_000
-OWN_ROUNDING = 1e-15  # a closed-form margin this little below 0 is its own rounding: three operations on shares of 1
+_OWN_ROUNDING = 1e-15  # a closed-form margin this little below 0 is its own rounding: three operations on shares of 1
 GRID = 33
 
 
@@ -101,16 +101,16 @@ def _proved(
     if level == math.inf:  # a chain folds: no limit says that
         return None
     if level is None:
-        half, height = design[SIDE], design[HEIGHT]
+        half, height = design[SIDE], design[_HEIGHT]
         design[SIDE] = max(half * (1.0 - share), problem.lower[SIDE])
-        design[HEIGHT] = min(height + (half - design[SIDE]), problem.upper[HEIGHT])
+        design[_HEIGHT] = min(height + (half - design[SIDE]), problem.upper[_HEIGHT])
     row = design / MM_PER_M
-    if any(margin[0] < -OWN_ROUNDING for margin in problem.design_margins(row[None]).values()):
+    if any(margin[0] < -_OWN_ROUNDING for margin in problem.design_margins(row[None]).values()):
         return None
     try:
         limits = problem.pose_limits(math.inf if level is None else level)
         geometry = DeltaGeometry(row[2], row[3], row[0], row[1])
-        proof = prove(geometry, Cube(row[HEIGHT], row[SIDE]), limits, max_boxes=boxes, progress=progress)
+        proof = prove(geometry, Cube(row[_HEIGHT], row[SIDE]), limits, max_boxes=boxes, progress=progress)
     except GeometryError:
         return None
     if proof.verdict != "proved":

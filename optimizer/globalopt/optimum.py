@@ -32,27 +32,29 @@ from optimizer.search.sqp import EXCHANGE_GRID, Search
 GAP = 1e-5
 BOXES = 2_000_000
 CHUNK = 2_000  # boxes between two looks at `stop`, some 50 ms
-STACK = 4_096  # boxes that wait; depth first they are at most the halvings of all edges, a few hundred
+_STACK = 4_096  # boxes that wait; depth first they are at most the halvings of all edges, a few hundred
 MOST = POINTS  # cutting points at once; a further one takes the place of the least useful
-FIRST_GRID = 3  # points along an edge of the cube's surface that are cutting points from the start
+_FIRST_GRID = 3  # points along an edge of the cube's surface that are cutting points from the start
 # Boxes, some 10 s, in which the requested gap is tried at once: a quarter of the boxes of the way by decades.
-DIRECT = 200_000
-FIRST_GAP = 0.1
-DECADE = 10.0
+_DIRECT = 200_000
+_FIRST_GAP = 0.1
+_DECADE = 10.0
 STARTS = 3  # starts of SQP; what they miss, the search finds
 # Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
 # takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that.
-VAIN = 8
-IDLE = 500  # questions in a row that gave neither a cutting point nor a better design; from then on none is looked into
+_VAIN = 8
+_IDLE = (
+    500  # questions in a row that gave neither a cutting point nor a better design; from then on none is looked into
+)
 # Boxes of designs where kappa of the design of the step before cannot be proved: near a fold little can be excluded.
 STEEP_BOXES = 100_000
-NEAR = 1e-7  # share of L within which two of them are the same
+_NEAR = 1e-7  # share of L within which two of them are the same
 # Decimals of what SQP and the searches over the cube hand to the proof: a length in mm, a point in units of L. Their
 # last digits may differ from process to process, and with them, unrounded, the boxes that a proof takes.
-SETTLED = 9
+_SETTLED = 9
 
-Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
-Ending = Literal["excluded", "better", "open", "budget", "time", "stopped"]
+_Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
+_Ending = Literal["excluded", "better", "open", "budget", "time", "stopped"]
 
 
 class Now(NamedTuple):
@@ -98,7 +100,7 @@ class Proven:
     gap: float
     design_mm: tuple[float, ...]
     boxes: int
-    status: Status
+    status: _Status
     cutting_points: int = 0
     certified: bool = True
     late: bool = False
@@ -180,7 +182,7 @@ class _Proof:
         self.bound = 1.0 if problem.step == 3 else problem.upper[SIDE]
         self.boxes = 0
         self.units = np.zeros((POINTS, 3))
-        first = half_surface(FIRST_GRID)
+        first = half_surface(_FIRST_GRID)
         self.units[: len(first)] = first
         self.count, self.fixed = len(first), len(first)
         self.hits = np.zeros(POINTS, dtype=np.int64)
@@ -200,26 +202,26 @@ class _Proof:
         if self.best is None:
             ending = self._exclude(self.space, None)
             if self.best is None:
-                names: dict[Ending, Status] = {"excluded": "infeasible", "stopped": "interrupted"}
+                names: dict[_Ending, _Status] = {"excluded": "infeasible", "stopped": "interrupted"}
                 return self._outcome(names.get(ending, "undecided"))
         share, most = self.gap, self.max_boxes
-        self.max_boxes = min(most, self.boxes + DIRECT)
+        self.max_boxes = min(most, self.boxes + _DIRECT)
         while self._gap() > self.gap:
             ending = self._exclude(self.space, share * (1.0 - 1e-9))  # so that the quotient is not above it
             if ending == "stopped":
                 return self._outcome("interrupted")
             if ending == "budget" and self.max_boxes < most:  # a hard one: what is proved on the way counts, too
-                share, self.max_boxes = max(FIRST_GAP, self.gap), most
+                share, self.max_boxes = max(_FIRST_GAP, self.gap), most
                 continue
             if ending == "excluded":
                 if share == self.gap:
                     break
-                share = max(share / DECADE, self.gap)
+                share = max(share / _DECADE, self.gap)
             elif ending != "better":
                 break
         return self._outcome("proved" if self._gap() <= self.gap else "gap not reached")
 
-    def _outcome(self, status: Status) -> Proven:
+    def _outcome(self, status: _Status) -> Proven:
         bound = math.nan if status == "infeasible" else self.bound
         objective, design = self._objective(), self.best.design_mm if self.best else ()
         gap = self._gap() if self.best else math.nan
@@ -284,7 +286,7 @@ class _Proof:
 
     def _settled(self, design_mm: np.ndarray) -> np.ndarray:
         """Rounds away the last digits of a design's lengths, mm, within the bounds."""
-        settled, unit = np.round(design_mm, SETTLED), 10.0**-SETTLED
+        settled, unit = np.round(design_mm, _SETTLED), 10.0**-_SETTLED
         # down, lest the bound be farther from what was found than the gap; what lies on a round number stays there
         settled[SIDE] = math.floor(design_mm[SIDE] / unit + 0.01) * unit
         return np.clip(settled, self.problem.lower, self.problem.upper)
@@ -320,8 +322,8 @@ class _Proof:
 
     def _cut_at(self, point: np.ndarray) -> int | None:
         """Takes a point of the cube in, in the place of the least useful if need be; None if it is known."""
-        point, known = np.round(point, SETTLED), self.units[: self.count]
-        if (np.abs(known - point).max(axis=1) < NEAR).any():
+        point, known = np.round(point, _SETTLED), self.units[: self.count]
+        if (np.abs(known - point).max(axis=1) < _NEAR).any():
             return None
         if self.count < MOST:
             k = self.count
@@ -332,7 +334,7 @@ class _Proof:
         self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # tried early, until it shows its worth
         return k
 
-    def _exclude(self, space: DesignBox, share: float | None) -> Ending:
+    def _exclude(self, space: DesignBox, share: float | None) -> _Ending:
         """Tries to exclude every design that is better than the incumbent by a share, or that is feasible at all."""
         step, best = self.problem.step, self.best
         side_mm, kappa, proves = self.problem.lower[SIDE], math.inf, math.nan
@@ -353,9 +355,9 @@ class _Proof:
             self._tell()
         return ending
 
-    def _branch(self, space: DesignBox, side: float, kappa: float) -> Ending:
-        boxes, masks = np.empty((STACK, 2, 4)), np.ones((STACK, POINTS), dtype=np.uint8)
-        flags, state = np.zeros(STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
+    def _branch(self, space: DesignBox, side: float, kappa: float) -> _Ending:
+        boxes, masks = np.empty((_STACK, 2, 4)), np.ones((_STACK, POINTS), dtype=np.uint8)
+        flags, state = np.zeros(_STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
         boxes[0] = space.box
         thresholds, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
         cube_limits = np.array([side, space.sum_max, space.forearm_per_half_side_min * side, space.sum_min])
@@ -373,7 +375,7 @@ class _Proof:
             top = int(state[0]) - 1
             if ended == QUESTION:
                 flags[top] = 1
-                if self.idle < IDLE:
+                if self.idle < _IDLE:
                     answer = self._answer(space, candidate, side, kappa, masks, top + 1)
                     if answer == "better":
                         return "better"
@@ -413,7 +415,7 @@ class _Proof:
             return "known"
         if self.ends_at_one:
             return "better"
-        if self.vain >= VAIN:
+        if self.vain >= _VAIN:
             return "known"
         before = self._objective()
         self._take(design)

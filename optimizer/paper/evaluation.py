@@ -19,11 +19,13 @@ from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import FINE_GRID, Result, finite
 
 GAP = 1e-5  # two-sided, of every optimum that is proved here
-ROOM_MM = 1e-3  # beyond the upper bound of H: table 9 row 3 lies on it and on the fold, where nothing is left to search
+_ROOM_MM = (
+    1e-3  # beyond the upper bound of H: table 9 row 3 lies on it and on the fold, where nothing is left to search
+)
 
 
 @dataclass(frozen=True)
-class Shortfall:
+class _Shortfall:
     """A constraint or bound that a published design does not keep.
 
     Attributes:
@@ -50,7 +52,7 @@ class Evaluation:
         max_torque_N_m: Worst joint torque for the force; None where a chain is open or the cube singular.
     """
 
-    faults: tuple[Shortfall, ...]
+    faults: tuple[_Shortfall, ...]
     largest_half_side_mm: float | None
     max_kappa: float | None
     max_kappa_frobenius: float | None
@@ -71,7 +73,7 @@ def evaluate(problem: Problem, design_mm: Lengths, gap: float = GAP) -> Evaluati
         _shortfalls(problem, result),
         None if problem.step == 3 else largest_half_side(problem, design_mm, gap),
         kappa,
-        None if kappa is None else worst_frobenius(design_mm),
+        None if kappa is None else _worst_frobenius(design_mm),
         finite(result.max_torque),
     )
 
@@ -92,12 +94,12 @@ def largest_half_side(problem: Problem, design_mm: Lengths, gap: float = GAP) ->
     given = problem.requirements
     bounds = {name: (value, value) for name, value in zip(VARIABLES[:4], design_mm[:4], strict=True)}
     low, high = given.bounds_mm.bottom_height
-    bounds |= {"bottom_height": (low, high + ROOM_MM), "half_side": (0.0, given.bounds_mm.half_side[1])}
+    bounds |= {"bottom_height": (low, high + _ROOM_MM), "half_side": (0.0, given.bounds_mm.half_side[1])}
     free = given.model_copy(update={"bounds_mm": given.bounds_mm.model_copy(update=bounds)})
     return finite(prove_optimum(step_problem(free, problem.step), gap=gap).objective)
 
 
-def worst_frobenius(design_mm: Lengths) -> float:
+def _worst_frobenius(design_mm: Lengths) -> float:
     """Computes the largest |J| |J^-1| in Frobenius's norm over a cube without singularity; at least 3.
 
     Args:
@@ -124,7 +126,7 @@ def _placed(design_mm: Lengths, points: np.ndarray) -> tuple[DeltaGeometry, np.n
     return g, cube.half_side * points + np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
 
 
-def _shortfalls(problem: Problem, result: Result) -> tuple[Shortfall, ...]:
+def _shortfalls(problem: Problem, result: Result) -> tuple[_Shortfall, ...]:
     """Constraints and bounds that a result does not keep, in units that can be measured."""
     broken = {name for name, by in result.violations.items() if by > ROUNDING}
     design, faults = result.design_mm, []
@@ -134,14 +136,14 @@ def _shortfalls(problem: Problem, result: Result) -> tuple[Shortfall, ...]:
 
     if "outline" in broken:
         limit = problem.requirements.limits.outline_radius_max_mm or math.inf
-        faults.append(Shortfall("outline", design[0] + design[2] - limit, "mm"))
+        faults.append(_Shortfall("outline", design[0] + design[2] - limit, "mm"))
     if "reach" in broken:
-        faults.append(Shortfall("reach", float(np.max(reach_excess(*worst("reach")))) * MM_PER_M, "mm"))
+        faults.append(_Shortfall("reach", float(np.max(reach_excess(*worst("reach")))) * MM_PER_M, "mm"))
     if "torque" in broken and math.isfinite(result.max_torque):
-        faults.append(Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
+        faults.append(_Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
     elif "torque" in broken and "reach" not in broken:
-        faults.append(Shortfall("assembly_mode", -float(np.min(direct_margin(*worst("torque")))), ""))
+        faults.append(_Shortfall("assembly_mode", -float(np.min(direct_margin(*worst("torque")))), ""))
     for letter, value, low, high in zip(LETTERS, design, problem.lower, problem.upper, strict=True):
         if not low <= value <= high:
-            faults.append(Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))
+            faults.append(_Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))
     return tuple(faults)

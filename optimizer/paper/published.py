@@ -20,7 +20,7 @@ FILE = Path(__file__).with_name("paper.json")
 LETTERS = ("L_A", "L_B", "R", "r", "H", "L")  # the paper's, in the order of `VARIABLES`
 STEP_OF_TABLE = {4: 1, 6: 1, 7: 2, 8: 3, 9: 1, 10: 2, 11: 3, 12: 3}
 STEP_3_HALF_SIDE_MM = 35.0  # the paper prints no L for step 3; its prototype has a cube of 70 mm
-SHORTEST_MM = 1.0  # what our requirements take as the smallest length; the paper has lower bounds of 0
+_SHORTEST_MM = 1.0  # what our requirements take as the smallest length; the paper has lower bounds of 0
 EXCHANGED_H = ((9, 1), (9, 2))  # table and row of two results whose H look exchanged in print
 Lengths = tuple[float, ...]
 
@@ -117,9 +117,9 @@ def problem_of(run: PublishedRun) -> tuple[Problem, tuple[str, ...]]:
             changed.append(f"{LETTERS[k]} fixed at {value:g} (table 1), printed {bounds[k][0]:g} to {bounds[k][1]:g}")
             bounds[k] = (value, value)
     for k, (low, high) in enumerate(bounds[:5]):
-        if low < SHORTEST_MM:
-            changed.append(f"{LETTERS[k]} from {SHORTEST_MM:g} mm, printed {low:g}")
-            bounds[k] = (SHORTEST_MM, high)
+        if low < _SHORTEST_MM:
+            changed.append(f"{LETTERS[k]} from {_SHORTEST_MM:g} mm, printed {low:g}")
+            bounds[k] = (_SHORTEST_MM, high)
     depth, width = fixed["envelope_mm"]
     given = requirements_from_dict(
         {

@@ -24,7 +24,7 @@ AGREEMENT = 3e-3
 METHODS = ("ga", "sqp", "ga+sqp")
 
 
-class Attempt(NamedTuple):
+class _Attempt(NamedTuple):
     """One of our methods under the bounds of a published run.
 
     Attributes:
@@ -67,7 +67,7 @@ class ReproducedRun:
     changed: tuple[str, ...]
     published: Evaluation | None
     exchanged: Evaluation | None
-    attempts: dict[str, Attempt]
+    attempts: dict[str, _Attempt]
     proven: Proven
 
     @property
@@ -191,17 +191,17 @@ class Reproduction:
         published, exchanged = (None if d is None else evaluate(problem, d, self.gap) for d in designs)
         return ReproducedRun(run, (*changed, *moved), published, exchanged, attempts, proven)
 
-    def _attempt(self, problem: Problem, method: str, start: Lengths | None) -> Attempt:
-        def solve() -> Attempt:
+    def _attempt(self, problem: Problem, method: str, start: Lengths | None) -> _Attempt:
+        def solve() -> _Attempt:
             if start is not None:
                 return _descended(problem, start)
             run = Run(problem.requirements, method, self.seed, (problem.step,), self.population, self.generations)
             result = run.results()[-1]
-            return Attempt(result, "ours", result.status)
+            return _Attempt(result, "ours", result.status)
 
         return self._once((problem.step, problem.lower, problem.upper, method, start), solve)
 
-    def _proven(self, problem: Problem, attempts: dict[str, Attempt], name: str) -> Proven:
+    def _proven(self, problem: Problem, attempts: dict[str, _Attempt], name: str) -> Proven:
         def tell(now: Now) -> None:
             self.report(f"{name}: proof of the optimum, {now.boxes:,} boxes")
 
@@ -221,12 +221,12 @@ class Reproduction:
         return self._solved[key]
 
 
-def _descended(problem: Problem, start: Lengths) -> Attempt:
+def _descended(problem: Problem, start: Lengths) -> _Attempt:
     """Runs SQP from one start alone, as the paper did."""
     count = Search()
     ending = descend(problem, problem.scaled(start), count)
     status = "converged" if ending.converged else "not improved"
-    return Attempt(
+    return _Attempt(
         Result(problem, "sqp", problem.lengths_mm(ending.x), status, count.evaluations), "paper", ending.reason
     )
 

@@ -34,17 +34,17 @@ from optimizer.problem.requirements import (
 from optimizer.problem.validation import Fault, Found, read
 
 Objective = Literal["cube_side", "effective_mass", "outline", "cost"]
-CAPSTAN = ("capstan_ratio", "sector_radius_mm", "cable")  # hardware that a direct drive has not
-LEAST_OUTLINE_MM = 50.0  # of a machine: less is another unit
-SIGNS = ("gt", "ge", "lt", "le")
+_CAPSTAN = ("capstan_ratio", "sector_radius_mm", "cable")  # hardware that a direct drive has not
+_LEAST_OUTLINE_MM = 50.0  # of a machine: less is another unit
+_SIGNS = ("gt", "ge", "lt", "le")
 
 
 def _optional(model: type[BaseModel]) -> dict[str, Any]:
     """Gives the fields of a record, each optional with default None."""
     fields: dict[str, Any] = {}
     for name, info in model.model_fields.items():
-        bounds = {s: getattr(m, s) for m in info.metadata for s in SIGNS if getattr(m, s, None) is not None}
-        other = [m for m in info.metadata if not any(hasattr(m, s) for s in SIGNS)]
+        bounds = {s: getattr(m, s) for m in info.metadata for s in _SIGNS if getattr(m, s, None) is not None}
+        other = [m for m in info.metadata if not any(hasattr(m, s) for s in _SIGNS)]
         kind = Annotated[(info.annotation, *other)] if other else info.annotation
         fields[name] = (Optional[kind], Field(default=None, description=info.description, **bounds))  # noqa: UP045
     return fields
@@ -55,12 +55,12 @@ class BriefRequirements(Section):
 
     envelope_width_mm: float | None = Field(
         default=None,
-        ge=LEAST_OUTLINE_MM,
+        ge=_LEAST_OUTLINE_MM,
         le=5000,
         description="largest width of the swept machine, motors and their leads included",
     )
     envelope_depth_mm: float | None = Field(
-        default=None, ge=LEAST_OUTLINE_MM, le=5000, description="largest depth; width and depth may be exchanged"
+        default=None, ge=_LEAST_OUTLINE_MM, le=5000, description="largest depth; width and depth may be exchanged"
     )
     force_N: float = Field(
         default=3.0,
@@ -307,7 +307,7 @@ def _notes(stated: frozenset[str]) -> Iterator[str]:
 
 def _unused_capstan_hardware(brief: DesignBrief) -> Iterator[str]:
     """Notes capstan hardware that is stated although only direct drives may be used."""
-    for entry in CAPSTAN if "capstan" not in brief.choices["drive"] else ():
+    for entry in _CAPSTAN if "capstan" not in brief.choices["drive"] else ():
         if entry in brief.hardware:
             yield f"hardware.{entry} is not used by design: it is a capstan's, and all that may be used is direct"
 

@@ -18,9 +18,9 @@ from delta_cad.mechanism.kernel import add_inertia, arm, chain_closure, in_base,
 from delta_cad.mechanism.limits.couple_index import least_of
 
 TINY = float(np.finfo(float).tiny)
-FOLD = 1e-75
+_FOLD = 1e-75
 """Least w / L_B that is divided by: the fourth power of what comes out is still a number."""
-SENSES = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
+_SENSES = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 """Senses in which the second and the third joint turn where the first turns forwards."""
 
 
@@ -177,8 +177,8 @@ def _couple_index(one, two, three, la):  # noqa: ARG001
 
 @inlined
 def _row(chain, la):
-    """Computes the row of a chain's inverse Jacobian, for elbow arms of at least `FOLD`."""
-    lever = la * max(chain[1], FOLD)
+    """Computes the row of a chain's inverse Jacobian, for elbow arms of at least `_FOLD`."""
+    lever = la * max(chain[1], _FOLD)
     return chain[5] / lever, chain[6] / lever, chain[7] / lever
 
 
@@ -209,7 +209,7 @@ def _added(a, b, c, second, third):
 def _inverse_friction(one, two, three, la, drive, upright, level):
     """Computes 1 / friction."""
     a, b, c, most = _row(one, la), _row(two, la), _row(three, la), 0.0
-    for second, third in SENSES:
+    for second, third in _SENSES:
         x, y, z = _added(a, b, c, second, third)
         wide, high = drive * math.sqrt(x * x + y * y) + level, drive * abs(z) + upright
         most = max(most, wide * wide + high * high)
@@ -228,7 +228,7 @@ def _move(chain, one, other, la):
 def _scaled_step(one, two, three, la):
     """Computes the determinant times the longest way of the handle."""
     a, b, c, most = _move(one, two, three, la), _move(two, three, one, la), _move(three, one, two, la), 0.0
-    for second, third in SENSES:
+    for second, third in _SENSES:
         way = _added(a, b, c, second, third)
         most = max(most, _dot(way, way))
     return math.sqrt(most)

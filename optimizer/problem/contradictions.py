@@ -10,12 +10,12 @@ from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS
 from optimizer.problem.validation import Fault
 
-Known = Mapping[str, Any]
+_Known = Mapping[str, Any]
 """Dotted field, such as "requirements.force_N" -> value, of the fields that have one and are not refused."""
 SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in a file of requirements the two numbers of `shoulder_deg`
 
 
-def swapped(known: Known) -> Iterator[Fault]:
+def swapped(known: _Known) -> Iterator[Fault]:
     """Finds lower bounds above their upper bounds, and a half side fixed at zero."""
     for field, value in known.items():
         if field.startswith("bounds_mm.") or field == "limits.shoulder_deg":
@@ -26,7 +26,7 @@ def swapped(known: Known) -> Iterator[Fault]:
                 yield field, short([low, high]), "upper bound must be > 0 mm"
 
 
-def peaks(known: Known) -> Iterator[Fault]:
+def peaks(known: _Known) -> Iterator[Fault]:
     """Finds peak requirements that are smaller than the continuous ones."""
     for lasting, brief, unit in (("force_N", "peak_force_N", "N"), ("joint_torque_N_m", "peak_torque_N_m", "N m")):
         least, peak = known.get(f"requirements.{lasting}"), known.get(f"requirements.{brief}")
@@ -35,7 +35,7 @@ def peaks(known: Known) -> Iterator[Fault]:
             yield f"requirements.{brief}", short(peak), allowed
 
 
-def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
+def beyond_proof(known: _Known, more: Mapping[str, Any]) -> Iterator[Fault]:
     """Finds limits outside the range that proofs accept, such as a torque below its minimum.
 
     Args:
@@ -59,7 +59,7 @@ def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
                 yield limit.name, "", str(error)
 
 
-def limit_values(known: Known) -> dict[str, Any]:
+def limit_values(known: _Known) -> dict[str, Any]:
     """Gives the values that limits are built from: fields by name without their table, `shoulder_deg` as two."""
     tables = ("requirements.", "limits.", "feel.")
     values = {field.split(".")[1]: value for field, value in known.items() if field.startswith(tables)}

@@ -11,18 +11,18 @@ from optimizer.problem.evaluator import CENTRE, fold_points, half_surface
 from optimizer.problem.step import Problem
 
 # Halvings of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square.
-REFINEMENTS = 20
+_REFINEMENTS = 20
 # Axis and side of the faces that the mirror plane y = 0 leaves.
-FACES = ((0, -1.0), (0, 1.0), (1, 1.0), (2, -1.0), (2, 1.0))
+_FACES = ((0, -1.0), (0, 1.0), (1, 1.0), (2, -1.0), (2, 1.0))
 STEPS = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)], dtype=float)
 # (rows, 3) steps of one search: nine within each face, then all of the one that goes anywhere; and whose they are.
-WITHIN = [np.where(np.arange(3) == axis, 0.0, STEPS[STEPS[:, axis] == -1.0]) for axis, _ in FACES]
-MOVES = np.concatenate([*WITHIN, STEPS])
-MOVER = np.repeat(np.arange(len(FACES) + 1), [len(steps) for steps in (*WITHIN, STEPS)])
-FIRST = np.arange(len(FACES)) * len(WITHIN[0])  # row of a face's first step
+_WITHIN = [np.where(np.arange(3) == axis, 0.0, STEPS[STEPS[:, axis] == -1.0]) for axis, _ in _FACES]
+_MOVES = np.concatenate([*_WITHIN, STEPS])
+_MOVER = np.repeat(np.arange(len(_FACES) + 1), [len(steps) for steps in (*_WITHIN, STEPS)])
+_FIRST = np.arange(len(_FACES)) * len(_WITHIN[0])  # row of a face's first step
 LEAST = np.array([-1.0, 0.0, -1.0])  # of the half cube
 
-Margins = Callable[[np.ndarray], Mapping[str, np.ndarray]]
+_Margins = Callable[[np.ndarray], Mapping[str, np.ndarray]]
 
 
 class Worst(NamedTuple):
@@ -37,7 +37,7 @@ class Worst(NamedTuple):
     values: np.ndarray
 
 
-def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict[str, Worst]:
+def worst_points(margins: _Margins, n: int, further: np.ndarray = CENTRE) -> dict[str, Worst]:
     """Finds the smallest values of every margin: one on each face that is no mirror image, and one anywhere.
 
     Args:
@@ -53,19 +53,19 @@ def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict
     names = list(values)
     if not names:
         return {}
-    faces = [*(np.flatnonzero(grid[:, axis] == side) for axis, side in FACES), np.arange(len(grid))]
+    faces = [*(np.flatnonzero(grid[:, axis] == side) for axis, side in _FACES), np.arange(len(grid))]
     starts = np.array([[face[values[name][face].argmin()] for face in faces] for name in names])
-    own, inner = np.arange(len(names))[:, None], len(MOVES) - len(STEPS)
+    own, inner = np.arange(len(names))[:, None], len(_MOVES) - len(STEPS)
     best, cost = grid[starts], np.stack([values[name] for name in names])[own, starts]
     step = 1.0 / (n - 1)  # half the grid's
-    table, chosen = np.empty((len(names), len(MOVES))), np.empty_like(starts)
-    within, anywhere = table[:, :inner].reshape(len(names), len(FACES), -1), table[:, inner:]  # views
-    for _ in range(REFINEMENTS):
-        around = np.maximum(np.minimum(best[:, MOVER] + step * MOVES, 1.0), LEAST)
+    table, chosen = np.empty((len(names), len(_MOVES))), np.empty_like(starts)
+    within, anywhere = table[:, :inner].reshape(len(names), len(_FACES), -1), table[:, inner:]  # views
+    for _ in range(_REFINEMENTS):
+        around = np.maximum(np.minimum(best[:, _MOVER] + step * _MOVES, 1.0), LEAST)
         found = margins(around.reshape(-1, 3))
         for k, name in enumerate(names):
-            table[k] = found[name][k * len(MOVES) : (k + 1) * len(MOVES)]
-        chosen[:, :-1] = within.argmin(axis=2) + FIRST
+            table[k] = found[name][k * len(_MOVES) : (k + 1) * len(_MOVES)]
+        chosen[:, :-1] = within.argmin(axis=2) + _FIRST
         chosen[:, -1] = anywhere.argmin(axis=1) + inner
         least = table[own, chosen]
         better = least < cost

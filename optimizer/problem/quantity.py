@@ -9,7 +9,7 @@ from decimal import Decimal, localcontext
 from delta_cad.common.units import GRAVITY_M_S2
 
 LONGEST = 64  # characters of a number with its unit; more is no quantity
-DIGITS = 60  # carried while a decimal number is scaled, so that its double is the nearest one
+_DIGITS = 60  # carried while a decimal number is scaled, so that its double is the nearest one
 DEGREES = 180.0 / math.pi  # of a radian
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
@@ -27,12 +27,12 @@ KINDS: dict[str, tuple[str, dict[str, str]]] = {
     "kg m^2": ("an inertia", {"kg m^2": "1", "g m^2": "0.001", "kg mm^2": "0.000001", "g cm^2": "0.0000001"}),
 }
 # How the parts of a unit may be spelled, as regular expressions.
-SPELLINGS = {" ": "[ ·*]?", "^2": r"(?:\^?2|²)", "deg": "(?:deg|°)", "um": "[uµμ]m"}
+_SPELLINGS = {" ": "[ ·*]?", "^2": r"(?:\^?2|²)", "deg": "(?:deg|°)", "um": "[uµμ]m"}
 
 
 def _spelled(name: str) -> str:
     """Writes the regular expression of a unit's spellings."""
-    for part, spelling in SPELLINGS.items():
+    for part, spelling in _SPELLINGS.items():
         name = name.replace(part, spelling)
     return name
 
@@ -79,7 +79,7 @@ def quantity(text: str, unit: str) -> float | None:
     if not units[name]:
         return number * DEGREES
     with localcontext() as context:
-        context.prec = DIGITS
+        context.prec = _DIGITS
         return float(Decimal(found[1]) * Decimal(units[name]))
 
 

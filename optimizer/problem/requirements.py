@@ -26,8 +26,8 @@ from optimizer.problem.hardware import check_hardware, first_hardware, own_folde
 from optimizer.problem.validation import Fault, Found, RequirementsError, read
 
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
-BALL = "ball_diameter_mm"  # hardware that the lengths must leave room for
-CLEARANCE = "between bodies that are not neighbours; the search keeps it between neighbouring wrist joints"
+_BALL = "ball_diameter_mm"  # hardware that the lengths must leave room for
+_CLEARANCE = "between bodies that are not neighbours; the search keeps it between neighbouring wrist joints"
 
 
 # [lower, upper]: TOML has lists, not tuples; the numbers inside stay strict
@@ -37,9 +37,9 @@ _Side = Annotated[float, Field(ge=0, le=LENGTH_MAX_MM)]
 _Degrees = Annotated[float, Field(ge=-180, le=180)]
 Length = Annotated[tuple[_Length, _Length], Field(strict=False)]
 Height = Annotated[tuple[_Height, _Height], Field(strict=False)]
-HalfSide = Annotated[tuple[_Side, _Side], Field(strict=False)]
-Angle = Annotated[tuple[_Degrees, _Degrees], Field(strict=False)]
-Overhead = Annotated[tuple[_Side, _Side], Field(strict=False)]
+_HalfSide = Annotated[tuple[_Side, _Side], Field(strict=False)]
+_Angle = Annotated[tuple[_Degrees, _Degrees], Field(strict=False)]
+_Overhead = Annotated[tuple[_Side, _Side], Field(strict=False)]
 
 
 class Bounds(Section):
@@ -50,13 +50,13 @@ class Bounds(Section):
     base_radius: Length = Field(description="R: base centre to shoulder axis")
     platform_radius: Length = Field(description="r: platform centre to wrist")
     bottom_height: Height = Field(description="H: bottom face of the cube over the plane of the shoulder axes")
-    half_side: HalfSide = Field(description="L: half the side of the cube")
+    half_side: _HalfSide = Field(description="L: half the side of the cube")
 
 
 class _Hardware(Section):
     outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
     parallelogram_width_mm: float = Field(default=48.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
-    outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
+    outline_overhead_mm: _Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
 
 
 _Limited: Any = create_model(
@@ -69,8 +69,8 @@ _Limited: Any = create_model(
 class LimitTable(_Limited):
     """What the hardware asks beyond the paper; all optional: table `[limits]`."""
 
-    shoulder_deg: Angle | None = Field(default=None, description="smallest and largest shoulder angle")
-    clearance_min_mm: float | None = Field(default=None, ge=0, le=100, description=CLEARANCE)
+    shoulder_deg: _Angle | None = Field(default=None, description="smallest and largest shoulder angle")
+    clearance_min_mm: float | None = Field(default=None, ge=0, le=100, description=_CLEARANCE)
     joint_diameter_mm: float = Field(default=8.0, gt=0, le=100, description="ball joint at a rod's end")
     gravity_torque_N_m: float = Field(default=0.0, ge=0, le=100, description="taken off each joint's torque")
     gravity_m_s2: Gravity = DOWN
@@ -138,7 +138,7 @@ class Requirements(Section):
             **self.requirements.model_dump(),
             **self.limits.model_dump(),
             **dict(zip(SHOULDER, (low, high), strict=True)),
-            BALL: first_hardware(self.hardware or {}).get(BALL, Hardware.model_fields[BALL].default),
+            _BALL: first_hardware(self.hardware or {}).get(_BALL, Hardware.model_fields[_BALL].default),
             "inertia": inertia,
             **(self.joints or JointTable()).known,
         }

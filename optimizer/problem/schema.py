@@ -11,12 +11,12 @@ from optimizer.problem.hardware import DRIVES, MOST
 from optimizer.problem.quantity import KINDS, pattern
 from optimizer.problem.validation import unit_of
 
-DRAFT = "https://json-schema.org/draft/2020-12/schema"
-WIDTH, DEPTH, CUBE = "envelope_width_mm", "envelope_depth_mm", "cube_side_mm"
-Schema = dict[str, Any]
+_DRAFT = "https://json-schema.org/draft/2020-12/schema"
+_WIDTH, _DEPTH, _CUBE = "envelope_width_mm", "envelope_depth_mm", "cube_side_mm"
+_Schema = dict[str, Any]
 
 
-def brief_schema(own: catalogue.OwnParts | None = None) -> Schema:
+def brief_schema(own: catalogue.OwnParts | None = None) -> _Schema:
     """Makes the JSON Schema, draft 2020-12, of the requirements file as `load_brief` reads it.
 
     A text with a unit is told by its form alone: whether its number is within the bounds, and which numbers contradict
@@ -31,7 +31,7 @@ def brief_schema(own: catalogue.OwnParts | None = None) -> Schema:
         plain = _not_null(inner)
         fields[name] = _table(records[plain["$ref"].rpartition("/")[2]], name) if "$ref" in plain else _field(plain, "")
     return {
-        "$schema": DRAFT,
+        "$schema": _DRAFT,
         "$defs": {_kind(unit): {"type": "string", "pattern": pattern(unit)} for unit in KINDS},
         "title": "requirements of a delta haptic device",
         "type": "object",
@@ -42,7 +42,7 @@ def brief_schema(own: catalogue.OwnParts | None = None) -> Schema:
     }
 
 
-def _not_null(inner: Schema) -> Schema:
+def _not_null(inner: _Schema) -> _Schema:
     """Leaves out that a value may be null, which TOML has not."""
     return next((one for one in inner.get("anyOf", ()) if one.get("type") != "null"), inner)
 
@@ -52,7 +52,7 @@ def _kind(unit: str) -> str:
     return KINDS[unit][0].split()[1]
 
 
-def _table(table: Schema, name: str) -> Schema:
+def _table(table: _Schema, name: str) -> _Schema:
     """Finishes a table's schema."""
     properties = {field: _field(inner, unit_of(name, field)) for field, inner in table["properties"].items()}
     for field, inner in properties.items():
@@ -64,15 +64,15 @@ def _table(table: Schema, name: str) -> Schema:
     return kept | {"properties": properties}
 
 
-def _field(inner: Schema, unit: str) -> Schema:
+def _field(inner: _Schema, unit: str) -> _Schema:
     """Finishes a field's schema."""
-    told = inner.get("description", "") + (f" [{unit}]" if unit else "")
-    about = {"description": told} | ({} if inner.get("default") is None else {"default": inner["default"]})
+    reported = inner.get("description", "") + (f" [{unit}]" if unit else "")
+    about = {"description": reported} | ({} if inner.get("default") is None else {"default": inner["default"]})
     rules = {key: value for key, value in _not_null(inner).items() if key not in ("description", "default", "title")}
     return about | _with_units(rules, unit)
 
 
-def _with_units(rules: Schema, unit: str) -> Schema:
+def _with_units(rules: _Schema, unit: str) -> _Schema:
     """Lets a number, or those of a list, be a text with a unit, too."""
     if rules.get("type") == "array":
         return rules | {"prefixItems": [_with_units(one, unit) for one in rules["prefixItems"]]}
@@ -81,10 +81,10 @@ def _with_units(rules: Schema, unit: str) -> Schema:
     return {"anyOf": [rules, {"$ref": f"#/$defs/{_kind(unit)}"}]}
 
 
-def _hardware(own: catalogue.OwnParts | None) -> Schema:
+def _hardware(own: catalogue.OwnParts | None) -> _Schema:
     """Makes the schema of table `[hardware]`: of each entry a value, or a list of what may be used."""
     entries = Hardware.model_json_schema()["properties"]
-    fields: Schema = {}
+    fields: _Schema = {}
     for entry, inner in entries.items():
         one = _field(inner, unit_of("hardware", entry))
         one.pop("default", None)
@@ -101,9 +101,9 @@ def _hardware(own: catalogue.OwnParts | None) -> Schema:
     return schema if own is None else schema | {"then": {"properties": _ids(own)}}
 
 
-def _ids(own: catalogue.OwnParts | None) -> Schema:
+def _ids(own: catalogue.OwnParts | None) -> _Schema:
     """Makes the schema of the ids that each family has; of motors those that are for a drive."""
-    found: Schema = {}
+    found: _Schema = {}
     for entry in catalogue.CHOSEN:
         rows = catalogue.family(entry, own).items()
         ids = [key for key, row in rows if not isinstance(row, catalogue.Motor) or set(row.drives) & set(DRIVES)]
@@ -111,13 +111,13 @@ def _ids(own: catalogue.OwnParts | None) -> Schema:
     return found
 
 
-def _or_list(one: Schema) -> Schema:
+def _or_list(one: _Schema) -> _Schema:
     about = {"description": one["description"]} if "description" in one else {}
     rules = {key: value for key, value in one.items() if key != "description"}
     return about | {"anyOf": [rules, {"type": "array", "items": rules, "minItems": 1, "maxItems": MOST}]}
 
 
-def _states(*fields: str) -> Schema:
+def _states(*fields: str) -> _Schema:
     """Makes the schema of a file that states all of some dotted fields."""
     tables: dict[str, list[str]] = {}
     for field in fields:
@@ -126,9 +126,9 @@ def _states(*fields: str) -> Schema:
     return {"required": list(tables), "properties": {table: {"required": names} for table, names in tables.items()}}
 
 
-def _together() -> list[Schema]:
+def _together() -> list[_Schema]:
     """Makes the schemas of what must, and of what may not, stand together."""
-    width, depth, cube = (f"requirements.{name}" for name in (WIDTH, DEPTH, CUBE))
+    width, depth, cube = (f"requirements.{name}" for name in (_WIDTH, _DEPTH, _CUBE))
     outline = _states(width, depth)
     return [
         {"anyOf": [outline, _states(cube)]},

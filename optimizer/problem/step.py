@@ -32,7 +32,7 @@ from optimizer.problem.requirements import Requirements
 
 # All constraints, in the order in which reports name them.
 CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
-SIDE, PLATFORM = VARIABLES.index("half_side"), VARIABLES.index("platform_radius")
+SIDE, _PLATFORM = VARIABLES.index("half_side"), VARIABLES.index("platform_radius")
 TINY_MM = 1e-3  # a half side below this is no cube: lengths are given in whole micrometres
 
 
@@ -239,8 +239,10 @@ def step_problem(
     values = given.values
     stated = {"half_side": step == 3 or low > 0.0}
     for limit in LIMITS:
-        asked = limit.stated(values) if step > 1 or limit.first_step else None
-        stated[limit.name] = asked is not None and not (limit.of_every_design and _implied(asked, bounds, step, values))
+        required = limit.stated(values) if step > 1 or limit.first_step else None
+        stated[limit.name] = required is not None and not (
+            limit.of_every_design and _implied(required, bounds, step, values)
+        )
     names = tuple(name for name in CONSTRAINTS if stated.get(name) and name not in without)
     return Problem(given, step, tuple(b[0] for b in bounds), tuple(b[1] for b in bounds), names)
 
@@ -249,6 +251,6 @@ def _implied(limit: Limit, bounds: list[tuple[float, float]], step: int, values:
     """Tells whether the bounds, or a clearance limit, already imply a limit that holds for every design."""
     room = WristClearance.stated(values) if step > 1 else None
     least = 0.0 if room is None else room.design_bounds().platform_radius_min_mm
-    ends = [(max(b[0], least), max(b[1], least)) if k == PLATFORM else b for k, b in enumerate(bounds)]
+    ends = [(max(b[0], least), max(b[1], least)) if k == _PLATFORM else b for k, b in enumerate(bounds)]
     margins = limit.design_margin(np.array(list(product(*ends))).T)
     return margins is not None and bool((margins >= 0.0).all())

@@ -12,8 +12,8 @@ from delta_cad.design import NAME_RULE, Hardware
 from delta_cad.design.file import UNITS
 from optimizer.problem.quantity import DEGREES, KINDS, QuantityError, quantity
 
-MOST_TOLD = 40  # faults of one file that are told, a line each: more scroll away what they begin with
-Loc = tuple[int | str, ...]
+MOST_REPORTED = 40  # faults of one file that are told, a line each: more scroll away what they begin with
+_Loc = tuple[int | str, ...]
 Fault = tuple[str, str, str]
 """Dotted field, its value as text, what would be allowed."""
 Edition = TypeVar("Edition", bound=BaseModel)
@@ -71,8 +71,8 @@ def read(
     if record is not None and not faults:
         return record, found.stated
     first, lines = faults[0], list(dict.fromkeys(map(str, faults)))
-    rest = len(lines) - MOST_TOLD
-    first.more = tuple(lines[1:MOST_TOLD]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
+    rest = len(lines) - MOST_REPORTED
+    first.more = tuple(lines[1:MOST_REPORTED]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
     raise first
 
 
@@ -129,28 +129,28 @@ def unit_of(table: str, name: str) -> str:
     return "mm" if table == "bounds_mm" else next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
 
 
-def holds_numbers(annotation: Any) -> bool:
+def _holds_numbers(annotation: Any) -> bool:
     """Tells whether a field takes a number or numbers, from its annotation."""
-    return annotation is float or any(holds_numbers(part) for part in get_args(annotation))
+    return annotation is float or any(_holds_numbers(part) for part in get_args(annotation))
 
 
-def _plain(model: type[BaseModel], data: Mapping[str, Any], file: str) -> tuple[dict[str, Any], dict[Loc, Any]]:
+def _plain(model: type[BaseModel], data: Mapping[str, Any], file: str) -> tuple[dict[str, Any], dict[_Loc, Any]]:
     """Converts texts with a unit to numbers; gives the converted data, and the faults by location."""
     plain: dict[str, Any] = dict(data)
-    refused: dict[Loc, RequirementsError] = {}
+    refused: dict[_Loc, RequirementsError] = {}
     for table, inner in (_tables(model) | ({"hardware": Hardware} if "hardware" in model.model_fields else {})).items():
         given = data.get(table)
         if not isinstance(given, Mapping):
             continue
         plain[table] = dict(given)
         for name, info in inner.model_fields.items():
-            if name in given and holds_numbers(info.annotation):
-                loc: Loc = (table, name)
+            if name in given and _holds_numbers(info.annotation):
+                loc: _Loc = (table, name)
                 plain[table][name] = _number(given[name], unit_of(table, name), loc, refused, file)
     return plain, refused
 
 
-def _number(value: Any, unit: str, loc: Loc, refused: dict[Loc, Any], file: str) -> Any:
+def _number(value: Any, unit: str, loc: _Loc, refused: dict[_Loc, Any], file: str) -> Any:
     """Converts a text with a unit, or each of a list, to a number."""
     if isinstance(value, list):
         return [_number(one, unit, (*loc, k), refused, file) for k, one in enumerate(value)]
@@ -171,12 +171,12 @@ def _as_numbers(value: Any) -> Any:
     return float(value) if isinstance(value, int) else value
 
 
-def dotted(loc: Loc) -> str:
+def dotted(loc: _Loc) -> str:
     """Writes a location as messages have it, such as "bounds_mm.half_side[1]"."""
     return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
 
 
-def _allowed(model: type[BaseModel], loc: Loc) -> str:
+def _allowed(model: type[BaseModel], loc: _Loc) -> str:
     """Describes the allowed values of a field, from its declaration."""
     table, tables = str(loc[0]), _tables(model)
     if table == "hardware":
@@ -201,16 +201,16 @@ def _inner(annotation: Any, origin: Any) -> tuple[Any, ...]:
     return next((found for part in get_args(annotation) if (found := _inner(part, origin))), ())
 
 
-def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: object) -> RequirementsError:
+def _explained(model: type[BaseModel], file: str, kind: str, loc: _Loc, value: object) -> RequirementsError:
     """Turns a finding of the validator into our error."""
     field = dotted(loc)
     if kind == "extra_forbidden":
         known = _tables(model).get(str(loc[0]), model) if len(loc) > 1 else model
         other = [f"{table}.{name}" for table, inner in _tables(model).items() for name in inner.model_fields]
-        told = unknown_key(field.rpartition(".")[2], known.model_fields, other)
+        reported = unknown_key(field.rpartition(".")[2], known.model_fields, other)
         if field in getattr(model, "second_edition", ()):
-            told = told.replace("unknown key", "of the second edition, which design alone reads")
-        return RequirementsError(file, field, short(value), told)
+            reported = reported.replace("unknown key", "of the second edition, which design alone reads")
+        return RequirementsError(file, field, short(value), reported)
     if kind == "missing" and not isinstance(loc[-1], int):
         return RequirementsError(file, field, "", f"is missing; {_allowed(model, loc)}")
     if kind == "finite_number":
@@ -218,7 +218,7 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: ob
     return RequirementsError(file, field, short(value), _allowed(model, loc) + _in_another_unit(model, loc, value))
 
 
-def _in_another_unit(model: type[BaseModel], loc: Loc, value: object) -> str:
+def _in_another_unit(model: type[BaseModel], loc: _Loc, value: object) -> str:
     """Suggests the number to write if one out of bounds would be within them in another unit; else ""."""
     table = _tables(model).get(str(loc[0]))
     if table is None or len(loc) != 2 or isinstance(value, bool) or not isinstance(value, int | float):

@@ -25,8 +25,8 @@ SLACK = 1e-8
 # Margins this little below 0 still are met: lengths pass from mm to m and back (1e-16), sums of them 1e-14.
 ROUNDING = 1e-9
 # Distance, as a share of L, within which a margin differs by 1e-6 of its second derivative: the polish moved it.
-NEAR = 1e-3
-LEVEL_MAX = 1e-3  # feasibility is shown once every margin is this large; a higher level would only cost iterations
+_NEAR = 1e-3
+_LEVEL_MAX = 1e-3  # feasibility is shown once every margin is this large; a higher level would only cost iterations
 
 
 class Active(NamedTuple):
@@ -73,7 +73,7 @@ class Program:
         new = [item for item in dict.fromkeys(active) if item not in self.active]
         for item in new:
             near = (other for other in self.active if other.name == item.name)
-            gone = [k for k in near if max(abs(a - b) for a, b in zip(k.point, item.point, strict=True)) < NEAR]
+            gone = [k for k in near if max(abs(a - b) for a, b in zip(k.point, item.point, strict=True)) < _NEAR]
             self.active = [other for other in self.active if other not in gone] + [item]
         names = np.array([item.name for item in self.active])
         self._points = np.array([item.point for item in self.active])
@@ -84,7 +84,7 @@ class Program:
     def bounds(self) -> list[tuple[float, float]]:
         """Gives (lower, upper) of every unknown."""
         box = [(0.0, 1.0)] * len(self.problem.free)
-        return box + ([(-np.inf, LEVEL_MAX if self.kind == "feasibility" else 1.0)] if self.has_level else [])
+        return box + ([(-np.inf, _LEVEL_MAX if self.kind == "feasibility" else 1.0)] if self.has_level else [])
 
     def objective(self, unknowns: np.ndarray) -> tuple[float, np.ndarray]:
         """Computes what is minimised, and its gradient: minus the level, or minus L scaled."""

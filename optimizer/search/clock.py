@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 
-SCHEDULER = Path("/proc/self/schedstat")
+_SCHEDULER = Path("/proc/self/schedstat")
 """Of Linux, for the first thread of the process: ns run, ns ready to run but waiting for a processor, slices."""
 LEAST = 0.25
 """Share of the time on the wall that counts at least, so that a run ends however crowded the processor is."""
@@ -20,7 +20,7 @@ class HalfTimeError(Exception):
     """Half of the time is over without a machine: what could be built is built before anything is improved."""
 
 
-def waited_s(file: Path = SCHEDULER) -> float:
+def waited_s(file: Path = _SCHEDULER) -> float:
     """Reads how long this process was ready to run and did not, s; 0 where the system does not say."""
     try:
         return int(file.read_text(encoding="ascii").split()[1]) / 1e9

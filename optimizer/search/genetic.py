@@ -54,7 +54,7 @@ class Population:
 
 
 # Called after each generation with its number, how many there are, and the best objective so far.
-GenerationReport = Callable[[int, int, float], None]
+_GenerationReport = Callable[[int, int, float], None]
 
 
 def evolve(
@@ -64,7 +64,7 @@ def evolve(
     generations: int = GENERATIONS,
     known: np.ndarray | None = None,
     memo: Memo = lambda _, compute: compute(),
-    report: GenerationReport | None = None,
+    report: _GenerationReport | None = None,
     stop: Callable[[], bool] = bool,
 ) -> Population:
     """Runs the genetic algorithm.
@@ -103,13 +103,15 @@ def evolve(
     algorithm.setup(posed, termination=("n_gen", generations), seed=seed, verbose=False)
     history, evaluations, best = [], 0, np.nan
     for number in range(generations):
-        asked = algorithm.ask()
-        if asked is None or len(asked) == 0:  # no offspring that is not there already: the population has converged
+        required = algorithm.ask()
+        if (
+            required is None or len(required) == 0
+        ):  # no offspring that is not there already: the population has converged
             break
-        x = asked.get("X").astype(float)
+        x = required.get("X").astype(float)
         objective, margins = map(np.array, memo(x, lambda x=x: _scores(problem, x)))
-        Evaluator().eval(StaticProblem(posed, F=objective[:, None], G=-margins), asked)
-        algorithm.tell(infills=asked)
+        Evaluator().eval(StaticProblem(posed, F=objective[:, None], G=-margins), required)
+        algorithm.tell(infills=required)
         evaluations += len(x)
         good = objective[(margins >= 0.0).all(axis=1)]
         best = float(np.fmin(best, good.min())) if len(good) else best

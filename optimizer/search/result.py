@@ -18,7 +18,7 @@ from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import Ending
 
 # Endings of which only a bound tells how far they are from the best there is.
-GUESSES = ("converged", "sampled", "not improved")
+_GUESSES = ("converged", "sampled", "not improved")
 CLOSE = 1e-3  # relative gap below which nothing is left to be gained that could be built
 # Points along an edge of the surface on which a result checks itself, before each face's worst point is polished.
 FINE_GRID = 41
@@ -38,8 +38,8 @@ ADVICE = {
 }
 STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"
 # What ended a proof that did not come to its end, by whether that was the time -> what to raise.
-MORE = {False: "raise --boxes", True: "the time was over: raise --proof-minutes"}
-NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
+_MORE = {False: "raise --boxes", True: "the time was over: raise --proof-minutes"}
+_NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
 FULL_SIDE = (
     "its half side is the largest that step 2 found, which leaves kappa next to nothing to gain: "
     "set step_3.half_side_mm below it"
@@ -92,14 +92,14 @@ class Result:
     def advice(self) -> str:
         """Advice on how the step ended; a proven bound replaces guesses."""
         gap = None if self.proof is None else self.proof.gap
-        if self.status in GUESSES and gap is not None and gap <= CLOSE:
+        if self.status in _GUESSES and gap is not None and gap <= CLOSE:
             return "the best there is within the bounds, but for the gap"
-        text, more = ADVICE[self.status], MORE[self.proof is not None and self.proof.late]
+        text, more = ADVICE[self.status], _MORE[self.proof is not None and self.proof.late]
         if self.status in ("gap not reached", "undecided"):
             text = f"{text}: {more}"
         if self.status == "gap not reached" and self.proof is not None and self.proof.certified is None:
             text = STEEP
-        if self.status in GUESSES and gap is not None:
+        if self.status in _GUESSES and gap is not None:
             text = f"at most {gap:.2g} of it can still be gained; {more}, or use `proven`"
         return text if gap is not None and gap <= CLOSE else text + self._narrowed()
 
@@ -107,7 +107,7 @@ class Result:
         """Notes that the half side found by the step before limits this one; empty where it does not."""
         given, step = self.problem.requirements, self.problem.step
         most = self.problem.upper[SIDE]
-        if step == 3 and given.step_3.half_side_mm is None and self.status in NOTHING_GAINED:
+        if step == 3 and given.step_3.half_side_mm is None and self.status in _NOTHING_GAINED:
             return f"; {FULL_SIDE}"
         if step == 2 and most < given.bounds_mm.half_side[1] and self.design_mm[SIDE] >= most * (1.0 - ROUNDING):
             return f"; {CAPPED}"
@@ -153,7 +153,7 @@ class Result:
         return self.worst(Torque)
 
     @cached_property
-    def told(self) -> tuple[PoseLimit, ...]:
+    def reported_limits(self) -> tuple[PoseLimit, ...]:
         """The limits whose worst figure can be told, bounding nothing; without those whose masses are not stated."""
         values = self.problem.requirements.values
         measured = (limit.measured(values) for limit in POSE_LIMITS if limit.output_key)
@@ -169,8 +169,8 @@ class Result:
             SI units; infinite where it grows without bound.
         """
         if kind not in self._worst:
-            limit = next(limit for limit in self.told if type(limit) is kind)
-            self._worst.update(self._sought([limit]))
+            limit = next(limit for limit in self.reported_limits if type(limit) is kind)
+            self._worst.update(self._searched([limit]))
         return self._worst[kind]
 
     @property
@@ -181,9 +181,9 @@ class Result:
     @cached_property
     def _worst(self) -> dict[type[PoseLimit], float]:
         """Those of the worst values that are known; what grows without bound at a singularity is sought together."""
-        return self._sought([limit for limit in self.told if limit.infinite_at_singularity])
+        return self._searched([limit for limit in self.reported_limits if limit.infinite_at_singularity])
 
-    def _sought(self, limits: list[PoseLimit]) -> dict[type[PoseLimit], float]:
+    def _searched(self, limits: list[PoseLimit]) -> dict[type[PoseLimit], float]:
         row, wanted = self._row, {name for limit in limits for name in limit.evaluates}
         near = fold_points(row)[0] if any(limit.infinite_at_singularity for limit in limits) else np.empty((0, 3))
 
@@ -219,7 +219,10 @@ class Result:
             "objective": finite(self.objective),
             "objective_name": self.problem.objective_name,
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
-            **{limit.output_key: finite(self.worst(type(limit)) * limit.figures[0].scale) for limit in self.told},
+            **{
+                limit.output_key: finite(self.worst(type(limit)) * limit.figures[0].scale)
+                for limit in self.reported_limits
+            },
             "proven_bound": bound,
             "gap": gap,
             "boxes": boxes,

@@ -18,23 +18,23 @@ from optimizer.search.active_set import ROUNDING, SLACK, Active, Program
 
 EXCHANGE_GRID = 17  # points along an edge where worse points are looked for, before they are polished
 CONFIRMING_GRID = 41  # the same before an ending is believed; a result checks itself on this grid
-START_GRID = 5
-ROUNDS = 15  # exchanges; 3 to 8 are usual
+_START_GRID = 5
+_ROUNDS = 15  # exchanges; 3 to 8 are usual
 # By kind of program. Towards feasibility 2 to 15 are usual; where there is none each costs a line search at a kink.
-ITERATIONS = {"feasibility": 25, "half_side": 60, "quality": 60}
-PRECISION = 1e-12  # SLSQP ends at this change of the scaled objective, a millionth of a micrometre
+_ITERATIONS = {"feasibility": 25, "half_side": 60, "quality": 60}
+_PRECISION = 1e-12  # SLSQP ends at this change of the scaled objective, a millionth of a micrometre
 # Part of the level given up before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its
 # merit.
-STEP_BACK = 1e-3
+_STEP_BACK = 1e-3
 # Share of a level of feasibility by which an exchange has to change it, and in how many in a row it may not: once it
 # was found after one that did not.
-CHANGED, STAGNANT = 1e-3, 2
-STUCK = 8  # exit mode of SLSQP: its line search finds nothing better
-FALLS = 3  # returns to a design that held, before that one is taken
-SAMPLES = 128
+_CHANGED, _STAGNANT = 1e-3, 2
+_STUCK = 8  # exit mode of SLSQP: its line search finds nothing better
+_FALLS = 3  # returns to a design that held, before that one is taken
+_SAMPLES = 128
 STARTS = 6
 # Exit modes of SLSQP.
-SLSQP_ENDS = {
+_SLSQP_ENDS = {
     0: "converged",
     3: "a subproblem took too many iterations",
     4: "its linear constraints contradict each other",
@@ -172,13 +172,13 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     reason, wanted, falls, again = "nothing to vary: every variable's bounds are equal", level, 0, False
     before, stagnant = np.inf, 0  # level of feasibility of the exchange before, and how many in a row changed it little
     inside = (x, level, worst) if violation(problem, x, worst) <= ROUNDING else None  # the best design that held
-    for _ in range(ROUNDS):
+    for _ in range(_ROUNDS):
         stuck = False
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
             if program.level_index is not None:
                 # a smaller cube, a lower level: inside, where the line search can start
-                unknowns[program.level_index] = max(unknowns[program.level_index] - STEP_BACK, program.level_min)
+                unknowns[program.level_index] = max(unknowns[program.level_index] - _STEP_BACK, program.level_min)
             answer = minimize(
                 program.objective,
                 unknowns,
@@ -186,12 +186,12 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
                 method="SLSQP",
                 bounds=program.bounds(),
                 constraints={"type": "ineq", "fun": program.constraints, "jac": program.jacobian},
-                options={"maxiter": ITERATIONS[kind], "ftol": PRECISION},
+                options={"maxiter": _ITERATIONS[kind], "ftol": _PRECISION},
             )
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
             wanted = float(answer.x[-1])
-            reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
-            stuck = answer.status == STUCK and answer.nfev == 1
+            reason = _SLSQP_ENDS.get(int(answer.status), str(answer.message))
+            stuck = answer.status == _STUCK and answer.nfev == 1
         worst = _worst(program, x, count)
         new = program.add(_violated(program, worst, wanted))
         if not new and kind != "feasibility":  # a narrow peak may stand between the points
@@ -205,8 +205,8 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         if not len(x):
             break
         if kind == "feasibility" and wanted < -SLACK:
-            stagnant = stagnant + 1 if abs(wanted - before) <= CHANGED * abs(wanted) else 0
-            if stagnant == STAGNANT:
+            stagnant = stagnant + 1 if abs(wanted - before) <= _CHANGED * abs(wanted) else 0
+            if stagnant == _STAGNANT:
                 break
             before = wanted
         if held and (inside is None or level >= inside[1]):
@@ -214,7 +214,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         elif stuck and new and kind != "feasibility" and inside:  # far outside no line search finds back
             falls += 1
             x, level, worst = inside  # with the new points
-            if falls > FALLS:
+            if falls > _FALLS:
                 break
         if not new:
             # SLSQP may have stopped short of rows that it knows: once more, from inside
@@ -222,7 +222,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
                 break
             again = True
     else:
-        reason = f"after {ROUNDS} exchanges there still are worse points"
+        reason = f"after {_ROUNDS} exchanges there still are worse points"
     count.evaluations += program.evaluations
     if kind != "feasibility":
         if inside and violation(problem, x, worst) > ROUNDING:
@@ -258,8 +258,8 @@ def start_points(problem: Problem, seed: int, starts: int = STARTS) -> np.ndarra
     middle = np.full((1, n), 0.5)
     if n == 0 or starts < 2:
         return middle
-    x = qmc.LatinHypercube(n, rng=np.random.default_rng(seed)).random(SAMPLES)
-    objective, margin = sampled(problem, x, START_GRID)
+    x = qmc.LatinHypercube(n, rng=np.random.default_rng(seed)).random(_SAMPLES)
+    objective, margin = sampled(problem, x, _START_GRID)
     order = np.lexsort((objective, np.maximum(0.0, -margin.min(axis=1))))
     return np.concatenate([middle, x[order[: starts - 1]]])
 

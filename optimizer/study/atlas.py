@@ -18,12 +18,12 @@ from optimizer.study.grid import MACHINES, AtlasRow, Grid
 from optimizer.study.machines import MachinePoint, best_machine
 from optimizer.study.table import csv_text, json_text
 
-SCHEMA = "delta-atlas/1"
-DESIGNS, PICTURE = "designs", "atlas.png"
-UNITS = {"half_side": "_mm", "cube_side": "_mm", "outline": "_mm", "effective_mass": "_kg", "cost": "_EUR"}
-LINES_MAX = 500  # rows of the table on the page; all are in the CSV
-LEFT_OUT = ("method", "conflict_step", "ending", "seconds")  # columns of the CSV that the page spares
-NAME_ROOM = 40  # letters of a brief's name in those of its machines: with a set's number within what a folder may have
+_SCHEMA = "delta-atlas/1"
+_DESIGNS, PICTURE = "designs", "atlas.png"
+_UNITS = {"half_side": "_mm", "cube_side": "_mm", "outline": "_mm", "effective_mass": "_kg", "cost": "_EUR"}
+_LINES_MAX = 500  # rows of the table on the page; all are in the CSV
+_LEFT_OUT = ("method", "conflict_step", "ending", "seconds")  # columns of the CSV that the page spares
+_NAME_ROOM = 40  # letters of a brief's name in those of its machines: with a set's number within what a folder may have
 
 
 def machine_row(one: Mapping[str, Any]) -> AtlasRow:
@@ -38,7 +38,7 @@ def machine_row(one: Mapping[str, Any]) -> AtlasRow:
     point = best_machine(search)
     if point is None:
         return {"message": "; ".join(search.log.reasons), "machine": None}
-    name = f"{brief.name[:NAME_ROOM]}-set-{one['index']}"
+    name = f"{brief.name[:_NAME_ROOM]}-set-{one['index']}"
     design = design_to_json(point.design.model_copy(update={"name": name}))
     return {"feasible": True, "machine": _machine_columns(point), "steps": [_step(brief, point)], "design": design}
 
@@ -90,14 +90,14 @@ def atlas_files(
         folder / "atlas.json": json_text(record(grid, rows)),
         folder / "atlas.csv": csv_text(_columns(table), table),
         folder / "atlas.md": page(grid, rows, PICTURE if picture else None, folder.as_posix()),
-        **{folder / DESIGNS / f"set-{row['index']}.json": row["design"] for row in rows if row.get("machine")},
+        **{folder / _DESIGNS / f"set-{row['index']}.json": row["design"] for row in rows if row.get("machine")},
     }
 
 
 def record(grid: Grid, rows: Sequence[AtlasRow]) -> dict[str, Any]:
     """Gathers the atlas as plain data for JSON."""
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "name": grid.name,
         "grid_sha256": grid.sha256,
         "axes": [{"field": axis.field, "values": list(axis.values)} for axis in grid.axes],
@@ -129,7 +129,7 @@ def flat(rows: Sequence[AtlasRow]) -> list[dict[str, Any]]:
 def objective_column(step: Mapping[str, Any]) -> str:
     """Names the column of a step's objective."""
     name = step["objective_name"]
-    return f"step_{step['step']}_{name}{UNITS.get(name, '')}"
+    return f"step_{step['step']}_{name}{_UNITS.get(name, '')}"
 
 
 def _columns(table: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -165,19 +165,19 @@ def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None, folder: str)
     if any(row.get("machine") for row in rows):
         lines += [
             "Each machine passed the closed forms of its parts, with masses of solids of its hardware; what moves is",
-            f"seen to when it is built: `python -m delta_cad build --design {folder}/{DESIGNS}/set-N.json`.",
+            f"seen to when it is built: `python -m delta_cad build --design {folder}/{_DESIGNS}/set-N.json`.",
             "",
         ]
     lines += [
         f"- set {row['index']} has none: {row['message']}" for row in rows if "machine" in row and not row["machine"]
     ]
     lines += [""] if lines[-1] else []
-    table = [{name: value for name, value in line.items() if name not in LEFT_OUT} for line in flat(rows)]
+    table = [{name: value for name, value in line.items() if name not in _LEFT_OUT} for line in flat(rows)]
     columns = _columns(table)
-    cells = [[_text(line.get(name)) for name in columns] for line in table[:LINES_MAX]]
+    cells = [[_text(line.get(name)) for name in columns] for line in table[:_LINES_MAX]]
     lines.append(markdown_table(columns, cells))
-    if len(table) > LINES_MAX:
-        lines += ["", f"The first {LINES_MAX} of {len(table)} rows; all are in atlas.csv."]
+    if len(table) > _LINES_MAX:
+        lines += ["", f"The first {_LINES_MAX} of {len(table)} rows; all are in atlas.csv."]
     return "\n".join(lines) + "\n"
 
 

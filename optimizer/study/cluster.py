@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
 
 CONNECT_S = 10  # longest wait for a scheduler to answer and for its first worker to be there
-RETRIES = 2  # further tries of a task that raised; one whose worker died the scheduler gives away three times
-LOOK_S = 0.2  # time between two looks at Ctrl-C
+_RETRIES = 2  # further tries of a task that raised; one whose worker died the scheduler gives away three times
+_LOOK_S = 0.2  # time between two looks at Ctrl-C
 # One thread in each process: the processes are the parallelism.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -100,13 +100,13 @@ def collect(
     arrived: SimpleQueue[tuple[int, Future]] = SimpleQueue()
     waiting: dict[int, Future] = {}
     for one in sets:
-        future = client.submit(solve, asdict(one), pure=False, retries=RETRIES, priority=-one.index)
+        future = client.submit(solve, asdict(one), pure=False, retries=_RETRIES, priority=-one.index)
         waiting[one.index] = future
         future.add_done_callback(lambda done, index=one.index: arrived.put((index, done)))
     failed = []
     while waiting and not stop():
         try:
-            index, future = arrived.get(timeout=LOOK_S)
+            index, future = arrived.get(timeout=_LOOK_S)
         except Empty:
             continue
         del waiting[index]

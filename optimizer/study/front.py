@@ -29,25 +29,25 @@ from optimizer.synthesis.checkpoint import Checkpoint
 from optimizer.synthesis.infeasible import InfeasibleError, explain
 from optimizer.synthesis.three_step import remembered
 
-COARSE = 9  # half sides that are started cold as well, evenly spaced; between them lie what neighbours started
-COLD = 3  # cold starts of each; the neighbour is a fourth
+_COARSE = 9  # half sides that are started cold as well, evenly spaced; between them lie what neighbours started
+_COLD = 3  # cold starts of each; the neighbour is a fourth
 POINTS_MIN = 4
 # Smallest half side where the requirements bound none from below, as a part of the largest: less is no workspace.
-SMALLEST_SHARE = 0.25
-INTERVAL_MIN = 1e-4  # shortest piece that is halved, as a part of the range, whatever kappa does in it
-LARGER_ROUNDS = 5  # times that a larger cube found beyond the largest is followed; once has not been seen yet
-BETTER = 1e-9  # part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10
+_SMALLEST_SHARE = 0.25
+_INTERVAL_MIN = 1e-4  # shortest piece that is halved, as a part of the range, whatever kappa does in it
+_LARGER_ROUNDS = 5  # times that a larger cube found beyond the largest is followed; once has not been seen yet
+_BETTER = 1e-9  # part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10
 # Margins, without unit, and parts of a variable's range below which a constraint binds: the solver keeps 1e-8.
-ACTIVE = 1e-6
+_ACTIVE = 1e-6
 # Largest part by which the largest cube is cut where it does not hold between the points of the search's grid.
 CUT = 0.05
-CUTS = 24  # halvings of that part: to 3e-9 of L
+_CUTS = 24  # halvings of that part: to 3e-9 of L
 STARTS = "not improved"  # ending of a point that is a neighbour's design; a key of `result.ADVICE`
 # Part of the largest half side: less is no range of sizes but one size; part of its upper bound: less is no cube.
-RANGE_MIN = 1e-3
+_RANGE_MIN = 1e-3
 # Larger by this part than the largest half side: there the contradicting constraints are searched.
-BEYOND = 0.01
-GAP = 1e-4  # gap at which each proof ends, as a share of the objective
+_BEYOND = 0.01
+_GAP = 1e-4  # gap at which each proof ends, as a share of the objective
 # Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is.
 BOXES = 12_000
 # Tables of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP.
@@ -126,7 +126,7 @@ class Curve:
 
 
 # Called after each point with the name of the curve, how many points it has, and the newest.
-PointReport = Callable[[str, int, FrontPoint | None], None]
+_PointReport = Callable[[str, int, FrontPoint | None], None]
 
 
 @dataclass
@@ -149,7 +149,7 @@ class Tracer:
     seed: int = 0
     name: str = "as required"
     words: str = "as required"
-    report: PointReport | None = None
+    report: _PointReport | None = None
     stop: Callable[[], bool] = bool
     store: Checkpoint | None = None
     _found: dict[float, Result] = field(default_factory=dict, init=False)
@@ -192,12 +192,12 @@ class Tracer:
         if best is None:
             error = explain(self.given, problem, None, self.seed) or no_cube(self.given, self.seed)
             raise error or FrontError("no design found from the starts of this seed; give another --seed")
-        tiny = problem.lengths_mm(best.x)[SIDE] < RANGE_MIN * self.given.bounds_mm.half_side[1]
+        tiny = problem.lengths_mm(best.x)[SIDE] < _RANGE_MIN * self.given.bounds_mm.half_side[1]
         if tiny and (error := no_cube(self.given, self.seed)) is not None:
             raise error  # a point alone holds
-        for _ in range(LARGER_ROUNDS):
+        for _ in range(_LARGER_ROUNDS):
             design = problem.lengths_mm(best.x)
-            further = at_side(self.given, design[SIDE] * (1.0 + BEYOND))
+            further = at_side(self.given, design[SIDE] * (1.0 + _BEYOND))
             if further.upper[SIDE] > problem.upper[SIDE]:
                 break
             larger = sqp.search(further, np.concatenate([[further.scaled(design)], _cold(further, 0)])).best
@@ -211,8 +211,8 @@ class Tracer:
     def _smallest(self, high: float) -> float:
         low, bound = self.given.bounds_mm.half_side
         if low == 0.0:
-            low = SMALLEST_SHARE * high
-        if high - low < RANGE_MIN * high:
+            low = _SMALLEST_SHARE * high
+        if high - low < _RANGE_MIN * high:
             raise FrontError(
                 f"bounds_mm.half_side = [{self.given.bounds_mm.half_side[0]:g}, {bound:g}] mm leaves no range "
                 f"of sizes: {high:.6g} mm is the largest possible"
@@ -221,7 +221,7 @@ class Tracer:
 
     def _coarse(self, low: float, high: float, top: tuple[float, ...]) -> bool:
         """Solves evenly spaced half sides from the largest down, with cold starts; False if stopped."""
-        sides = [float(side) for side in np.linspace(low, high, min(COARSE, self.count))]
+        sides = [float(side) for side in np.linspace(low, high, min(_COARSE, self.count))]
         wanted = self.given.step_3.half_side_mm
         if wanted is not None and low < wanted < high:
             sides[1 + int(np.argmin(np.abs(np.array(sides[1:-1]) - wanted)))] = wanted
@@ -242,7 +242,7 @@ class Tracer:
             quality = np.array([1.0 / self._found[side].max_kappa for side in sides])
             scale = max(float(quality.max() - quality.min()), np.finfo(float).tiny)
             across = np.diff(sides) / (high - low)
-            length = np.where(across > INTERVAL_MIN, np.hypot(across, np.diff(quality) / scale), 0.0)
+            length = np.where(across > _INTERVAL_MIN, np.hypot(across, np.diff(quality) / scale), 0.0)
             k = int(np.argmax(length))
             if length[k] == 0.0:
                 break
@@ -266,7 +266,7 @@ class Tracer:
         kept = remembered(self.store, f"{self.name}/{phase}/{side!r}", lambda: self._descend(problem, near, cold))
         result = Result(problem, "sqp", tuple(kept["design_mm"]), kept["status"], kept["evaluations"])
         known = self._found.get(side)
-        if known is None or (result.feasible and result.max_kappa < known.max_kappa * (1.0 - BETTER)):
+        if known is None or (result.feasible and result.max_kappa < known.max_kappa * (1.0 - _BETTER)):
             self._found[side] = result
         if self.report is not None and known is None:
             self.report(self.name, len(self._found), FrontPoint(self._found[side], ()))
@@ -306,12 +306,12 @@ def _active_constraints(result: Result) -> tuple[str, ...]:
     row = design[None] / MM_PER_M
     lowest = {n: float(w.values[0]) for n, w in design_worst(problem, row[0], sqp.EXCHANGE_GRID).items()}
     lowest |= {name: float(value[0]) for name, value in problem.design_margins(row).items()}
-    active = [name for name in problem.constraints if lowest.get(name, math.inf) <= ACTIVE]
+    active = [name for name in problem.constraints if lowest.get(name, math.inf) <= _ACTIVE]
     for k in problem.free_index:
         low, high = problem.lower[k], problem.upper[k]
-        if design[k] - low <= ACTIVE * (high - low):
+        if design[k] - low <= _ACTIVE * (high - low):
             active.append(f"{VARIABLES[k]} >= {low:g} mm")
-        if high - design[k] <= ACTIVE * (high - low):
+        if high - design[k] <= _ACTIVE * (high - low):
             active.append(f"{VARIABLES[k]} <= {high:g} mm")
     return tuple(active)
 
@@ -326,7 +326,7 @@ def _held(result: Result) -> Result:
     *lengths, bottom, side = result.design_mm
     ceiling = result.problem.upper[VARIABLES.index("bottom_height")]
     low, high, held = 0.0, CUT * side, result
-    for _ in range(CUTS):
+    for _ in range(_CUTS):
         cut = high if held is result else (low + high) / 2.0
         trial = replace(result, design_mm=(*lengths, min(ceiling, bottom + cut), side - cut))
         if trial.feasible:
@@ -339,7 +339,7 @@ def _held(result: Result) -> Result:
 
 
 def _cold(problem: Problem, seed: int) -> np.ndarray:
-    return sqp.start_points(problem, seed, COLD)
+    return sqp.start_points(problem, seed, _COLD)
 
 
 def proved(
@@ -369,7 +369,7 @@ def proved(
     for key, problem, result in problems:
 
         def solve(problem: Problem = problem, known: tuple[float, ...] = result.design_mm) -> dict[str, Any] | None:
-            found = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=known, seconds=seconds, stop=stop)
+            found = prove_optimum(problem, gap=_GAP, max_boxes=BOXES, incumbent_mm=known, seconds=seconds, stop=stop)
             # as far as a stopped proof came is no fact to keep; without an incumbent nothing stands beside the bound
             return None if stop() else {"bound": finite(found.bound) if found.design_mm else None}
 
@@ -424,7 +424,7 @@ def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
     Returns:
         The constraints, described; none where the searches found a larger cube feasible.
     """
-    problem, bound = at_side(given, largest * (1.0 + BEYOND)), given.bounds_mm.half_side[1]
+    problem, bound = at_side(given, largest * (1.0 + _BEYOND)), given.bounds_mm.half_side[1]
     if problem.upper[SIDE] > bound:
         return (f"half side <= {bound:g} mm (bounds_mm.half_side)",)
     return described_conflict(problem, explain(problem.requirements, problem, None, seed))
@@ -434,9 +434,9 @@ def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
     """Finds what contradicts every cube that has a size, where only one without is left: kappa of 1 holds in a point.
 
     Returns:
-        The contradiction with a half side of `RANGE_MIN` of its upper bound; None where that can be met.
+        The contradiction with a half side of `_RANGE_MIN` of its upper bound; None where that can be met.
     """
-    problem = at_side(given, RANGE_MIN * given.bounds_mm.half_side[1])
+    problem = at_side(given, _RANGE_MIN * given.bounds_mm.half_side[1])
     error = explain(problem.requirements, problem, None, seed)
     if error is None:
         return None

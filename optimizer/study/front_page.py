@@ -23,14 +23,14 @@ COLUMNS = (
     *("curve", "cube_side_mm", "half_side_mm", "max_kappa", "proven_bound", "max_torque_N_m"),
     *("outline_radius_mm", "outline_width_mm", "outline_depth_mm", *LENGTHS[:5], "active"),
 )
-SHOWN = ("cube_side_mm", "max_kappa", "max_torque_N_m", *LENGTHS[:5])
-TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
-FRONTS = (
+_SHOWN = ("cube_side_mm", "max_kappa", "max_torque_N_m", *LENGTHS[:5])
+_TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
+_FRONTS = (
     *("front", "what changes", "points", "largest side mm", "proved: none above mm", "kappa there"),
     *("kappa proved within", "torque N m", "outline mm", "torque binds from mm", "too much together 1 % beyond"),
 )
-PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses")
-Row = Mapping[str, Any]
+_PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses")
+_Row = Mapping[str, Any]
 
 
 def row(curve: str, point: FrontPoint) -> dict[str, Any]:
@@ -104,13 +104,13 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
     }
 
 
-def files(facts: Row, text: str) -> dict[str, str]:
+def files(facts: _Row, text: str) -> dict[str, str]:
     """Writes the files of a front without its pictures: name -> content."""
     points = [point for curve in facts["curves"] for point in curve["points"]]
     return {"front.csv": csv_text(COLUMNS, points), "front.json": json_text(facts), "front.md": text}
 
 
-def page(facts: Row, force_N: float, pictures: Sequence[tuple[str, str]]) -> str:
+def page(facts: _Row, force_N: float, pictures: Sequence[tuple[str, str]]) -> str:
     """Writes the page as Markdown.
 
     Args:
@@ -124,39 +124,39 @@ def page(facts: Row, force_N: float, pictures: Sequence[tuple[str, str]]) -> str
     parts += [
         f"No design has a larger cube and a smaller kappa than one of a front. {facts['torque_available_N_m']:.4g} N m "
         f"of each joint are there for {force_N:g} N; gravity's share is taken off.",
-        markdown_table(FRONTS, [_front_cells(curve) for curve in facts["curves"]]),
-        markdown_table(TABLE, [[what, *_cells(SHOWN, point, "active")] for what, point in _notable(facts)]),
+        markdown_table(_FRONTS, [_front_cells(curve) for curve in facts["curves"]]),
+        markdown_table(_TABLE, [[what, *_cells(_SHOWN, point, "active")] for what, point in _notable(facts)]),
     ]
     if facts["published"]:
         cells = [_published_cells(facts["curves"][0]["points"], design) for design in facts["published"]]
-        parts += ["## Published designs by our equations", markdown_table(PUBLISHED, cells)]
+        parts += ["## Published designs by our equations", markdown_table(_PUBLISHED, cells)]
     return "\n\n".join([*parts, *(f"![{what}]({name})" for name, what in pictures)]) + "\n"
 
 
-def summary(facts: Row) -> list[str]:
+def summary(facts: _Row) -> list[str]:
     """Gives the lines that a person reads in the terminal."""
     beyond = " and ".join(facts["curves"][0]["beyond"]) or "not found"
     lines = [f"{what}: {described(point)}" for what, point in _notable(facts)]
     return [*lines, f"1 % beyond the largest contradict each other: {beyond}"]
 
 
-def described(point: Row) -> str:
+def described(point: _Row) -> str:
     """Describes a row of a front in one line."""
     binds = f"; binds: {', '.join(point['active'])}" if point["active"] else ""
-    side, kappa, torque = (point[name] for name in SHOWN[:3])
+    side, kappa, torque = (point[name] for name in _SHOWN[:3])
     return f"cube of {side:.4g} mm, worst kappa {kappa:.4g}, torque {torque:.4g} N m{binds}"
 
 
-def _notable(facts: Row) -> list[tuple[str, Row]]:
+def _notable(facts: _Row) -> list[tuple[str, _Row]]:
     points = {point["half_side_mm"]: point for point in facts["curves"][0]["points"]}
     return [(one["what"], points[one["half_side_mm"]]) for one in facts["telling"]]
 
 
-def _cells(names: Sequence[str], point: Row, last: str) -> list[str]:
+def _cells(names: Sequence[str], point: _Row, last: str) -> list[str]:
     return [*(f"{point[name]:.4g}" for name in names), ", ".join(point[last]) or "nothing"]
 
 
-def _front_cells(curve: Row) -> list[str]:
+def _front_cells(curve: _Row) -> list[str]:
     """Lists what a front comes to; what is not known, or not proved, is left empty."""
     beyond, points = " and ".join(curve["beyond"]), curve["points"]
     if not points:
@@ -165,7 +165,7 @@ def _front_cells(curve: Row) -> list[str]:
     most = "" if proven is None else f"{2.0 * proven:.6g}"
     gap = max((1.0 - p["proven_bound"] / p["max_kappa"] for p in points if p["proven_bound"] is not None), default=None)
     binds = next((f"{point['cube_side_mm']:.4g}" for point in points if "torque" in point["active"]), "")
-    side, kappa, torque = (f"{last[name]:.4g}" for name in SHOWN[:3])
+    side, kappa, torque = (f"{last[name]:.4g}" for name in _SHOWN[:3])
     return [
         *(curve["name"], curve["words"], str(len(points)), side, most, kappa),
         *("" if gap is None else f"{100.0 * gap:.2g} %", torque),
@@ -173,7 +173,7 @@ def _front_cells(curve: Row) -> list[str]:
     ]
 
 
-def _published_cells(points: Sequence[Row], design: Row) -> list[str]:
+def _published_cells(points: Sequence[_Row], design: _Row) -> list[str]:
     """Lists a published design beside the front's kappa at its cube, on the line between two points."""
     side = design["half_side_mm"]
     sides, kappas = ([point[name] for point in points] for name in ("half_side_mm", "max_kappa"))
@@ -181,7 +181,7 @@ def _published_cells(points: Sequence[Row], design: Row) -> list[str]:
     own = f"{np.interp(side, sides, kappas):.4g}" if on_front else "beyond the front"
     worst = {
         "cube_side_mm": 2 * side,
-        **{name: np.nan if design[name] is None else design[name] for name in SHOWN[1:3]},
+        **{name: np.nan if design[name] is None else design[name] for name in _SHOWN[1:3]},
     }
-    size, kappa, torque, misses = _cells(SHOWN[:3], worst | {"misses": design["misses"]}, "misses")
+    size, kappa, torque, misses = _cells(_SHOWN[:3], worst | {"misses": design["misses"]}, "misses")
     return [f"{design['table']}, {design['row']}", design["method"], size, kappa, own, torque, misses]

@@ -28,16 +28,16 @@ from optimizer.synthesis.three_step import METHODS
 
 VALUES_MAX = 1_000  # values of one axis, and seeds
 SETS_MAX = 10_000  # sets of one atlas: a night on two cores
-POPULATION = (4, 100_000)
-GENERATION = (1, 100_000)
-INTEGER_MAX = 10**15  # a TOML integer may have thousands of digits; up to here each is a float too
-KEYS = ("name", "base", "axes", "method", "seeds", "steps", "population", "generations")
-SPACINGS = ("linspace", "geomspace")
+_POPULATION = (4, 100_000)
+_GENERATION = (1, 100_000)
+_INTEGER_MAX = 10**15  # a TOML integer may have thousands of digits; up to here each is a float too
+_KEYS = ("name", "base", "axes", "method", "seeds", "steps", "population", "generations")
+_SPACINGS = ("linspace", "geomspace")
 TABLES = ("requirements", "bounds_mm", "limits", "step_3")
 MACHINES = "design"  # method of an atlas whose sets are briefs and whose rows are machines
-BRIEF_TABLES = ("requirements", "feel", "limits", "bounds_mm")
+_BRIEF_TABLES = ("requirements", "feel", "limits", "bounds_mm")
 AtlasRow = dict[str, Any]  # what came of one set, as plain data; see `cluster.solve`
-OF_STEPS = ("steps", "population", "generations")
+_OF_STEPS = ("steps", "population", "generations")
 
 
 class GridError(RequirementsError):
@@ -143,8 +143,8 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
         RequirementsError: The base, or one of the sets, is refused.
     """
     for key in data:
-        if key not in KEYS:
-            raise GridError(file, str(key), short(data[key]), f"unknown key; known here: {', '.join(KEYS)}")
+        if key not in _KEYS:
+            raise GridError(file, str(key), short(data[key]), f"unknown key; known here: {', '.join(_KEYS)}")
     base, where = _base(data, file, folder)
     method = data.get("method", "ga+sqp")
     machines = method == MACHINES
@@ -159,7 +159,7 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
         raise GridError(file, "name", short(name), NAME_RULE)
     if method not in (*METHODS, MACHINES):
         raise GridError(file, "method", short(method), f"must be one of {', '.join((*METHODS, MACHINES))}")
-    for key in OF_STEPS if machines else ():
+    for key in _OF_STEPS if machines else ():
         if key in data:
             raise GridError(file, key, short(data[key]), f'is of the paper\'s method: method = "{MACHINES}" has none')
     seeds = data.get("seeds", [0])
@@ -169,8 +169,8 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
     steps = data.get("steps", [1, 2, 3])
     if not _naturals(steps) or not set(steps) <= {1, 2, 3} or steps != sorted(steps):
         raise GridError(file, "steps", short(steps), "must be a list of 1, 2, 3, each once at most, in order")
-    population = _integer(data, file, "population", None, POPULATION)
-    generations = _integer(data, file, "generations", GENERATIONS, GENERATION)
+    population = _integer(data, file, "population", None, _POPULATION)
+    generations = _integer(data, file, "generations", GENERATIONS, _GENERATION)
     axes = _axes(data.get("axes"), file, machines)
     count = math.prod(len(axis.values) for axis in axes) * len(seeds)
     if count > SETS_MAX:
@@ -228,7 +228,7 @@ def _axis(field: str, value: Any, file: str, machines: bool) -> Axis:
     table, _, name = field.partition(".")
     tables: dict[str, Any] = {t: Requirements.model_fields[t].annotation for t in TABLES}
     if machines:
-        tables = {t: DesignBrief.model_fields[t].annotation for t in BRIEF_TABLES} | {"hardware": Hardware}
+        tables = {t: DesignBrief.model_fields[t].annotation for t in _BRIEF_TABLES} | {"hardware": Hardware}
     model = tables.get(table)
     if not isinstance(model, type) or not issubclass(model, BaseModel) or name not in model.model_fields:
         of = [table] if table in tables else list(tables)
@@ -249,7 +249,7 @@ def _axis(field: str, value: Any, file: str, machines: bool) -> Axis:
 
 def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
     """Computes the values of a linspace or geomspace."""
-    kinds = [key for key in spec if key in SPACINGS]
+    kinds = [key for key in spec if key in _SPACINGS]
     if len(spec) != 1 or len(kinds) != 1:
         raise GridError(file, where, short(dict(spec)), "must hold one key, linspace or geomspace")
     kind, numbers = kinds[0], spec[kinds[0]]
@@ -293,4 +293,4 @@ def _numeric(value: object) -> bool:
         return bool(value) and all(not isinstance(v, list) and _numeric(v) for v in value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
-    return math.isfinite(value) if isinstance(value, float) else abs(value) < INTEGER_MAX
+    return math.isfinite(value) if isinstance(value, float) else abs(value) < _INTEGER_MAX

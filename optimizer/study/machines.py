@@ -32,12 +32,12 @@ from optimizer.codesign.search import MOTORS, Lengths, Search
 from optimizer.problem.brief import DesignBrief
 from optimizer.study.table import json_text
 
-ANY = 2.0  # limit that figures are asked for with: their values do not depend on it
-REQUIRED = "asked"  # axis of the points whose limits are as required
-PAGE, DESIGNS = "machines.html", "designs"
-WIDTH, HEIGHT, LEFT, BELOW = 460, 340, 44, 300
-COLOURS = ("#2a78c2", "#c8501e", "#1a8f68", "#a8559a", "#b98500", "#3aa0b8")  # on white and on black
-STYLE = """
+_ANY = 2.0  # limit that figures are asked for with: their values do not depend on it
+_REQUIRED = "asked"  # axis of the points whose limits are as required
+PAGE, _DESIGNS = "machines.html", "designs"
+_WIDTH, _HEIGHT, _LEFT, _BELOW = 460, 340, 44, 300
+_COLOURS = ("#2a78c2", "#c8501e", "#1a8f68", "#a8559a", "#b98500", "#3aa0b8")  # on white and on black
+_STYLE = """
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 420px), 1fr)); gap: 1rem; }
 .plot { width: 100%; height: auto; }
 .plot text { font-size: 12px; fill: var(--ink); }
@@ -53,7 +53,7 @@ tr:target { background: color-mix(in srgb, #d05a10 22%, var(--paper)); }
 
 
 @dataclass(frozen=True)
-class Axis:
+class _Axis:
     """A limit that is moved, and the figure that the cube is plotted over.
 
     Attributes:
@@ -78,7 +78,7 @@ class Axis:
 
 
 AXES = (
-    Axis(
+    _Axis(
         "effective_mass",
         ("feel.effective_mass_max_kg",),
         "kg",
@@ -86,7 +86,7 @@ AXES = (
         "effective_mass_kg",
         "effective mass, heaviest direction, kg",
     ),
-    Axis(
+    _Axis(
         "friction",
         ("feel.friction_max_N",),
         "N",
@@ -94,7 +94,7 @@ AXES = (
         "friction_N",
         "friction at the handle, N",
     ),
-    Axis(
+    _Axis(
         "stiffness",
         ("feel.stiffness_min_N_mm",),
         "N/mm",
@@ -102,14 +102,14 @@ AXES = (
         "stiffness_N_mm",
         "stiffness at the knob, softest direction, N/mm",
     ),
-    Axis(
+    _Axis(
         "outline",
         ("requirements.envelope_width_mm", "requirements.envelope_depth_mm"),
         "mm wide",
         (1.2, 1.1, 0.9, 0.8),
         label="outline, width, mm",
     ),
-    Axis("cube", ("requirements.cube_side_mm",), "mm", (0.7, 0.85, 1.15, 1.3)),
+    _Axis("cube", ("requirements.cube_side_mm",), "mm", (0.7, 0.85, 1.15, 1.3)),
 )
 
 
@@ -146,7 +146,7 @@ class MachinePoint:
     """One machine of the front.
 
     Attributes:
-        axis: The limit that was moved; `REQUIRED` for what the customer asks.
+        axis: The limit that was moved; `_REQUIRED` for what the customer asks.
         limit: Its value; None for that.
         choice: Hardware.
         design: The machine.
@@ -184,7 +184,7 @@ def front(search: Search, points: list[MachinePoint]) -> None:
         search.log.ended(f"{choice.motor} {choice.drive}")
         if candidate is None:
             continue
-        points.append(_point(search, REQUIRED, None, candidate, search.brief))
+        points.append(_point(search, _REQUIRED, None, candidate, search.brief))
         for axis in AXES:
             for point in _along(search, axis, points, candidate):
                 points.append(point)
@@ -200,10 +200,10 @@ def best_machine(search: Search) -> MachinePoint | None:
         search.log.ended(f"{choice.motor} {choice.drive}")
         if found is not None and (best is None or found.score > best.score):
             best = found
-    return None if best is None else _point(search, REQUIRED, None, best, search.brief)
+    return None if best is None else _point(search, _REQUIRED, None, best, search.brief)
 
 
-def hardware_of(points: Iterable[MachinePoint]) -> list[Selection]:
+def _hardware_of(points: Iterable[MachinePoint]) -> list[Selection]:
     """Gives the different hardware of points, in their order."""
     found: list[Selection] = []
     for point in points:
@@ -211,12 +211,12 @@ def hardware_of(points: Iterable[MachinePoint]) -> list[Selection]:
     return found
 
 
-def _along(search: Search, axis: Axis, points: list[MachinePoint], candidate: Candidate) -> Iterator[MachinePoint]:
+def _along(search: Search, axis: _Axis, points: list[MachinePoint], candidate: Candidate) -> Iterator[MachinePoint]:
     """The points of one hardware along one axis."""
-    (asked,) = (p for p in points if p.axis == REQUIRED and p.choice == candidate.choice)
+    (required,) = (p for p in points if p.axis == _REQUIRED and p.choice == candidate.choice)
     values = [search.brief.value(name) for name in axis.fields]
     if axis.figure:
-        values = [getattr(asked.figures, axis.figure)]
+        values = [getattr(required.figures, axis.figure)]
     if any(value is None for value in values):
         return
     start: Lengths | None = candidate.lengths_mm
@@ -255,7 +255,7 @@ def figures_of(design: Design, candidate: Candidate, ball_friction_N: tuple[floa
 
     choice, lengths = candidate.choice, candidate.lengths_mm
     inertia = candidate.corrections.mass_estimate.inertia(lengths[0], lengths[1], choice.ratio)
-    limits = EffectiveMass(ANY, inertia), Friction(ANY, drive_friction_N_m(design)[1], *ball_friction_N), Kappa(ANY)
+    limits = EffectiveMass(_ANY, inertia), Friction(_ANY, drive_friction_N_m(design)[1], *ball_friction_N), Kappa(_ANY)
     search, g = CubeSearch(design.workspace), design.geometry
     mass, friction, kappa = (worst_of(search, g, limit, limit.figures[0]).value for limit in limits)
     outline = design.requirements.envelope_width_mm, design.requirements.envelope_depth_mm
@@ -276,7 +276,7 @@ def record(points: Sequence[MachinePoint], name: str) -> dict[str, Any]:
     for point in points:
         figures = {**asdict(point.figures), "outline_mm": list(point.figures.outline_mm)}
         hardware = {"motor": point.choice.motor, "drive": point.choice.drive, "ratio": point.choice.ratio}
-        place = {"design": f"{DESIGNS}/{point.name}.json", "on_front": point.on_front}
+        place = {"design": f"{_DESIGNS}/{point.name}.json", "on_front": point.on_front}
         rows.append({"axis": point.axis, "limit": point.limit, **hardware, **figures, **place})
     return {"schema": "delta-machines/1", "name": name, "points": rows}
 
@@ -286,13 +286,13 @@ def design_files(points: Sequence[MachinePoint]) -> dict[str, str]:
     return {f"{point.name}.json": design_to_json(point.design) for point in points}
 
 
-def in_order(points: Sequence[MachinePoint]) -> list[MachinePoint]:
+def _in_order(points: Sequence[MachinePoint]) -> list[MachinePoint]:
     """Sorts points as tables list them: what was asked first, then axis after axis by the limit."""
-    order = [REQUIRED, *(axis.name for axis in AXES)]
+    order = [_REQUIRED, *(axis.name for axis in AXES)]
     return sorted(points, key=lambda p: (order.index(p.axis), p.limit or 0.0))
 
 
-def limit_of(point: MachinePoint) -> str:
+def _limit_of(point: MachinePoint) -> str:
     """Names the limit that was moved, and its value."""
     if point.limit is None:
         return "as required"
@@ -301,7 +301,7 @@ def limit_of(point: MachinePoint) -> str:
 
 
 @dataclass(frozen=True)
-class ExistingBuild:
+class _ExistingBuild:
     """A machine of the front that was built.
 
     Attributes:
@@ -313,7 +313,7 @@ class ExistingBuild:
     failed: tuple[str, ...]
 
 
-def existing_builds(designs: Mapping[str, Design], out: Path) -> dict[str, ExistingBuild]:
+def existing_builds(designs: Mapping[str, Design], out: Path) -> dict[str, _ExistingBuild]:
     """Finds machines that `delta_cad build` has made already.
 
     Args:
@@ -332,16 +332,16 @@ def existing_builds(designs: Mapping[str, Design], out: Path) -> dict[str, Exist
             except (ReadError, LookupError, TypeError):  # none, or a file of something else
                 continue
             if same and (out / folder / FILE_NAME).is_file():
-                found[name] = ExistingBuild(f"../{folder}/{FILE_NAME}", failed)
+                found[name] = _ExistingBuild(f"../{folder}/{FILE_NAME}", failed)
     return found
 
 
 def write_front(points: Sequence[MachinePoint], name: str, place: Path) -> None:
     """Puts the complete folder of a front in its place."""
     with whole_folder(place) as folder:
-        (folder / DESIGNS).mkdir()
+        (folder / _DESIGNS).mkdir()
         for file, text in design_files(points).items():
-            (folder / DESIGNS / file).write_text(text, encoding="utf-8")
+            (folder / _DESIGNS / file).write_text(text, encoding="utf-8")
         built = existing_builds({point.name: point.design for point in points}, place.parent)
         (folder / PAGE).write_text(machines_page(points, name, place.as_posix(), built), encoding="utf-8")
         (folder / "machines.json").write_text(json_text(record(points, name)), encoding="utf-8")
@@ -378,7 +378,7 @@ def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Prog
         write_all({place / PAGE: text, place / RECORD: record_with(place, {PAGE: text.encode()})})
 
 
-def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built: Mapping[str, ExistingBuild]) -> str:
+def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built: Mapping[str, _ExistingBuild]) -> str:
     """Writes the page.
 
     Args:
@@ -388,16 +388,16 @@ def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built:
         built: Name of a point -> its machine, of those that stand already.
     """
     tables = []
-    for k, choice in enumerate(hardware_of(points)):
-        own = [_row(point, folder, built.get(point.name)) for point in in_order(points) if point.choice == choice]
-        tables.append({"title": _hardware(choice), "colour": COLOURS[k % len(COLOURS)], "rows": own})
+    for k, choice in enumerate(_hardware_of(points)):
+        own = [_row(point, folder, built.get(point.name)) for point in _in_order(points) if point.choice == choice]
+        tables.append({"title": _hardware(choice), "colour": _COLOURS[k % len(_COLOURS)], "rows": own})
     return rendered(
         "machines.html",
-        STYLE,
+        _STYLE,
         name=name,
         count=(len(points), sum(point.on_front for point in points), len(built)),
         plots=[_plot(axis, points, built) for axis in AXES if axis.label],
-        size=(WIDTH, HEIGHT, LEFT, BELOW),
+        size=(_WIDTH, _HEIGHT, _LEFT, _BELOW),
         tables=tables,
     )
 
@@ -406,33 +406,33 @@ def _hardware(choice: Any) -> str:
     return f"{choice.motor}, {choice.drive} {choice.ratio:g}:1"
 
 
-def _row(point: MachinePoint, folder: str, built: ExistingBuild | None) -> dict[str, Any]:
+def _row(point: MachinePoint, folder: str, built: _ExistingBuild | None) -> dict[str, Any]:
     """One machine of a table."""
     f = point.figures
     width, depth = f.outline_mm
     values = f"{f.cube_side_mm:.2f}", f"{width:.0f} × {depth:.0f}", f"{f.effective_mass_kg:.3f}", f"{f.friction_N:.2f}"
     return {
         "id": point.name,
-        "limit": limit_of(point),
+        "limit": _limit_of(point),
         "on_front": point.on_front,
         "values": (*values, f"{f.stiffness_N_mm:.1f}", f"{f.kappa:.2f}"),
-        "design": f"{DESIGNS}/{point.name}.json",
+        "design": f"{_DESIGNS}/{point.name}.json",
         "built": built,
-        "command": f"python -m delta_cad build --design {folder}/{DESIGNS}/{point.name}.json",
+        "command": f"python -m delta_cad build --design {folder}/{_DESIGNS}/{point.name}.json",
     }
 
 
-def _plot(axis: Axis, points: Sequence[MachinePoint], built: Mapping[str, ExistingBuild]) -> dict[str, Any]:
+def _plot(axis: _Axis, points: Sequence[MachinePoint], built: Mapping[str, _ExistingBuild]) -> dict[str, Any]:
     """Sets out the cube over one figure."""
     label, value = axis.label, axis.value
-    across = Scale([value(point.figures) for point in points], LEFT, WIDTH - 12)
-    up = Scale([point.figures.cube_side_mm for point in points], BELOW, 10)
-    hardware = hardware_of(points)
+    across = Scale([value(point.figures) for point in points], _LEFT, _WIDTH - 12)
+    up = Scale([point.figures.cube_side_mm for point in points], _BELOW, 10)
+    hardware = _hardware_of(points)
     lines = []
     for k, choice in enumerate(hardware):
-        own = [p.figures for p in points if p.choice == choice and p.axis in (axis.name, REQUIRED)]
+        own = [p.figures for p in points if p.choice == choice and p.axis in (axis.name, _REQUIRED)]
         places = [f"{across.at(value(f))},{up.at(f.cube_side_mm)}" for f in sorted(own, key=value)]
-        lines.append({"colour": COLOURS[k % len(COLOURS)], "places": " ".join(places)})
+        lines.append({"colour": _COLOURS[k % len(_COLOURS)], "places": " ".join(places)})
     dots = []
     for point in points:
         there = built.get(point.name)
@@ -444,10 +444,10 @@ def _plot(axis: Axis, points: Sequence[MachinePoint], built: Mapping[str, Existi
                 "kind": kind.strip(),
                 "x": across.at(value(point.figures)),
                 "y": up.at(point.figures.cube_side_mm),
-                "r": 7 if point.axis == REQUIRED else 4.5,
-                "colour": COLOURS[hardware.index(point.choice) % len(COLOURS)],
+                "r": 7 if point.axis == _REQUIRED else 4.5,
+                "colour": _COLOURS[hardware.index(point.choice) % len(_COLOURS)],
                 "href": f"#{point.name}" if there is None else there.report,
-                "words": f"{_hardware(point.choice)}, {limit_of(point)}: cube {point.figures.cube_side_mm:.2f} mm, "
+                "words": f"{_hardware(point.choice)}, {_limit_of(point)}: cube {point.figures.cube_side_mm:.2f} mm, "
                 f"{label.rpartition(', ')[0]} {value(point.figures):.3g} {label.rpartition(', ')[2]}{verdict}",
             }
         )

@@ -12,8 +12,8 @@ from delta_cad.mechanism.inverse import require_closed
 from delta_cad.mechanism.statics import conditioning, direct_margin, worst_joint_torque
 
 GRID = 121  # points along an edge of a map; odd, so that the cube's middle is one of them
-SURFACE = 21  # points along an edge of the surface on which a cube is looked at before it is mapped
-MARGIN = 0.2  # margin around the cube that a map shows, as a part of the half side
+_SURFACE = 21  # points along an edge of the surface on which a cube is looked at before it is mapped
+_MARGIN = 0.2  # margin around the cube that a map shows, as a part of the half side
 
 
 def require_held(g: DeltaGeometry, cube: Cube) -> None:
@@ -23,7 +23,7 @@ def require_held(g: DeltaGeometry, cube: Cube) -> None:
         UnreachableError: A chain cannot be closed in a point of the cube's surface.
         SingularError: The platform is not above the elbows in the whole surface.
     """
-    p = cube_surface(cube, SURFACE)
+    p = cube_surface(cube, _SURFACE)
     require_closed(g, p)
     if not (direct_margin(g, p) > 0.0).all():
         raise SingularError("the platform is not above the elbows in the whole cube")
@@ -92,7 +92,7 @@ def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Sl
 
 def _axis(low: float, high: float, n: int) -> np.ndarray:
     """Computes even steps from edge to edge, both among them to the last bit, and as many more as the margin takes."""
-    further = np.arange(1, round(MARGIN * (n - 1) / 2.0) + 1) * (high - low) / (n - 1)
+    further = np.arange(1, round(_MARGIN * (n - 1) / 2.0) + 1) * (high - low) / (n - 1)
     return np.concatenate([low - further[::-1], np.linspace(low, high, n), high + further])
 
 

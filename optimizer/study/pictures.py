@@ -46,31 +46,37 @@ from optimizer.study.maps import Slice
 from optimizer.study.reachable import contours_at_height, contours_in_mirror_plane, shell
 from optimizer.study.trade import Trade
 
-WIDE = 10.0
+_WIDE = 10.0
 # Table of the paper -> how its designs are drawn: later tables repeat earlier designs, and are smaller on top.
-MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: ("v", SKY, 12), 12: ("P", VERMILLION, 6)}
-BINDING = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILLION, GREY, BLUE)
+_MARKERS = {
+    7: ("s", ORANGE, 8),
+    8: ("^", GREEN, 14),
+    10: ("D", PURPLE, 8),
+    11: ("v", SKY, 12),
+    12: ("P", VERMILLION, 6),
+}
+_BINDING = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILLION, GREY, BLUE)
 # Around the design that the other pictures show.
-RING: Any = {"marker": "o", "linestyle": "none", "markeredgecolor": BLACK, "markersize": 10}
-NEAR_LIMIT = 1.5  # a limit up to so many times the largest value is drawn as a line, a farther one is written
-STYLES = ((GREEN, (0, (1, 1)), "s"), (VERMILLION, (0, (5, 1.5)), "D"))
-METHODS = (
+_RING: Any = {"marker": "o", "linestyle": "none", "markeredgecolor": BLACK, "markersize": 10}
+_NEAR_LIMIT = 1.5  # a limit up to so many times the largest value is drawn as a line, a farther one is written
+_STYLES = ((GREEN, (0, (1, 1)), "s"), (VERMILLION, (0, (5, 1.5)), "D"))
+_METHODS = (
     ("ga", "GA, the paper's parameters", BLUE, "-"),
     ("sqp", "SQP, starts one after the other", VERMILLION, (0, (5, 1.5))),
 )
-TALL = 0.25  # height of the left picture at most, as a part of the optimum
-ZOOM = 0.005  # height of the right picture over the optimum, as a part of the optimum
-ROOM = 0.08  # below the lowest line, as a part of the picture's height
-POINTS = 400
-FAR = 100.0  # this many times the optimum stands for infinite, outside the picture
-VIEW = (22.0, -62.0)  # elevation and azimuth of the eye, degrees
-CUT_AWAY = 75.0  # half the angle of the sector that is left out towards the eye, degrees
+_TALL = 0.25  # height of the left picture at most, as a part of the optimum
+_ZOOM = 0.005  # height of the right picture over the optimum, as a part of the optimum
+_ROOM = 0.08  # below the lowest line, as a part of the picture's height
+_POINTS = 400
+_FAR = 100.0  # this many times the optimum stands for infinite, outside the picture
+_VIEW = (22.0, -62.0)  # elevation and azimuth of the eye, degrees
+_CUT_AWAY = 75.0  # half the angle of the sector that is left out towards the eye, degrees
 GRID = 401  # points along an edge of the section's raster, for its fill and the singular line
-SHELL_ALPHA = 0.28
-SAME = 1e-6  # part by which two worst values may differ and still both be the worst of all: an optimum has several
-LEVELS = 9  # contour lines inside the range
-CELLS_MAX = 150  # cells up to which each shows its number
-TITLES = {
+_SHELL_ALPHA = 0.28
+_SAME = 1e-6  # part by which two worst values may differ and still both be the worst of all: an optimum has several
+_LEVELS = 9  # contour lines inside the range
+_CELLS_MAX = 150  # cells up to which each shows its number
+_TITLES = {
     "half_side": "largest half side, mm",
     "kappa": "smallest worst condition number",
     "cube_side": "largest cube, mm",
@@ -78,9 +84,9 @@ TITLES = {
     "effective_mass": "least effective mass, kg",
     "cost": "least price, EUR by estimate",
 }
-LARGE = "half_side_mm", "cube_side_mm"  # what is the better the larger it is: ends of columns
-COLOURS = ("viridis_r", "viridis")  # bright is good: a large cube, a small condition number
-SPAN_MIN = 1e-3  # share of a value by which the colours of a map differ at least: roundings are not painted
+_LARGE = "half_side_mm", "cube_side_mm"  # what is the better the larger it is: ends of columns
+_COLOURS = ("viridis_r", "viridis")  # bright is good: a large cube, a small condition number
+_SPAN_MIN = 1e-3  # share of a value by which the colours of a map differ at least: roundings are not painted
 TICKS = 12  # labels of an axis at most
 
 
@@ -101,9 +107,9 @@ def _figure(width: float, height: float, title: str) -> Figure:
     return figure
 
 
-def kappa_scale(ax: Axes, kappas: Sequence[float]) -> None:
-    """Sets a logarithmic scale with plain numbers where condition numbers differ by more than `WIDE`."""
-    if max(kappas) > WIDE * min(kappas):
+def _kappa_scale(ax: Axes, kappas: Sequence[float]) -> None:
+    """Sets a logarithmic scale with plain numbers where condition numbers differ by more than `_WIDE`."""
+    if max(kappas) > _WIDE * min(kappas):
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter("{x:g}")
 
@@ -139,11 +145,11 @@ def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint
         )
         if chosen is not None:
             ax.plot(
-                [2.0 * chosen.half_side], [getattr(chosen, name)], color="none", **RING, markeredgewidth=1.4, zorder=4
+                [2.0 * chosen.half_side], [getattr(chosen, name)], color="none", **_RING, markeredgewidth=1.4, zorder=4
             )
         for design in published:
             _published(ax, design, name)
-    kappa_scale(quality, [point.kappa for point in curve.points])
+    _kappa_scale(quality, [point.kappa for point in curve.points])
     limits, task = curve.given.limits, curve.given.requirements
     _limit(quality, limits.kappa_max, "limits.kappa_max = {:g}")
     _limit(torque, task.joint_torque_N_m - limits.gravity_torque_N_m, "{:g} N m are left beside gravity's share")
@@ -158,7 +164,7 @@ def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint
 
 
 def _published(ax: Axes, design: PublishedDesign, name: str) -> None:
-    mark, colour, size = MARKERS[design.run.table]
+    mark, colour, size = _MARKERS[design.run.table]
     face, edge, width = ("white", colour, 1.4) if design.active else (colour, BLACK, 0.6)
     style = {"color": face, "markeredgecolor": edge, "markeredgewidth": width, "markersize": size}
     ax.plot([2.0 * design.half_side], [getattr(design, name)], mark, **style, zorder=5)
@@ -187,11 +193,11 @@ def _limit(ax: Axes, limit: float | None, form: str) -> None:
         return
     low, high = ax.get_ylim()
     text = form.format(limit)
-    if limit <= NEAR_LIMIT * high:
+    if limit <= _NEAR_LIMIT * high:
         ax.axhline(limit, color=BLACK, linewidth=1.0, linestyle=(0, (5, 2)))
         ax.set_ylim(low, max(high, limit + 0.05 * (limit - low)))
-        beside = {"xycoords": ("axes fraction", "data"), "xytext": (0, -3), "textcoords": "offset points"}
-        ax.annotate(text, (0.01, limit), **beside, va="top", fontsize=8.5)
+        adjacent = {"xycoords": ("axes fraction", "data"), "xytext": (0, -3), "textcoords": "offset points"}
+        ax.annotate(text, (0.01, limit), **adjacent, va="top", fontsize=8.5)
     else:
         text = f"{text}: far above the picture"
         ax.text(0.995, 0.05, text, transform=ax.transAxes, ha="right", va="bottom", fontsize=8.5)
@@ -206,12 +212,12 @@ def _binding(ax: Axes, points: Sequence[FrontPoint]) -> None:
     edges = np.concatenate([sides[:1], (sides[1:] + sides[:-1]) / 2.0, sides[-1:]])
     for k, kind in enumerate(sets):
         if kind:
-            ax.axvspan(edges[k], edges[k + 1], color=BINDING[kinds.index(kind) % len(BINDING)], linewidth=0.0)
+            ax.axvspan(edges[k], edges[k + 1], color=_BINDING[kinds.index(kind) % len(_BINDING)], linewidth=0.0)
     ax.set(yticks=[], ylim=(0.0, 1.0))
     ax.grid(False)
     ax.spines["left"].set_visible(False)
     ax.set_ylabel("binds", rotation=0, ha="right", va="center")
-    handles = [Patch(color=c, label=pretty(" + ".join(kind))) for c, kind in zip(BINDING, kinds, strict=False)]
+    handles = [Patch(color=c, label=pretty(" + ".join(kind))) for c, kind in zip(_BINDING, kinds, strict=False)]
     if always:
         handles.append(Patch(color="none", label=pretty("everywhere: " + ", ".join(sorted(always)))))
     if handles:
@@ -226,9 +232,9 @@ def _legend(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoi
         label = f"proved impossible; front within {100.0 * max(gaps):.2g} %"
         handles.append(Patch(color=GREY, alpha=0.16, linewidth=0.0, label=label))
     if chosen is not None:
-        handles.append(Line2D([], [], color="none", **RING, label="design of the other pictures"))
+        handles.append(Line2D([], [], color="none", **_RING, label="design of the other pictures"))
     for table in sorted({design.run.table for design in published}):
-        mark, colour, _ = MARKERS[table]
+        mark, colour, _ = _MARKERS[table]
         methods = ", ".join(dict.fromkeys(design.run.method for design in published if design.run.table == table))
         label = f"published, table {table} ({methods})"
         style = {"markeredgecolor": BLACK, "markeredgewidth": 0.6, "linestyle": "none"}
@@ -257,13 +263,13 @@ def trade(fronts: Trade, title: str) -> Figure:
     left.set(title="other outlines", ylabel="worst condition number in the cube")
     _family(right, fronts.main, fronts.torques, f"as required; it needs up to {fronts.torque_needed:.3f} N m")
     right.set(title="less torque for the force")
-    kappa_scale(left, [point.kappa for curve in fronts.curves for point in curve.points])
+    _kappa_scale(left, [point.kappa for curve in fronts.curves for point in curve.points])
     return figure
 
 
 def _family(ax: Axes, main: Curve, others: Sequence[Curve], label: str) -> None:
     _line(ax, main, label, BLUE, "-", "o")
-    for curve, (colour, line, mark) in zip(others, STYLES, strict=False):
+    for curve, (colour, line, mark) in zip(others, _STYLES, strict=False):
         if curve.points:
             _line(ax, curve, _label(curve), colour, line, mark)
         else:
@@ -301,10 +307,10 @@ def convergence(traces: list[Trace], optimum: float, title: str) -> Figure:
     first = min(trace.evaluations[0] for trace in traces if trace.evaluations)
     last = max(trace.evaluations[-1] for trace in traces if trace.evaluations)
     at = np.unique(
-        np.concatenate([np.geomspace(first, last, POINTS).round(), [n for t in traces for n in t.evaluations]])
+        np.concatenate([np.geomspace(first, last, _POINTS).round(), [n for t in traces for n in t.evaluations]])
     )
     lowest = highest = optimum
-    for method, label, colour, line in METHODS:
+    for method, label, colour, line in _METHODS:
         seeds = sum(trace.method == method for trace in traces)
         if not seeds:
             continue
@@ -313,7 +319,7 @@ def convergence(traces: list[Trace], optimum: float, title: str) -> Figure:
         least, median, largest = band(traces, method, mine)
         highest = max(highest, *(float(line[np.isfinite(line)].max(initial=optimum)) for line in (median, largest)))
         lowest = min(lowest, float(least.min()))
-        least, largest = (np.minimum(line, FAR * optimum) for line in (least, largest))
+        least, largest = (np.minimum(line, _FAR * optimum) for line in (least, largest))
         for ax in (wide, near):
             ax.fill_between(mine, least, largest, step="post", color=colour, alpha=0.22, linewidth=0.0)
             ax.step(mine, median, where="post", color=colour, linestyle=line, linewidth=1.8, label=label)
@@ -323,12 +329,12 @@ def convergence(traces: list[Trace], optimum: float, title: str) -> Figure:
         ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.set(xlabel="designs evaluated", ylabel="smallest worst condition number so far")
-    highest = min(highest, (1.0 + TALL) * optimum)
-    room = ROOM * (highest - optimum) or ROOM * ZOOM * optimum
+    highest = min(highest, (1.0 + _TALL) * optimum)
+    room = _ROOM * (highest - optimum) or _ROOM * _ZOOM * optimum
     wide.set_ylim(optimum - room, highest + room)
     wide.set_title(f"median and range of {len({trace.seed for trace in traces})} seeds")
-    near.set_ylim(max(lowest, optimum * (1.0 - ZOOM)) - ROOM * ZOOM * optimum, optimum * (1.0 + ZOOM))
-    near.set_title(f"the same within {100.0 * ZOOM:g} % of the front")
+    near.set_ylim(max(lowest, optimum * (1.0 - _ZOOM)) - _ROOM * _ZOOM * optimum, optimum * (1.0 + _ZOOM))
+    near.set_title(f"the same within {100.0 * _ZOOM:g} % of the front")
     wide.legend(loc="upper right")
     figure.supxlabel(
         "Band open above: not every seed has a feasible design yet. Below the front: the GA's sample of the cube's "
@@ -356,14 +362,14 @@ def workspace(g: DeltaGeometry, cube: Cube, title: str) -> Figure:
 def _shell(ax: Any, g: DeltaGeometry, cube: Cube) -> None:
     s = shell(g)
     azimuth = np.degrees(np.arctan2(s.y[:, -1], s.x[:, -1]))
-    towards = (azimuth - VIEW[1] + 180.0) % 360.0 - 180.0
-    back = np.flatnonzero(np.abs(towards) >= CUT_AWAY)
+    towards = (azimuth - _VIEW[1] + 180.0) % 360.0 - 180.0
+    back = np.flatnonzero(np.abs(towards) >= _CUT_AWAY)
     start = int(np.argmax(np.diff(back, append=back[0] + len(azimuth)) > 1)) + 1  # the fan without its gap
     order = np.roll(back, -start) if start < len(back) else back
     x, y = s.x[order] * MM, s.y[order] * MM
     for z in (s.bottom[order] * MM, s.top[order] * MM):
         ax.plot_surface(
-            x, y, z, rstride=6, cstride=4, color=SKY, alpha=SHELL_ALPHA, edgecolor=BLUE, linewidth=0.25, shade=False
+            x, y, z, rstride=6, cstride=4, color=SKY, alpha=_SHELL_ALPHA, edgecolor=BLUE, linewidth=0.25, shade=False
         )
     rim = np.stack([s.x[:, -1], s.y[:, -1], s.top[:, -1]], axis=-1) * MM
     ax.plot(*rim.T, color=BLUE, linewidth=0.9)
@@ -378,7 +384,7 @@ def _shell(ax: Any, g: DeltaGeometry, cube: Cube) -> None:
     shoulders = np.append(RADIAL * g.base_radius * MM, RADIAL[:1] * g.base_radius * MM, axis=0)
     ax.plot(*shoulders.T, color=BLACK, linewidth=1.2, marker="o", markersize=4)
     ax.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)", title="limit of reach, cut open towards the eye")
-    ax.view_init(*VIEW)
+    ax.view_init(*_VIEW)
     ax.set_aspect("equal")
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_major_locator(MultipleLocator(100.0))
@@ -411,7 +417,7 @@ def _mirror_plane(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
     z = np.linspace(0.0, every[:, 2].max(), GRID)
     p = np.stack(np.broadcast_arrays(x[None, :], 0.0, z[:, None]), axis=-1) / MM
     inside = closure_margin(g, p).min(axis=-1)
-    ax.contourf(x, z, inside, levels=[0.0, np.inf], colors=[SKY], alpha=SHELL_ALPHA)
+    ax.contourf(x, z, inside, levels=[0.0, np.inf], colors=[SKY], alpha=_SHELL_ALPHA)
     for k, arc in enumerate(arcs):
         ax.plot(arc[:, 0], arc[:, 2], color=BLUE, linewidth=1.4, label="limit of reach, h = 0" if k == 0 else None)
     with np.errstate(invalid="ignore"):
@@ -464,7 +470,7 @@ def _map(ax: Axes, plane: Slice, value: np.ndarray, limits: tuple[float, float],
     shown, (low, high) = np.ma.masked_invalid(value), limits
     style = {"cmap": colours, "vmin": low, "vmax": high, "shading": "nearest", "rasterized": True}
     picture = ax.pcolormesh(across, up, shown, **style)
-    levels = np.linspace(low, high, LEVELS + 2)[1:-1]
+    levels = np.linspace(low, high, _LEVELS + 2)[1:-1]
     if high > low:
         ax.contour(across, up, shown, levels=levels, colors="white", linewidths=0.5, alpha=0.7)
     return picture
@@ -480,7 +486,7 @@ def _marks(ax: Axes, plane: Slice, value: np.ndarray, form: str, worst: float) -
     ax.add_patch(PathPatch(veil, facecolor="white", alpha=0.45, linewidth=0.0))
     ax.add_patch(Rectangle((left, lower), right - left, upper - lower, fill=False, edgecolor="black", linewidth=1.6))
     largest, x, y = plane.worst(value)
-    star = largest >= worst * (1.0 - SAME)
+    star = largest >= worst * (1.0 - _SAME)
     style = {"marker": "*", "markersize": 15} if star else {"marker": "X", "markersize": 8}
     style |= {"color": VERMILLION, "markeredgecolor": "white", "markeredgewidth": 1.0, "clip_on": False, "zorder": 5}
     ax.plot([x * MM], [y * MM], **style)
@@ -497,11 +503,13 @@ def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
     Returns:
         The figure, 4.2 inches high.
     """
-    titles = {objective_column(s): f"step {s['step']}: {TITLES[s['objective_name']]}" for r in rows for s in r["steps"]}
+    titles = {
+        objective_column(s): f"step {s['step']}: {_TITLES[s['objective_name']]}" for r in rows for s in r["steps"]
+    }
     titles = titles or {"": "no set can be met"}
     figure = _figure(1.6 + 4.6 * len(titles), 4.2, f"{grid.name} (hatched: cannot be met)")
     for ax, (column, title) in zip(figure.subplots(1, len(titles), squeeze=False)[0], titles.items(), strict=True):
-        _panel(ax, cells(grid, rows, column), COLOURS[column.endswith(LARGE)])
+        _panel(ax, cells(grid, rows, column), _COLOURS[column.endswith(_LARGE)])
         for axis, place in zip(grid.axes, (ax.yaxis, ax.xaxis), strict=True):
             _ticks(axis, place)
         ax.set_title(title)
@@ -517,7 +525,7 @@ def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
     """
     first, second = grid.axes
     best = np.full((len(first.values), len(second.values)), np.nan)
-    larger = column.endswith(LARGE)
+    larger = column.endswith(_LARGE)
     for row in rows:
         objectives = [
             step["objective"] for step in row["steps"] if objective_column(step) == column and step["feasible"]
@@ -536,10 +544,10 @@ def _panel(ax: Axes, values: np.ndarray, colours: str) -> None:
     if not np.isfinite(values).any():
         return
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    room = max(0.0, SPAN_MIN * abs(high) - (high - low)) / 2.0
+    room = max(0.0, _SPAN_MIN * abs(high) - (high - low)) / 2.0
     shown: Any = ax.imshow(values, origin="lower", aspect="auto", cmap=colours, vmin=low - room, vmax=high + room)
     ax.figure.colorbar(shown, ax=ax)
-    for (i, j), value in np.ndenumerate(values if values.size <= CELLS_MAX else np.empty((0, 0))):
+    for (i, j), value in np.ndenumerate(values if values.size <= _CELLS_MAX else np.empty((0, 0))):
         if math.isfinite(value):
             red, green, blue, _ = shown.cmap(shown.norm(value))
             dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5

@@ -16,14 +16,14 @@ import numpy as np
 from delta_cad.mechanism import DeltaGeometry, closure_margin
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 
-SAMPLES = 720  # along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve
-BISECTIONS = 60  # halvings to an end of a contour: more than a double can resolve
-RAYS = 241
-RADIAL_SCAN = 400  # points along a ray, from outside inwards, before its end is bisected
+_SAMPLES = 720  # along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve
+_BISECTIONS = 60  # halvings to an end of a contour: more than a double can resolve
+_RAYS = 241
+_RADIAL_SCAN = 400  # points along a ray, from outside inwards, before its end is bisected
 HEIGHTS = 49
 
 # (K,) beta -> (K, 3) points, and (K,) margin that is negative where the contour is not there.
-Contour = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+_Contour = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:
@@ -53,7 +53,7 @@ def contours_in_mirror_plane(g: DeltaGeometry) -> list[np.ndarray]:
     return arcs + _arcs(_mirrored(g))
 
 
-class Shell(NamedTuple):
+class _Shell(NamedTuple):
     """The boundary of the workspace above the base plane as two heights over a fan of rays.
 
     Attributes:
@@ -69,7 +69,7 @@ class Shell(NamedTuple):
     bottom: np.ndarray
 
 
-def shell(g: DeltaGeometry, rays: int = RAYS, heights: int = HEIGHTS) -> Shell:
+def shell(g: DeltaGeometry, rays: int = _RAYS, heights: int = HEIGHTS) -> _Shell:
     """Computes the boundary of the workspace over the base plane.
 
     Args:
@@ -88,11 +88,11 @@ def shell(g: DeltaGeometry, rays: int = RAYS, heights: int = HEIGHTS) -> Shell:
         top2, bottom2 = _squares(g, direction * radius[:, None])
         return top2 - bottom2
 
-    scan = np.linspace(farthest, 0.0, RADIAL_SCAN)
+    scan = np.linspace(farthest, 0.0, _RADIAL_SCAN)
     inside = np.stack([open_at(np.full(rays, radius)) > 0.0 for radius in scan])
     first = inside.argmax(axis=0)  # 0 where nothing is: outside the farthest reach
     low, high = scan[first], scan[np.maximum(first - 1, 0)]
-    for _ in range(BISECTIONS):
+    for _ in range(_BISECTIONS):
         middle = (low + high) / 2.0
         good = open_at(middle) > 0.0
         low, high = np.where(good, middle, low), np.where(good, high, middle)
@@ -100,7 +100,7 @@ def shell(g: DeltaGeometry, rays: int = RAYS, heights: int = HEIGHTS) -> Shell:
     share = np.sin(np.linspace(0.0, np.pi / 2.0, heights))
     p = direction[:, None, :] * (low[:, None] * share)[..., None]
     top2, bottom2 = _squares(g, p)
-    return Shell(p[..., 0], p[..., 1], np.sqrt(np.maximum(top2, 0.0)), np.sqrt(np.maximum(bottom2, 0.0)))
+    return _Shell(p[..., 0], p[..., 1], np.sqrt(np.maximum(top2, 0.0)), np.sqrt(np.maximum(bottom2, 0.0)))
 
 
 def _squares(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -114,7 +114,7 @@ def _squares(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return top2, bottom2
 
 
-def _horizontal(g: DeltaGeometry, chain: int, sign: float, z: float) -> Contour:
+def _horizontal(g: DeltaGeometry, chain: int, sign: float, z: float) -> _Contour:
     others = [i for i in range(3) if i != chain]
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -132,7 +132,7 @@ def _own_reaches(g: DeltaGeometry) -> tuple[float, float]:
     return g.upper_arm_length + g.forearm_length, abs(g.forearm_length - g.upper_arm_length)
 
 
-def _circle(g: DeltaGeometry, radius: float) -> Contour:
+def _circle(g: DeltaGeometry, radius: float) -> _Contour:
     """Makes the contour of chain 0 in the mirror plane, about its shoulder; beta is its angle there."""
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -143,7 +143,7 @@ def _circle(g: DeltaGeometry, radius: float) -> Contour:
     return contour
 
 
-def _mirrored(g: DeltaGeometry) -> Contour:
+def _mirrored(g: DeltaGeometry) -> _Contour:
     """Makes the contour of chains 1 and 2 in the mirror plane, where they are each other's image."""
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -161,9 +161,9 @@ def _limit(g: DeltaGeometry, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return g.upper_arm_length + g.forearm_length * np.cos(beta), g.forearm_length * np.sin(beta)
 
 
-def _arcs(contour: Contour) -> list[np.ndarray]:
+def _arcs(contour: _Contour) -> list[np.ndarray]:
     """Finds the parts of a closed contour whose margin is not negative, their ends bisected."""
-    beta = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+    beta = np.linspace(0.0, 2.0 * np.pi, _SAMPLES, endpoint=False)
     there = contour(beta)[1] >= 0.0
     if not there.any():
         return []
@@ -186,9 +186,9 @@ def _arcs(contour: Contour) -> list[np.ndarray]:
     return arcs
 
 
-def _ends(contour: Contour, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
+def _ends(contour: _Contour, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
     """Finds where a contour ends, between parameters at which it is there and at which it is not."""
-    for _ in range(BISECTIONS):
+    for _ in range(_BISECTIONS):
         middle = (inside + outside) / 2.0
         there = contour(middle)[1] >= 0.0 if len(middle) else np.zeros(0, dtype=bool)
         inside, outside = np.where(there, middle, inside), np.where(there, outside, middle)

@@ -14,7 +14,9 @@ from optimizer.search.sqp import Search, exchange, start_points
 
 # Starts of each feasibility search; a contradiction shows from any of them, only what is barely possible wants more.
 STARTS = 4
-CLEAR = 10.0 * SLACK  # what some of the constraints must lack for a contradiction: searches end so near to a mere point
+_CLEAR = (
+    10.0 * SLACK
+)  # what some of the constraints must lack for a contradiction: searches end so near to a mere point
 
 
 class InfeasibleError(ValueError):
@@ -82,7 +84,7 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
 
     def impossible(members: frozenset[str]) -> bool:
         level = best_level(step_problem(given, problem.step, reached_mm, every - members), seed)
-        return level < -CLEAR
+        return level < -_CLEAR
 
     smallest = _smallest(problem.constraints, impossible)
     conflict = tuple(name for name in CONSTRAINTS if name in smallest)

@@ -21,11 +21,11 @@ from optimizer.problem.step import SIDE, step_problem
 from optimizer.search.result import Result
 
 UNFINISHED = "unfinished"  # key of the provenance, only of a design that its run did not end with
-DECIMALS = 3  # decimals of a length in mm: one micrometre, finer than anything is machined to
-SAME_UM = 1e-3  # a half side this close below a whole micrometre counts as that: metres and back cost 1e-11
-DIGITS = 8  # digits of the figures in the provenance; solvers end within 1e-9
-GAP_DIGITS = 3  # digits of a gap, which is itself a small difference of two such figures
-GIVEN_UP_UM = 5  # most micrometres that the half side gives up: one of the other lengths is worth less than one or two
+_DECIMALS = 3  # decimals of a length in mm: one micrometre, finer than anything is machined to
+_SAME_UM = 1e-3  # a half side this close below a whole micrometre counts as that: metres and back cost 1e-11
+_DIGITS = 8  # digits of the figures in the provenance; solvers end within 1e-9
+_GAP_DIGITS = 3  # digits of a gap, which is itself a small difference of two such figures
+_GIVEN_UP_UM = 5  # most micrometres that the half side gives up: one of the other lengths is worth less than one or two
 
 
 class OtherDesignError(ValueError):
@@ -98,10 +98,10 @@ def _provenance(path: Path, given: Requirements) -> dict[str, Any]:
     if name != given.name:
         raise OtherDesignError(f"{path.name}: name = {short(name)}: must be {short(given.name)}; {leave}")
     digest = found.get("requirements_sha256") if isinstance(found, dict) else None
-    ours = requirements_hash(given)
-    if not isinstance(found, dict) or digest != ours:
+    own = requirements_hash(given)
+    if not isinstance(found, dict) or digest != own:
         field = f"{path.name}: provenance.requirements_sha256 = {short(digest)}"
-        raise OtherDesignError(f"{field}: must be {ours}, that of these requirements; {leave}")
+        raise OtherDesignError(f"{field}: must be {own}, that of these requirements; {leave}")
     return found
 
 
@@ -177,9 +177,9 @@ def presentable(result: Result) -> tuple[float, ...]:
     if not result.feasible:
         return lengths_mm
     choices = [_rounded(v) for v in lengths_mm]
-    floor = math.floor(lengths_mm[SIDE] * 10**DECIMALS + SAME_UM)
-    for um in range(GIVEN_UP_UM + 1):
-        side = (floor - um) / 10**DECIMALS
+    floor = math.floor(lengths_mm[SIDE] * 10**_DECIMALS + _SAME_UM)
+    for um in range(_GIVEN_UP_UM + 1):
+        side = (floor - um) / 10**_DECIMALS
         if side <= 0.0:  # no cube is left
             break
         smaller = step_problem(problem.requirements, problem.step, side)
@@ -195,8 +195,10 @@ def presentable(result: Result) -> tuple[float, ...]:
 
 def _rounded(length: float) -> list[float]:
     """Rounds a length down and up; the nearer one comes first."""
-    scaled = length * 10**DECIMALS
-    return sorted({math.floor(scaled) / 10**DECIMALS, math.ceil(scaled) / 10**DECIMALS}, key=lambda v: abs(v - length))
+    scaled = length * 10**_DECIMALS
+    return sorted(
+        {math.floor(scaled) / 10**_DECIMALS, math.ceil(scaled) / 10**_DECIMALS}, key=lambda v: abs(v - length)
+    )
 
 
 def write_design(design: Design, path: Path) -> None:
@@ -208,8 +210,8 @@ def _step(result: Result) -> dict[str, Any]:
     """Gathers what the provenance has of a step, without the digits in which two machines' arithmetic differs."""
     record = result.record()
     names = ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa", "proven_bound", "gap")
-    digits = {"gap": GAP_DIGITS}
+    digits = {"gap": _GAP_DIGITS}
     return {
-        name: float(f"{value:.{digits.get(name, DIGITS)}g}") if isinstance(value := record[name], float) else value
+        name: float(f"{value:.{digits.get(name, _DIGITS)}g}") if isinstance(value := record[name], float) else value
         for name in names
     }

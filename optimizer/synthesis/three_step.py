@@ -24,9 +24,9 @@ from optimizer.synthesis.checkpoint import Checkpoint, remembered
 from optimizer.synthesis.infeasible import explain, explain_proved
 
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
-CANDIDATES = 10  # designs of the last generation that are looked at between the samples
+_CANDIDATES = 10  # designs of the last generation that are looked at between the samples
 HALVINGS = 24  # halvings of the part by which a cube is made smaller: to 1e-9 of L
-SHRINK = 0.05  # largest part; more would be another design
+_SHRINK = 0.05  # largest part; more would be another design
 
 
 class Progress(NamedTuple):
@@ -51,7 +51,7 @@ class Progress(NamedTuple):
     certifying: int = 0
 
 
-class Outcome(NamedTuple):
+class _Outcome(NamedTuple):
     """What a phase adds to its problem and method: fields of `Result`, in their order."""
 
     design_mm: tuple[float, ...]
@@ -175,11 +175,11 @@ class Run:
         """Takes the result of a phase from the store, or solves it and keeps it, unless the run was stopped."""
         solved: list[Result] = []
 
-        def compute() -> Outcome | None:
+        def compute() -> _Outcome | None:
             solved.append(solve())
-            return None if self.stop() else Outcome(*(getattr(solved[0], field) for field in Outcome._fields))
+            return None if self.stop() else _Outcome(*(getattr(solved[0], field) for field in _Outcome._fields))
 
-        kept = remembered(self.store, f"{problem.step}/{name}", compute, Outcome)
+        kept = remembered(self.store, f"{problem.step}/{name}", compute, _Outcome)
         if kept is None:
             return replace(solved[0], status="interrupted")
         return solved[0] if solved else Result(problem, self.method, *kept)
@@ -256,7 +256,7 @@ def best_holding(problem: Problem, last: genetic.Population) -> np.ndarray:
         (free variables) scaled; the first of the generation if none holds.
     """
     best, worth = last.x[0], -np.inf
-    for x in last.x[:CANDIDATES]:
+    for x in last.x[:_CANDIDATES]:
         shrunk = _shrunk(problem, x)
         if shrunk is not None:
             value = _level(problem, shrunk)
@@ -272,7 +272,7 @@ def _shrunk(problem: Problem, x: np.ndarray) -> np.ndarray | None:
     if "half_side" not in problem.free:
         return None
     k = problem.free.index("half_side")
-    design, low, high = x.copy(), x[k] * (1.0 - SHRINK), x[k]
+    design, low, high = x.copy(), x[k] * (1.0 - _SHRINK), x[k]
     design[k] = low
     if not _holds(problem, design):
         return None

@@ -31,7 +31,7 @@ MINUTES = {
     "optimizer.atlas": 10.0,
     "optimizer.front": 15.0,
     "haptics.wall": 10.0,
-    "haptics.loop": 10.0,
+    "haptics.simulation": 10.0,
     "haptics.firmware": 10.0,
 }
 """Subjects and the time after which each is given up: a multiple of what it takes on a quiet two-core machine."""

@@ -98,9 +98,9 @@ class Costs:
         """Prints them before pytest's own last line."""
         tests = sum(self._costs.values())
         load = ", ".join(f"{one:.1f}" for one in os.getloadavg())
-        told = f"tests: {time.monotonic() - self._began:.0f} s, {self._total:.0f} s of processor"
+        reported = f"tests: {time.monotonic() - self._began:.0f} s, {self._total:.0f} s of processor"
         terminalreporter.section("processor")
-        terminalreporter.line(f"{told} ({tests:.0f} in tests, the rest to start and collect); load {load}")
+        terminalreporter.line(f"{reported} ({tests:.0f} in tests, the rest to start and collect); load {load}")
         usual = terminalreporter.config.option.markexpr == "not slow"  # of slow tests no docstring says anything
         for line in table(self._costs, self._stated if usual else self._costs):
             terminalreporter.line(line)

@@ -72,9 +72,9 @@ def main(module: str, file: str) -> None:
     except Exception as error:
         traceback.print_exc()
         result = {"failed": f"{type(error).__name__}: {error}"}
-    beside = Path(file + ".part")
-    beside.write_text(json.dumps(result), encoding="utf-8")
-    beside.rename(file)
+    adjacent = Path(file + ".part")
+    adjacent.write_text(json.dumps(result), encoding="utf-8")
+    adjacent.rename(file)
 
 
 if __name__ == "__main__":

@@ -53,12 +53,12 @@ def fakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_no_subject_takes_the_others_with_it(fakes: Path) -> None:
     names = ("raises", "ends", "killed", "child_ends", "stops", "no_figures", "broken", "fine")
     assert run({f"fake_{name}": 60.0 for name in names}, fakes / "out", "bench") == 1
-    told = json.loads((fakes / "out" / "bench.json").read_text())
-    assert [(f["name"], f["value"], f["spread"], f["reached"]) for f in told["figures"]] == [
+    reported = json.loads((fakes / "out" / "bench.json").read_text())
+    assert [(f["name"], f["value"], f["spread"], f["reached"]) for f in reported["figures"]] == [
         ("two", 2.0, [1.0, 2.5], True),
         ("none", 0.0, None, None),
     ]
-    failed = dict(line.split(": ", 1) for line in told["failed"])
+    failed = dict(line.split(": ", 1) for line in reported["failed"])
     assert list(failed) == [f"fake {name.replace('_', ' ')}" for name in names[:-1]]
     assert "KeyError" in failed["fake raises"]
     assert "elbow" in failed["fake raises"]
@@ -67,14 +67,14 @@ def test_no_subject_takes_the_others_with_it(fakes: Path) -> None:
     assert "exit code 3" in failed["fake child ends"]
     page = (fakes / "out" / "bench.md").read_text()
     assert "| two | 2 s | 1 to 2.5 | <= 3 s | yes |" in page
-    assert all(line in page for line in told["failed"])
+    assert all(line in page for line in reported["failed"])
 
 
 def test_a_subject_that_does_not_end_is_killed_with_its_children(fakes: Path) -> None:
     assert run({"fake_hangs": 3.0, "fake_fine": 60.0}, fakes / "out", "bench") == 1
-    told = json.loads((fakes / "out" / "bench.json").read_text())
-    assert len(told["figures"]) == 2
-    assert "3 s" in told["failed"][0]
+    reported = json.loads((fakes / "out" / "bench.json").read_text())
+    assert len(reported["figures"]) == 2
+    assert "3 s" in reported["failed"][0]
     with open(fakes / "held", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # its child holds it as long as it lives
     assert not (fakes / "late").exists()

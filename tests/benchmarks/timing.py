@@ -90,9 +90,9 @@ def python(*arguments: str, watch: bool = False) -> Child:
         process.returncode = os.waitstatus_to_exitcode(status)  # wait4 took it: nobody may wait again
         out.seek(0)
         errors.seek(0)
-        told, complaint = out.read().decode(), errors.read().decode()
+        reported, complaint = out.read().decode(), errors.read().decode()
     busy = usage.ru_utime + usage.ru_stime
-    return Child(wall, busy, usage.ru_maxrss * 1024, tree, process.returncode, told, complaint)
+    return Child(wall, busy, usage.ru_maxrss * 1024, tree, process.returncode, reported, complaint)
 
 
 def succeeded(child: Child) -> Child:

@@ -26,6 +26,6 @@ def site(shared: Shared) -> Path:
         run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=os.environ | NOWHERE)
         return run.returncode, run.stdout + run.stderr
 
-    code, told = shared.once("site", build)
-    assert (code, told) == (0, "")
+    code, reported = shared.once("site", build)
+    assert (code, reported) == (0, "")
     return folder

@@ -83,9 +83,9 @@ def run(page: Path, folder: Path, slow: bool) -> list[str]:
             printed = None
             continue
         if block.language == "sh":
-            printed, code, told = _run_lines(block, folder)
+            printed, code, reported = _run_lines(block, folder)
             if code != block.exit:
-                wrong.append(f"{at}: exit code {code}, not {block.exit}: {told[-500:]}")
+                wrong.append(f"{at}: exit code {code}, not {block.exit}: {reported[-500:]}")
         elif block.language == "python":
             out = StringIO()
             with redirect_stdout(out):
@@ -97,7 +97,7 @@ def run(page: Path, folder: Path, slow: bool) -> list[str]:
 
 
 def _run_lines(block: Block, folder: Path) -> tuple[str, int, str]:
-    printed, code, told = "", 0, ""
+    printed, code, reported = "", 0, ""
     for line in block.code.splitlines():
         words = shell(line)
         if words is None:
@@ -105,10 +105,10 @@ def _run_lines(block: Block, folder: Path) -> tuple[str, int, str]:
         room = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])}
         ended = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=room, timeout=HANGS_S)
         printed, code = printed + ended.stdout, ended.returncode
-        told = said(ended.stderr) or ended.stdout
+        reported = said(ended.stderr) or ended.stdout
         if code:
             break
-    return printed, code, told
+    return printed, code, reported
 
 
 def _missing(expected: str, printed: str) -> list[str]:

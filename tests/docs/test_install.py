@@ -20,12 +20,12 @@ def test_a_silent_step_gives_signs_of_life(capsys: pytest.CaptureFixture[str]) -
 
     code = "import time\nfor _ in range(3): print('quiet', flush=True); time.sleep(0.2)"
     assert install.run("a step", [sys.executable, "-c", code], more, tell_s=0.05) == 0
-    told = capsys.readouterr()
-    lines = told.out.splitlines()
+    reported = capsys.readouterr()
+    lines = reported.out.splitlines()
     assert lines[0] == "    0 s  a step"
     assert len(lines) >= 4
     assert all(": sign " in line for line in lines[1:])
-    assert ("quiet" in told.out, told.err) == (False, "")
+    assert ("quiet" in reported.out, reported.err) == (False, "")
 
 
 def test_a_step_that_fails_tells_what_it_said(capsys: pytest.CaptureFixture[str]) -> None:

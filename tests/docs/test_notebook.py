@@ -51,12 +51,12 @@ def test_it_inspects_proves_and_renders_a_wall(
     notebook: Any, committed: Built, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     checkout(tmp_path, committed.folder)
-    told = executed(light(notebook), tmp_path, monkeypatch)
+    reported = executed(light(notebook), tmp_path, monkeypatch)
     side = 2 * json.loads(COMMITTED.read_text())["cube"]["half_side_mm"]
-    assert f"cube side 2 L              {side:.5g} mm" in told["cell 0"]
-    assert "kappa proved" in told["cell 2"]
-    assert "kappa refuted (" in told["cell 2"]
-    depth = float(told["cell 3"].split()[0])
+    assert f"cube side 2 L              {side:.5g} mm" in reported["cell 0"]
+    assert "kappa proved" in reported["cell 2"]
+    assert "kappa refuted (" in reported["cell 2"]
+    depth = float(reported["cell 3"].split()[0])
     (friction,) = (check["value"] for check in committed.record["checks"] if check["name"] == "friction")
     assert (2.0 - friction) / 2.0 < depth < 2.0 / 2.0  # mm: push over stiffness, less what the joints' friction bears
 

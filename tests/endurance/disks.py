@@ -45,12 +45,12 @@ def ended(arguments: list[str], codes: tuple[int, ...] = (2,), needs: str = "", 
     """Runs Python to its end; what was wrong about its exit code and its one line."""
     run = start(arguments, **options)
     try:
-        _, told = run.communicate(timeout=LIMIT_S)
+        _, reported = run.communicate(timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
         run.kill()
         run.communicate()
         return [f"no end: {' '.join(arguments)}"]
-    text = said(told.decode(errors="backslashreplace"))
+    text = said(reported.decode(errors="backslashreplace"))
     lines = [line for line in text.split("\n") if line and not line.startswith("note: ")]
     found = [] if run.returncode in codes else [f"exit code {run.returncode}, not {codes}: {text[-300:]!r}"]
     if run.returncode in (0, 1):
@@ -121,9 +121,9 @@ def two_at_once(folder: Path) -> list[str]:
     runs = [start([*BUILD, str(folder)]) for _ in range(2)]
     found = []
     for run in runs:
-        _, told = run.communicate(timeout=LIMIT_S)
+        _, reported = run.communicate(timeout=LIMIT_S)
         if run.returncode != 0:
-            found.append(f"exit code {run.returncode}: {told.decode(errors='replace')[-300:]!r}")
+            found.append(f"exit code {run.returncode}: {reported.decode(errors='replace')[-300:]!r}")
     names = [path.name for path in folder.iterdir()]
     if names != ["synthesized"]:
         return [*found, f"left behind: {names}"]

@@ -136,9 +136,9 @@ def start(arguments: list[str], **options: str) -> subprocess.Popen[bytes]:
 def _whole(killed: Killed, out: Path) -> dict[str, str]:
     """Runs a command to its end; the hashes of what it leaves."""
     run = start(killed.arguments(out))
-    _, told = run.communicate(timeout=LIMIT_S)
+    _, reported = run.communicate(timeout=LIMIT_S)
     if run.returncode != 0:
-        raise AssertionError(f"{killed.name} ended with {run.returncode}: {told.decode(errors='replace')[-500:]}")
+        raise AssertionError(f"{killed.name} ended with {run.returncode}: {reported.decode(errors='replace')[-500:]}")
     return {place: digest(out / place) for place in killed.results}
 
 

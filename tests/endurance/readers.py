@@ -50,7 +50,7 @@ from optimizer.problem.requirements import (
     requirements_from_dict,
     requirements_hash,
 )
-from optimizer.problem.validation import MOST_TOLD
+from optimizer.problem.validation import MOST_REPORTED
 from optimizer.study.grid import load_grid
 from optimizer.study.machines import existing_builds
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, as_json
@@ -388,6 +388,6 @@ def _commanded(reader: Reader, path: Path) -> str | None:
     except BaseException as error:  # what is looked for
         return f"the command raised {type(error).__name__}: {str(error)[:200]!r}"
     text = err.getvalue()
-    if code not in (1, 2) or out.getvalue() or not 1 <= text.count("\n") <= MOST_TOLD + 1:
+    if code not in (1, 2) or out.getvalue() or not 1 <= text.count("\n") <= MOST_REPORTED + 1:
         return f"the command ended with {code}, {out.getvalue()[:100]!r} and {text[:200]!r}"
     return next((wrong for line in text.splitlines() if (wrong := unfit(line))), None)

@@ -281,20 +281,20 @@ def strained(seconds: float, seed: int = 1) -> tuple[list[str], dict[str, Any]]:
     forge.stdin.close()
     forge.stdout.close()
     forge.wait()
-    told = {
+    reported = {
         "hosts killed": kills, "left before": left, "sessions": board.sessions, "commands taken": board.served,
         "ticks with force": motors.forced, "ticks at a wall": motors.touches,
         "most ticks of force after a command": motors.longest,
         "slowest to force on a clean link, s": round(slowest, 2), "meddled": dict(relay.counts),
         "dropped": dict(board.counts),
     }  # fmt: skip
-    return found, told
+    return found, reported
 
 
 def main(words: list[str]) -> int:
     """Runs it for some minutes, ten if none are given; returns the exit code."""
-    found, told = strained(60.0 * (float(words[0]) if words else 10.0))
-    for name, value in told.items():
+    found, reported = strained(60.0 * (float(words[0]) if words else 10.0))
+    for name, value in reported.items():
         print(f"{name}: {value}")
     for one in found[:10]:
         print(f"FOUND {one}")

@@ -20,7 +20,7 @@ def one_axis(mass, friction, stiffness, lag, num, den, K, B, period, delay_steps
     x, v, f = 0.0, v0, 0.0
     seen, rates = np.zeros(len(num)), np.zeros(len(den))
     age = delay_steps // STEPS + 2
-    asked = np.zeros(age)  # asked[0] the newest
+    required = np.zeros(age)  # asked[0] the newest
     out = np.empty(ticks)
     for k in range(ticks):
         out[k] = x
@@ -36,11 +36,11 @@ def one_axis(mass, friction, stiffness, lag, num, den, K, B, period, delay_steps
             rates[j] = rates[j - 1]
         rates[0] = rate
         for j in range(age - 1, 0, -1):
-            asked[j] = asked[j - 1]
-        asked[0] = -K * x - B * rate
+            required[j] = required[j - 1]
+        required[0] = -K * x - B * rate
         for s in range(STEPS):
             back = (delay_steps - s + STEPS - 1) // STEPS if delay_steps > s else 0
-            u = asked[back]
+            u = required[back]
             if lag == 0.0:
                 f = u
             k1x, k1v = v, (f - friction * v - stiffness * x) / mass

@@ -79,7 +79,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{STRUCTURE}/strength.py", "a dowel is as long as its cheek is thick", "min(cheek, 5.0)", "cheek"),
         (f"{STRUCTURE}/strength.py", "a ring's core is that of no ring",
          "(outer**2 + inner**2)", "(outer**2 - inner**2)"),
-        (f"{STRUCTURE}/rod_end.py", "a bond bears half the tilt", "across = 6.0 * spigot", "across = 3.0 * spigot"),
+        (f"{STRUCTURE}/rod_end.py", "a bond bears half the tilt", "across = 6.0 * _spigot", "across = 3.0 * _spigot"),
         (f"{STRUCTURE}/bearing.py", "a stroke has no way back",
          "2.0 * stroke_rad / (2.0 * pi)", "stroke_rad / (2.0 * pi)"),
         (f"{STRUCTURE}/bearing.py", "an axial load is half of ISO 76's",
@@ -163,7 +163,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{CODESIGN}/bound.py", "a shaft bears less than any of the family",
          "known.pull_N / LIGHT", "known.pull_N * LIGHT"),
         (f"{CODESIGN}/bound.py", "an outline leaves less room",
-         "max(over - SPARE_MM, 0.0)", "max(over + SPARE_MM, 0.0)"),
+         "max(over - MARGIN_MM, 0.0)", "max(over + MARGIN_MM, 0.0)"),
         (f"{CODESIGN}/lengths.py", "friction of a drive at another ratio",
          "coulomb_N_m(motor, choice.ratio)[1]", "coulomb_N_m(motor, best.ratio)[1]"),
         (f"{CODESIGN}/hardware.py", "sectors need twice the room", "* self.ratio / 2.0 if", "* self.ratio if"),
@@ -182,7 +182,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
     ),
     "tests/haptics/calibration/test_fit.py": (
         ("haptics/calibration/fit.py", "each unknown takes a whole measurement",
-         "(told_better / (1.0 + told_better)).sum()", "len(told_better)"),
+         "(resolution / (1.0 + resolution)).sum()", "len(resolution)"),
     ),
     "tests/haptics/control/startup/test_mobility.py": (
         ("haptics/control/startup/steps.py", "a cofactor has the wrong sign",

@@ -144,12 +144,12 @@ def test_a_command_refuses_bad_input_in_one_line(
             code = program(words)
         except SystemExit as ended:
             code = ended.code
-        told = capsys.readouterr()
-        assert (code, told.out, told.err.count("\n")) == (2, "", 1), (text, told)
-        assert named in told.err, (text, told)
-        assert "Traceback" not in told.err
+        reported = capsys.readouterr()
+        assert (code, reported.out, reported.err.count("\n")) == (2, "", 1), (text, reported)
+        assert named in reported.err, (text, reported)
+        assert "Traceback" not in reported.err
         assert [path.name for path in here.iterdir()] == ["FILE"], text
-        line = told.err.replace(str(BEST), "DESIGN").replace(str(weights), "MASSES").rstrip("\n")
+        line = reported.err.replace(str(BEST), "DESIGN").replace(str(weights), "MASSES").rstrip("\n")
         lines.append(f"{text}: {line}")
     golden(HERE / f"commands_{name}.txt", lines)
 

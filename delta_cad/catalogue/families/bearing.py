@@ -12,8 +12,8 @@ from delta_cad.catalogue.row import ROW, CatalogueRow, Count, MaybeText, Quantit
 
 # What no ball bearing is: beyond, a number is in another unit than its column. Ours have 4.8 to 5.3 g/cm^3 and bear 4
 # to 9 N/mm^2 at rest, 13 to 22 turning.
-DENSITY_g_cm3 = 0.8, 9.0
-BEARS_N_mm2 = 0.4, 200.0
+_DENSITY_g_cm3 = 0.8, 9.0
+_BEARS_N_mm2 = 0.4, 200.0
 
 INSIDE_MM = 0.2  # radius that drawings leave in inner edges; the least fillet_max_mm of the rows whose sheet was opened
 
@@ -67,9 +67,9 @@ class Bearing(CatalogueRow):
         volume_cm3 = pi / 4.0 * (self.outer_mm**2 - self.bore_mm**2) * self.width_mm / 1e3
         side_mm2 = self.outer_mm * self.width_mm
         return (
-            outside("mass_g over the volume of its ring", self.mass_g / volume_cm3, DENSITY_g_cm3, "g/cm^3")
-            or outside("static_load_N over outer_mm width_mm", self.static_load_N / side_mm2, BEARS_N_mm2, "N/mm^2")
-            or outside("dynamic_load_N over outer_mm width_mm", self.dynamic_load_N / side_mm2, BEARS_N_mm2, "N/mm^2")
+            outside("mass_g over the volume of its ring", self.mass_g / volume_cm3, _DENSITY_g_cm3, "g/cm^3")
+            or outside("static_load_N over outer_mm width_mm", self.static_load_N / side_mm2, _BEARS_N_mm2, "N/mm^2")
+            or outside("dynamic_load_N over outer_mm width_mm", self.dynamic_load_N / side_mm2, _BEARS_N_mm2, "N/mm^2")
         )
 
 

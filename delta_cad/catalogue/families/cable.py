@@ -12,8 +12,8 @@ from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text, outside
 
 # What no rope is, over its full circle: beyond, a number is in another unit than its column. Ours break at 655 to 817
 # N/mm^2 and weigh 5.0 to 5.2 g/cm^3.
-BREAKS_N_mm2 = 50.0, 3000.0
-DENSITY_g_cm3 = 0.3, 9.0
+_BREAKS_N_mm2 = 50.0, 3000.0
+_DENSITY_g_cm3 = 0.3, 9.0
 
 
 @dataclass(frozen=True, kw_only=True, config=ROW)
@@ -43,8 +43,8 @@ class Cable(CatalogueRow):
         """Says that strength or mass are not a rope's."""
         area_mm2 = pi / 4.0 * self.diameter_mm**2
         return outside(
-            "breaking_load_N over the circle of diameter_mm", self.breaking_load_N / area_mm2, BREAKS_N_mm2, "N/mm^2"
-        ) or outside("mass_g_m over the circle of diameter_mm", self.mass_g_m / area_mm2, DENSITY_g_cm3, "g/cm^3")
+            "breaking_load_N over the circle of diameter_mm", self.breaking_load_N / area_mm2, _BREAKS_N_mm2, "N/mm^2"
+        ) or outside("mass_g_m over the circle of diameter_mm", self.mass_g_m / area_mm2, _DENSITY_g_cm3, "g/cm^3")
 
 
 cable = Family("cable", "cables.csv", Cable)

@@ -10,11 +10,11 @@ from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import ROW, CatalogueRow, Count, Quantity, Text, outside
 
 # What no board is: beyond, a number is in another unit than its column. Ours have 3.0 g/cm^3 with their parts.
-DENSITY_g_cm3 = 0.5, 12.0
-THICKNESS_mm = 0.2, 5.0
-CHIP_mm = 0.2, 10.0
-AIR_GAP_mm = 0.05, 20.0
-COUNTS = 100, 2**32
+_DENSITY_g_cm3 = 0.5, 12.0
+_THICKNESS_mm = 0.2, 5.0
+_CHIP_mm = 0.2, 10.0
+_AIR_GAP_mm = 0.05, 20.0
+_COUNTS = 100, 2**32
 
 
 @dataclass(frozen=True, kw_only=True, config=ROW)
@@ -75,11 +75,11 @@ class Encoder(CatalogueRow):
                 return f"must have hole_diameter_mm < hole_spacing_{side}_mm < board_{side}_mm - hole_diameter_mm"
         volume_cm3 = self.board_length_mm * self.board_width_mm * self.board_thickness_mm / 1e3
         return (
-            outside("board_thickness_mm", self.board_thickness_mm, THICKNESS_mm, "mm")
-            or outside("chip_height_mm", self.chip_height_mm, CHIP_mm, "mm")
-            or outside("air_gap_max_mm", self.air_gap_max_mm, AIR_GAP_mm, "mm")
-            or outside("counts_per_turn", self.counts_per_turn, COUNTS, "counts")
-            or outside("mass_g over the board's volume", self.mass_g / volume_cm3, DENSITY_g_cm3, "g/cm^3")
+            outside("board_thickness_mm", self.board_thickness_mm, _THICKNESS_mm, "mm")
+            or outside("chip_height_mm", self.chip_height_mm, _CHIP_mm, "mm")
+            or outside("air_gap_max_mm", self.air_gap_max_mm, _AIR_GAP_mm, "mm")
+            or outside("counts_per_turn", self.counts_per_turn, _COUNTS, "counts")
+            or outside("mass_g over the board's volume", self.mass_g / volume_cm3, _DENSITY_g_cm3, "g/cm^3")
         )
 
 

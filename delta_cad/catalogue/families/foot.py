@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text, outside
 
-DENSITY_g_cm3 = 0.1, 12.0  # with its stud; beyond, a number is in another unit. Ours have 1.9 and 2.8
+_DENSITY_g_cm3 = 0.1, 12.0  # with its stud; beyond, a number is in another unit. Ours have 1.9 and 2.8
 
 
 @dataclass(frozen=True, kw_only=True, config=ROW)
@@ -42,7 +42,7 @@ class Foot(CatalogueRow):
         if not (self.hole_diameter_mm or 0.0) < self.diameter_mm:
             return "must have hole_diameter_mm < diameter_mm"
         volume_cm3 = pi / 4.0 * self.diameter_mm**2 * self.height_mm / 1e3
-        return outside("mass_g over its volume", self.mass_g / volume_cm3, DENSITY_g_cm3, "g/cm^3")
+        return outside("mass_g over its volume", self.mass_g / volume_cm3, _DENSITY_g_cm3, "g/cm^3")
 
 
 foot = Family("foot", "feet.csv", Foot)

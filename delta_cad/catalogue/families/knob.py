@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text, outside
 
-DENSITY_g_cm3 = 0.1, 9.0  # over a ball of its diameter; beyond, a number is in another unit. Ours have 1.2
+_DENSITY_g_cm3 = 0.1, 9.0  # over a ball of its diameter; beyond, a number is in another unit. Ours have 1.2
 
 
 @dataclass(frozen=True, kw_only=True, config=ROW)
@@ -43,7 +43,7 @@ class Knob(CatalogueRow):
         if not 1.0 <= self.thread_depth_mm < self.height_mm:
             return "must have 1 <= thread_depth_mm < height_mm"
         ball_cm3 = pi / 6.0 * self.diameter_mm**3 / 1e3
-        return outside("mass_g over a ball of diameter_mm", self.mass_g / ball_cm3, DENSITY_g_cm3, "g/cm^3")
+        return outside("mass_g over a ball of diameter_mm", self.mass_g / ball_cm3, _DENSITY_g_cm3, "g/cm^3")
 
 
 knob = Family("knob", "knobs.csv", Knob)

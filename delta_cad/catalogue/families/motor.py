@@ -12,10 +12,10 @@ from delta_cad.catalogue.row import ROW, CatalogueRow, Count, NotNegative, Quant
 
 # What no motor is, whoever makes it: beyond, a number is in another unit than its column. Ours have 3.1 to 5.4 g/cm^3
 # and lose 10 to 52 W/kg in their windings at the nominal torque.
-DENSITY_g_cm3 = 0.5, 9.0  # copper, of which no motor is whole
-LOSS_W_kg = 0.5, 2000.0  # from a motor that nothing warms to one in a gale
-MOUNT_COUNT = 2, 12
-RIPPLE = 0.0, 1.0
+_DENSITY_g_cm3 = 0.5, 9.0  # copper, of which no motor is whole
+_LOSS_W_kg = 0.5, 2000.0  # from a motor that nothing warms to one in a gale
+_MOUNT_COUNT = 2, 12
+_RIPPLE = 0.0, 1.0
 
 
 @dataclass(frozen=True, kw_only=True, config=ROW)
@@ -110,8 +110,8 @@ class Motor(CatalogueRow):
         if (self.max_radial_load_N is None) != (self.radial_load_distance_mm is None):
             return "must have both or neither of max_radial_load_N and radial_load_distance_mm"
         return (
-            outside("mount_count", self.mount_count, MOUNT_COUNT, "holes")
-            or outside("torque_ripple", self.torque_ripple or 0.0, RIPPLE, "as a share")
+            outside("mount_count", self.mount_count, _MOUNT_COUNT, "holes")
+            or outside("torque_ripple", self.torque_ripple or 0.0, _RIPPLE, "as a share")
             or self._mass_fault()
         )
 
@@ -119,14 +119,14 @@ class Motor(CatalogueRow):
         """Says that the mass is not that of a motor of this size, inertia and torque."""
         mass_kg, volume_cm3 = self.mass_g / 1e3, pi / 4.0 * self.diameter_mm**2 * self.length_mm / 1e3
         density = "mass_g over the volume of diameter_mm and length_mm"
-        if fault := outside(density, self.mass_g / volume_cm3, DENSITY_g_cm3, "g/cm^3"):
+        if fault := outside(density, self.mass_g / volume_cm3, _DENSITY_g_cm3, "g/cm^3"):
             return fault
         if self.rotor_inertia_kg_m2 >= (ring := mass_kg * (self.diameter_mm / 2e3) ** 2):
             inertia = f"rotor_inertia_kg_m2 = {self.rotor_inertia_kg_m2:g}"
             return f"{inertia}: must be < {ring:.3g}, that of all its mass at its rim"
         loss_W = (self.nominal_torque_N_m / self.torque_constant_N_m_A) ** 2 * self.resistance_ohm
-        told = "(nominal_torque_N_m / torque_constant_N_m_A)^2 resistance_ohm over mass_g"
-        return outside(told, loss_W / mass_kg, LOSS_W_kg, "W/kg")
+        reported = "(nominal_torque_N_m / torque_constant_N_m_A)^2 resistance_ohm over mass_g"
+        return outside(reported, loss_W / mass_kg, _LOSS_W_kg, "W/kg")
 
 
 motor = Family("motor", "motors.csv", Motor)

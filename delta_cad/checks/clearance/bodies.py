@@ -14,14 +14,14 @@ from delta_cad.checks.links import turn_about_x
 from delta_cad.mechanism.placement import SpringSway
 from delta_cad.solids.part import Occurrence
 
-REVOLUTION_SIDES = 48  # circumscribed polygon: 0.2 % of the radius too large, never too small
-REVOLUTION_SLABS = 64  # more edges along an axis than any pinion has
-LEVEL_MM = 2e-6  # levels are rounded to 1e-6 mm
+_REVOLUTION_SIDES = 48  # circumscribed polygon: 0.2 % of the radius too large, never too small
+_REVOLUTION_SLABS = 64  # more edges along an axis than any pinion has
+_LEVEL_MM = 2e-6  # levels are rounded to 1e-6 mm
 ROUND = 0.97  # least by most reach off an axis: 0.985 for the 18 facets of a tube, 0.5 for a socket's ring
-ROUND_DIRECTIONS = 36  # in which the reach off an axis is compared: every 10 degrees
-TURN_STEPS = 12  # a step of 5 degrees: 0.1 % of the radius too large
+_ROUND_DIRECTIONS = 36  # in which the reach off an axis is compared: every 10 degrees
+_TURN_STEPS = 12  # a step of 5 degrees: 0.1 % of the radius too large
 _TREES: WeakKeyDictionary[Mesh, Any] = WeakKeyDictionary()  # FCL's bounding volumes of each mesh that lives
-X_TO_Y = np.eye(4)[[2, 0, 1, 3]]  # rotation that takes the x axis to the y axis
+_X_TO_Y = np.eye(4)[[2, 0, 1, 3]]  # rotation that takes the x axis to the y axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +159,9 @@ def revolved_about_y(mesh: Mesh, placement: np.ndarray, sway: SpringSway | None 
     points = mesh.vertices @ placement[:3, :3].T + placement[:3, 3]
     levels, radii = _cones(points[mesh.faces]) if sway is None else _cylinders(points, mesh.faces, sway)
     rings_y = np.repeat(levels, 2)[1:-1]
-    rings_r = radii.ravel() / np.cos(np.pi / REVOLUTION_SIDES)
-    angle = np.arange(REVOLUTION_SIDES) * 2.0 * np.pi / REVOLUTION_SIDES
-    n, rings = REVOLUTION_SIDES, len(rings_y)
+    rings_r = radii.ravel() / np.cos(np.pi / _REVOLUTION_SIDES)
+    angle = np.arange(_REVOLUTION_SIDES) * 2.0 * np.pi / _REVOLUTION_SIDES
+    n, rings = _REVOLUTION_SIDES, len(rings_y)
     ring = np.stack(
         [np.outer(rings_r, np.cos(angle)), np.repeat(rings_y[:, None], n, 1), np.outer(rings_r, np.sin(angle))]
     )
@@ -184,22 +184,22 @@ def _cones(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     With more corners than slabs, as on a helix, each slab gets the largest of all that lies in it.
     """
     y = triangles[..., 1]
-    levels = _levels(y.ravel(), REVOLUTION_SLABS // 2)
+    levels = _levels(y.ravel(), _REVOLUTION_SLABS // 2)
     low, high = y.min(axis=1)[:, None], y.max(axis=1)[:, None]
-    inside = (low < levels[1:] - LEVEL_MM) & (high > levels[:-1] + LEVEL_MM)  # (m, n): not what lies in a level
+    inside = (low < levels[1:] - _LEVEL_MM) & (high > levels[:-1] + _LEVEL_MM)  # (m, n): not what lies in a level
     of, slab = np.nonzero(inside)
     bottom, top = levels[slab], levels[slab + 1]
     radii = np.zeros((2, len(of)))
     within = np.zeros(len(of))
     for k in range(3):
         start, way = triangles[of, k], triangles[of, k - 2] - triangles[of, k]
-        steep = np.where(np.abs(way[:, 1]) > LEVEL_MM, way[:, 1], np.inf)
+        steep = np.where(np.abs(way[:, 1]) > _LEVEL_MM, way[:, 1], np.inf)
         for end, at in enumerate((bottom, top)):
             share = (at - start[:, 1]) / steep
             there = start + np.clip(share, 0.0, 1.0)[:, None] * way
-            on = np.abs(there[:, 1] - at) <= 2.0 * LEVEL_MM
+            on = np.abs(there[:, 1] - at) <= 2.0 * _LEVEL_MM
             radii[end] = np.where(on, np.maximum(radii[end], np.hypot(there[:, 0], there[:, 2])), radii[end])
-        between = (start[:, 1] > bottom + LEVEL_MM) & (start[:, 1] < top - LEVEL_MM)
+        between = (start[:, 1] > bottom + _LEVEL_MM) & (start[:, 1] < top - _LEVEL_MM)
         within = np.maximum(within, np.where(between, np.hypot(start[:, 0], start[:, 2]), 0.0))
     out = np.zeros((len(levels) - 1, 2))
     for end in range(2):
@@ -207,7 +207,7 @@ def _cones(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     most = np.zeros(len(out))
     np.maximum.at(most, slab, within)
     whole = np.maximum(most, out.max(axis=1))[:, None]
-    return levels, np.where(most[:, None] > 0.0, whole, out) + LEVEL_MM
+    return levels, np.where(most[:, None] > 0.0, whole, out) + _LEVEL_MM
 
 
 def _cylinders(points: np.ndarray, faces: np.ndarray, sway: SpringSway) -> tuple[np.ndarray, np.ndarray]:
@@ -218,7 +218,7 @@ def _cylinders(points: np.ndarray, faces: np.ndarray, sway: SpringSway) -> tuple
     radius = radius + np.abs(y) * sine + sway.across_mm
     levels = _levels(np.concatenate([y - aside, y + aside]))
     low, high = (y - aside)[faces].min(axis=1), (y + aside)[faces].max(axis=1)
-    inside = (low[:, None] < levels[1:] - LEVEL_MM) & (high[:, None] > levels[:-1] + LEVEL_MM)
+    inside = (low[:, None] < levels[1:] - _LEVEL_MM) & (high[:, None] > levels[:-1] + _LEVEL_MM)
     largest = np.where(inside, radius[faces].max(axis=1)[:, None], 0.0).max(axis=0)
     return levels, np.repeat(largest[:, None], 2, axis=1)
 
@@ -226,27 +226,27 @@ def _cylinders(points: np.ndarray, faces: np.ndarray, sway: SpringSway) -> tuple
 def _levels(y: np.ndarray, edges: int = 0) -> np.ndarray:
     """Where slabs begin and end: at each value; of too many evenly, and at the commonest of them, which are edges."""
     levels, counts = np.unique(np.round(y, 6), return_counts=True)
-    if len(levels) > REVOLUTION_SLABS + 1:
+    if len(levels) > _REVOLUTION_SLABS + 1:
         common = levels[np.argsort(-counts, kind="stable")[:edges]]
-        levels = np.unique([*common, *np.linspace(levels[0], levels[-1], REVOLUTION_SLABS + 1 - edges)])
+        levels = np.unique([*common, *np.linspace(levels[0], levels[-1], _REVOLUTION_SLABS + 1 - edges)])
     levels[0], levels[-1] = y.min(), y.max()
     return levels
 
 
-def is_round(b: CollisionBody, to_axis: np.ndarray = X_TO_Y) -> bool:
+def is_round(b: CollisionBody, to_axis: np.ndarray = _X_TO_Y) -> bool:
     """Whether a body reaches about as far from an axis in every direction square to it.
 
     Args:
         b: The body.
         to_axis: (4, 4) its link's frame to a frame whose y axis is meant; that of the link's x axis.
     """
-    angle = np.arange(ROUND_DIRECTIONS) * 2.0 * np.pi / ROUND_DIRECTIONS
+    angle = np.arange(_ROUND_DIRECTIONS) * 2.0 * np.pi / _ROUND_DIRECTIONS
     seen = b.vertices @ to_axis[:3, :3].T + to_axis[:3, 3]
     reach = (seen[:, [0, 2]] @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
     return bool(reach.min() >= ROUND * reach.max())
 
 
-def spun(b: CollisionBody, to_axis: np.ndarray = X_TO_Y) -> CollisionBody:
+def spun(b: CollisionBody, to_axis: np.ndarray = _X_TO_Y) -> CollisionBody:
     """The body of revolution that holds a body however it turns about an axis, given as for `is_round`."""
     mesh = revolved_about_y(b.mesh, to_axis @ b.placement)
     where = np.round(to_axis @ b.placement, 7).tolist()
@@ -268,8 +268,8 @@ def turned_hull(b: CollisionBody, turn_rad: float) -> CollisionBody:
     """
     from scipy.spatial import ConvexHull
 
-    angles = np.linspace(-turn_rad, turn_rad, TURN_STEPS + 1)
-    outer = b.hull * [1.0, *(2 * [1.0 / np.cos(turn_rad / TURN_STEPS)])]
+    angles = np.linspace(-turn_rad, turn_rad, _TURN_STEPS + 1)
+    outer = b.hull * [1.0, *(2 * [1.0 / np.cos(turn_rad / _TURN_STEPS)])]
     turns = turn_about_x(angles)[:, None, :3, :3]
     points = (turns @ np.concatenate([b.hull, outer])[..., None])[..., 0].reshape(-1, 3)
     used, faces = np.unique(ConvexHull(points).simplices, return_inverse=True)

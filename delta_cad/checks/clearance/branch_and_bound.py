@@ -11,7 +11,7 @@ a motion. Any n is right; the one between the closest points is good, and once m
 which this one is cut. What was never measured tries the directions that the space knows.
 
 What is not proven is cut in two along the variables that move it most, until nothing is left or the travel in a box is
-below `SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
+below `_SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ import numpy as np
 from delta_cad.checks.clearance.bodies import DistanceEngine, boxes_gap
 from delta_cad.checks.clearance.configuration_spaces import GUARD_MM, ConfigurationSpace, Falls
 
-SMALLEST_TRAVEL_MM = 0.004  # a pair this close to its limit is for the designer to widen
-WORTH_MM = 2.0  # with more travel than this a distance call is left to the halves, unless the bounds give hope
+_SMALLEST_TRAVEL_MM = 0.004  # a pair this close to its limit is for the designer to widen
+_WORTH_MM = 2.0  # with more travel than this a distance call is left to the halves, unless the bounds give hope
 HOPE = 0.5  # of the travel along a measured normal: with so much to spare most of the halves pass with that normal
-OPEN_MAX = 200_000  # boxes times pairs held at once: 0.5 s and 100 MB
+_OPEN_MAX = 200_000  # boxes times pairs held at once: 0.5 s and 100 MB
 # Distance calls for one space, 0.1-0.2 ms each: sectors of 82 mm that pass one another 0.35 mm beyond the limit, along
 # a whole line of angles, take 157 000.
 CALLS_MAX = 200_000
@@ -85,9 +85,9 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
             names = pairs.names[pair[k]]
             proof.closest[names] = min(float(spare[k]), proof.closest.get(names, np.inf))
         proof.calls += engine.calls - before
-        stuck = np.isin(open_, refuted) | ~(travel[open_] >= SMALLEST_TRAVEL_MM)
+        stuck = np.isin(open_, refuted) | ~(travel[open_] >= _SMALLEST_TRAVEL_MM)
         box, pair, normal, measured = box[open_], pair[open_], normal[open_], measured[open_]
-        if proof.calls >= calls_max or len(open_) > OPEN_MAX:
+        if proof.calls >= calls_max or len(open_) > _OPEN_MAX:
             stuck[:] = True
         for k in np.unique(pair[stuck]):
             at = box[stuck][pair[stuck] == k][0]
@@ -208,7 +208,7 @@ def _not_proven(
 
     slabs = _Slabs(bounds, centres, halves, frames, box, pair)
     spare = slabs.best(left, normal, apart)
-    later = measured[left] & (spare >= -HOPE * slabs.travel[left]) & (travel[left] >= SMALLEST_TRAVEL_MM)
+    later = measured[left] & (spare >= -HOPE * slabs.travel[left]) & (travel[left] >= _SMALLEST_TRAVEL_MM)
     measured[:] = False
     still = ~(spare >= 0.0)
     left, later = left[still], later[still]
@@ -217,16 +217,16 @@ def _not_proven(
     possible = space.reachable(centres, np.zeros_like(halves))
     open_ = np.ones(len(left), dtype=bool)
     refuted: list[int] = []
-    spare_there = np.full(len(pair), np.inf)
+    margin_there = np.full(len(pair), np.inf)
     for m in np.argsort(box[left], kind="stable").tolist():
         k = int(left[m])
-        if later[m] or engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
+        if later[m] or engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > _WORTH_MM):
             continue
         one, other = bodies[a[k]], bodies[b[k]]
         d, at_a, at_b = engine.closest_points(one, other, one.placement, b_in_a[m] @ other.placement)
         certain = d - bounds.deviation[a[k]] - bounds.deviation[b[k]]
         if possible[box[k]]:
-            spare_there[k] = certain - pairs.limit[pair[k]]
+            margin_there[k] = certain - pairs.limit[pair[k]]
         open_[m] = not certain >= need[k]
         if open_[m]:
             normal[k] = frames[box[k], link_a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
@@ -235,7 +235,7 @@ def _not_proven(
                 refuted.append(k)
     new = np.flatnonzero(measured[left])
     open_[new] = ~(slabs.spare(left[new], normal[left[new]]) >= 0.0)
-    return travel, left[open_], np.array(refuted, dtype=int), spare_there
+    return travel, left[open_], np.array(refuted, dtype=int), margin_there
 
 
 class _Slabs:

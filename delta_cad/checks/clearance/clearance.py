@@ -24,15 +24,15 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import free_tilt, swept_links
 from delta_cad.checks.report import CheckResult
 
-NEAREST = 16  # pairs in which the smallest distance is looked for: those of all three chains, five kinds
+_NEAREST = 16  # pairs in which the smallest distance is looked for: those of all three chains, five kinds
 PROVING = "clearance: proof over the cube"  # as the progress tells it
 MAP_CELLS = 5  # positions along an edge of a map: what is nearest changes by tenths of a millimetre between two
-EXACT_SAMPLES = 8  # kinds of pairs re-measured on the exact solids, 10-100 ms each
-EXACT_MM = 1e-4  # BRepExtrema stops at 1e-7 mm on analytic surfaces and at about this on trimmed ones
+_EXACT_SAMPLES = 8  # kinds of pairs re-measured on the exact solids, 10-100 ms each
+_EXACT_MM = 1e-4  # BRepExtrema stops at 1e-7 mm on analytic surfaces and at about this on trimmed ones
 
 
 @dataclass(frozen=True)
-class CloseSample:
+class _CloseSample:
     """One of the closest samples, as it takes to measure it on the exact solids.
 
     Attributes:
@@ -72,7 +72,7 @@ class MeshClearance:
     """
 
     results: list[CheckResult]
-    closest: list[CloseSample]
+    closest: list[_CloseSample]
     over: list[Near] = field(default_factory=list)
 
 
@@ -130,7 +130,7 @@ def mesh_clearance(
     over: list[Near] = []
     if mapped:
         progress("clearance: map")
-        several = [p for p in _by_spare(ordinary, proofs) if by_several_joints(p, assembly.placement)]
+        several = [p for p in _by_margin(ordinary, proofs) if by_several_joints(p, assembly.placement)]
         positions = limits.slices_mm(MAP_CELLS).reshape(-1, 3)
         least = Sampler(assembly.placement, positions, engine, tilt).least(several) if several else []
         over = [Near((s.pair.a.name, s.pair.b.name), s.certain_mm) for s in least]
@@ -168,15 +168,17 @@ def handle_proofs(assembly: Assembly, limits: CheckLimits, meshes: Meshes, calls
 def _nearest(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
     """The pairs that the proofs measured closest to their limits; all where they measured none."""
     measured = {frozenset(names) for p in proofs for names in p.closest}
-    return _by_spare([p for p in pairs if frozenset((p.a.name, p.b.name)) in measured], proofs)[:NEAREST] or list(pairs)
+    return _by_margin([p for p in pairs if frozenset((p.a.name, p.b.name)) in measured], proofs)[:_NEAREST] or list(
+        pairs
+    )
 
 
-def _by_spare(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
+def _by_margin(pairs: Sequence[ClearancePair], proofs: Sequence[ClearanceProof]) -> list[ClearancePair]:
     """The pairs, those first that the proofs measured closest to their limits, those last that they did not measure."""
-    spare: dict[frozenset[str], float] = {}
+    margin: dict[frozenset[str], float] = {}
     for names, mm in (item for p in proofs for item in p.closest.items()):
-        spare[frozenset(names)] = min(mm, spare.get(frozenset(names), np.inf))
-    return sorted(pairs, key=lambda p: spare.get(frozenset((p.a.name, p.b.name)), np.inf))
+        margin[frozenset(names)] = min(mm, margin.get(frozenset(names), np.inf))
+    return sorted(pairs, key=lambda p: margin.get(frozenset((p.a.name, p.b.name)), np.inf))
 
 
 def _sampled(name: str, samples: Sequence[PairSample], limit: float, sampler: Sampler, calls: int) -> CheckResult:
@@ -211,7 +213,7 @@ def _containment(inside: Sequence[ClearancePair]) -> CheckResult:
     return CheckResult("containment", not inside, len(inside), 0, "", worst_pair=pair, detail=detail)
 
 
-def _tightest(assembly: Assembly, samples: Sequence[PairSample], sampler: Sampler) -> list[CloseSample]:
+def _tightest(assembly: Assembly, samples: Sequence[PairSample], sampler: Sampler) -> list[_CloseSample]:
     """The samples with the least to spare, one for each two parts: those of the three chains are equal."""
     kinds: dict[frozenset[str], PairSample] = {}
     for s in sorted(samples, key=lambda s: s.certain_mm - s.pair.limit_mm):
@@ -219,21 +221,21 @@ def _tightest(assembly: Assembly, samples: Sequence[PairSample], sampler: Sample
     link = {o.name: o.link for o in assembly.occurrences}
     swept = {*swept_links(assembly.placement), *(o.link for o in assembly.occurrences if o.link.startswith("spring"))}
 
-    def close(s: PairSample) -> CloseSample:
+    def close(s: PairSample) -> _CloseSample:
         """The sample with the frames of the solids, not of the bodies that they sweep."""
         placed = dict(assembly.placement(sampler.poses_mm[s.pose]))
         placed |= {name: frame[s.pose] for name, frame in sampler.frames.items() if name.startswith("rod")}
         a, b = s.pair.a, s.pair.b
-        return CloseSample(
+        return _CloseSample(
             (a.name, b.name),
             (placed[link[a.name]], placed[link[b.name]]),
             _pose(sampler, s),
             s.distance_mm,
-            a.mesh.deviation_mm + b.mesh.deviation_mm + EXACT_MM,
+            a.mesh.deviation_mm + b.mesh.deviation_mm + _EXACT_MM,
             link[a.name] in swept or link[b.name] in swept,
         )
 
-    return [close(s) for s in list(kinds.values())[:EXACT_SAMPLES]]
+    return [close(s) for s in list(kinds.values())[:_EXACT_SAMPLES]]
 
 
 def with_exact(assembly: Assembly, by_meshes: MeshClearance) -> list[CheckResult]:
@@ -242,7 +244,7 @@ def with_exact(assembly: Assembly, by_meshes: MeshClearance) -> list[CheckResult
     return [*sampled, _exact(assembly, by_meshes.closest), proof]
 
 
-def _exact(assembly: Assembly, samples: Sequence[CloseSample]) -> CheckResult:
+def _exact(assembly: Assembly, samples: Sequence[_CloseSample]) -> CheckResult:
     """Compare mesh distances with the exact ones: they must agree within the deviations of the meshes."""
     placements = {o.name: o for o in assembly.occurrences}
     worst, worst_sample, value = -np.inf, None, 0.0
@@ -327,15 +329,15 @@ def _proof(
     left.sort(key=lambda pair: pair[0])  # what has least to spare is why, not what the calls did not suffice for
     undecided = [(names, box) for _, names, box in left if frozenset(names) not in gone]
     if undecided or refuted:
-        lacking = [(spare, names) for spare, names, _ in left if frozenset(names) not in gone]
+        lacking = [(margin, names) for margin, names, _ in left if frozenset(names) not in gone]
         lacking += [(s.certain_mm - s.pair.limit_mm, (s.pair.a.name, s.pair.b.name)) for s in refuted]
-        spare, first = min(lacking, key=lambda one: one[0])
+        margin, first = min(lacking, key=lambda one: one[0])
         failures = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]
         failures += [
             f"{s.pair.a.name} / {s.pair.b.name} refuted by a sample at {s.certain_mm:.3f} mm" for s in refuted[:5]
         ]
         detail = f"{len(undecided)} pairs undecided, {len(refuted)} refuted; {'; '.join(failures)}; {counts}"
-        value = limit_mm + spare if spare < 0.0 else None
+        value = limit_mm + margin if margin < 0.0 else None
         return CheckResult("clearance proof", False, value, limit_mm, "mm", worst_pair=first, detail=detail)
     sampled = f"; smallest found {closest[0].certain_mm:.3f} mm" if closest else ""
     return CheckResult(

@@ -33,9 +33,9 @@ from delta_cad.mechanism.placement import LinkPlacement, frames
 
 X, Y, Z = np.eye(3)
 ROUNDING = 1e-12  # of cosines and their squares: a thousand roundings of doubles
-SLABS = 512  # directions of the slabs tried between what two arms sweep: 9 degrees apart
+_SLABS = 512  # directions of the slabs tried between what two arms sweep: 9 degrees apart
 CELLS = 4  # halvings: 16 pieces need a third of the distances of a socket's ring or a sector, 32 save no more
-LARGE_MM = 10.0  # radius from which a body's pieces are worth their bounds
+_LARGE_MM = 10.0  # radius from which a body's pieces are worth their bounds
 CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
 Falls = Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
@@ -246,7 +246,7 @@ class _Arms(ConfigurationSpace):
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
         """Frames of the links at the variables."""
-        arms = [arm_frames(self._radius, theta) for theta in centres.T]
+        arms = [_arm_frames(self._radius, theta) for theta in centres.T]
         still = [np.broadcast_to(np.eye(4), arms[0].shape)] * (len(self.links) - len(arms))
         return np.stack([*still, *([arms[0], self._turned @ arms[1]] if len(arms) == 2 else arms)], axis=1)
 
@@ -330,7 +330,7 @@ class TwoSwings(_Arms):
         """
         bodies, pairs = self.pairs.bodies, self.pairs
         one, other = self.frames(np.zeros((1, 2)))[0]
-        n = _directions(SLABS)
+        n = _directions(_SLABS)
         beyond, before = (
             np.array([b.reach_about_y(way @ at[:3, :3]) for b in bodies]) for at, way in ((one, n), (other, -n))
         )
@@ -387,7 +387,7 @@ class ParallelRods(ConfigurationSpace):
 
 def _in_cells(b: CollisionBody) -> list[CollisionBody]:
     """A large body in pieces, whose hulls leave free what the body's own fills."""
-    return cells_of(b, CELLS) if b.radius > LARGE_MM else [b]
+    return cells_of(b, CELLS) if b.radius > _LARGE_MM else [b]
 
 
 def _swung(
@@ -429,7 +429,7 @@ def sine(direction: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(1.0 - (direction * axis).sum(axis=1) ** 2, 0.0) + ROUNDING)
 
 
-def arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:
+def _arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:
     """(n, 4, 4) frames of chain 0's upper arm at shoulder angles (n,), as `LinkPlacement` gives them, mm."""
     angle = theta[:, None]
     return frames(np.cos(angle) * X + np.sin(angle) * Z, np.broadcast_to(Y, (len(theta), 3)), base_radius_mm * X)

@@ -16,8 +16,8 @@ from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.common.worker_process import WorkerProcess
 
 LOADS = ("fcl", "scipy.spatial")
-CALLS_FEW = 60_000  # distance calls of a space: machines of 130 mm that pass take up to 43 000, a dashboard's 6 000
-Order = tuple[Assembly, CheckLimits, Meshes]
+_CALLS_FEW = 60_000  # distance calls of a space: machines of 130 mm that pass take up to 43 000, a dashboard's 6 000
+_Order = tuple[Assembly, CheckLimits, Meshes]
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Moved:
     clearance: MeshClearance | None = None
 
 
-def results(order: Order) -> Iterator[list[ClearanceProof]]:
+def results(order: _Order) -> Iterator[list[ClearanceProof]]:
     """Computes the result of `handle_proofs`, half of the whole: the other process."""
-    yield handle_proofs(*order, CALLS_FEW)
+    yield handle_proofs(*order, _CALLS_FEW)
 
 
 def check_moving(
@@ -60,5 +60,5 @@ def check_moving(
             return Moved(reached)
         progress("outline")
         outline = check_envelope(assembly, limits, made)[0]
-        clearance = mesh_clearance(assembly, limits, made, progress, CALLS_FEW, True, prover.receive)
+        clearance = mesh_clearance(assembly, limits, made, progress, _CALLS_FEW, True, prover.receive)
         return Moved([*reached, *outline, *with_exact(assembly, clearance)], clearance)

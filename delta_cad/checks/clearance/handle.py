@@ -36,8 +36,8 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.placement import LinkPlacement
 
-PARTS = 8192  # of all boxes together: 20 ms, against 1 s of distances that the sharper angles save
-ROTATION_MAX = 2.0  # no rotation moves a unit vector farther: the diameter of its circle
+_PARTS = 8192  # of all boxes together: 20 ms, against 1 s of distances that the sharper angles save
+_ROTATION_MAX = 2.0  # no rotation moves a unit vector farther: the diameter of its circle
 
 
 class Handle(ConfigurationSpace):
@@ -106,7 +106,7 @@ class Handle(ConfigurationSpace):
         """
         if self._known and self._known[0] is centres and self._known[1] is halves:
             return self._known[2]
-        g, count = self._placement.geometry, max(int((PARTS / len(centres)) ** (1.0 / 3.0)), 1)
+        g, count = self._placement.geometry, max(int((_PARTS / len(centres)) ** (1.0 / 3.0)), 1)
         step = (2.0 * np.arange(count) + 1.0) / count - 1.0
         steps = np.stack(np.meshgrid(step, step, step, indexing="ij"), axis=-1).reshape(-1, 3)
         inside = centres[:, None] + steps * halves[:, None]
@@ -121,7 +121,7 @@ class Handle(ConfigurationSpace):
         """Travel of every body in the boxes, seen from the base and seen from the platform."""
         bounds, low, high = self.angles(centres, halves)
         change = np.maximum(high - bounds.theta, bounds.theta - low)[:, self._chain]
-        spin = self._off_axis * np.fmin(bounds.rotation, ROTATION_MAX)[:, self._chain]
+        spin = self._off_axis * np.fmin(bounds.rotation, _ROTATION_MAX)[:, self._chain]
         handle, forearm = np.linalg.norm(halves, axis=1)[:, None], bounds.forearm[:, self._chain]
         elbow, swing = self._rod * self._arm * change, self._lever * change
         near, far = np.abs(self._share).T
@@ -136,7 +136,7 @@ class Handle(ConfigurationSpace):
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
         """How much closer pairs come along directions while the handle stays in the boxes."""
         bounds, low, high = self.angles(centres, halves)
-        theta, rotation = bounds.theta, np.fmin(bounds.rotation, ROTATION_MAX)
+        theta, rotation = bounds.theta, np.fmin(bounds.rotation, _ROTATION_MAX)
 
         def travel(box: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
             own, elbow, share = np.zeros(len(pair)), [], []
@@ -176,7 +176,7 @@ class Handle(ConfigurationSpace):
     def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:
         """Each point by its own share of the way, radius about its arm's axis and distance from its rod's."""
         bounds, low, high = self.angles(centres, halves)
-        theta, rotation = bounds.theta, np.fmin(bounds.rotation, ROTATION_MAX)
+        theta, rotation = bounds.theta, np.fmin(bounds.rotation, _ROTATION_MAX)
         turn = np.maximum(high - theta, theta - low)
         forearm = self._placement.geometry.forearm_length * MM_PER_M
 

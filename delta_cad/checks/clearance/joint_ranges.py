@@ -15,13 +15,13 @@ from delta_cad.mechanism.inverse import closure_margin
 
 BOXES_PER_EDGE = 16
 HALVINGS = 3  # of boxes that are too coarse
-COARSE_RAD = 0.08  # a box over which an angle may change by more is halved: near a fold the angles change fast
-BEYOND_RAD = np.radians(1.5)  # of what occurs, that a range may be too wide: stops stand 3 degrees beyond
-ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
-OCTANTS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
+_COARSE_RAD = 0.08  # a box over which an angle may change by more is halved: near a fold the angles change fast
+_BEYOND_RAD = np.radians(1.5)  # of what occurs, that a range may be too wide: stops stand 3 degrees beyond
+_ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
+_OCTANTS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
 BOXES_MOST = 100_000  # that rasters are made of: beyond, those that are too coarse stay so
-RASTER = 128  # cells along each angle of a raster
-NEAR_CELLS, FILLED_CELLS = 1, 8  # that a box may reach beyond what occurs, and half of a gap in that, of no meaning
+_RASTER = 128  # cells along each angle of a raster
+_NEAR_CELLS, _FILLED_CELLS = 1, 8  # that a box may reach beyond what occurs, and half of a gap in that, of no meaning
 
 
 class FoldError(Exception):
@@ -53,13 +53,13 @@ class Raster:
         Returns:
             The raster.
         """
-        halves = halves + ROUNDING_RAD
+        halves = halves + _ROUNDING_RAD
         low, high = (centres - halves).min(axis=0), (centres + halves).max(axis=0)
         first, last = _cells(centres - halves, low, high), _cells(centres + halves, low, high) + 1
-        change = np.zeros((RASTER + 1, RASTER + 1))
+        change = np.zeros((_RASTER + 1, _RASTER + 1))
         for x, y, sign in ((first, first, 1), (last, first, -1), (first, last, -1), (last, last, 1)):
             np.add.at(change, (x[:, 0], y[:, 1]), sign)
-        return cls(low, high, _totals(change.cumsum(axis=0).cumsum(axis=1)[:RASTER, :RASTER] > 0.5))
+        return cls(low, high, _totals(change.cumsum(axis=0).cumsum(axis=1)[:_RASTER, :_RASTER] > 0.5))
 
     def touched(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
         """Which boxes may hold a pair of angles of the set.
@@ -80,8 +80,8 @@ class Raster:
 
 def _cells(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """(n, 2) grid cells of points, moved into the grid; rounding is the same for marking and for asking."""
-    step = np.maximum(high - low, 1e-12) / RASTER
-    return np.clip(np.floor((points - low) / step).astype(int), 0, RASTER - 1)
+    step = np.maximum(high - low, 1e-12) / _RASTER
+    return np.clip(np.floor((points - low) / step).astype(int), 0, _RASTER - 1)
 
 
 @dataclass(frozen=True)
@@ -203,18 +203,18 @@ class _Beyond:
     """Whether boxes of two angles reach beyond what occurs: what they take of a grid around that is counted.
 
     Args:
-        points: (m, 2) pairs of angles that occur, so densely that gaps of less than two times `FILLED_CELLS` are none.
+        points: (m, 2) pairs of angles that occur, so densely that gaps of less than two times `_FILLED_CELLS` are none.
     """
 
     def __init__(self, points: np.ndarray) -> None:
-        rim = FILLED_CELLS + NEAR_CELLS + 1
+        rim = _FILLED_CELLS + _NEAR_CELLS + 1
         low, high = points.min(axis=0), points.max(axis=0)
-        self._step = np.maximum(high - low, 1e-12) / RASTER
-        self._low, self._count = low - rim * self._step, RASTER + 2 * rim
+        self._step = np.maximum(high - low, 1e-12) / _RASTER
+        self._low, self._count = low - rim * self._step, _RASTER + 2 * rim
         marked = np.zeros((self._count, self._count), dtype=bool)
         marked[tuple(self._cells(points).T)] = True
-        filled = ~_grown(~_grown(marked, FILLED_CELLS), FILLED_CELLS)
-        self._total = _totals(~_grown(filled, NEAR_CELLS))
+        filled = ~_grown(~_grown(marked, _FILLED_CELLS), _FILLED_CELLS)
+        self._total = _totals(~_grown(filled, _NEAR_CELLS))
 
     def _cells(self, points: np.ndarray) -> np.ndarray:
         return np.clip(np.floor((points - self._low) / self._step), 0, self._count - 1).astype(int)
@@ -256,7 +256,7 @@ def _widest(
     ranges = np.stack([least, most], axis=1)
     for turn in range(HALVINGS + 1):
         low, high = theta - spread, theta + spread
-        far = ((low < least - BEYOND_RAD) | (high > most + BEYOND_RAD)).any(axis=1)
+        far = ((low < least - _BEYOND_RAD) | (high > most + _BEYOND_RAD)).any(axis=1)
         left = ~far if turn < HALVINGS else np.ones(len(far), dtype=bool)
         if left.any():
             ranges[:, 0] = np.minimum(ranges[:, 0], low[left].min(axis=0))
@@ -273,7 +273,7 @@ def _widest(
 def _halved(centres: np.ndarray, halves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The eight boxes that each of some is made of."""
     eighths = np.repeat(halves / 2.0, 8, axis=0)
-    return np.repeat(centres, 8, axis=0) + eighths * np.tile(OCTANTS, (len(centres), 1)), eighths
+    return np.repeat(centres, 8, axis=0) + eighths * np.tile(_OCTANTS, (len(centres), 1)), eighths
 
 
 def _fine_boxes(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> tuple[np.ndarray, np.ndarray]:
@@ -283,7 +283,7 @@ def _fine_boxes(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) ->
     for _ in range(HALVINGS):
         motion = box_motion(g, centres, halves)
         spread = np.maximum(motion.theta_change, motion.rotation).max(axis=1)
-        coarse = ~(spread <= COARSE_RAD)
+        coarse = ~(spread <= _COARSE_RAD)
         kept.append((centres[~coarse], halves[~coarse]))
         centres, halves = _halved(centres[coarse], halves[coarse])
     kept.append((centres, halves))

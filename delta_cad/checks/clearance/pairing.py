@@ -33,13 +33,20 @@ from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, rigid_link,
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.placement import LinkPlacement
 
-REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
-SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
-SOCKET_SLICE_MM = 2.0  # of sockets beside those of another chain: most slices stay within a ball about their wrist
-SOCKETS_MM = 20.0  # from the wrist on, where they are
-BY_ONE_JOINT = {("base", "base"), ("base", "upper_arm"), ("platform", "rod"), ("platform", "swaying")}  # kinds of links
+_REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
+_SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
+_SOCKET_SLICE_MM = 2.0  # of sockets beside those of another chain: most slices stay within a ball about their wrist
+_SOCKETS_MM = 20.0  # from the wrist on, where they are
+_BY_ONE_JOINT = {
+    ("base", "base"),
+    ("base", "upper_arm"),
+    ("platform", "rod"),
+    ("platform", "swaying"),
+}  # kinds of links
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
-CHAIN = np.eye(3)  # what is near a joint is cut along the chain, whatever way round its part is: the same for all three
+_CHAIN = np.eye(
+    3
+)  # what is near a joint is cut along the chain, whatever way round its part is: the same for all three
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,7 @@ def by_several_joints(pair: ClearancePair, placement: LinkPlacement) -> bool:
     """Decides whether more than one joint moves two bodies against each other: their distance tells of the position."""
     fixed = {"base", *swept_links(placement)}
     one, other = sorted("base" if b.link in fixed else b.link for b in (pair.a, pair.b))
-    if (one.rstrip("_012"), other.rstrip("_012")) in BY_ONE_JOINT:
+    if (one.rstrip("_012"), other.rstrip("_012")) in _BY_ONE_JOINT:
         return False
     return chain_of(one) != chain_of(other) or chain_of(one) < 0
 
@@ -142,14 +149,14 @@ def spaces_of(
         spaces: list[RodAtJoint] = []
         for round_holders, q in _by_roundness(p, joint[0]):
             cut_up = _in_segments(q, *joint, width, bool(tilt_rad))
-            told = f"{name}, what is round" if round_holders else name
+            reported = f"{name}, what is round" if round_holders else name
             turning = np.array([bool(tilt_rad) and not is_round(cut_up.bodies[k]) for k in cut_up.second], dtype=bool)
             if not turning.all():
-                spaces.append(RodAtJoint(told, cut_up.chosen(~turning), *joint, width, rasters, round_holders))
+                spaces.append(RodAtJoint(reported, cut_up.chosen(~turning), *joint, width, rasters, round_holders))
             if turning.any():
                 turned = cut_up.chosen(turning).cut(_socket_in_cells)
-                told = f"{told}, turning"
-                spaces.append(RodAtJoint(told, turned, *joint, width, rasters, round_holders, tilt_rad))
+                reported = f"{reported}, turning"
+                spaces.append(RodAtJoint(reported, turned, *joint, width, rasters, round_holders, tilt_rad))
         return spaces
 
     made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {
@@ -172,7 +179,7 @@ def spaces_of(
                     lambda b: _slices(b) if b.link.startswith("rod") else [b],
                     lambda a, b: "base" in (a.link, b.link),
                 ).cut(
-                    lambda b: _slices(b, SOCKET_SLICE_MM),
+                    lambda b: _slices(b, _SOCKET_SLICE_MM),
                     lambda a, b: all(_at_wrist(x, forearm) for x in (a, b)),
                 ),
                 placement,
@@ -314,10 +321,10 @@ def _in_segments(pairs: Pairs, centre_mm: np.ndarray, ball_mm: float, width_mm: 
         holder = pairs.bodies[a]
         for j, segment in enumerate(segments[b]):
             side = -0.5 if segment.link == "rod_0" else 0.5
-            reach = segment.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + REACH_GUARD_MM
+            reach = segment.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + _REACH_GUARD_MM
             key = (a, segment.link, reach)
             if key not in reached:
-                local = near(holder, centre_mm + side * width_mm * Y, reach, CHAIN)
+                local = near(holder, centre_mm + side * width_mm * Y, reach, _CHAIN)
                 reached[key] = None if local is None else len(bodies)
                 bodies += [] if local is None else [local]
             if (b, j) not in index:
@@ -348,10 +355,10 @@ def _socket_in_cells(b: CollisionBody) -> list[CollisionBody]:
 
 def _at_wrist(b: CollisionBody, forearm_mm: float) -> bool:
     """Whether a body is on a rod, and about its wrist."""
-    return b.link.startswith("rod") and float(b.vertices[:, 0].min()) > forearm_mm - SOCKETS_MM
+    return b.link.startswith("rod") and float(b.vertices[:, 0].min()) > forearm_mm - _SOCKETS_MM
 
 
-def _slices(b: CollisionBody, size_mm: float = SLICE_MM) -> list[CollisionBody]:
+def _slices(b: CollisionBody, size_mm: float = _SLICE_MM) -> list[CollisionBody]:
     """A rod's body cut across into equal slices: near a fold the elbow moves much more than the wrist."""
     x, plane = b.vertices[:, 0], b.placement[0, :3]
     levels = np.linspace(x.min(), x.max(), int(np.ptp(x) / size_mm) + 1, endpoint=False)[1:] - b.placement[0, 3]

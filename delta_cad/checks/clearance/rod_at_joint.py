@@ -22,7 +22,7 @@ from delta_cad.checks.clearance.joint_ranges import Raster
 from delta_cad.checks.links import turn_about_x
 from delta_cad.mechanism.placement import LinkPlacement, frames
 
-SLENDER = 4.0  # a box moves a body by so much more through one variable than through another at most
+_SLENDER = 4.0  # a box moves a body by so much more through one variable than through another at most
 
 
 class RodAtJoint(ConfigurationSpace):
@@ -141,7 +141,7 @@ class RodAtJoint(ConfigurationSpace):
         seen = self._turns(centres[box], halves[box], pair, np.where(np.isfinite(normal), normal, 0.0))
         whole = self._turns(centres[box], halves[box], pair, np.zeros_like(normal))
         wanted = seen >= CUT_SHARE * seen.max(axis=1, keepdims=True)
-        wanted |= whole >= SLENDER * np.where(wanted, whole, 0.0).max(axis=1, keepdims=True)
+        wanted |= whole >= _SLENDER * np.where(wanted, whole, 0.0).max(axis=1, keepdims=True)
         cut = np.zeros(centres.shape, dtype=bool)
         np.logical_or.at(cut, box, wanted)
         return cut

@@ -7,7 +7,7 @@ the convex hulls of the two bodies are at least as far apart as their extents al
 between the closest points. Of the platform a rod's body only reaches what is near its ball. An arm and what is fixed
 are no closer than their profiles about the shoulder axis (`meridian`). It ends when no bound is below the smallest
 distance found, so the result is the same as that of measuring everything, to `TOLERANCE_MM`. Pairs whose relative
-position depends on one shoulder angle only are measured at `SPREAD` of the positions, spread over that angle.
+position depends on one shoulder angle only are measured at `_SPREAD` of the positions, spread over that angle.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
-SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
+_SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
 CORNERS = 8  # of the cube: the first positions
 CHUNK = 64  # positions whose sphere distances are held in memory at once
-SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
+_SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 @dataclass(frozen=True)
@@ -159,10 +159,10 @@ class Sampler:
         for k in range(len(pairs)) if is_sorted else np.argsort(low, kind="stable"):
             if low[k] >= best[0] - TOLERANCE_MM:
                 continue
-            asked = np.full(len(best), np.inf)
+            required = np.full(len(best), np.inf)
             poses = self.positions(pairs[k])
-            asked[poses] = bounds[k, poses]
-            sample = self._smallest(pairs[k], asked, best, hear)
+            required[poses] = bounds[k, poses]
+            sample = self._smallest(pairs[k], required, best, hear)
             if sample is not None:
                 samples.append(sample)
         return sorted(samples, key=lambda s: s.distance_mm)
@@ -239,7 +239,7 @@ class Sampler:
         low = np.maximum(low, self._always(pair))
         one, other = local
         relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
-        corners = homogeneous(pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T)
+        corners = _homogeneous(pair.b.centre + (_SIGNS * pair.b.half) @ pair.b.axes.T)
         hull_a, hull_b = one.hull, other.hull
         result: PairSample | None = None
         while True:
@@ -329,12 +329,12 @@ def _turned(link: str, frame: np.ndarray, tilt_rad: float) -> np.ndarray:
 
 
 def _spread(height: np.ndarray) -> np.ndarray:
-    """Indices of at most `SPREAD` positions whose elbows are spread evenly over their heights, extremes included."""
+    """Indices of at most `_SPREAD` positions whose elbows are spread evenly over their heights, extremes included."""
     order = np.argsort(height)
-    levels = np.linspace(height.min(), height.max(), SPREAD)
+    levels = np.linspace(height.min(), height.max(), _SPREAD)
     return np.unique(order[np.clip(np.searchsorted(height[order], levels), 0, len(height) - 1)])
 
 
-def homogeneous(points: np.ndarray) -> np.ndarray:
+def _homogeneous(points: np.ndarray) -> np.ndarray:
     """(4, n) columns of homogeneous coordinates of points (n, 3)."""
     return np.concatenate([points.T, np.ones((1, len(points)))])

@@ -13,7 +13,7 @@ import numpy as np
 from delta_cad.assembly.tessellation import Mesh
 from delta_cad.checks.clearance.bodies import CollisionBody, body
 
-GROWTH = (
+_GROWTH = (
     1.4  # a segment ends that many times as far from the joint as it begins: the lever is at most that much too long
 )
 
@@ -37,7 +37,7 @@ def segments_of(b: CollisionBody, centre_x_mm: float) -> list[CollisionBody]:
         far = (sign * x).max()
         near = max((sign * x).min(), thick)
         first = [near] if (sign * x).min() < near else []
-        count = int(np.ceil(np.log(far / near) / np.log(GROWTH))) if far > near else 0
+        count = int(np.ceil(np.log(far / near) / np.log(_GROWTH))) if far > near else 0
         inner = near * (far / near) ** (np.arange(1, count) / count) if count else np.zeros(0)
         sides += [sign * level for level in (*first, *inner) if level < far]
     if not sides:

@@ -34,18 +34,18 @@ from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement, chain_frame
 from delta_cad.solids.part import Part, Removal, ToolAccess
 
-DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
+_DIRECTIONS, _FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis, at least
-FINE_HEIGHTS = 2001  # of those at which the arms' angles are looked at
+_FINE_HEIGHTS = 2001  # of those at which the arms' angles are looked at
 TURN_RAD = np.radians(0.6)  # of a pinion from one of them to the next at most: a slot leaves a key 1 deg either way
-SAME_MM = 0.05  # of a socket as it is drawn and of its key
+_SAME_MM = 0.05  # of a socket as it is drawn and of its key
 MOST_MM, TOLERANCE_MM = 16.0, 0.25  # of a base radius that keys lack: how far is looked, and how closely
-SPARE_MM = 2.0  # that keys leave of it: how far is looked
-SPREAD_STEP = 64  # of the handle's heights one in so many, then
-CHAIN = re.compile(r"^(?!bezel_|mount_).*?_(\d)(?:_|$)")  # in an occurrence's name, but of screws of panel and floor
-OFF_MM = 0.1  # a tool begins so far before the face that it stands on
-STEP_MM = 4.0  # of a part that is drawn out: a tenth of what it is drawn through
-SHOWN = 8  # faults that a report names; their number is told
+MARGIN_MM = 2.0  # that keys leave of it: how far is looked
+_SPREAD_STEP = 64  # of the handle's heights one in so many, then
+_CHAIN = re.compile(r"^(?!bezel_|mount_).*?_(\d)(?:_|$)")  # in an occurrence's name, but of screws of panel and floor
+_OFF_MM = 0.1  # a tool begins so far before the face that it stands on
+_STEP_MM = 4.0  # of a part that is drawn out: a tenth of what it is drawn through
+_SHOWN = 8  # faults that a report names; their number is told
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class _Socket:
 
 
 @dataclass(frozen=True)
-class Around:
+class _Around:
     """What stands around a screw, as long as its scene is asked for no other position.
 
     Attributes:
@@ -86,11 +86,11 @@ class Around:
         near = apart <= (self.radii_mm + radius_mm + self.deviation_mm)[:, None]
         found = np.ones(len(ends_mm), dtype=bool)
         placed: dict[int, Any] = {}
-        asked = np.flatnonzero(near.any(axis=0))
-        aside = cross_rows(along[asked], np.eye(3)[np.abs(along[asked]).argmin(axis=1)])
+        required = np.flatnonzero(near.any(axis=0))
+        aside = cross_rows(along[required], np.eye(3)[np.abs(along[required]).argmin(axis=1)])
         aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-        turns = np.stack([aside, cross_rows(along[asked], aside), along[asked]], axis=2)
-        for n, turn in zip(asked.tolist(), turns, strict=True):
+        turns = np.stack([aside, cross_rows(along[required], aside), along[required]], axis=2)
+        for n, turn in zip(required.tolist(), turns, strict=True):
             frame = fcl.Transform(turn, (start_mm + ends_mm[n]) / 2.0)
             for k in np.flatnonzero(near[:, n]):
                 tool = fcl.CollisionObject(fcl.Cylinder(radius_mm + self.deviation_mm[k], length), frame)
@@ -126,15 +126,15 @@ class Scene:
         self._deviation = np.array([meshes[o.part.number].deviation_mm for o in self.occurrences])
         self._balls = np.array(balls)
 
-    def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, beside: int, standing: bool) -> Around:
+    def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, beside: int, static: bool) -> _Around:
         """What a tool may meet within a reach of a point: any occurrence but one, or any that stands still."""
         centres = self._centres(pose)
         near = np.linalg.norm(centres - centre_mm, axis=1) <= self._balls[:, 3] + reach_mm
         near[beside] = False
-        if standing:
+        if static:
             near &= self.stands
         found = np.flatnonzero(near)
-        return Around(
+        return _Around(
             lambda n: self._placed(pose, int(found[n])), centres[found], self._balls[found, 3], self._deviation[found]
         )
 
@@ -179,7 +179,7 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
     swings = [(key_swing(reach, scene), reach) for reach in assembly.reached]
     known: dict[Key, bool] = {}
     stuck = [(what, removal) for removal in assembly.removals if (what := _stuck(removal, scene, known))]
-    return [_told_swings(swings), _told_stuck(stuck, len(assembly.removals))]
+    return [_reported_swings(swings), _reported_stuck(stuck, len(assembly.removals))]
 
 
 def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> float:
@@ -196,12 +196,12 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
         Millimetres: `MOST_MM` where that much more or something else is needed; where nothing is in the way 0 or less,
         down to `-SPARE_MM`: by so much it may be shorter.
     """
-    scene = Scene(assembly, meshes, up_and_down(assembly.placement, limits)[::SPREAD_STEP])
+    scene = Scene(assembly, meshes, up_and_down(assembly.placement, limits)[::_SPREAD_STEP])
     still = [one for one in assembly.reached if one.screw in scene.index and scene.stands[scene.index[one.screw]]]
     held = [one for one in still if key_swing(one, scene) < SWING_RAD]
     out = np.zeros((len(scene.occurrences), 3))
     for k, occurrence in enumerate(scene.occurrences):
-        if (chain := CHAIN.search(occurrence.name)) is not None:
+        if (chain := _CHAIN.search(occurrence.name)) is not None:
             out[k] = chain_frame(int(chain[1]))[:3, 0]
     home = scene.frames.copy()
 
@@ -209,7 +209,7 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
         scene.frames[..., :3, 3] = home[..., :3, 3] + more_mm * out
         return all(key_swing(one, scene) >= SWING_RAD for one in held or still)
 
-    low, high = (0.0, MOST_MM) if held else (-SPARE_MM, 0.0)
+    low, high = (0.0, MOST_MM) if held else (-MARGIN_MM, 0.0)
     if not still or (held and not free(high)):
         return high
     if not held and free(low):
@@ -225,7 +225,7 @@ def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
 
     From one to the next arms and pinions turn by the same.
     """
-    up = np.linspace(-limits.half_side_mm, limits.half_side_mm, FINE_HEIGHTS)
+    up = np.linspace(-limits.half_side_mm, limits.half_side_mm, _FINE_HEIGHTS)
     along = np.array([0.0, 0.0, 1.0])
     angles = inverse_kinematics(placement.geometry, (limits.centre_mm + up[:, None] * along) / MM_PER_M)[:, 0]
     turned = np.append(0.0, np.cumsum(np.abs(np.diff(angles))))
@@ -234,7 +234,7 @@ def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
     return limits.centre_mm + heights[np.argsort(np.abs(heights), kind="stable"), None] * along
 
 
-def _told_swings(swings: list[tuple[float, ToolAccess]]) -> CheckResult:
+def _reported_swings(swings: list[tuple[float, ToolAccess]]) -> CheckResult:
     if not swings:
         limit = float(np.degrees(SWING_RAD))
         return CheckResult("tool access", True, None, limit, "deg", detail="no screw is stated to be reached")
@@ -247,19 +247,19 @@ def swing_result(name: str, swings: list[tuple[float, str, str]], detail: str) -
     swing, worst, _ = min(swings, key=lambda found: found[0], default=(2.0 * np.pi, "", ""))
     bad = [f"{screw} {np.degrees(s):.0f} deg{reason}" for s, screw, reason in swings if s < SWING_RAD]
     if bad:
-        detail = f"{len(bad)} fail: {'; '.join(bad[:SHOWN])}; {detail}"
+        detail = f"{len(bad)} fail: {'; '.join(bad[:_SHOWN])}; {detail}"
     pair = (worst,) if worst else None
     return CheckResult(
         name, not bad, np.degrees(swing), float(np.degrees(SWING_RAD)), "deg", worst_pair=pair, detail=detail
     )
 
 
-def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
-    detail = f"{count} parts drawn off along their axes, {STEP_MM:g} mm a step"
+def _reported_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
+    detail = f"{count} parts drawn off along their axes, {_STEP_MM:g} mm a step"
     if stuck:
-        told = "; ".join(f"{removal.name} {removal.reason}, {what}" for what, removal in stuck[:SHOWN])
-        detail = f"{len(stuck)} fail: {told}; {detail}"
-    names = tuple(removal.name for _, removal in stuck[:SHOWN]) or None
+        reported = "; ".join(f"{removal.name} {removal.reason}, {what}" for what, removal in stuck[:_SHOWN])
+        detail = f"{len(stuck)} fail: {reported}; {detail}"
+    names = tuple(removal.name for _, removal in stuck[:_SHOWN]) or None
     return CheckResult("parts come off", not stuck, len(stuck), 0, "", worst_pair=names, detail=detail)
 
 
@@ -269,7 +269,7 @@ def key_swing(reach: ToolAccess, scene: Scene) -> float:
         return 0.0
     k = scene.index[reach.screw]
     socket = _socket(scene.occurrences[k].part)
-    flats = next((one for one in KEYS_MM if socket and abs(socket.flats_mm - one) < SAME_MM), None)
+    flats = next((one for one in KEYS_MM if socket and abs(socket.flats_mm - one) < _SAME_MM), None)
     if socket is None or flats is None:
         return 0.0
     keys = key_legs_mm(flats)
@@ -292,22 +292,22 @@ def _swing_at(
     inside_mm: float,
     handle_mm: float,
     scene: Scene,
-    standing: bool = False,
+    static: bool = False,
 ) -> float:
     """Swing of a handle at a position, rad: of a key that stands in its socket and of one just drawn off it.
 
-    With `standing` only what stands still is in its way.
+    With `static` only what stands still is in its way.
     """
     frame, radius = scene.frames[pose, k], CORNERS * socket.flats_mm / 2.0
     x, y, z = frame[:3, :3].T
     mouth = frame[:3, 3] + socket.mouth_mm * z
-    around = scene.around(pose, mouth, float(np.hypot(max(inside_mm, way_mm), handle_mm)) + socket.head_mm, k, standing)
+    around = scene.around(pose, mouth, float(np.hypot(max(inside_mm, way_mm), handle_mm)) + socket.head_mm, k, static)
     for width, end in (radius, inside_mm), (socket.head_mm, way_mm):
-        if not around.free(width, mouth + OFF_MM * z, (mouth + end * z)[None]).all():
+        if not around.free(width, mouth + _OFF_MM * z, (mouth + end * z)[None]).all():
             return 0.0
     bends = mouth + (inside_mm - socket.depth_mm) * z, mouth + inside_mm * z
     swing = 0.0
-    for count in (DIRECTIONS, FINE_DIRECTIONS):
+    for count in (_DIRECTIONS, _FINE_DIRECTIONS):
         angles = np.arange(count) * 2.0 * np.pi / count
         out = handle_mm * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
         free = np.ones(count, dtype=bool)
@@ -315,7 +315,7 @@ def _swing_at(
             free[free] = around.free(radius, bend, bend + out[free]) if free.any() else True
         steps = count if free.all() else max(longest_run(free) - 1, 0)
         swing = steps * 2.0 * np.pi / count
-        if not SWING_RAD - 4.0 * np.pi / DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
+        if not SWING_RAD - 4.0 * np.pi / _DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
             break
     return swing
 
@@ -352,7 +352,7 @@ def _stuck(removal: Removal, scene: Scene, known: dict[Key, bool]) -> str:
         for o, f in zip(scene.occurrences, scene.frames[0], strict=True)
     )
     way = ahead - float((points @ along).min())
-    for step in np.linspace(0.0, way, int(np.ceil(way / STEP_MM)) + 1)[1:]:
+    for step in np.linspace(0.0, way, int(np.ceil(way / _STEP_MM)) + 1)[1:]:
         moved = start.copy()
         moved[:3, 3] += step * along
         for j in scene.met_by(0, k, moved, removal.loose):

@@ -8,9 +8,9 @@ import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh
 
-LINES = 12
-RING = 0.9  # of the head's radius: outside of any clearance hole (0.62 for M3), inside of the head
-FIRST_RAD = 0.1234  # turns the lines away from the seams of meshes, which lie at even parts of a turn
+_LINES = 12
+_RING = 0.9  # of the head's radius: outside of any clearance hole (0.62 for M3), inside of the head
+_FIRST_RAD = 0.1234  # turns the lines away from the seams of meshes, which lie at even parts of a turn
 
 
 def largest_gaps(parts: Sequence[tuple[Mesh, np.ndarray]], head_mm: float, start_mm: float) -> np.ndarray:
@@ -26,11 +26,11 @@ def largest_gaps(parts: Sequence[tuple[Mesh, np.ndarray]], head_mm: float, start
     Returns:
         (LINES,) gaps, mm; infinite where a line meets nothing more before the thread.
     """
-    angle = FIRST_RAD + 2.0 * np.pi * np.arange(LINES) / LINES
-    at = RING * head_mm * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    met = [_met(mesh, frame, at, RING * head_mm) for mesh, frame in parts]
+    angle = _FIRST_RAD + 2.0 * np.pi * np.arange(_LINES) / _LINES
+    at = _RING * head_mm * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    met = [_met(mesh, frame, at, _RING * head_mm) for mesh, frame in parts]
     return np.array(
-        [_gap([(top, low, k) for k, m in enumerate(met) for low, top in m[i]], start_mm) for i in range(LINES)]
+        [_gap([(top, low, k) for k, m in enumerate(met) for low, top in m[i]], start_mm) for i in range(_LINES)]
     )
 
 

@@ -21,12 +21,12 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
 from delta_cad.solids.part import Contact, location_of
 
-ALONG = 1e-3  # sine of the angle between axes or normals that count as one: 0.02 mm over a seat of 20 mm
-INSIDE_MM = 1e-6  # by which a shaft may be drawn larger than its bore: roundings; more is the overlap's matter
-LEAST_TURN_RAD = 3.0  # of a bore's faces together: less than half a turn holds nothing
-STEP_MM = 0.5  # between the points of a cable that are looked at
-NOISE_MM2 = 1e-3  # by which the kernel's areas of one pair of faces may disagree
-SHOWN = 8  # faults that a report names; their number is told
+_ALONG = 1e-3  # sine of the angle between axes or normals that count as one: 0.02 mm over a seat of 20 mm
+_INSIDE_MM = 1e-6  # by which a shaft may be drawn larger than its bore: roundings; more is the overlap's matter
+_LEAST_TURN_RAD = 3.0  # of a bore's faces together: less than half a turn holds nothing
+_STEP_MM = 0.5  # between the points of a cable that are looked at
+_NOISE_MM2 = 1e-3  # by which the kernel's areas of one pair of faces may disagree
+_SHOWN = 8  # faults that a report names; their number is told
 
 
 def check_contacts(assembly: Assembly) -> CheckResult:
@@ -48,7 +48,7 @@ def check_contacts(assembly: Assembly) -> CheckResult:
         a_in_b = np.linalg.inv(placed[b.name]) @ placed[a.name]
         key = (contact.kind, contact.gap_mm, id(a.part), id(b.part), *relative_key("", "", a_in_b))
         if key not in known:
-            known[key] = MEASURES[contact.kind](features(a.part.solid), features(b.part.solid), a_in_b, contact.gap_mm)
+            known[key] = _MEASURES[contact.kind](features(a.part.solid), features(b.part.solid), a_in_b, contact.gap_mm)
         unit = "mm" if contact.kind in ("cylinder", "cable", "tip") else "mm^2"
         text = (
             f"{a.name} / {b.name} {known[key]:.2f} {unit} within {contact.gap_mm:g} mm, {contact.least:.2f} required: "
@@ -61,7 +61,7 @@ def check_contacts(assembly: Assembly) -> CheckResult:
     shares.sort(key=lambda share: share[0])
     worst, contact, text = shares[0]
     bad = [text for share, _, text in shares if share < 1.0]
-    detail = f"{len(bad)} fail: {'; '.join(bad[:SHOWN])}; {counted}" if bad else f"least: {text}; {counted}"
+    detail = f"{len(bad)} fail: {'; '.join(bad[:_SHOWN])}; {counted}" if bad else f"least: {text}; {counted}"
     return CheckResult(name, not bad, worst, 1.0, "", worst_pair=(contact.a, contact.b), detail=detail)
 
 
@@ -74,7 +74,7 @@ def cylinder_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float)
     best = 0.0
     for shaft in (c.moved(a_in_b) for c in a.cylinders if not c.is_hollow):
         held = [(bore, span) for bore in bores if (span := _engaged(shaft, bore, gap_mm))]
-        if sum(bore.turn_rad for bore, _ in held) >= LEAST_TURN_RAD:
+        if sum(bore.turn_rad for bore, _ in held) >= _LEAST_TURN_RAD:
             best = max(best, _union(span for _, span in held))
     return best
 
@@ -83,7 +83,7 @@ def _engaged(shaft: SolidFace, bore: SolidFace, gap_mm: float) -> tuple[float, f
     """Where along the shaft's axis a bore holds it within a gap, mm from the shaft's point; None where it does not."""
     cosine = float(bore.direction @ shaft.direction)
     play = bore.radius_mm - shaft.radius_mm
-    if not -INSIDE_MM <= play <= gap_mm or np.linalg.norm(np.cross(bore.direction, shaft.direction)) > ALONG:
+    if not -_INSIDE_MM <= play <= gap_mm or np.linalg.norm(np.cross(bore.direction, shaft.direction)) > _ALONG:
         return None
     apart = bore.point - shaft.point
     along = float(apart @ shaft.direction)
@@ -93,7 +93,7 @@ def _engaged(shaft: SolidFace, bore: SolidFace, gap_mm: float) -> tuple[float, f
         return None
     for at in (low, high):  # the axes' distance at either end of what is engaged
         line = apart - at * shaft.direction
-        if np.linalg.norm(line - (line @ bore.direction) * bore.direction) > max(gap_mm, INSIDE_MM):
+        if np.linalg.norm(line - (line @ bore.direction) * bore.direction) > max(gap_mm, _INSIDE_MM):
             return None
     return low, high
 
@@ -115,7 +115,7 @@ def common_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> 
         normal, point = turn @ one.direction, turn @ one.point + shift
         for other in b.planes:
             gap = float((point - other.point) @ other.direction)
-            if normal @ other.direction < -np.sqrt(1.0 - ALONG**2) and abs(gap) <= gap_mm:
+            if normal @ other.direction < -np.sqrt(1.0 - _ALONG**2) and abs(gap) <= gap_mm:
                 onto = a_in_b.copy()
                 onto[:3, 3] -= gap * other.direction
                 shared += _common_of_faces(one, other, onto)
@@ -133,7 +133,7 @@ def _common_of_faces(one: SolidFace, other: SolidFace, onto: np.ndarray) -> floa
         BRepBndLib.Add_s(face, box)
     if boxes[0].IsOut(boxes[1]):
         return 0.0
-    return common_size((a, b), (area(a), area(b)), area, NOISE_MM2) or 0.0
+    return common_size((a, b), (area(a), area(b)), area, _NOISE_MM2) or 0.0
 
 
 def seat_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
@@ -142,7 +142,7 @@ def seat_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> fl
     for ball in (s for s in a.spheres if not s.is_hollow):
         centre = a_in_b[:3, :3] @ ball.point + a_in_b[:3, 3]
         for seat in (s for s in b.spheres if s.is_hollow):
-            fits = -INSIDE_MM <= seat.radius_mm - ball.radius_mm <= gap_mm
+            fits = -_INSIDE_MM <= seat.radius_mm - ball.radius_mm <= gap_mm
             if fits and np.linalg.norm(seat.point - centre) <= gap_mm:
                 seated += seat.area_mm2
     return seated
@@ -165,7 +165,7 @@ def cable_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) ->
 
 def _middle(arc: SolidFace) -> tuple[np.ndarray, float, float]:
     """(n, 3) points along the middle of an arc, mm, each in the middle of its step, that step and the radius, mm."""
-    count = max(int(arc.ring_mm * arc.turn_rad / STEP_MM), 1)
+    count = max(int(arc.ring_mm * arc.turn_rad / _STEP_MM), 1)
     angle = (np.arange(count) + 0.5) * arc.turn_rad / count
     second = np.cross(arc.direction, arc.first)
     around = np.cos(angle)[:, None] * arc.first + np.sin(angle)[:, None] * second
@@ -175,7 +175,7 @@ def _middle(arc: SolidFace) -> tuple[np.ndarray, float, float]:
 def _axis(piece: SolidFace) -> tuple[np.ndarray, float, float]:
     """The same of a straight piece."""
     length = piece.end_mm - piece.start_mm
-    count = max(int(length / STEP_MM), 1)
+    count = max(int(length / _STEP_MM), 1)
     along = piece.start_mm + (np.arange(count) + 0.5) * length / count
     return piece.point + along[:, None] * piece.direction, length / count, piece.radius_mm
 
@@ -187,11 +187,11 @@ def _along(points: np.ndarray, face: SolidFace, radius_mm: float, gap_mm: float)
     across = apart - along[:, None] * face.direction
     off = np.linalg.norm(across, axis=1)
     if face.is_hollow:
-        close = (off <= gap_mm) & (-INSIDE_MM <= face.radius_mm - radius_mm <= gap_mm)
+        close = (off <= gap_mm) & (-_INSIDE_MM <= face.radius_mm - radius_mm <= gap_mm)
     else:
         close = np.abs(off - face.radius_mm - radius_mm) <= gap_mm
     turned = np.arctan2(across @ np.cross(face.direction, face.first), across @ face.first)
-    within = np.mod(turned + ALONG, 2.0 * np.pi) <= face.turn_rad + 2.0 * ALONG
+    within = np.mod(turned + _ALONG, 2.0 * np.pi) <= face.turn_rad + 2.0 * _ALONG
     return close & (along >= face.start_mm) & (along <= face.end_mm) & (within | face.is_hollow)
 
 
@@ -211,7 +211,7 @@ def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> f
             across = apart - along * shaft.direction
             off = float(-across @ normal)  # from the end to the axis
             aside = float(np.linalg.norm(across + off * normal))
-            level = abs(float(normal @ shaft.direction)) <= ALONG
+            level = abs(float(normal @ shaft.direction)) <= _ALONG
             if level and abs(off - shaft.radius_mm) <= gap_mm and aside < radius:
                 half = np.sqrt(radius**2 - aside**2)
                 best = max(best, min(along + half, shaft.end_mm) - max(along - half, shaft.start_mm))
@@ -234,7 +234,7 @@ def end_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> flo
     return met
 
 
-MEASURES: dict[str, Callable[[Features, Features, np.ndarray, float], float]] = {
+_MEASURES: dict[str, Callable[[Features, Features, np.ndarray, float], float]] = {
     "cylinder": cylinder_length,
     "plane": common_area,
     "ball": seat_area,

@@ -17,7 +17,7 @@ from delta_cad.solids.part import Part
 if TYPE_CHECKING:
     import cadquery as cq
 
-SAME_AXIS_MM = 1e-6  # faces of one turned or bored surface share their axis to roundings
+_SAME_AXIS_MM = 1e-6  # faces of one turned or bored surface share their axis to roundings
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def is_turned(part: Part, frame: np.ndarray) -> bool:
 
     def on_axis(point: np.ndarray) -> bool:
         apart = point - origin
-        return float(np.linalg.norm(apart - (apart @ y) * y)) < SAME_AXIS_MM
+        return float(np.linalg.norm(apart - (apart @ y) * y)) < _SAME_AXIS_MM
 
     def along(direction: np.ndarray) -> bool:
         return float(np.linalg.norm(np.cross(direction, y))) < 1e-9  # 1e-7 mm over 100 mm

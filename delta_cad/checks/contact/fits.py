@@ -24,7 +24,7 @@ from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
 
-TOUCH_MM = 1e-6  # of two flat faces upon one another: 0.01 mm^3 takes a square of 100 mm
+_TOUCH_MM = 1e-6  # of two flat faces upon one another: 0.01 mm^3 takes a square of 100 mm
 OVERLAP_MM3 = 0.01  # a 0.2 mm cube: above what booleans leave on coincident faces, below any real clash
 
 
@@ -176,7 +176,7 @@ class _Overlaps:
         axes = np.concatenate([np.eye(3), b_in_a[:3, :3].T])
         low, high = solid_extents(a.solid).extents(axes)
         low_b, high_b = (x + axes @ b_in_a[:3, 3] for x in solid_extents(b.solid).extents(axes @ b_in_a[:3, :3]))
-        if max((low_b - high).max(), (low - high_b).max()) >= -TOUCH_MM:
+        if max((low_b - high).max(), (low - high_b).max()) >= -_TOUCH_MM:
             return True
         one = body(a.number, a.number, "", self._meshes[a.number], np.eye(4))
         other = body(b.number, b.number, "", self._meshes[b.number], np.eye(4))

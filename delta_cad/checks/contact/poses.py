@@ -41,7 +41,7 @@ class Turning:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactPosition:
+class _ContactPosition:
     """One position of a contact.
 
     Attributes:
@@ -57,7 +57,7 @@ class ContactPosition:
     turning: Turning | None = None
 
 
-def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPosition]:
+def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[_ContactPosition]:
     """Gives the positions at which contacts across links are tested; one of equal contacts stands for all."""
     poses = np.concatenate([limits.centre_mm[None], limits.poses_mm()])
     links = assembly.placement(poses)
@@ -78,7 +78,7 @@ def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPo
         fit, relative, joint = group[0]
         if joint is not None and joint.kind == "revolute":
             turned, turning = _turned(occurrences[fit.a], occurrences[fit.b], joint, assembly, links, range_rad)
-            positions += [ContactPosition(fit, b_in_a, None, turning) for b_in_a in turned]
+            positions += [_ContactPosition(fit, b_in_a, None, turning) for b_in_a in turned]
         else:
             positions += _extremes([(fit, relative) for fit, relative, _ in group], poses)
     return positions
@@ -126,7 +126,7 @@ def _turned(
     return frames, Turning(in_a, in_b, turned)
 
 
-def _extremes(group: list[tuple[Fit, np.ndarray]], poses: np.ndarray) -> list[ContactPosition]:
+def _extremes(group: list[tuple[Fit, np.ndarray]], poses: np.ndarray) -> list[_ContactPosition]:
     """The centre, and where equal contacts are turned most and tilted most, along either direction."""
     relative = np.stack([r for _, r in group])
     turn = np.einsum("kij,knij->kn", relative[:, 0, :3, :3], relative[..., :3, :3])
@@ -138,7 +138,7 @@ def _extremes(group: list[tuple[Fit, np.ndarray]], poses: np.ndarray) -> list[Co
     for k in sorted(picked):
         member, pose = divmod(k, len(poses))
         x, y, z = poses[pose].tolist()
-        positions.append(ContactPosition(group[member][0], relative[member, pose], (x, y, z)))
+        positions.append(_ContactPosition(group[member][0], relative[member, pose], (x, y, z)))
     return positions
 
 

@@ -17,12 +17,12 @@ from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
 
-ENGAGED_LEAST = 1.0  # thread lengths in diameters: what steel screws need in aluminium under hand torque
-THREAD_PLAY_MM = 0.05  # radius by which a tap drill may exceed the drawn core of its screw (0.02), and axes may differ
-FILLED = r"M\d|[\d.]+ [HG]7"  # callouts of holes that hold something: threads and fits
-ROUNDING_MM = 1e-4  # of meshes' vertices
-CLAMPING = "screw_"  # part numbers of screws that clamp with their heads
-ADJUSTING = "tension_screw"  # part number of screws that are turned to set something: nothing lies under their heads
+_ENGAGED_LEAST = 1.0  # thread lengths in diameters: what steel screws need in aluminium under hand torque
+_THREAD_PLAY_MM = 0.05  # radius by which a tap drill may exceed the drawn core of its screw (0.02), and axes may differ
+_FILLED = r"M\d|[\d.]+ [HG]7"  # callouts of holes that hold something: threads and fits
+_ROUNDING_MM = 1e-4  # of meshes' vertices
+_CLAMPING = "screw_"  # part numbers of screws that clamp with their heads
+_ADJUSTING = "tension_screw"  # part number of screws that are turned to set something: nothing lies under their heads
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class _Cylinders:
         aside = np.linalg.norm(apart - (apart @ direction)[:, None] * direction, axis=1)
         play = self.radius - radius_mm if inside else radius_mm - self.radius
         # both ends of a screw of 20 mm are within the play when the directions agree to 1e-3
-        fits = (across < 1e-3) & (aside <= THREAD_PLAY_MM) & (play > -1e-6) & (play <= THREAD_PLAY_MM)
+        fits = (across < 1e-3) & (aside <= _THREAD_PLAY_MM) & (play > -1e-6) & (play <= _THREAD_PLAY_MM)
         sense = np.sign(self.direction @ direction)
         ends = np.sort((apart @ direction)[:, None] + sense[:, None] * self.span, axis=1)
         return np.where(fits[:, None], ends, np.nan)
@@ -78,10 +78,10 @@ def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
             o = carried[screw.index]
             length, start = _engagement(screw, o, bores)
             engaged.append((-length / screw.nominal if length > 0.0 else 0.0, o.name))
-            if o.part.number.startswith(CLAMPING):
+            if o.part.number.startswith(_CLAMPING):
                 seated.append((_unseated(screw, carried, start, meshes, bearing_out), o.name))
     return [
-        _worst("screws engaged", engaged, -ENGAGED_LEAST, "", "diameters of thread"),
+        _worst("screws engaged", engaged, -_ENGAGED_LEAST, "", "diameters of thread"),
         _worst("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
         _filled(assembly),
     ]
@@ -99,8 +99,8 @@ def _filled(assembly: Assembly) -> CheckResult:
         holes += needed
         empty += [(o.name, f"{o.name} {hole}") for hole in missing]
     names = tuple(dict.fromkeys(name for name, _ in empty[:8])) or None
-    told = "; ".join(text for _, text in empty[:8]) + " with nothing in it; " if empty else ""
-    detail = f"{told}{holes} kinds of tapped or reamed holes"
+    reported = "; ".join(text for _, text in empty[:8]) + " with nothing in it; " if empty else ""
+    detail = f"{reported}{holes} kinds of tapped or reamed holes"
     return CheckResult("holes filled", not empty, len(empty), 0, "", worst_pair=names, detail=detail)
 
 
@@ -137,7 +137,7 @@ def _screws(carried: Sequence[Occurrence]) -> list[_Screw]:
     """The screws of a link, measured on their solids: the shank is the outer cylinder below the origin."""
     screws = []
     for k, o in enumerate(carried):
-        if not o.part.number.startswith((CLAMPING, ADJUSTING)):
+        if not o.part.number.startswith((_CLAMPING, _ADJUSTING)):
             continue
         on_axis = [
             c
@@ -202,7 +202,7 @@ def _unseated(
         if (np.abs(middle + along) <= half + size).all():
             parts.append((mesh, seen))
         if o.name in bearing_out and abs(middle[2] + half[2]) <= SEAT_MM and np.hypot(*middle[:2]) <= SEAT_MM:
-            start = max(start, float(middle[2] - half[2]) + ROUNDING_MM)
+            start = max(start, float(middle[2] - half[2]) + _ROUNDING_MM)
     return float(np.median(largest_gaps(parts, screw.head, start)))
 
 
@@ -212,7 +212,7 @@ def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -
     for hole in o.part.holes:
         groups = [re.fullmatch(r"(?:(\d+)x )?(.*)", text.strip()) for text in hole.callout.split(";")]
         counts = [(int(g[1]) if g[1] else hole.count, g[2]) for g in groups if g]
-        filled = sum(count for count, text in counts if re.match(FILLED, text))
+        filled = sum(count for count, text in counts if re.match(_FILLED, text))
         if not filled:
             continue
         needed += 1

@@ -18,9 +18,9 @@ import numpy as np
 from delta_cad.checks.contact.placing import located
 from delta_cad.common.memoize import memoize
 
-FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
-AGREEMENT = 1e-6  # of the smaller size
-INTEGRATED = 1e-8  # of a volume, to which adaptive integration goes
+_FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
+_AGREEMENT = 1e-6  # of the smaller size
+_INTEGRATED = 1e-8  # of a volume, to which adaptive integration goes
 NOISE_MM3 = 1e-3  # common volume that the kernel may see between faces that touch
 SLIDING_MM3 = 0.05  # and between faces that slide upon one another
 
@@ -43,14 +43,14 @@ def common_size(
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut
 
     (smaller, one), (larger, other) = sorted(zip(sizes, shapes, strict=True), key=lambda pair: pair[0])
-    for fuzzy in FUZZY_MM:
+    for fuzzy in _FUZZY_MM:
         crossing = _crossing(one, other, fuzzy)
         common = _boolean(BRepAlgoAPI_Common, one, other, crossing, size)
         if common is None:
             continue
         for whole, cut, by in ((smaller, one, other), (larger, other, one)):
             rest = _boolean(BRepAlgoAPI_Cut, cut, by, crossing, size)
-            if rest is not None and abs(whole - rest - common) <= max(AGREEMENT * smaller, noise):
+            if rest is not None and abs(whole - rest - common) <= max(_AGREEMENT * smaller, noise):
                 return max(common, 0.0)
     if size is not volume:
         return None
@@ -124,7 +124,7 @@ def fine_volume(shape: Any) -> float:
     from OCP.GProp import GProp_GProps
 
     properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties, INTEGRATED, False, False)
+    BRepGProp.VolumeProperties_s(shape, properties, _INTEGRATED, False, False)
     return float(properties.Mass())
 
 

@@ -16,7 +16,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.part import Occurrence, Stop, location_of
 
-WITHIN_RAD = np.radians(1.0)  # of the stated angle: a third of the margin outside the cube
+_WITHIN_RAD = np.radians(1.0)  # of the stated angle: a third of the margin outside the cube
 Y = np.array([0.0, 1.0, 0.0])
 
 
@@ -37,10 +37,10 @@ def check_stops(assembly: Assembly) -> CheckResult:
             shares.append((0.0, stop, f"{where}: {' and '.join(missing)} is missing"))
             continue
         pair = occurrences[stop.a], occurrences[stop.b]
-        if _meeting(assembly, stop, *pair, -WITHIN_RAD, known) != 0.0:
+        if _meeting(assembly, stop, *pair, -_WITHIN_RAD, known) != 0.0:
             shares.append((0.0, stop, f"{where} meet more than a degree before"))
             continue
-        length = _meeting(assembly, stop, *pair, WITHIN_RAD, known)
+        length = _meeting(assembly, stop, *pair, _WITHIN_RAD, known)
         text = f"{where} meet over {length:.2f} mm, {stop.least_mm:.2f} mm required"
         shares.append((length / stop.least_mm, stop, text))
     if not shares:

@@ -17,13 +17,13 @@ from delta_cad.dimensions.rules import DRILL_DIAMETERS
 from delta_cad.dimensions.tolerances import RUN_OUT_MM
 from delta_cad.solids.part import Bore, Part
 
-THREAD_DIAMETERS = 4.0  # of a thread from one side: machine taps break beyond
-DRILLS_MM = ((3.0, 0.05), (14.0, 0.1), (32.0, 0.25))  # up to a diameter, steps in which drills are made: ISO 235
-MILLED_STEP_MM = 0.1  # of a larger bore, which is milled or turned to a size that a drawing can say
-RING, RING_SHARE = 8, 0.9  # lines along the tool's outside, and how far out of its radius
-BEFORE_MM = 0.05  # a bore's start, from where a tool's lines go back
-ROUND_RAD = 4.5  # of a bore's wall: less is the bottom of a slot, which is milled from its side
-SIZE_MM = 1e-6
+_THREAD_DIAMETERS = 4.0  # of a thread from one side: machine taps break beyond
+_DRILLS_MM = ((3.0, 0.05), (14.0, 0.1), (32.0, 0.25))  # up to a diameter, steps in which drills are made: ISO 235
+_MILLED_STEP_MM = 0.1  # of a larger bore, which is milled or turned to a size that a drawing can say
+_RING, _RING_SHARE = 8, 0.9  # lines along the tool's outside, and how far out of its radius
+_BEFORE_MM = 0.05  # a bore's start, from where a tool's lines go back
+_ROUND_RAD = 4.5  # of a bore's wall: less is the bottom of a slot, which is milled from its side
+_SIZE_MM = 1e-6
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def depths(part: Part) -> Iterator[Finding]:
         yield Finding(part.number, deep, DRILL_DIAMETERS, f"{at(bore)}: {deep:.1f} diameters deep")
         if bore.thread:
             turns = bore.thread_mm / catalogue.screw(bore.thread).diameter_mm
-            yield Finding(part.number, turns, THREAD_DIAMETERS, f"{at(bore)}: thread of {turns:.1f} diameters")
+            yield Finding(part.number, turns, _THREAD_DIAMETERS, f"{at(bore)}: thread of {turns:.1f} diameters")
 
 
 def run_outs(part: Part) -> Iterator[Finding]:
@@ -89,9 +89,9 @@ def odd_sizes(part: Part) -> Iterator[Finding]:
 
 
 def _in_stock(diameter_mm: float) -> bool:
-    step = next((step for end, step in DRILLS_MM if diameter_mm <= end), MILLED_STEP_MM)
-    steps = [step, MILLED_STEP_MM]
-    return any(abs(diameter_mm / one - round(diameter_mm / one)) * one < SIZE_MM for one in steps)
+    step = next((step for end, step in _DRILLS_MM if diameter_mm <= end), _MILLED_STEP_MM)
+    steps = [step, _MILLED_STEP_MM]
+    return any(abs(diameter_mm / one - round(diameter_mm / one)) * one < _SIZE_MM for one in steps)
 
 
 def unreached(part: Part) -> Iterator[Finding]:
@@ -114,7 +114,7 @@ def round_bores(part: Part) -> list[Bore]:
         wall = [c for c in wall if cross_length(c.point - start, along) < AXIS_MM]
         return sum(c.turn_rad for c in wall if abs(2 * c.radius_mm - bore.diameter_mm) <= DIAMETER_MM)
 
-    return [bore for bore in bores(part) if turn_rad(bore) >= ROUND_RAD]
+    return [bore for bore in bores(part) if turn_rad(bore) >= _ROUND_RAD]
 
 
 def _comes(lines: Lines, point: np.ndarray, way: np.ndarray, radius_mm: float) -> bool:
@@ -122,6 +122,6 @@ def _comes(lines: Lines, point: np.ndarray, way: np.ndarray, radius_mm: float) -
     across = cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
     across /= np.linalg.norm(across)
     other = cross(way, across)
-    angles = [2 * pi * k / RING for k in range(RING)]
-    ring = [RING_SHARE * radius_mm * (cos(a) * across + sin(a) * other) for a in angles]
-    return all(lines.is_free(point + BEFORE_MM * way + off, way) for off in ring)
+    angles = [2 * pi * k / _RING for k in range(_RING)]
+    ring = [_RING_SHARE * radius_mm * (cos(a) * across + sin(a) * other) for a in angles]
+    return all(lines.is_free(point + _BEFORE_MM * way + off, way) for off in ring)

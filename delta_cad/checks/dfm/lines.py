@@ -14,7 +14,7 @@ from delta_cad.common.memoize import memoize
 
 GRID = 5  # points along either parameter of a face, those outside it left out
 FAR_MM = 1e3  # beyond every part
-OFF_MM = 0.01  # off a face, so that a line does not begin in it
+_OFF_MM = 0.01  # off a face, so that a line does not begin in it
 
 
 class Lines:
@@ -50,7 +50,7 @@ class Lines:
 
     def _shoot(self, start: np.ndarray, along: np.ndarray, far_mm: float = FAR_MM) -> None:
         gp = self._gp
-        self._lines.Perform(gp.gp_Lin(gp.gp_Pnt(*start.tolist()), gp.gp_Dir(*along.tolist())), OFF_MM, far_mm)
+        self._lines.Perform(gp.gp_Lin(gp.gp_Pnt(*start.tolist()), gp.gp_Dir(*along.tolist())), _OFF_MM, far_mm)
 
 
 @memoize

@@ -21,10 +21,10 @@ from delta_cad.solids.part import Bore, Part
 
 AXIS_MM = 1e-4  # off a declared axis: roundings of turned frames; machinists' positions differ by 0.01 mm
 ALONG = 1e-6  # sine of the angle between axes that count as one
-ENDS_MM = 0.005  # of a bore that begins and ends in planes
+_ENDS_MM = 0.005  # of a bore that begins and ends in planes
 DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
-BEYOND_MM = 0.02  # past a bore's end, where there is air or metal
-TIP_DEG = 1e-3  # of a drill's tip
+_BEYOND_MM = 0.02  # past a bore's end, where there is air or metal
+_TIP_DEG = 1e-3  # of a drill's tip
 
 
 def location_faults(part: Part) -> list[str]:
@@ -74,17 +74,17 @@ def _fault(bore: Bore, every: list[Bore], seen: Features, inside: Any) -> str:
     low, high = (ends(_span(c, start, along)[k] for c in own) for k, ends in enumerate((min, max)))
     reached = low
     for first, last in spans:
-        reached = max(reached, last) if first <= reached + ENDS_MM else reached
+        reached = max(reached, last) if first <= reached + _ENDS_MM else reached
     slack = radius if bore.through else 0.0  # where it comes out, a wall may be hollow
     off = abs(low) - _slack_mm(seen, start, along, radius), abs(high - bore.depth_mm) - slack
-    if max(off) > ENDS_MM or reached < high - ENDS_MM:
+    if max(off) > _ENDS_MM or reached < high - _ENDS_MM:
         return f"goes from {low:.3f} to {min(high, reached):.3f} mm along its axis, declared 0 to {bore.depth_mm:.3f}"
     tips = [c for c in seen.cones if c.is_hollow and _on_axis(c.apex, c.direction, start, along)]
-    tips = [c for c in tips if (c.apex - c.centre) @ along > 0.0 and abs((c.apex - start) @ along - end) <= ENDS_MM]
+    tips = [c for c in tips if (c.apex - c.centre) @ along > 0.0 and abs((c.apex - start) @ along - end) <= _ENDS_MM]
     tips_deg = [2.0 * abs(float(np.degrees(c.half_angle_rad))) for c in tips]
-    if bool(bore.tip_deg) != bool(tips) or any(abs(tip - bore.tip_deg) > TIP_DEG for tip in tips_deg):
+    if bool(bore.tip_deg) != bool(tips) or any(abs(tip - bore.tip_deg) > _TIP_DEG for tip in tips_deg):
         return f"does not end as declared, with a tip of {bore.tip_deg:g} deg (0: flat)"
-    beyond = start + (end + BEYOND_MM + slack) * along
+    beyond = start + (end + _BEYOND_MM + slack) * along
     if not bore.through and any(_covers(other, beyond) for other in every):
         return ""
     is_open = not _is_inside(inside, beyond)
@@ -106,19 +106,19 @@ def _span(c: SolidFace, start: np.ndarray, along: np.ndarray) -> tuple[float, fl
 def _slack_mm(seen: Features, point: np.ndarray, along: np.ndarray, radius_mm: float) -> float:
     """How far the rim of a bore may lie from where its axis enters: nothing in a plane face across it."""
     flat = (p for p in seen.planes if cross_length(p.direction, along) < ALONG)
-    return 0.0 if any(abs(float((p.point - point) @ along)) <= ENDS_MM for p in flat) else radius_mm
+    return 0.0 if any(abs(float((p.point - point) @ along)) <= _ENDS_MM for p in flat) else radius_mm
 
 
 def _overlaps(c: SolidFace, bore: Bore) -> bool:
     low, high = _span(c, np.array(bore.start_mm), np.array(bore.direction))
-    return high > ENDS_MM and low < bore.depth_mm - ENDS_MM
+    return high > _ENDS_MM and low < bore.depth_mm - _ENDS_MM
 
 
 def _covers(bore: Bore, point: np.ndarray) -> bool:
     """Whether a point lies on the axis of a bore, within it."""
     apart, along = point - np.array(bore.start_mm), np.array(bore.direction)
     at = float(apart @ along)
-    return -ENDS_MM <= at <= bore.depth_mm and float(np.linalg.norm(apart - at * along)) < bore.diameter_mm / 2
+    return -_ENDS_MM <= at <= bore.depth_mm and float(np.linalg.norm(apart - at * along)) < bore.diameter_mm / 2
 
 
 def _is_inside(classifier: Any, point: np.ndarray) -> bool:

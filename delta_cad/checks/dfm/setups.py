@@ -11,13 +11,13 @@ from delta_cad.common.memoize import memoize
 from delta_cad.solids.part import Part
 
 MOST = 4.0  # each loses a hundredth of a millimetre, and costs as much as the cutting
-SAME = 1e-4  # sine of the angle between directions that one clamping has
+_SAME = 1e-4  # sine of the angle between directions that one clamping has
 
 
 def setups(part: Part) -> Iterator[Finding]:
     """The fewest clampings found from which a tool comes to every bore and every sharp inner edge."""
-    count, told = _fewest(part)
-    yield Finding(part.number, float(count), MOST, f"{part.number}: {count}, {told}")
+    count, reported = _fewest(part)
+    yield Finding(part.number, float(count), MOST, f"{part.number}: {count}, {reported}")
 
 
 @memoize
@@ -36,14 +36,14 @@ def _fewest(part: Part) -> tuple[int, str]:
         asked.append([-along, along] if bore.through else [-along])
     asked += [ways for corner, ways in corner_ways(part.solid) if ways and corner.is_straight]
     plain = _directions(asked)
-    told = f"{len(plain)} directions"
+    reported = f"{len(plain)} directions"
     count = len(plain)
     for axis in (*np.eye(3), *plain):
-        rest = [ways for ways in asked if all(abs(float(way @ axis)) > SAME for way in ways)]
+        rest = [ways for ways in asked if all(abs(float(way @ axis)) > _SAME for way in ways)]
         if len(rest) < len(asked) and (turned := 1 + len(_directions(rest))) < count:
             x, y, z = np.round(axis, 2) + 0.0
-            count, told = turned, f"{len(plain)} directions, a rotary table turns about ({x:g}, {y:g}, {z:g})"
-    return max(count, 1), told
+            count, reported = turned, f"{len(plain)} directions, a rotary table turns about ({x:g}, {y:g}, {z:g})"
+    return max(count, 1), reported
 
 
 def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
@@ -55,7 +55,9 @@ def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
     x, y, z = ways.T
     sine = np.sqrt(sum(np.subtract(np.outer(a, b), np.outer(b, a)) ** 2 for a, b in ((y, z), (z, x), (x, y))))
     starts = np.flatnonzero(np.diff(of, prepend=-1))
-    has = np.logical_or.reduceat((sine < SAME) & (ways @ ways.T > 0.0), starts, axis=1)  # what is asked has a direction
+    has = np.logical_or.reduceat(
+        (sine < _SAME) & (ways @ ways.T > 0.0), starts, axis=1
+    )  # what is asked has a direction
     found: list[np.ndarray] = []
     left = np.ones(len(asked), dtype=bool)
     while left.any():

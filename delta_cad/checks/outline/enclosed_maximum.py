@@ -7,14 +7,14 @@ from itertools import product
 
 import numpy as np
 
-CUTS = 14  # times that boxes are halved at most: 11 mm to 1 um, and rounding of doubles is far below
-MOST_BOXES = 20_000  # alive at once; beyond it the bound stays sound and is left as wide as it is
-SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
-BoxBounds = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+_CUTS = 14  # times that boxes are halved at most: 11 mm to 1 um, and rounding of doubles is far below
+_MOST_BOXES = 20_000  # alive at once; beyond it the bound stays sound and is left as wide as it is
+_SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
+_BoxBounds = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def enclosed_maximum(
-    bounds: BoxBounds, centres: np.ndarray, halves: np.ndarray, gap: float, floor: float = -np.inf
+    bounds: _BoxBounds, centres: np.ndarray, halves: np.ndarray, gap: float, floor: float = -np.inf
 ) -> tuple[float, float]:
     """Encloses the maximum over boxes from above and below.
 
@@ -27,7 +27,7 @@ def enclosed_maximum(
 
     Returns:
         bound: Upper bound on the maximum; within `gap` of `attained` where it exceeds the floor, unless more than
-            `MOST_BOXES` boxes or `CUTS` cuts would be needed.
+            `_MOST_BOXES` boxes or `_CUTS` cuts would be needed.
         attained: The larger of the floor and the values at all centres that were looked at.
     """
     settled, cut = -np.inf, 0
@@ -36,9 +36,9 @@ def enclosed_maximum(
         floor = max(floor, float(value.max()))
         keep = bound > floor + gap
         count = int(keep.sum())
-        if not count or 8 * count > MOST_BOXES or cut == CUTS:
+        if not count or 8 * count > _MOST_BOXES or cut == _CUTS:
             return max(settled, float(bound.max())), floor
         settled = max(settled, float(bound[~keep].max(initial=-np.inf)))
         halves = np.repeat(halves[keep] / 2.0, 8, axis=0)
-        centres = np.repeat(centres[keep], 8, axis=0) + halves * np.tile(SIGNS, (count, 1))
+        centres = np.repeat(centres[keep], 8, axis=0) + halves * np.tile(_SIGNS, (count, 1))
         cut += 1

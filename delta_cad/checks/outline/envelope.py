@@ -42,14 +42,14 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
 from delta_cad.mechanism.placement import LinkPlacement
 
-THETA_BOXES = 7  # boxes along an edge of the cube at first, for the shoulder angles
-THETA_GAP_RAD = 1e-4  # 0.01 mm at the elbow
-FLOOR_BODIES = 8  # bodies whose sampled reach sets the floor below which no rod is refined
+_THETA_BOXES = 7  # boxes along an edge of the cube at first, for the shoulder angles
+_THETA_GAP_RAD = 1e-4  # 0.01 mm at the elbow
+_FLOOR_BODIES = 8  # bodies whose sampled reach sets the floor below which no rod is refined
 DIRECTIONS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
 
 
 @dataclass(frozen=True)
-class SweptOutline:
+class _SweptOutline:
     """Bounds of the swept outline along +x, -x, +y, -y.
 
     Attributes:
@@ -109,7 +109,7 @@ def check_envelope(
     return results, outline.reach_mm
 
 
-def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> SweptOutline:
+def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> _SweptOutline:
     """Encloses the outline that the machine sweeps over the cube.
 
     Raises:
@@ -128,7 +128,7 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> Sw
     reach = np.stack([_reach(b, placement, limits, theta, one) for b, one in zip(bodies, searched, strict=True)])
     sampler = _Sampled(assembly, limits.poses_mm())
     for d in range(len(DIRECTIONS)):
-        floor = max(sampler.reach(bodies[k], d)[0] for k in np.argsort(reach[:, d])[-FLOOR_BODIES:])
+        floor = max(sampler.reach(bodies[k], d)[0] for k in np.argsort(reach[:, d])[-_FLOOR_BODIES:])
         for k in np.flatnonzero(reach[:, d] > floor):
             if (one := searched[k]) is not None:
                 reach[k, d] = one.coarse(bodies[k], DIRECTIONS[d])
@@ -137,7 +137,7 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> Sw
                 reach[k, d], floor = one.refined(bodies[k], DIRECTIONS[d], floor)
     reach += np.array([b.mesh.deviation_mm for b in bodies])[:, None]
     decides = reach.argmax(axis=0)
-    return SweptOutline(reach.max(axis=0), tuple(bodies[k] for k in decides))
+    return _SweptOutline(reach.max(axis=0), tuple(bodies[k] for k in decides))
 
 
 def _reach(
@@ -171,7 +171,7 @@ def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
         FoldError: A chain may fold in the cube.
     """
     widest = joint_ranges(g, limits.centre_mm, limits.half_side_mm).theta
-    boxes = cube_boxes(limits.centre_mm, limits.half_side_mm, THETA_BOXES)
+    boxes = cube_boxes(limits.centre_mm, limits.half_side_mm, _THETA_BOXES)
     theta = np.empty_like(widest)
     for i, end in product(range(len(theta)), range(2)):
         sign = (-1.0, 1.0)[end]
@@ -183,7 +183,7 @@ def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
             at_centre = sign * motion.theta[:, i]
             return at_centre + motion.theta_change[:, i], at_centre
 
-        theta[i, end] = sign * min(enclosed_maximum(bounds, *boxes, THETA_GAP_RAD)[0], sign * widest[i, end])
+        theta[i, end] = sign * min(enclosed_maximum(bounds, *boxes, _THETA_GAP_RAD)[0], sign * widest[i, end])
     return theta
 
 

@@ -23,9 +23,9 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
 from delta_cad.mechanism.placement import CHAINS
 
-ANGLES = 201  # of the arm between its stops
-ALONG = 1e-6  # sine of the angle between directions that count as one
-OFF_MM = 0.05  # by which turns may lie off their groove's bottom or axis
+_ANGLES = 201  # of the arm between its stops
+_ALONG = 1e-6  # sine of the angle between directions that count as one
+_OFF_MM = 0.05  # by which turns may lie off their groove's bottom or axis
 
 
 class _NotFoundError(ValueError):
@@ -62,7 +62,7 @@ class _Seen:
     """What a chain's cable does over its stroke: largest angle, least spare groove or rim, and both in words."""
 
     fleet_rad: float
-    spare_mm: float
+    margin_mm: float
     told: str
 
 
@@ -88,8 +88,8 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
                 CheckResult("cable on its groove", False, None, 0.0, "mm", detail=told),
             ]
     i, steep = max(seen, key=lambda one: one[1].fleet_rad)
-    j, short = min(seen, key=lambda one: one[1].spare_mm)
-    angle, spare = steep.fleet_rad, short.spare_mm
+    j, short = min(seen, key=lambda one: one[1].margin_mm)
+    angle, margin = steep.fleet_rad, short.margin_mm
     return [
         CheckResult(
             "cable fleet angle",
@@ -101,7 +101,7 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
             (f"sector_{i}",),
             steep.told,
         ),
-        CheckResult("cable on its groove", spare >= 0.0, spare, 0.0, "mm", None, (f"pinion_{j}",), short.told),
+        CheckResult("cable on its groove", margin >= 0.0, margin, 0.0, "mm", None, (f"pinion_{j}",), short.told),
     ]
 
 
@@ -132,45 +132,45 @@ def _seen(assembly: Assembly, i: int) -> _Seen:
         raise _NotFoundError(f"axes {distance:.2f} mm apart leave no gap between the drums of the cable")
     tangent = acos((wound + small) / distance)
     free = sqrt(distance**2 - (wound + small) ** 2)
-    fleet, spare = 0.0, inf
-    for theta in np.linspace(min(angles), max(angles), ANGLES).tolist():
+    fleet, margin = 0.0, inf
+    for theta in np.linspace(min(angles), max(angles), _ANGLES).tolist():
         walked = p.climb_rad * wound / small * (theta - home)  # the pinion turns against the arm
         for end, sense in enumerate((-1.0, 1.0)):
             arc = sense * (s.ends_rad[end] + theta - direction - sense * tangent) % tau
             arc -= tau if arc > 1.5 * pi else 0.0  # beyond the rim's end
             take_off = p.ends_mm[end] + walked
             fleet = max(fleet, atan2(abs(take_off - s.lugs_mm[end]), max(arc * wound + free, 0.0)))
-            spare = min(spare, take_off - p.groove_mm[0], p.groove_mm[1] - take_off)
-    spare = min(spare, *(min(y - half - s.sides_mm[0], s.sides_mm[1] - y - half) for y in s.lugs_mm))
+            margin = min(margin, take_off - p.groove_mm[0], p.groove_mm[1] - take_off)
+    margin = min(margin, *(min(y - half - s.sides_mm[0], s.sides_mm[1] - y - half) for y in s.lugs_mm))
     off = max(p.off_mm, s.lug_off_mm)
     told = (
         f"of the solids: rim {s.rim_mm:.2f} mm, axes {distance:.2f} mm apart, lugs at {s.lugs_mm[0]:.2f} and "
         f"{s.lugs_mm[1]:.2f} mm, groove from {p.groove_mm[0]:.2f} to {p.groove_mm[1]:.2f} mm, "
         f"{p.wrap_rad / tau:.2f} turns, lead {degrees(atan(abs(p.climb_rad) / small)):.2f} deg"
     )
-    return _Seen(fleet, min(spare, -off) if off else spare, told)
+    return _Seen(fleet, min(margin, -off) if off else margin, told)
 
 
 def _is_along_y(c: SolidFace) -> bool:
-    return bool(np.hypot(c.direction[0], c.direction[2]) < ALONG)
+    return bool(np.hypot(c.direction[0], c.direction[2]) < _ALONG)
 
 
 def _sector(cylinders: list[SolidFace]) -> _Sector:
     """Reads a sector: its rim is the largest round face about the axis, the cable's slots are its narrowest across."""
     round_y = [c for c in cylinders if _is_along_y(c) and not c.is_hollow]
-    on_axis = [c for c in round_y if np.hypot(c.point[0], c.point[2]) < OFF_MM]
+    on_axis = [c for c in round_y if np.hypot(c.point[0], c.point[2]) < _OFF_MM]
     if not on_axis:
         raise _NotFoundError("the sector has no rim about the shoulder's axis")
     rim = max(c.radius_mm for c in on_axis)
-    sides = [y for c in on_axis if c.radius_mm > rim - OFF_MM for y in _ends_y(c)]
-    across = [c for c in cylinders if c.is_hollow and abs(c.direction[1]) < ALONG]
+    sides = [y for c in on_axis if c.radius_mm > rim - _OFF_MM for y in _ends_y(c)]
+    across = [c for c in cylinders if c.is_hollow and abs(c.direction[1]) < _ALONG]
     narrow = min((c.radius_mm for c in across), default=0.0)
     slots: list[SolidFace] = []
     for c in across:
-        if c.radius_mm < narrow + OFF_MM and not any(np.linalg.norm(_foot(c) - _foot(o)) < OFF_MM for o in slots):
+        if c.radius_mm < narrow + _OFF_MM and not any(np.linalg.norm(_foot(c) - _foot(o)) < _OFF_MM for o in slots):
             slots.append(c)
-    noses = [c for c in round_y if abs(np.hypot(c.point[0], c.point[2]) + c.radius_mm - rim) < OFF_MM]
-    noses = [c for c in noses if c.radius_mm < rim - OFF_MM]
+    noses = [c for c in round_y if abs(np.hypot(c.point[0], c.point[2]) + c.radius_mm - rim) < _OFF_MM]
+    noses = [c for c in noses if c.radius_mm < rim - _OFF_MM]
     if len(slots) != 2 or not noses:
         raise _NotFoundError(f"the sector has {len(slots)} slots for its cable, 2 are asked, and {len(noses)} noses")
     nose = noses[0]
@@ -210,8 +210,8 @@ def _pinion(cylinders: list[SolidFace], arcs: list[SolidFace]) -> _Pinion:
     climb = float(np.polyfit(angle, height, 1)[0])
     middle, drawn = float(np.median(ring)), max(arc.radius_mm for arc in arcs)
     thin = min((c.radius_mm for c in drums), key=lambda radius: abs(middle - drawn - radius))
-    groove = [y for c in drums if abs(c.radius_mm - thin) < ALONG for y in _ends_y(c)]
-    off = max(float(np.abs(ring - thin - drawn).max()) - OFF_MM, 0.0)
+    groove = [y for c in drums if abs(c.radius_mm - thin) < _ALONG for y in _ends_y(c)]
+    off = max(float(np.abs(ring - thin - drawn).max()) - _OFF_MM, 0.0)
     # the turns begin, lowest in y, where the strand from the outer end arrives when they climb with the angle
     low, high = float(height[0]), float(height[-1])
     ends = (high, low) if climb > 0.0 else (low, high)

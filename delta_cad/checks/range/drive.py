@@ -42,9 +42,9 @@ def check_bend(drive: DriveReport) -> list[CheckResult]:
     ratio, least, life = drive.bend_ratio, drive.bend_ratio_least, drive.bend_life_share
     if ratio is None or least is None or life is None:
         return []
-    told = (
+    reported = (
         f"makers advise {drive.bend_ratio_recommended:g}; estimate: {100.0 * life:.0f} % of the bending life there "
         "(Sava: twice the diameter, up to 13 times the life), and below the limit it is short; it grows with "
         "hardware.sector_radius_mm, and with a smaller hardware.capstan_ratio or a thinner hardware.cable"
     )
-    return [CheckResult("cable bend ratio", ratio >= least, ratio, least, "", detail=told)]
+    return [CheckResult("cable bend ratio", ratio >= least, ratio, least, "", detail=reported)]

@@ -15,14 +15,14 @@ from delta_cad.mechanism.limits.limit import PoseLimit
 from delta_cad.mechanism.proof.extremes import worst_of
 from delta_cad.mechanism.workspace import CubeSearch
 
-KINDS: Mapping[str, type[PoseLimit]] = {
+_KINDS: Mapping[str, type[PoseLimit]] = {
     "effective_mass_max_kg": EffectiveMass,
     "friction_max_N": Friction,
     "couple_index_min": CoupleIndex,
     "kappa_max": Kappa,
 }
 """Field of the requirements -> the limit that it sets."""
-WORSE = 5e-3  # share of a default by which a result is worse: three digits of both are printed
+_WORSE = 5e-3  # share of a default by which a result is worse: three digits of both are printed
 
 
 def feel_figures(design: Design, masses: Mapping[str, Any]) -> dict[str, float]:
@@ -33,11 +33,11 @@ def feel_figures(design: Design, masses: Mapping[str, Any]) -> dict[str, float]:
         masses: Result of `mass_report`.
 
     Returns:
-        Key of `KINDS` -> kg, N or a number; without friction where no friction is known of the motor.
+        Key of `_KINDS` -> kg, N or a number; without friction where no friction is known of the motor.
     """
     inertia = masses_from_dict(masses, design.geometry.forearm_length, drive_torque(design)).handle_inertia
     known, search = known_joints(design) | {"inertia": inertia}, CubeSearch(design.workspace)
-    limits = {key: kind.measured(known) for key, kind in KINDS.items()}
+    limits = {key: kind.measured(known) for key, kind in _KINDS.items()}
     return {
         key: worst_of(search, design.geometry, limit, limit.figures[0]).value
         for key, limit in limits.items()
@@ -60,8 +60,8 @@ def poor_figures(design: Design, masses: Mapping[str, Any]) -> list[str]:
     for key, default in feel_defaults(required.force_N).items():
         if getattr(required, key) is not None or (value := values.get(key)) is None:
             continue
-        figure = KINDS[key].figures[0]
-        if (value - default if figure.upper else default - value) > WORSE * default:
+        figure = _KINDS[key].figures[0]
+        if (value - default if figure.upper else default - value) > _WORSE * default:
             words = f"{figure.words} {value:.3g} {figure.unit}".rstrip()
             found.append(f"{words}, at {'most' if figure.upper else 'least'} {default:.3g}")
     return found

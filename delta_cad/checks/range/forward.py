@@ -11,7 +11,7 @@ from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.forward import platform_positions
 from delta_cad.mechanism.inverse import joint_angles
 
-MISS_MM = 1e-6  # a nanometre: roundings are a thousandth of it, another assembly mode lies millimetres away
+_MISS_MM = 1e-6  # a nanometre: roundings are a thousandth of it, another assembly mode lies millimetres away
 
 
 def check_forward(geometry: DeltaGeometry, limits: CheckLimits) -> CheckResult:
@@ -32,9 +32,9 @@ def check_forward(geometry: DeltaGeometry, limits: CheckLimits) -> CheckResult:
     value = float(miss[pose])
     return CheckResult(
         "forward kinematics",
-        value <= MISS_MM,
+        value <= _MISS_MM,
         None if np.isnan(value) else value,
-        MISS_MM,
+        _MISS_MM,
         "mm",
         (x, y, z),
         detail=f"distance of FK(IK(p)) from p, largest of {len(poses)} positions",

@@ -16,7 +16,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian
 
-STEP_MM = 1e-2  # error of the central difference: step^2 / 6 times the third derivative, below 1e-8 of the torque
+_STEP_MM = 1e-2  # error of the central difference: step^2 / 6 times the third derivative, below 1e-8 of the torque
 
 
 def potential_energy(
@@ -49,11 +49,11 @@ def holding_torque(
 ) -> np.ndarray:
     """Computes the torque of each joint that holds the bodies of `potential_energy` at p, (..., 3) N m."""
     p = np.asarray(p_mm, dtype=float)
-    steps = STEP_MM * np.eye(3)
+    steps = _STEP_MM * np.eye(3)
 
     def energy(at_mm: np.ndarray) -> np.ndarray:
         return potential_energy(assembly, bodies, at_mm, gravity_m_s2)
 
-    gradient = np.stack([energy(p + s) - energy(p - s) for s in steps], axis=-1) / (2.0 * STEP_MM / MM_PER_M)
+    gradient = np.stack([energy(p + s) - energy(p - s) for s in steps], axis=-1) / (2.0 * _STEP_MM / MM_PER_M)
     to_joints = np.swapaxes(jacobian(assembly.placement.geometry, p / MM_PER_M), -1, -2)
     return (to_joints @ gradient[..., None])[..., 0]

@@ -11,7 +11,7 @@ from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.limits.limit import DEGREE
 from delta_cad.mechanism.proof.judgement import Judgement, judge
 
-DIGITS = 12  # of an angle in degrees: again the one stated, which the proof takes two doubles more strictly
+_DIGITS = 12  # of an angle in degrees: again the one stated, which the proof takes two doubles more strictly
 
 
 def check_ranges(geometry: DeltaGeometry, limits: CheckLimits) -> list[CheckResult]:
@@ -35,7 +35,7 @@ def _result(judged: Judgement, geometry: DeltaGeometry) -> CheckResult:
         detail += f"; the proof cannot decide at {' to '.join(dict.fromkeys(ends))} mm, where it is at the limit"
     allowed = limit.bound(figure) * figure.scale
     if figure.scale == DEGREE:
-        allowed = float(f"{allowed:.{DIGITS}g}")
+        allowed = float(f"{allowed:.{_DIGITS}g}")
     name = (figure.name or limit.name).replace("_", " ")
     value = judged.value * figure.scale
     return CheckResult(name, judged.verdict == "proved", value, allowed, figure.unit, (x, y, z), pair, detail)

@@ -85,8 +85,8 @@ def folder() -> Path | None:
     Returns:
         A folder below NUMBA_CACHE_DIR, XDG_CACHE_HOME or HOME/.cache, the first that is set; None if none is.
     """
-    asked, users, home = (os.environ.get(name, "") for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"))
-    parents = (asked and os.path.abspath(asked), users, home and os.path.join(home, ".cache"))
+    required, users, home = (os.environ.get(name, "") for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"))
+    parents = (required and os.path.abspath(required), users, home and os.path.join(home, ".cache"))
     parent = next((place for place in parents if os.path.isabs(place)), None)
     if parent is None:
         not_kept("there is no HOME")
@@ -100,14 +100,14 @@ def folder() -> Path | None:
     return place
 
 
-_told: list[str] = []
+_reported: list[str] = []
 """Why nothing is kept, once it was said: one line a process."""
 
 
 def not_kept(why: str) -> None:
     """Says on stderr why nothing is kept, once a process."""
-    if not _told:
-        _told.append(why)
+    if not _reported:
+        _reported.append(why)
         print(
             f"note: compiled code is not kept, so each run compiles anew: {why}; "
             "set NUMBA_CACHE_DIR to a folder that can be written",

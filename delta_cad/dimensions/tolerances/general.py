@@ -9,27 +9,27 @@ from delta_cad.dimensions.tolerances import GRADES_UM, NOMINAL_MM
 
 CLASSES = ("f", "m", "c")
 """Of ISO 2768-1, the finest first; "v" has no values for small sizes."""
-ASKED = "m"  # what drawings state
+REQUIRED = "m"  # what drawings state
 NOTES = {"f": "ISO 2768-fH", "m": "ISO 2768-mK", "c": "ISO 2768-cL"}
 """Class -> how drawings state it, with the class of forms and places that goes with it."""
 EDGES = f"ISO 13715: -0.1 to -0.3 outside, up to +{INSIDE_MM:g} inside"
 """Of every part where nothing else is drawn: a bearing's ring stands on a shoulder, not on a wider fillet before it."""
-LINEAR_MM = (3.0, 6.0, 30.0, 120.0, 400.0, 1000.0, 2000.0)
-"""Upper ends of the ranges of length of `GENERAL_MM`."""
-GENERAL_MM = {
+_LINEAR_MM = (3.0, 6.0, 30.0, 120.0, 400.0, 1000.0, 2000.0)
+"""Upper ends of the ranges of length of `_GENERAL_MM`."""
+_GENERAL_MM = {
     "f": (0.05, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5),
     "m": (0.1, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2),
     "c": (0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 3.0),
 }
 """Either way, of lengths. Source: ISO 2768-1:1989, table 1."""
-FLAT_MM = {
+_FLAT_MM = {
     "f": (0.02, 0.05, 0.1, 0.2, 0.3, 0.4),
     "m": (0.05, 0.1, 0.2, 0.4, 0.6, 0.8),
     "c": (0.1, 0.2, 0.4, 0.8, 1.2, 1.6),
 }
 """Flatness, classes H, K and L as in `NOTES`. Source: ISO 2768-2:1989, table 1."""
-FLAT_TO_MM = (10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
-COARSE_UM = {
+_FLAT_TO_MM = (10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
+_COARSE_UM = {
     8: (14, 18, 22, 27, 33, 39, 46, 54),
     9: (25, 30, 36, 43, 52, 62, 74, 87),
     10: (40, 48, 58, 70, 84, 100, 120, 140),
@@ -39,7 +39,7 @@ COARSE_UM = {
 """Standard tolerances beyond those of fits, by the ranges of `NOMINAL_MM`. Source: ISO 286-1, table 1."""
 
 
-def general_mm(length_mm: float, name: str = ASKED) -> float:
+def general_mm(length_mm: float, name: str = REQUIRED) -> float:
     """Looks up the general tolerance of a length, either way, mm.
 
     Args:
@@ -49,12 +49,12 @@ def general_mm(length_mm: float, name: str = ASKED) -> float:
     Raises:
         ValueError: No such class, or the length is beyond the table.
     """
-    return _looked_up(GENERAL_MM, LINEAR_MM, length_mm, name)
+    return _looked_up(_GENERAL_MM, _LINEAR_MM, length_mm, name)
 
 
-def flat_mm(length_mm: float, name: str = ASKED) -> float:
+def flat_mm(length_mm: float, name: str = REQUIRED) -> float:
     """Looks up the flatness of a face of a length up to 3000 mm, the width of its zone, mm; see `general_mm`."""
-    return _looked_up(FLAT_MM, FLAT_TO_MM, length_mm, name)
+    return _looked_up(_FLAT_MM, _FLAT_TO_MM, length_mm, name)
 
 
 def _looked_up(table: dict[str, tuple[float, ...]], ends: tuple[float, ...], length_mm: float, name: str) -> float:
@@ -72,5 +72,5 @@ def coarsest_grade(width_mm: float, nominal_mm: float) -> int | None:
         nominal_mm: Of the feature; beyond the table's end its last range counts.
     """
     row = min(bisect_left(NOMINAL_MM, nominal_mm), len(NOMINAL_MM) - 1)
-    grades = GRADES_UM | COARSE_UM
+    grades = GRADES_UM | _COARSE_UM
     return max((grade for grade, um in grades.items() if um[row] <= 1000.0 * width_mm + 1e-9), default=None)

@@ -44,20 +44,20 @@ from delta_cad.dimensions.tolerances import (
     working_mm,
 )
 from delta_cad.dimensions.tolerances.chain import MADE, Chain, Link, either_way
-from delta_cad.dimensions.tolerances.general import ASKED, CLASSES, NOTES, coarsest_grade, flat_mm, general_mm
+from delta_cad.dimensions.tolerances.general import CLASSES, NOTES, REQUIRED, coarsest_grade, flat_mm, general_mm
 
-CHIP_MM = 0.25  # height of a chip on its board, either way: 0.85 to 1.2 of a TSSOP-16 (MT6835 data sheet, 13)
-MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
-CHIP_PLACE_MM = 0.1  # a chip's sensor from its board's holes, either way: 0.05 in its package (the same), 0.05 of it
-FEELER_MM = 0.1  # what is set with a gauge, either way
-RING_UM = 8.0  # by which a bearing's bore or outside may be smaller than nominal, ISO 492 normal class up to 18 mm
-MINUTES_PER_RAD = minutes(1.0)
+_CHIP_MM = 0.25  # height of a chip on its board, either way: 0.85 to 1.2 of a TSSOP-16 (MT6835 data sheet, 13)
+_MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
+_CHIP_PLACE_MM = 0.1  # a chip's sensor from its board's holes, either way: 0.05 in its package (the same), 0.05 of it
+_FEELER_MM = 0.1  # what is set with a gauge, either way
+_RING_UM = 8.0  # by which a bearing's bore or outside may be smaller than nominal, ISO 492 normal class up to 18 mm
+_MINUTES_PER_RAD = minutes(1.0)
 
 
-def shoulder_chains(d: Dimensions, general: str) -> list[Chain]:
+def _shoulder_chains(d: Dimensions, general: str) -> list[Chain]:
     """Lists the chains of one shoulder."""
-    found = [*spring_chain(d), *tilt_chain(d)]
-    return found + ([gap_chain(d, general), *centring_chain(d, general)] if d.sensed_at_shoulder else [])
+    found = [*_spring_chain(d), *_tilt_chain(d)]
+    return found + ([_gap_chain(d, general), *_centring_chain(d, general)] if d.sensed_at_shoulder else [])
 
 
 def _stack(d: Dimensions) -> list[Link]:
@@ -76,7 +76,7 @@ def _stack(d: Dimensions) -> list[Link]:
     ]
 
 
-def spring_chain(d: Dimensions) -> list[Chain]:
+def _spring_chain(d: Dimensions) -> list[Chain]:
     """The height left to a shoulder's wave spring; none without bearings."""
     if d.preload is None:
         return []
@@ -89,13 +89,13 @@ def spring_chain(d: Dimensions) -> list[Chain]:
     return [Chain("wave spring's height", "mm", d.preload.work_height_mm, (*_stack(d), deep), low, high, why)]
 
 
-def tilt_chain(d: Dimensions) -> list[Chain]:
+def _tilt_chain(d: Dimensions) -> list[Chain]:
     """How far the shaft tilts in its bearings, minutes of arc; none without bearings."""
     if d.preload is None:
         return []
     b = d.bracket
     apart = b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0]
-    per_mm = MINUTES_PER_RAD / SPAN_MM
+    per_mm = _MINUTES_PER_RAD / SPAN_MM
     names = ("motor_cheek", "encoder_cheek")
     links = [
         either_way(part, "mandrel in its seat", "fit", (wide + MANDREL_MM) / 2.0, per_mm)
@@ -111,20 +111,20 @@ def tilt_chain(d: Dimensions) -> list[Chain]:
     return [Chain("shaft's tilt", "arcmin", 0.0, tuple(links), -limit, limit, why, statistical=True)]
 
 
-def gap_chain(d: Dimensions, general: str) -> Chain:
+def _gap_chain(d: Dimensions, general: str) -> Chain:
     """The air gap between the encoder's chip and its magnet."""
     encoder = d.encoder
     board = [
         either_way("board_spacer", "length", "general", general_mm(BOARD_STAND_OFF_MM, general), 1.0),
-        either_way("encoder_board", "height of its chip", "bought", CHIP_MM, -1.0),
-        either_way("encoder_magnet", "thickness", "bought", MAGNET_MM, -1.0),
+        either_way("encoder_board", "height of its chip", "bought", _CHIP_MM, -1.0),
+        either_way("encoder_magnet", "thickness", "bought", _MAGNET_MM, -1.0),
         either_way(
             "shoulder_shaft", "depth of the magnet's seat", "general", general_mm(d.shaft.magnet_depth_mm, general)
         ),
     ]
     nominal = d.shaft.y_mm[0] - d.layers.encoder_board_mm[1] - encoder.chip_height_mm
     if d.preload is None:
-        links = [*board, either_way("upper_arm", "clamped by a gauge", "set", FEELER_MM)]
+        links = [*board, either_way("upper_arm", "clamped by a gauge", "set", _FEELER_MM)]
     else:
         head = d.layers.bearings_mm[0][0] - d.shaft.y_mm[0]
         thick = d.layers.encoder_cheek_mm[1] - d.layers.encoder_head_mm[0]
@@ -139,7 +139,7 @@ def gap_chain(d: Dimensions, general: str) -> Chain:
     return Chain("encoder's air gap", "mm", nominal, tuple(links), low, high, why, statistical=True)
 
 
-def centring_chain(d: Dimensions, general: str) -> list[Chain]:
+def _centring_chain(d: Dimensions, general: str) -> list[Chain]:
     """How far the magnet's axis is off the chip's, in the direction in which it is most; none where it is not known."""
     e = d.encoder
     if e.centring_mm is None:
@@ -149,12 +149,12 @@ def centring_chain(d: Dimensions, general: str) -> list[Chain]:
     links = [
         either_way("encoder_cheek", "place of the board's threads", "general", general_mm(far, general), 1.0, far),
         either_way("encoder_board", "its screws in its holes", "bought", loose),
-        either_way("encoder_board", "place of the chip", "bought", CHIP_PLACE_MM),
+        either_way("encoder_board", "place of the chip", "bought", _CHIP_PLACE_MM),
         either_way("encoder_magnet", "in its seat's bond", "set", MAGNET_GLUE_MM + MAGNET_WIDER_UM / 2000.0),
         either_way("shoulder_shaft", "magnet's seat off its journal", "place", COAXIAL_MM / 2.0),
     ]
     if d.preload is not None:
-        wide = (SEATS_MM[1] + RING_UM / 1000.0) / 2.0
+        wide = (SEATS_MM[1] + _RING_UM / 1000.0) / 2.0
         links.append(either_way("bearing", "in its seat", "fit", wide))
         shaft = -deviations_um("h6", d.shaft.diameter_mm)[0] / 2000.0
         links.append(either_way("shoulder_shaft", "in its bearing", "fit", shaft))
@@ -163,15 +163,15 @@ def centring_chain(d: Dimensions, general: str) -> list[Chain]:
     return [Chain("encoder's centring", "mm", 0.0, tuple(links), -most, most, why, statistical=True)]
 
 
-PILOT_UM = 18.0  # by which a motor's pilot may be smaller than nominal: h7 up to 18 mm
-STEP_MM = 1e-4  # of the differences that give what a length of cable grows by
+_PILOT_UM = 18.0  # by which a motor's pilot may be smaller than nominal: h7 up to 18 mm
+_STEP_MM = 1e-4  # of the differences that give what a length of cable grows by
 
 
 def cable_chains(d: Dimensions, general: str) -> list[Chain]:
     """Lists the chains of one capstan; none of a direct drive."""
     if d.capstan is None:
         return []
-    return [plane_chain(d, d.capstan, general), axes_chain(d, d.capstan), travel_chain(d, d.capstan, general)]
+    return [plane_chain(d, d.capstan, general), _axes_chain(d, d.capstan), travel_chain(d, d.capstan, general)]
 
 
 def plane_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
@@ -179,12 +179,12 @@ def plane_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
     rim, limit = d.layers.sector_mm[1], c.run.lug_tolerance_mm()
     by_end, by_groove = rim - min(c.end_y_mm), c.collar_y_mm[0] - c.middle_y_mm
     inside, outside = d.layers.motor_cheek_mm
-    tilt = max(map(abs, tilt_chain(d)[0].worst)) / minutes(1.0) * c.run.sector_mm
+    tilt = max(map(abs, _tilt_chain(d)[0].worst)) / minutes(1.0) * c.run.sector_mm
     askew = SQUARE_MM / (outside - inside) * c.run.pinion_mm
     links = (
         either_way("sector", "place of a rim's end", "general", general_mm(by_end, general), 1.0, by_end),
         either_way("pinion", "groove from its collar", "general", general_mm(by_groove, general), 1.0, by_groove),
-        either_way("pinion", "its collar set to the rim by a feeler", "set", FEELER_MM),
+        either_way("pinion", "its collar set to the rim by a feeler", "set", _FEELER_MM),
         either_way("sector", "tilt of the shoulder's shaft", "fit", tilt),
         either_way("motor_cheek", "pilot out of square", "place", askew),
     )
@@ -197,8 +197,8 @@ def _between_axes(d: Dimensions, c: CapstanDimensions) -> tuple[Link, ...]:
     pilot, bore = d.motor.pilot_diameter_mm, c.pinion_bore_mm
     shaft_um = -deviations_um("h6", d.shaft.diameter_mm)[0]
     play_um = {
-        ("motor", "pilot in its cheek"): deviations_um("H7", pilot)[1] + PILOT_UM,
-        ("bearing", "in its seat"): 1000.0 * SEATS_MM[0] + RING_UM,
+        ("motor", "pilot in its cheek"): deviations_um("H7", pilot)[1] + _PILOT_UM,
+        ("bearing", "in its seat"): 1000.0 * SEATS_MM[0] + _RING_UM,
         ("shoulder_shaft", "in its bearing"): shaft_um,
         ("sector", "on its shaft"): deviations_um("G7", d.shaft.diameter_mm)[1] + shaft_um,
         ("pinion", "on the motor's shaft"): deviations_um("H7", bore)[1] - deviations_um("h6", bore)[0],
@@ -207,7 +207,7 @@ def _between_axes(d: Dimensions, c: CapstanDimensions) -> tuple[Link, ...]:
     return places, *(either_way(part, what, "fit", um / 2000.0) for (part, what), um in play_um.items())
 
 
-def axes_chain(d: Dimensions, c: CapstanDimensions) -> Chain:
+def _axes_chain(d: Dimensions, c: CapstanDimensions) -> Chain:
     """The gap between rim and crest of the pinion, through which both strands pass."""
     links = (
         *_between_axes(d, c),
@@ -224,7 +224,7 @@ def travel_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
     length, tolerance = c.bench_mm
     run = c.run
     sector, pinion, apart = (
-        (_path_mm(run, STEP_MM * axis) - _path_mm(run, -STEP_MM * axis)) / (2.0 * STEP_MM) for axis in np.eye(3)
+        (_path_mm(run, _STEP_MM * axis) - _path_mm(run, -_STEP_MM * axis)) / (2.0 * _STEP_MM) for axis in np.eye(3)
     )
     nose = general_mm(c.nose_radius_mm, general)
     links = (
@@ -246,9 +246,9 @@ def _path_mm(run: CableRun, off_mm: np.ndarray) -> float:
     return replace(run, gap_mm=run.gap_mm + apart - sector - pinion, **radii).length_mm()
 
 
-JIG_MM = 0.02  # distance of the pins of the jig that a rod is bonded in, either way: reamed in one clamping
-CENTRED_MM = 0.05  # a cross-bar in its boss, along it, set by a gauge block between ball and boss, either way
-WHY = "beyond, what is proved of the cube is not of every machine that is made"
+_JIG_MM = 0.02  # distance of the pins of the jig that a rod is bonded in, either way: reamed in one clamping
+_CENTRED_MM = 0.05  # a cross-bar in its boss, along it, set by a gauge block between ball and boss, either way
+_WHY = "beyond, what is proved of the cube is not of every machine that is made"
 
 
 def length_chains(d: Dimensions, general: str) -> list[Chain]:
@@ -263,12 +263,12 @@ def length_chains(d: Dimensions, general: str) -> list[Chain]:
         "forearm": (m.forearm_length_mm, _rod()),
         "platform radius": (m.platform_radius_mm, _wrist(d)),
         "wrist's height": (0.0, _wrist(d)),
-        "wrist along its axis": (0.0, _beside(d)),
+        "wrist along its axis": (0.0, _adjacent(d)),
     }
-    return [Chain(name, "mm", nominal, tuple(links), -inf, inf, WHY) for name, (nominal, links) in chains.items()]
+    return [Chain(name, "mm", nominal, tuple(links), -inf, inf, _WHY) for name, (nominal, links) in chains.items()]
 
 
-def twist_chain(d: Dimensions) -> Chain:
+def _twist_chain(d: Dimensions) -> Chain:
     """By how much the rods of a pair, not equally long, turn the platform, deg."""
     per_mm = degrees(1.0 / d.forearm.width_mm)
     links = tuple(
@@ -308,7 +308,7 @@ def _shoulder(d: Dimensions) -> list[Link]:
             either_way("motor", "pilot in its cheek", "fit", pilot),
         ]
         return links
-    seat = (SEATS_MM[0] + RING_UM / 1000.0) / 2.0
+    seat = (SEATS_MM[0] + _RING_UM / 1000.0) / 2.0
     return [
         *links,
         either_way("motor_cheek", "dowels in the block", "fit", DOWEL_PLAY_MM),
@@ -353,7 +353,7 @@ def _arm(d: Dimensions) -> list[Link]:
 
 def _rod() -> list[Link]:
     return [
-        either_way("rod_tube", "bonded in a jig", "set", JIG_MM),
+        either_way("rod_tube", "bonded in a jig", "set", _JIG_MM),
         either_way("cup_shell", "both seats", "stated", 2 * CLEARANCE_TOLERANCE_MM),
     ]
 
@@ -365,32 +365,32 @@ def _wrist(d: Dimensions) -> list[Link]:
     ]
 
 
-def _beside(d: Dimensions) -> list[Link]:
+def _adjacent(d: Dimensions) -> list[Link]:
     """A wrist along its axis, middle of a pair."""
     hole = d.forearm.pin_diameter_mm / 2 + BALL_GLUE_MM
     rim = hole / sqrt((d.forearm.ball_diameter_mm / 2) ** 2 - hole**2) * EROSION_UM / 2000.0
     return [
-        either_way("cross_bar", "set in its boss by a gauge", "set", CENTRED_MM),
+        either_way("cross_bar", "set in its boss by a gauge", "set", _CENTRED_MM),
         either_way("cross_bar", "distance of its shoulders", "stated", LENGTH_MM, 0.5),
         either_way("joint_ball", "rim of its hole, one end", "bought", rim, 0.5),
         either_way("joint_ball", "rim of its hole, other end", "bought", rim, 0.5),
     ]
 
 
-SCHEMA = "delta-tolerances/1"
-ASSUMED = (
+_SCHEMA = "delta-tolerances/1"
+_ASSUMED = (
     "Worst case: every part at the worst end of its tolerance at once",
     "Statistical (root sum of squares): 99.73 % of machines, each deviation normal about the middle of its "
     "zone, whose half width is three sigmas",
     "Widths of bearings, dowels and pilots of motors by their standards; chips, magnets and what is set by hand as the "
     "links state",
 )
-DECIMALS = 5
+_DECIMALS = 5
 
 
-def machine_chains(d: Dimensions, general: str = ASKED) -> list[Chain]:
+def machine_chains(d: Dimensions, general: str = REQUIRED) -> list[Chain]:
     """Lists the chains that have bounds; the three chains of a machine are alike."""
-    return [*shoulder_chains(d, general), *cable_chains(d, general), twist_chain(d)]
+    return [*_shoulder_chains(d, general), *cable_chains(d, general), _twist_chain(d)]
 
 
 def loosest_class(d: Dimensions) -> str | None:
@@ -402,7 +402,7 @@ def loosest_class(d: Dimensions) -> str | None:
 def general_class(d: Dimensions) -> str:
     """Chooses the general class that drawings state: the usual one, or a finer one where chains need it."""
     loosest = loosest_class(d)
-    return ASKED if loosest is None or CLASSES.index(loosest) >= CLASSES.index(ASKED) else loosest
+    return REQUIRED if loosest is None or CLASSES.index(loosest) >= CLASSES.index(REQUIRED) else loosest
 
 
 def tolerance_record(d: Dimensions) -> dict[str, Any]:
@@ -410,17 +410,17 @@ def tolerance_record(d: Dimensions) -> dict[str, Any]:
     general = general_class(d)
     lengths = length_chains(d, general)
     return {
-        "schema": SCHEMA,
-        "assumed": list(ASSUMED),
+        "schema": _SCHEMA,
+        "assumed": list(_ASSUMED),
         "general_class": NOTES[general],
         "loosest_class": loosest_class(d),
         "largest_length_deviation_mm": _plain(max(map(deviation_mm, lengths))),
-        "chains": [_told(chain) for chain in machine_chains(d, general)],
-        "lengths": [_told(chain) for chain in lengths],
+        "chains": [_reported(chain) for chain in machine_chains(d, general)],
+        "lengths": [_reported(chain) for chain in lengths],
     }
 
 
-def _told(chain: Chain) -> dict[str, Any]:
+def _reported(chain: Chain) -> dict[str, Any]:
     return {
         "name": chain.name,
         "unit": chain.unit,
@@ -438,7 +438,7 @@ def _told(chain: Chain) -> dict[str, Any]:
 
 def _link(chain: Chain, link: Link) -> dict[str, Any]:
     """A link, and how much looser what a shop is asked for could be."""
-    told: dict[str, Any] = {
+    reported: dict[str, Any] = {
         "part": link.part,
         "what": link.what,
         "kind": link.kind,
@@ -446,12 +446,12 @@ def _link(chain: Chain, link: Link) -> dict[str, Any]:
         "adds": [_plain(v) for v in link.range],
     }
     if link.kind in MADE and isfinite(largest := chain.largest_mm(link)):
-        told["largest_mm"] = _plain(largest)
+        reported["largest_mm"] = _plain(largest)
         if link.nominal_mm:
             grade = coarsest_grade(2.0 * largest, link.nominal_mm)
-            told["loosest_grade"] = None if grade is None else f"IT{grade}"
-    return told
+            reported["loosest_grade"] = None if grade is None else f"IT{grade}"
+    return reported
 
 
 def _plain(value: float) -> float | None:
-    return round(value, DECIMALS) + 0.0 if isfinite(value) else None
+    return round(value, _DECIMALS) + 0.0 if isfinite(value) else None

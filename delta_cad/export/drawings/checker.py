@@ -33,11 +33,11 @@ from delta_cad.export.drawings.title import inner
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
 from delta_cad.solids.part import Part
 
-SAME_MM = 2e-3  # what is printed is rounded to a micrometre
-TOUCHING_MM = 1e-6  # frames of tolerances that stand one below another share their line
-ROUND_MM = 0.01  # boxes of round faces are wider than they are by a thousandth
-COUNTED = re.compile(r"^(?:(\d+)x )?(.*)$")
-NUMBER = re.compile(r"^-?\d+(\.\d+)?")
+_SAME_MM = 2e-3  # what is printed is rounded to a micrometre
+_TOUCHING_MM = 1e-6  # frames of tolerances that stand one below another share their line
+_ROUND_MM = 0.01  # boxes of round faces are wider than they are by a thousandth
+_COUNTED = re.compile(r"^(?:(\d+)x )?(.*)$")
+_NUMBER = re.compile(r"^-?\d+(\.\d+)?")
 
 
 def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str]:
@@ -47,9 +47,9 @@ def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str
         One line a fault, naming sheet or key; none: the drawing is sound.
     """
     faults = [
-        *completeness_faults(drawing, features),
-        *hole_faults(drawing, part),
-        *value_faults(drawing, features),
+        *_completeness_faults(drawing, features),
+        *_hole_faults(drawing, part),
+        *_value_faults(drawing, features),
         *extent_faults(part, features),
     ]
     for number, sheet in enumerate(drawing.sheets, 1):
@@ -57,25 +57,25 @@ def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str
     return faults
 
 
-def completeness_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+def _completeness_faults(drawing: Drawing, features: Features) -> Iterable[str]:
     """Finds coordinates, sizes, bores and notes that are stated not at all, or more than once."""
     wanted = {place.key for place in features.places} | {size.key for size in features.sizes} | set(features.notes)
     wanted |= {f"bore {g}.{b}" for g, group in enumerate(features.groups) for b in range(len(group.bores))}
     wanted |= {one.key for one in (*features.datums, *features.zones)}
     wanted |= {f"slot {n}" for n in range(len(features.slots))}
-    told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.states)
+    reported = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.states)
     for key in sorted(wanted):
-        if told[key] != 1:
-            yield f"{key} is stated {told[key]} times"
-    yield from (f"{key} is stated and is nothing of the part" for key in sorted(told.keys() - wanted))
+        if reported[key] != 1:
+            yield f"{key} is stated {reported[key]} times"
+    yield from (f"{key} is stated and is nothing of the part" for key in sorted(reported.keys() - wanted))
 
 
-def hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
+def _hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
     """Counts by their printed texts the holes that a part declares: of each diameter or thread as many as there are."""
     printed: Counter[str] = Counter()
     texts = [text.text for sheet in drawing.sheets for text in sheet.texts]
     for text in texts:
-        match = COUNTED.match(text)
+        match = _COUNTED.match(text)
         if match:
             printed[match[2]] += int(match[1] or 1)
     for hole in part.holes:
@@ -103,17 +103,17 @@ def _begins(text: str, name: str) -> bool:
     return text == name or (text.startswith(name) and not re.match(r"[\d.]", text[len(name) :]))
 
 
-def value_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+def _value_faults(drawing: Drawing, features: Features) -> Iterable[str]:
     """Holds every printed coordinate against where the feature is: how far from the datum, either way."""
     shown: dict[str, list[float]] = {}
     for sheet in drawing.sheets:
         for text in sheet.texts:
-            if number := NUMBER.match(text.text):
+            if number := _NUMBER.match(text.text):
                 for key in text.states:
                     shown.setdefault(key, []).append(abs(float(number[0])))
     for place in features.places:
         off = abs(place.value - float(features.datum @ place.along))
-        if any(abs(one - off) > SAME_MM for one in shown.get(place.key, [])):
+        if any(abs(one - off) > _SAME_MM for one in shown.get(place.key, [])):
             yield f"{place.key} is printed as {shown[place.key]}, it is {off:.3f} mm from the datum"
 
 
@@ -124,8 +124,8 @@ def extent_faults(part: Part, features: Features) -> Iterable[str]:
     """
     for k, span in enumerate(part.extent_mm or ()):
         for end in span or ():
-            there = [face for face in features.faces if min(abs(face.box[:, k] - end)) < ROUND_MM]
-            placed = any(is_along(p.along, unit(k)) and abs(p.value - end) < SAME_MM for p in features.places)
+            there = [face for face in features.faces if min(abs(face.box[:, k] - end)) < _ROUND_MM]
+            placed = any(is_along(p.along, unit(k)) and abs(p.value - end) < _SAME_MM for p in features.places)
             rounded = any(face.kind != "plane" for face in there)
             slants = [not is_straight(face.axis) for face in there if abs(face.axis[k]) > 1e-6]
             corner, flat = bool(slants) and all(slants), any(s.kind == "flat" for s in features.sizes)
@@ -161,8 +161,8 @@ def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
             yield f"symbol {symbol.name} is outside of the frame"
         if crosses(box, edges):
             yield f"symbol {symbol.name} lies over an edge"
-        hit = [f"symbol {other.name}" for other in symbols[k + 1 :] if overlap(box, other.box, -TOUCHING_MM)]
-        hit += [repr(t.text) for t in texts if id(t) not in own and overlap(box, t.box, -TOUCHING_MM)]
+        hit = [f"symbol {other.name}" for other in symbols[k + 1 :] if overlap(box, other.box, -_TOUCHING_MM)]
+        hit += [repr(t.text) for t in texts if id(t) not in own and overlap(box, t.box, -_TOUCHING_MM)]
         yield from (f"symbol {symbol.name} and {other} overlap" for other in hit)
 
 

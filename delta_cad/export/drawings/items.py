@@ -10,7 +10,7 @@ from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, missing_n
 from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Stroke, Text
 from delta_cad.export.drawings.title import grams, inner, title_box
 
-SIZE = "A3"
+_SIZE = "A3"
 COLUMNS: tuple[tuple[str, float], ...] = (
     ("Item", 11.0),
     ("Qty", 10.0),
@@ -20,15 +20,15 @@ COLUMNS: tuple[tuple[str, float], ...] = (
     ("Mass g", 16.0),
     ("Made", 14.0),
 )
-TEXT_MM = 2.0
-ROW_MM = TEXT_MM * LINE
-MOST_LINES = 8  # of a cell
-PADDING_MM = 0.9  # of a row, besides its lines: some fifty items fit on a sheet
+_TEXT_MM = 2.0
+_ROW_MM = _TEXT_MM * LINE
+_MOST_LINES = 8  # of a cell
+_PADDING_MM = 0.9  # of a row, besides its lines: some fifty items fit on a sheet
 
 
 def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, Box]]]:
     """Sets the item list on as many sheets as it needs: scale, items and frames of each."""
-    area, title = inner(SIZE), title_box(SIZE)
+    area, title = inner(_SIZE), title_box(_SIZE)
     left, top, bottom = area[0] + 8.0, area[3] - 4.0, title[3] + 2.0
     edges = [left]
     for _, width in COLUMNS:
@@ -45,23 +45,23 @@ def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, 
     for row in (None, *rows):
         cells = _cells(row)
         lines = max(len(cell) for cell in cells)
-        if y - lines * ROW_MM - PADDING_MM < bottom:
+        if y - lines * _ROW_MM - _PADDING_MM < bottom:
             close()
             y = top
         if y == top:
             items.append(Stroke("table", ((left, y), (edges[-1], y))))
         for k, cell in enumerate(cells):
-            told = (f"row {row.item}",) if row is not None and k == 0 else ()
+            reported = (f"row {row.item}",) if row is not None and k == 0 else ()
             for n, line in enumerate(cell):
-                at = edges[k] + 1.0, y - PADDING_MM / 2.0 - n * ROW_MM - 2.0 * 1.2
-                items.append(Text(at, 2.0, line, states=told))
-        y -= lines * ROW_MM + PADDING_MM
+                at = edges[k] + 1.0, y - _PADDING_MM / 2.0 - n * _ROW_MM - 2.0 * 1.2
+                items.append(Text(at, 2.0, line, states=reported))
+        y -= lines * _ROW_MM + _PADDING_MM
         items.append(Stroke("table", ((left, y), (edges[-1], y))))
     if note := missing_note(line for row in rows for cell in _cells(row) for line in cell):
-        if y - ROW_MM - PADDING_MM < bottom:
+        if y - _ROW_MM - _PADDING_MM < bottom:
             close()
             y = top
-        items.append(Text((left, y - PADDING_MM - TEXT_MM), TEXT_MM, f"{note}."))
+        items.append(Text((left, y - _PADDING_MM - _TEXT_MM), _TEXT_MM, f"{note}."))
     close()
     return pages
 
@@ -75,4 +75,4 @@ def _cells(row: BomRow | None) -> list[list[str]]:
     what = ", ".join(filter(None, codes)) if bought else row.material
     texts = [str(row.item), str(row.quantity), row.part_number, row.description, what or row.material]
     texts += [grams(row.unit_mass_g), row.make_or_buy]
-    return [fitted(lettered(text), TEXT_MM, COLUMNS[k][1] - 2.0, MOST_LINES) for k, text in enumerate(texts)]
+    return [fitted(lettered(text), _TEXT_MM, COLUMNS[k][1] - 2.0, _MOST_LINES) for k, text in enumerate(texts)]

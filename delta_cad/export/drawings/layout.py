@@ -15,12 +15,12 @@ from delta_cad.export.drawings.views.block import Block, block_of, cuts_in
 from delta_cad.export.drawings.views.choice import View
 from delta_cad.export.drawings.views.marks import RoomError
 
-SCALES = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)  # ISO 5455
-APART_MM = 7.0  # between blocks
-STEP_MM = 4.0  # of the places that are tried
-CROWDED, CROWDED_MM = 40, 140.0  # coordinates from which on a part needs more than that, mm
-READABLE_MM = 75.0  # on the sheet a part's longest side should have at least, where its scale need not exceed 5:1
-NOTES_MM = 78.0
+_SCALES = (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)  # ISO 5455
+_APART_MM = 7.0  # between blocks
+_STEP_MM = 4.0  # of the places that are tried
+_CROWDED, _CROWDED_MM = 40, 140.0  # coordinates from which on a part needs more than that, mm
+_READABLE_MM = 75.0  # on the sheet a part's longest side should have at least, where its scale need not exceed 5:1
+_NOTES_MM = 78.0
 
 
 class LayoutError(ValueError):
@@ -57,10 +57,10 @@ def laid_out(
         RoomError: A tag has no place at any scale.
     """
     longest = float(np.ptp(np.concatenate([face.box for face in features.faces]), axis=0).max())
-    least = CROWDED_MM if len(features.places) > CROWDED else READABLE_MM
-    wanted = next((s for s in reversed(SCALES) if s * longest >= least and s <= 5.0), 5.0)
-    tries = [(size, s, False) for size in ("A4", "A3") for s in SCALES if s >= wanted]
-    tries += [("A3", s, more) for s in SCALES if s <= wanted for more in (True, False)]
+    least = _CROWDED_MM if len(features.places) > _CROWDED else _READABLE_MM
+    wanted = next((s for s in reversed(_SCALES) if s * longest >= least and s <= 5.0), 5.0)
+    tries = [(size, s, False) for size in ("A4", "A3") for s in _SCALES if s >= wanted]
+    tries += [("A3", s, more) for s in _SCALES if s <= wanted for more in (True, False)]
     failed: RoomError | None = None
     set_out: dict[float, list[Block]] = {}
     for size, scale, more in tries:
@@ -78,8 +78,8 @@ def laid_out(
 
 def _own(view: View, scale: float) -> float:
     """The scale of a view: a picture is drawn smaller, a view once more, turned, by one step."""
-    if view.slot == "turned" and scale > SCALES[-1]:
-        return SCALES[SCALES.index(scale) + 1]
+    if view.slot == "turned" and scale > _SCALES[-1]:
+        return _SCALES[_SCALES.index(scale) + 1]
     return scale * 0.6 if view.slot == "picture" else scale
 
 
@@ -95,7 +95,7 @@ def _sheets(
     """The sheets at a size and a scale; None if they cannot be filled so."""
     area, taken = inner(size), [title_box(size)]
     room = (area[0] + 3.0, area[1] + 3.0, area[2] - 3.0, area[3] - 3.0)
-    main = _beside(blocks)
+    main = _adjacent(blocks)
     start = _find(lambda at: _boxes(main, at), taken, room)
     if start is None:
         return None
@@ -104,7 +104,7 @@ def _sheets(
     if any(block.tables for block in blocks):
         rest.append(hole_table(blocks, features))
     if notes:
-        rest.append(notes_items(notes, NOTES_MM))
+        rest.append(notes_items(notes, _NOTES_MM))
     pages: list[list[_Placed]] = [placed]
     later: list[list[Item]] = []
     for items in rest:
@@ -140,17 +140,17 @@ def ratio(scale: float) -> str:
     return f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
 
 
-def _beside(blocks: Sequence[Block]) -> list[tuple[Block, Point]]:
+def _adjacent(blocks: Sequence[Block]) -> list[tuple[Block, Point]]:
     """The main view at (0, 0) and the views beside it, each in line with it."""
     front = blocks[0]
     found = [(front, (0.0, 0.0))]
     for block in blocks[1:]:
         (x0, y0, x1, y1), (a0, b0, a1, b1) = front.box, block.box
         at = {
-            "right": (x1 + APART_MM - a0, 0.0),
-            "left": (x0 - APART_MM - a1, 0.0),
-            "below": (0.0, y0 - APART_MM - b1),
-            "above": (0.0, y1 + APART_MM - b0),
+            "right": (x1 + _APART_MM - a0, 0.0),
+            "left": (x0 - _APART_MM - a1, 0.0),
+            "below": (0.0, y0 - _APART_MM - b1),
+            "above": (0.0, y1 + _APART_MM - b0),
         }.get(block.view.slot)
         if at is not None:
             found.append((block, at))
@@ -181,12 +181,12 @@ def _find(boxes: Callable[[Point], list[Box]], taken: Sequence[Box], room: Box) 
     low = [min(box[k] for box in own) for k in (0, 1)]
     high = [max(box[k] for box in own) for k in (2, 3)]
     wide, tall = high[0] - low[0], high[1] - low[1]
-    across, down = int((room[2] - room[0] - wide) // STEP_MM), int((room[3] - room[1] - tall) // STEP_MM)
+    across, down = int((room[2] - room[0] - wide) // _STEP_MM), int((room[3] - room[1] - tall) // _STEP_MM)
     if room[2] - room[0] < wide or room[3] - room[1] < tall:
         return None
     for j in range(down + 1):
         for i in range(across + 1):
-            at = room[0] - low[0] + i * STEP_MM, room[3] - high[1] - j * STEP_MM
-            if not any(overlap(a, b, APART_MM / 2) for a in boxes(at) for b in taken):
+            at = room[0] - low[0] + i * _STEP_MM, room[3] - high[1] - j * _STEP_MM
+            if not any(overlap(a, b, _APART_MM / 2) for a in boxes(at) for b in taken):
                 return at
     return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
+from delta_cad.dimensions.tolerances.general import EDGES, NOTES, REQUIRED
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, width_of, wrapped
 from delta_cad.export.drawings.sheet_io.sheet import Arc, Box, Item, Sheet, Stroke, Text
@@ -13,11 +13,11 @@ from delta_cad.export.drawings.views.block import Block
 from delta_cad.export.drawings.views.lines import lines_of_group, set_line
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
 
-SHEETS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
-LEFT_MM, EDGE_MM = 20.0, 10.0  # margins: for filing, and on the other sides
+_SHEETS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
+_LEFT_MM, _EDGE_MM = 20.0, 10.0  # margins: for filing, and on the other sides
 TITLE_MM = (180.0, 48.0)
-LABEL_MM, SMALL_MM = 1.6, 2.0
-SURFACE = "Ra 3.2 where none is stated"
+_LABEL_MM, _SMALL_MM = 1.6, 2.0
+_SURFACE = "Ra 3.2 where none is stated"
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Titles:
     size: str
     machine: str
     revision: str
-    surface: str = SURFACE
-    tolerance: str = NOTES[ASKED]
+    surface: str = _SURFACE
+    tolerance: str = NOTES[REQUIRED]
 
 
 def grams(mass_g: float) -> str:
@@ -43,8 +43,8 @@ def grams(mass_g: float) -> str:
 
 def inner(size: str) -> Box:
     """Gives the box inside of a sheet's frame, mm."""
-    width, height = SHEETS[size]
-    return LEFT_MM, EDGE_MM, width - EDGE_MM, height - EDGE_MM
+    width, height = _SHEETS[size]
+    return _LEFT_MM, _EDGE_MM, width - _EDGE_MM, height - _EDGE_MM
 
 
 def title_box(size: str) -> Box:
@@ -55,7 +55,7 @@ def title_box(size: str) -> Box:
 
 def framed(size: str, scale: str, page: str, titles: Titles) -> Sheet:
     """Makes an empty sheet, "A4" or "A3", with frame and title block; scale such as "2:1", page such as "1 / 2"."""
-    width, height = SHEETS[size]
+    width, height = _SHEETS[size]
     box = inner(size)
     sheet = Sheet(width, height, [_rectangle("frame", box)])
     for mark in ((width / 2, 5.0, width / 2, box[1]), (width / 2, height - 5.0, width / 2, box[3])):
@@ -102,8 +102,8 @@ def _title_block(box: Box, size: str, scale: str, page: str, t: Titles) -> list[
         left = box[0]
         for width, label, value in cells:
             items.append(_rectangle("table", (left, top - height, left + width, top)))
-            items.append(Text((left + 1.0, top - LABEL_MM - 0.8), LABEL_MM, label))
-            items += _fitted(value, left + 1.0, top - LABEL_MM - 1.6, width - 2.0, height - LABEL_MM - 2.2)
+            items.append(Text((left + 1.0, top - _LABEL_MM - 0.8), _LABEL_MM, label))
+            items += _fitted(value, left + 1.0, top - _LABEL_MM - 1.6, width - 2.0, height - _LABEL_MM - 2.2)
             left += width
         top -= height
     items += _projection_symbol(box[2] - 15.0, box[1] + 8.0 + 3.2)
@@ -112,7 +112,7 @@ def _title_block(box: Box, size: str, scale: str, page: str, t: Titles) -> list[
 
 def _fitted(value: str, left: float, top: float, width: float, height: float) -> list[Item]:
     """A text in a cell: as large as it fits, in lines."""
-    for letter in (3.5, LETTER_MM, SMALL_MM, 1.8, 1.6, 1.4):
+    for letter in (3.5, LETTER_MM, _SMALL_MM, 1.8, 1.6, 1.4):
         lines = wrapped(value, letter, width)
         pitch = letter * (LINE if len(lines) > 1 else 1.0) * 0.94
         if pitch * len(lines) <= height and all(width_of(line, letter) <= width for line in lines):
@@ -138,11 +138,11 @@ def notes_items(notes: Sequence[tuple[str, str]], width: float) -> list[Item]:
     items: list[Item] = [Text((0.0, -LETTER_MM), LETTER_MM, "Notes")]
     y = -LETTER_MM * LINE
     for n, (key, text) in enumerate(notes, 1):
-        for k, line in enumerate(wrapped(text, SMALL_MM, width - 5.0)):
-            y -= SMALL_MM * LINE
+        for k, line in enumerate(wrapped(text, _SMALL_MM, width - 5.0)):
+            y -= _SMALL_MM * LINE
             if k == 0:
-                items.append(Text((0.0, y), SMALL_MM, f"{n}"))
-            items.append(Text((5.0, y), SMALL_MM, line, states=(key,) if k == 0 and key else ()))
+                items.append(Text((0.0, y), _SMALL_MM, f"{n}"))
+            items.append(Text((5.0, y), _SMALL_MM, line, states=(key,) if k == 0 and key else ()))
     return items
 
 
@@ -157,8 +157,8 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
     y = 0.0
 
     def row(texts: Sequence[tuple[float, str, tuple[str, ...]]]) -> None:
-        for x, text, told in texts:
-            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, states=told))
+        for x, text, reported in texts:
+            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, states=reported))
 
     row([(edges[k] + 1.0, name, ()) for k, name in enumerate(("Hole", "X right", "Y up", "Each"))])
     y -= pitch

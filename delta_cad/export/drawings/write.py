@@ -15,7 +15,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import G_PER_KG
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.tolerances.general import ASKED, NOTES
+from delta_cad.dimensions.tolerances.general import NOTES, REQUIRED
 from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.assembly_sheet import assembly_drawing, balloon_faults, placed_items
@@ -38,11 +38,11 @@ from delta_cad.export.drawings.views.marks import RoomError
 from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.solids.part import Part, location_of
 
-REVISION = "A"
+_REVISION = "A"
 FOLDER = "drawings"
 LOADS = ("ezdxf", "fontTools.subset")
-CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
-UNDRAWN = (HoleError, ViewError, LayoutError, RoomError)
+_CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
+_UNDRAWN = (HoleError, ViewError, LayoutError, RoomError)
 """What keeps a single part from being drawn."""
 
 
@@ -72,7 +72,7 @@ def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iter
         What came of them.
     """
     d, assembly, masses, folder = order
-    yield write_part_drawings(d, assembly, masses, folder / FOLDER, lambda _: None)
+    yield _write_part_drawings(d, assembly, masses, folder / FOLDER, lambda _: None)
 
 
 def write_drawings(
@@ -98,10 +98,10 @@ def write_drawings(
         OSError: They cannot be written.
     """
     order = d, assembly, masses, folder, progress
-    return write_part_drawings(*order) + write_whole_drawing(*order)
+    return _write_part_drawings(*order) + write_whole_drawing(*order)
 
 
-def write_part_drawings(
+def _write_part_drawings(
     d: Dimensions, assembly: Assembly, masses: Mapping[str, Any], folder: Path, progress: Callable[[str], None]
 ) -> Drawn:
     """Draws every made part; arguments and result as of `write_drawings`."""
@@ -135,7 +135,7 @@ def write_part_drawing(part: Part, held: Controlled, titles: Titles, folder: Pat
     """Draws one part and writes its three files into a folder; what cannot be drawn is a fault that says why."""
     try:
         drawing, features = part_drawing(part, held, titles)
-    except UNDRAWN as error:
+    except _UNDRAWN as error:
         return Drawn(faults={part.number: [str(error)]})
     (folder / f"{drawing.name}.pdf").write_bytes(pdf_bytes(drawing))
     (folder / f"{drawing.name}.svg").write_text(svg_text(drawing), encoding="utf-8")
@@ -194,7 +194,7 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
     if outside:  # no die cuts to a shoulder, on which this part stands
         notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
     if _between_centres(part, features):
-        notes.append(("", f"Centre holes ISO 6411-A{CENTRE_MM[0]:g}/{CENTRE_MM[1]:g} may stay in solid ends."))
+        notes.append(("", f"Centre holes ISO 6411-A{_CENTRE_MM[0]:g}/{_CENTRE_MM[1]:g} may stay in solid ends."))
     if any(is_hull_line(face, features) for face in features.faces):
         notes.append(("", "A line between two arcs is tangent to both."))
     if any(is_slant(face, features) for face in features.faces):
@@ -211,7 +211,7 @@ def _between_centres(part: Part, features: Features) -> bool:
     """Whether a part is turned, has an end without a bore, and no end too thin for a centre hole."""
     bored = [bore for group in features.groups for bore in group.bores if is_along(bore.axis, features.main)]
     outer = [2.0 * f.radius for f in features.faces if f.kind == "cylinder" and not f.hollow]
-    if not features.turned or part.order_code or not outer or min(outer) < CENTRE_MM[1]:
+    if not features.turned or part.order_code or not outer or min(outer) < _CENTRE_MM[1]:
         return False
     return len(bored) < 2 and not any(bore.through for bore in bored)
 
@@ -230,7 +230,7 @@ def _finish(part: Part) -> str:
     return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
 
 
-def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[ASKED]) -> Titles:
+def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[REQUIRED]) -> Titles:
     """Gives the title block of a made part: how many a machine has, what one weighs, the general tolerances."""
     box = part.solid.BoundingBox(1e-4)
     return Titles(
@@ -241,7 +241,7 @@ def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: 
         mass=f"{mass_g} g",
         size=_size((box.xlen, box.ylen, box.zlen)),
         machine=_machine(d),
-        revision=REVISION,
+        revision=_REVISION,
         tolerance=tolerance,
     )
 
@@ -257,7 +257,7 @@ def _whole_titles(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) 
     size = np.ptp(np.array(corners), axis=0)
     mass = f"{masses['total_mass_kg']:.3g} kg"
     text = f"Assembly of {assembly.name}, handle in its middle position"
-    return Titles("assembly", text, "see the item list", "1", mass, _size(size), _machine(d), REVISION)
+    return Titles("assembly", text, "see the item list", "1", mass, _size(size), _machine(d), _REVISION)
 
 
 def _size(lengths: Iterable[float]) -> str:

@@ -10,8 +10,8 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.export.bom import write_csv
 from delta_cad.solids.part import Bore, Hole
 
-DECIMALS = 3  # a micrometre: what a bore is measured to
-UNIT_DECIMALS = 6  # of a direction
+_DECIMALS = 3  # a micrometre: what a bore is measured to
+_UNIT_DECIMALS = 6  # of a direction
 
 
 @dataclass(frozen=True)
@@ -69,15 +69,15 @@ def write_holes(rows: list[HoleRow], path: Path) -> None:
 
 def _rows(part: str, group: str, hole: Hole) -> Iterator[HoleRow]:
     if not hole.bores:
-        yield HoleRow(part, group, diameter_mm=round(hole.diameter_mm, DECIMALS), callout=hole.callout)
+        yield HoleRow(part, group, diameter_mm=round(hole.diameter_mm, _DECIMALS), callout=hole.callout)
     for number, bore in enumerate(hole.bores, start=1):
         yield _row(part, f"{group}.{number}", bore)
 
 
 def _row(part: str, name: str, bore: Bore) -> HoleRow:
     """The row of a bore, without a negative zero."""
-    x, y, z = (round(v, DECIMALS) + 0.0 for v in bore.start_mm)
-    u, v, w = (round(v, UNIT_DECIMALS) + 0.0 for v in bore.direction)
+    x, y, z = (round(v, _DECIMALS) + 0.0 for v in bore.start_mm)
+    u, v, w = (round(v, _UNIT_DECIMALS) + 0.0 for v in bore.direction)
     lower, upper = bore.deviations_um or (None, None)
     return HoleRow(
         part=part,
@@ -88,11 +88,11 @@ def _row(part: str, name: str, bore: Bore) -> HoleRow:
         direction_x=u,
         direction_y=v,
         direction_z=w,
-        diameter_mm=round(bore.diameter_mm, DECIMALS),
-        depth_mm=round(bore.depth_mm, DECIMALS),
+        diameter_mm=round(bore.diameter_mm, _DECIMALS),
+        depth_mm=round(bore.depth_mm, _DECIMALS),
         end="through" if bore.through else f"{bore.tip_deg:g}" if bore.tip_deg else "flat",
         thread=bore.thread,
-        thread_depth_mm=round(bore.thread_mm, DECIMALS) if bore.thread else None,
+        thread_depth_mm=round(bore.thread_mm, _DECIMALS) if bore.thread else None,
         fit=bore.fit,
         lower_um=lower,
         upper_um=upper,

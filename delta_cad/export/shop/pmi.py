@@ -37,7 +37,7 @@ from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_Datum, XCAFDoc_Dimension, XCAFDoc_DocumentTool, XCAFDoc_GeomTolerance
 
-from delta_cad.dimensions.tolerances.general import ASKED, EDGES, NOTES
+from delta_cad.dimensions.tolerances.general import EDGES, NOTES, REQUIRED
 from delta_cad.export.drawings.part.controlled import SAME_MM, Controlled, Length, Round
 from delta_cad.export.drawings.part.faces import Face
 from delta_cad.export.drawings.part.faces import faces_of as read_faces
@@ -48,17 +48,17 @@ from delta_cad.solids.boring import faces_of
 from delta_cad.solids.part import Bore, Part
 
 GENERAL = {
-    "general tolerances": NOTES[ASKED],
+    "general tolerances": NOTES[REQUIRED],
     "thread tolerance": "6H, ISO 965-1",
     "surface": "Ra 3.2, machined, unless noted",
     "edges": EDGES,
 }
 """What holds for every part where nothing else is said."""
-NOT_PLAIN = re.compile(r"[^\x00-\x5b\x5d-\x7f]+")
-GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
+_NOT_PLAIN = re.compile(r"[^\x00-\x5b\x5d-\x7f]+")
+_GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
 
 
-def notes(part: Part, general: str = ASKED) -> dict[str, str]:
+def notes(part: Part, general: str = REQUIRED) -> dict[str, str]:
     """Gives the notes of a part: the general ones with their class, its material, and what its description says."""
     return {**GENERAL, "general tolerances": NOTES[general], "material": part.material.name, "remark": part.description}
 
@@ -119,7 +119,7 @@ def mend_tolerances(model: Any) -> None:
             for end in (entity.LowerBound(), entity.UpperBound()):
                 end.ValueComponentMember().SetName("LENGTH_MEASURE")
         if isinstance(entity, StepShape_LimitsAndFits):
-            grade = int(entity.Grade().ToCString()) - GRADE_TOO_HIGH
+            grade = int(entity.Grade().ToCString()) - _GRADE_TOO_HIGH
             entity.SetGrade(TCollection_HAsciiString(str(grade)))
 
 
@@ -133,7 +133,7 @@ def without_runouts(data: bytes) -> bytes:
     return data
 
 
-def add_notes(model: Any, part: Part, general: str = ASKED) -> None:
+def add_notes(model: Any, part: Part, general: str = REQUIRED) -> None:
     """Adds a part's notes to a transferred model as user defined attributes of its product."""
     entities = [model.Value(number) for number in range(1, model.NbEntities() + 1)]
     product = next(e for e in entities if isinstance(e, StepBasic_ProductDefinition))
@@ -274,4 +274,4 @@ def step_text(value: str) -> TCollection_HAsciiString:
         kind, code = ("X2", "utf-16-be") if max(found[0]) <= "\uffff" else ("X4", "utf-32-be")
         return f"\\{kind}\\{found[0].encode(code).hex().upper()}\\X0\\"
 
-    return TCollection_HAsciiString(NOT_PLAIN.sub(coded, value))
+    return TCollection_HAsciiString(_NOT_PLAIN.sub(coded, value))

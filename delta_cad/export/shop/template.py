@@ -10,19 +10,19 @@ from delta_cad import catalogue
 from delta_cad.dimensions.panel import SCREW, TEMPLATE, PanelDimensions
 from delta_cad.export.drawings.sheet_io.dxf import r2010_text
 
-BULGE = tan(pi / 8.0)  # of a quarter of a circle: the tangent of a fourth of its angle
-MARGIN_MM = 10.0
-BAR_MM = 50.0  # printed beside it: who lays a rule on it sees whether the printer scaled
-FONT = 'font-size="3.5" text-anchor="middle" font-family="sans-serif"'
-LAYERS = {
+_BULGE = tan(pi / 8.0)  # of a quarter of a circle: the tangent of a fourth of its angle
+_MARGIN_MM = 10.0
+_BAR_MM = 50.0  # printed beside it: who lays a rule on it sees whether the printer scaled
+_FONT = 'font-size="3.5" text-anchor="middle" font-family="sans-serif"'
+_LAYERS = {
     "CUT": 1,
     "DRILL": 5,
     "BEZEL": 8,
     "ARM": 3,
 }  # with their colours; the latter two are for the eye
-ARM_WORDS = "an arm of the machine points this way"  # chain 0 along +x: the square itself looks alike four ways round
-ARROW_MM, HEAD_MM = 8.0, 2.0
-LETTER_MM = 2.5
+_ARM_WORDS = "an arm of the machine points this way"  # chain 0 along +x: the square itself looks alike four ways round
+_ARROW_MM, _HEAD_MM = 8.0, 2.0
+_LETTER_MM = 2.5
 
 
 def write_template(p: PanelDimensions, folder: Path) -> None:
@@ -31,7 +31,7 @@ def write_template(p: PanelDimensions, folder: Path) -> None:
     (folder / f"{TEMPLATE}.svg").write_text(template_svg(p), encoding="utf-8")
 
 
-def corners(half_mm: float, corner_mm: float) -> list[tuple[float, float, float]]:
+def _corners(half_mm: float, corner_mm: float) -> list[tuple[float, float, float]]:
     """Gives a square with round corners as a closed polyline, counter-clockwise: (x, y, bulge) where each piece begins.
 
     Args:
@@ -41,25 +41,25 @@ def corners(half_mm: float, corner_mm: float) -> list[tuple[float, float, float]
     far = half_mm + corner_mm
     points = [(half_mm, -far), (far, -half_mm), (far, half_mm), (half_mm, far)]
     points += [(-x, -y) for x, y in points]
-    return [(x, y, BULGE if k % 2 == 0 else 0.0) for k, (x, y) in enumerate(points)]
+    return [(x, y, _BULGE if k % 2 == 0 else 0.0) for k, (x, y) in enumerate(points)]
 
 
 def template_dxf(p: PanelDimensions) -> str:
     """Gives the text of the DXF R2010, the same each time: the opening closed on CUT, the holes on DRILL."""
 
     def draw(document: Any) -> None:
-        for name, colour in LAYERS.items():
+        for name, colour in _LAYERS.items():
             document.layers.add(name, color=colour)
         space = document.modelspace()
         for layer, corner in (("CUT", p.opening_mm), ("BEZEL", p.rim_mm)):
-            points = corners(p.half_mm, corner)
+            points = _corners(p.half_mm, corner)
             space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
-        tip = p.half_mm + p.rim_mm + ARROW_MM
-        head = [(tip - HEAD_MM, HEAD_MM / 2), (tip, 0.0), (tip - HEAD_MM, -HEAD_MM / 2)]
-        space.add_lwpolyline([(tip - ARROW_MM, 0.0), (tip, 0.0)], dxfattribs={"layer": "ARM"})
+        tip = p.half_mm + p.rim_mm + _ARROW_MM
+        head = [(tip - _HEAD_MM, _HEAD_MM / 2), (tip, 0.0), (tip - _HEAD_MM, -_HEAD_MM / 2)]
+        space.add_lwpolyline([(tip - _ARROW_MM, 0.0), (tip, 0.0)], dxfattribs={"layer": "ARM"})
         space.add_lwpolyline(head, dxfattribs={"layer": "ARM"})
-        words = space.add_text(f"seen from above: {ARM_WORDS}", height=LETTER_MM, dxfattribs={"layer": "ARM"})
-        words.set_placement((tip + HEAD_MM, -LETTER_MM / 2))
+        words = space.add_text(f"seen from above: {_ARM_WORDS}", height=_LETTER_MM, dxfattribs={"layer": "ARM"})
+        words.set_placement((tip + _HEAD_MM, -_LETTER_MM / 2))
         radius = catalogue.screw(SCREW).clearance_hole_mm / 2
         for at in p.screw_places():
             space.add_circle(at, radius, dxfattribs={"layer": "DRILL"})
@@ -69,28 +69,28 @@ def template_dxf(p: PanelDimensions) -> str:
 
 def template_svg(p: PanelDimensions) -> str:
     """Gives the text of the SVG, in millimetres, seen from above: opening, bezel's rim, holes, a bar to measure."""
-    far = p.half_mm + p.rim_mm + MARGIN_MM
-    below = far + 3.0 * MARGIN_MM
+    far = p.half_mm + p.rim_mm + _MARGIN_MM
+    below = far + 3.0 * _MARGIN_MM
     size = f'width="{2 * far:g}mm" height="{far + below:g}mm" viewBox="{-far:g} {-far:g} {2 * far:g} {far + below:g}"'
-    radius, half = catalogue.screw(SCREW).clearance_hole_mm / 2, BAR_MM / 2
+    radius, half = catalogue.screw(SCREW).clearance_hole_mm / 2, _BAR_MM / 2
     drawn = [f'<path d="{_path(p, p.opening_mm)}"/>', f'<path d="{_path(p, p.rim_mm)}" stroke-dasharray="3 2"/>']
     for x, y in p.screw_places():
         drawn.append(f'<circle cx="{x:g}" cy="{-y:g}" r="{radius:g}"/>')
         drawn.append(f'<path d="M{x - 3:g} {-y:g}h6M{x:g} {-y - 3:g}v6"/>')
     drawn.append('<path d="M-4 0h8M0 -4v8"/>')
     drawn.append(
-        f'<path d="M{far - MARGIN_MM:g} 0h{ARROW_MM:g}m{-HEAD_MM:g} {-HEAD_MM / 2:g}l{HEAD_MM:g} {HEAD_MM / 2:g}'
-        f'l{-HEAD_MM:g} {HEAD_MM / 2:g}"/>'
+        f'<path d="M{far - _MARGIN_MM:g} 0h{_ARROW_MM:g}m{-_HEAD_MM:g} {-_HEAD_MM / 2:g}l{_HEAD_MM:g} {_HEAD_MM / 2:g}'
+        f'l{-_HEAD_MM:g} {_HEAD_MM / 2:g}"/>'
     )
-    bar, side = far + MARGIN_MM / 2, 2 * (p.half_mm + p.opening_mm)
-    drawn.append(f'<path d="M{-half:g} {bar - 2:g}v4M{-half:g} {bar:g}h{BAR_MM:g}M{half:g} {bar - 2:g}v4"/>')
+    bar, side = far + _MARGIN_MM / 2, 2 * (p.half_mm + p.opening_mm)
+    drawn.append(f'<path d="M{-half:g} {bar - 2:g}v4M{-half:g} {bar:g}h{_BAR_MM:g}M{half:g} {bar - 2:g}v4"/>')
     words = (
-        f"{BAR_MM:g} mm if printed in true size",
+        f"{_BAR_MM:g} mm if printed in true size",
         "seen from above; the arrow:",
-        ARM_WORDS,
+        _ARM_WORDS,
         f"opening {side:g} x {side:g}, corners R{p.opening_mm:g}; {len(p.screw_places())} holes {2 * radius:g}; mm",
     )
-    texts = "".join(f'<text x="0" y="{bar + 6 + 5 * k:g}" {FONT}>{line}</text>' for k, line in enumerate(words))
+    texts = "".join(f'<text x="0" y="{bar + 6 + 5 * k:g}" {_FONT}>{line}</text>' for k, line in enumerate(words))
     lines = "".join(drawn)
     body = f'<g fill="none" stroke="black" stroke-width="0.2">{lines}</g>{texts}'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{body}</svg>\n'
@@ -98,7 +98,7 @@ def template_svg(p: PanelDimensions) -> str:
 
 def _path(p: PanelDimensions, corner_mm: float) -> str:
     """The same outline as a path of SVG, whose y points down."""
-    points = corners(p.half_mm, corner_mm)
+    points = _corners(p.half_mm, corner_mm)
     path = f"M{points[0][0]:g} {-points[0][1]:g}"
     for (_, _, bulge), (x, y, _) in zip(points, [*points[1:], points[0]], strict=True):
         arc = f"A{corner_mm:g} {corner_mm:g} 0 0 0 " if bulge else "L"

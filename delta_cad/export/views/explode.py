@@ -21,12 +21,12 @@ from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.part import Occurrence
 
-BONDED = ("joint_ball",)  # what stays on its bar
+_BONDED = ("joint_ball",)  # what stays on its bar
 GAP_MM = 4.0  # between the boxes of two parts of a group
-APART_MM = 18.0  # between the boxes of two groups
+_APART_MM = 18.0  # between the boxes of two groups
 ROUND = 0.03  # relative difference up to which two principal moments are those of a body of revolution
 X, Y, Z = range(3)
-WEDGE = np.tan(np.pi / 3.0)  # a chain's parts keep |y| <= WEDGE x in its frame: a third of the round
+_WEDGE = np.tan(np.pi / 3.0)  # a chain's parts keep |y| <= WEDGE x in its frame: a third of the round
 
 
 @dataclass(eq=False)
@@ -85,7 +85,7 @@ def exploded(assembly: Assembly, meshes: Meshes) -> dict[str, np.ndarray]:
     taken = _Taken(assembly, meshes)
     ground = taken.group(lambda o: o.link == "base" and (chain_of(o.name) is None or taken.upright(o)), np.eye(4), Z)
     top = taken.group(lambda o: o.link == "platform", np.eye(4), Z)
-    moves = _moved(ground, np.array([0.0, 0.0, -2.0 * APART_MM]))
+    moves = _moved(ground, np.array([0.0, 0.0, -2.0 * _APART_MM]))
     height = -np.inf
     for i in CHAINS:
         u = chain_frame(i)[:3, 0]
@@ -102,7 +102,7 @@ def exploded(assembly: Assembly, meshes: Meshes) -> dict[str, np.ndarray]:
         moves |= _moved(drive, out)
         moves |= _moved(rods, out + lift * np.array([0.0, 0.0, 1.0]))
         height = max(height, float((rods.points[:, Z] + lift).max(initial=-np.inf)))
-    over = height - top.points[:, Z].min(initial=np.inf) + APART_MM
+    over = height - top.points[:, Z].min(initial=np.inf) + _APART_MM
     moves |= _moved(top, np.array([0.0, 0.0, max(over, 0.0) if np.isfinite(over) else 0.0]))
     return moves
 
@@ -120,14 +120,14 @@ def _moved(group: _Group, by: np.ndarray) -> dict[str, np.ndarray]:
 def _outwards(points: np.ndarray, i: int) -> float:
     """How far a group moves along its chain's radius until it is in that chain's third of the round, mm."""
     inside = points @ chain_frame(i)[:3, :3]
-    return max(0.0, float((np.abs(inside[:, Y]) / WEDGE - inside[:, X]).max(initial=-np.inf)) + APART_MM)
+    return max(0.0, float((np.abs(inside[:, Y]) / _WEDGE - inside[:, X]).max(initial=-np.inf)) + _APART_MM)
 
 
 def _lift(below: np.ndarray, above: np.ndarray) -> float:
     """How far a group moves up to be above another, mm."""
     if not len(below) or not len(above):
         return 0.0
-    return max(0.0, float(below[:, Z].max() - above[:, Z].min()) + APART_MM)
+    return max(0.0, float(below[:, Z].max() - above[:, Z].min()) + _APART_MM)
 
 
 class _Taken:
@@ -140,7 +140,7 @@ class _Taken:
         self._holds = Counter(name for contact in assembly.contacts for name in (contact.a, contact.b))
         self._axes: dict[str, np.ndarray | None] = {}
         self._numbers = {o.name: o.part.number for o in assembly.occurrences}
-        on_one = [c for c in assembly.contacts if self._numbers.get(c.b) in BONDED]
+        on_one = [c for c in assembly.contacts if self._numbers.get(c.b) in _BONDED]
         self._bonded = {c.b: c.a for c in on_one if c.kind == "cylinder"}
         self._balls = {c.b: c.a for c in assembly.contacts if c.kind == "ball"}
 
@@ -261,12 +261,12 @@ def apart(units: list[_Unit], holds: Callable[[_Unit], int]) -> dict[str, np.nda
         return (max(beyond(unit), *through, -np.inf), bool(through), -unit.volume, unit.names)
 
     moves = {name: np.zeros(3) for unit in still for name in unit.names}
-    standing = np.concatenate([unit.boxes for unit in still])
+    static = np.concatenate([unit.boxes for unit in still])
     for unit in sorted(rows.values(), key=far):  # all keys are of where parts stand in the machine
         move = np.zeros(3)
-        move[unit.axis] = unit.sense * _step(unit, standing)
+        move[unit.axis] = unit.sense * _step(unit, static)
         unit.boxes = unit.boxes + move
-        standing = np.concatenate([standing, unit.boxes])
+        static = np.concatenate([static, unit.boxes])
         moves |= dict.fromkeys(unit.names, move)
     units[:] = [*still, *rows.values()]
     return moves
@@ -279,10 +279,10 @@ def _meets(one: _Unit, other: _Unit) -> bool:
     return bool((high > low).all(axis=-1).any())
 
 
-def _step(unit: _Unit, standing: np.ndarray) -> float:
+def _step(unit: _Unit, static: np.ndarray) -> float:
     """The least way along a part's axis after which its boxes clear those that stand, mm."""
     a, others = unit.axis, [axis for axis in range(3) if axis != unit.axis]
-    low, high = standing[None, :, 0] - GAP_MM, standing[None, :, 1] + GAP_MM
+    low, high = static[None, :, 0] - GAP_MM, static[None, :, 1] + GAP_MM
     own_low, own_high = unit.boxes[:, None, 0], unit.boxes[:, None, 1]
     meets = ((own_high > low) & (own_low < high))[..., others].all(axis=-1)
     if unit.sense > 0:

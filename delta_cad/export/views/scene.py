@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from delta_cad.assembly.tessellation import Mesh
 
 Colour = tuple[float, float, float]
-EDGE_COLOUR: Colour = (0.07, 0.08, 0.10)
-GROUND_COLOUR: Colour = (1.0, 1.0, 1.0)
-SKY_COLOUR: Colour = (0.86, 0.89, 0.93)
+_EDGE_COLOUR: Colour = (0.07, 0.08, 0.10)
+_GROUND_COLOUR: Colour = (1.0, 1.0, 1.0)
+_SKY_COLOUR: Colour = (0.86, 0.89, 0.93)
 SUPERSAMPLING = 2
-EDGE_WIDTH = 1.0  # Line width in pixels of the finished picture.
+_EDGE_WIDTH = 1.0  # Line width in pixels of the finished picture.
 
 
 class PictureError(RuntimeError):
@@ -107,8 +107,8 @@ class PartScene:
         from vtkmodules.vtkRenderingCore import vtkRenderer
 
         self.renderer = vtkRenderer()
-        self.renderer.SetBackground(*GROUND_COLOUR)
-        self.renderer.SetBackground2(*SKY_COLOUR)
+        self.renderer.SetBackground(*_GROUND_COLOUR)
+        self.renderer.SetBackground2(*_SKY_COLOUR)
         self.renderer.GradientBackgroundOn()
         self.renderer.DitherGradientOff()  # noise would make the files ten times larger
         _lights(self.renderer)
@@ -151,7 +151,7 @@ def _edges(mesh: Any, camera: Any) -> Any:
     edges.SetCamera(camera)
     edges.SetDirectionToCameraVector()
     edges.SetFeatureAngle(CREASE_DEG)
-    return flat_actor(edges, EDGE_COLOUR, EDGE_WIDTH)
+    return flat_actor(edges, _EDGE_COLOUR, _EDGE_WIDTH)
 
 
 def flat_actor(source: Any, colour: Colour, width: float = 1.0) -> Any:

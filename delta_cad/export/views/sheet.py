@@ -9,18 +9,22 @@ import numpy as np
 
 from delta_cad.export.views.scene import SUPERSAMPLING, Colour, aim, flat_actor, flat_shapes
 
-INK: Colour = (0.16, 0.19, 0.24)
-TITLE_PIXELS, TEXT_PIXELS = 26, 18
-ARROW_PIXELS = 11.0
-ARROW_SLOPE = 0.16
-GAP_PIXELS = 5.0
+_INK: Colour = (0.16, 0.19, 0.24)
+_TITLE_PIXELS, _TEXT_PIXELS = 26, 18
+_ARROW_PIXELS = 11.0
+_ARROW_SLOPE = 0.16
+_GAP_PIXELS = 5.0
 DIMENSION_PIXELS = 34.0  # Distance of a dimension line from what it measures, and of the next one from it.
-BAND_PIXELS = 92.0  # Height of the strip at the bottom that is kept for the title.
-MARGIN = 1.05
-BOX_WIDTH = 1.6  # Line width of cube and outline, pixels of the finished picture.
-BALLOON_PIXELS, BALLOON_PITCH, BALLOON_ROOM = 15.0, 36.0, 78.0  # radius; from one to the next; what they take at a side
-DOT_PIXELS = 3.5  # where a balloon's line ends, as drawing standards have it on a surface
-CHAIN_PIXELS = (22.0, 5.0, 4.0)  # Long dash, gap, short dash of a centre line.
+_BAND_PIXELS = 92.0  # Height of the strip at the bottom that is kept for the title.
+_MARGIN = 1.05
+_BOX_WIDTH = 1.6  # Line width of cube and outline, pixels of the finished picture.
+_BALLOON_PIXELS, _BALLOON_PITCH, BALLOON_ROOM = (
+    15.0,
+    36.0,
+    78.0,
+)  # radius; from one to the next; what they take at a side
+_DOT_PIXELS = 3.5  # where a balloon's line ends, as drawing standards have it on a surface
+_CHAIN_PIXELS = (22.0, 5.0, 4.0)  # Long dash, gap, short dash of a centre line.
 
 
 class Sheet:
@@ -54,10 +58,10 @@ class Sheet:
         self.up = np.cross(self.towards, self.right)
         flat = self.flat(box)
         low, high = flat.min(axis=0), flat.max(axis=0)
-        free = np.array([size[0] - 2 * room, size[1] - 2 * room - BAND_PIXELS])
+        free = np.array([size[0] - 2 * room, size[1] - 2 * room - _BAND_PIXELS])
         self._ends, self.scene = (low, high), renderer
-        self.mm_per_pixel = float((MARGIN * (high - low) / free).max())
-        centre = (low + high) / 2 - [0.0, BAND_PIXELS / 2 * self.mm_per_pixel]
+        self.mm_per_pixel = float((_MARGIN * (high - low) / free).max())
+        centre = (low + high) / 2 - [0.0, _BAND_PIXELS / 2 * self.mm_per_pixel]
         self.overlay = aim(renderer, self.solid(centre), self.towards, self.up, size[1] * self.mm_per_pixel)
         self._segments: list[np.ndarray] = []
         self._arrows: list[np.ndarray] = []
@@ -92,18 +96,20 @@ class Sheet:
             end = np.zeros(2)
             end[along], end[across] = point[along], level
             start = np.array(point, dtype=float)
-            start[across] += sense * GAP_PIXELS * pixel
+            start[across] += sense * _GAP_PIXELS * pixel
             over = end.copy()
-            over[across] += sense * GAP_PIXELS * pixel
+            over[across] += sense * _GAP_PIXELS * pixel
             self._segments.append(np.array([start, over]))
             ends.append(end)
         self._segments.append(np.array(ends))
         run = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
         side = np.array([-run[1], run[0]])
-        length = ARROW_PIXELS * pixel
+        length = _ARROW_PIXELS * pixel
         for tip, way in ((ends[0], run), (ends[1], -run)):
             back = tip + length * way
-            self._arrows.append(np.array([tip, back + ARROW_SLOPE * length * side, back - ARROW_SLOPE * length * side]))
+            self._arrows.append(
+                np.array([tip, back + _ARROW_SLOPE * length * side, back - _ARROW_SLOPE * length * side])
+            )
         middle = (ends[0] + ends[1]) / 2
         middle[across] += 4.0 * pixel if not upright else -4.0 * pixel
         self.label(middle, text, turned=upright)
@@ -117,7 +123,7 @@ class Sheet:
         from delta_cad.export.drawings.views.marks import spread
 
         pixel, (low, high) = self.mm_per_pixel, self._ends
-        radius, off = BALLOON_PIXELS * pixel, (BALLOON_ROOM - BALLOON_PIXELS - GAP_PIXELS) * pixel
+        radius, off = _BALLOON_PIXELS * pixel, (BALLOON_ROOM - _BALLOON_PIXELS - _GAP_PIXELS) * pixel
         flat = {number: self.flat(point) for number, point in points.items()}
         order = sorted(flat, key=lambda number: flat[number][0])
         turn = np.linspace(0.0, 2.0 * np.pi, 33)
@@ -125,19 +131,19 @@ class Sheet:
         left, right = order[: len(order) // 2], order[len(order) // 2 :]
         for side, x, sense in ((left, low[0] - off, 1.0), (right, high[0] + off, -1.0)):
             column = sorted(side, key=lambda number: flat[number][1])
-            heights = spread([flat[number][1] for number in column], [BALLOON_PITCH * pixel] * len(column))
+            heights = spread([flat[number][1] for number in column], [_BALLOON_PITCH * pixel] * len(column))
             for number, y in zip(column, heights, strict=True):
                 circle = around + np.array([x, y])
                 self._segments += [circle[k : k + 2] for k in range(len(circle) - 1)]
                 self._segments.append(np.array([(x + sense * radius, y), flat[number]]))
-                rim = flat[number] + DOT_PIXELS * pixel / radius * around
+                rim = flat[number] + _DOT_PIXELS * pixel / radius * around
                 self._arrows += [np.array([flat[number], *rim[k : k + 2]]) for k in range(len(rim) - 1)]
                 self.label(np.array([x, y - 0.62 * radius]), str(number))
 
     def centre_line(self, left: float, right: float, height: float) -> None:
         """Level chain line (long dash, short dash) between two abscissas, mm on the sheet."""
         pixel = self.mm_per_pixel
-        long, gap, short = (length * pixel for length in CHAIN_PIXELS)
+        long, gap, short = (length * pixel for length in _CHAIN_PIXELS)
         start = left
         while start < right:
             for length in (long, short):
@@ -146,9 +152,9 @@ class Sheet:
                     self._segments.append(np.array([[start, height], [end, height]]))
                 start = end + gap
 
-    def label(self, at: np.ndarray, text: str, *, turned: bool = False, colour: Colour = INK) -> None:
+    def label(self, at: np.ndarray, text: str, *, turned: bool = False, colour: Colour = _INK) -> None:
         """Text above a sheet point; turned texts read from the right."""
-        actor = _text(text, TEXT_PIXELS, colour)
+        actor = _text(text, _TEXT_PIXELS, colour)
         place = actor.GetPositionCoordinate()
         place.SetCoordinateSystemToWorld()
         place.SetValue(*self.solid(np.asarray(at, dtype=float)))
@@ -160,8 +166,8 @@ class Sheet:
 
     def caption(self, title: str, subtitle: str) -> None:
         """Title and subtitle in the strip at the bottom."""
-        for text, pixels, bold, height in ((title, TITLE_PIXELS, True, 46), (subtitle, TEXT_PIXELS, False, 20)):
-            actor = _text(text, pixels, INK)
+        for text, pixels, bold, height in ((title, _TITLE_PIXELS, True, 46), (subtitle, _TEXT_PIXELS, False, 20)):
+            actor = _text(text, pixels, _INK)
             actor.GetTextProperty().SetBold(bold)
             actor.SetPosition(28 * SUPERSAMPLING, height * SUPERSAMPLING)
             self.overlay.AddViewProp(actor)
@@ -170,7 +176,7 @@ class Sheet:
         """Draws what was collected; returns the overlay."""
         for shapes in (self._segments, self._arrows):
             if shapes:
-                self.overlay.AddActor(flat_shapes(list(self.solid(np.array(shapes))), INK))
+                self.overlay.AddActor(flat_shapes(list(self.solid(np.array(shapes))), _INK))
         return self.overlay
 
 
@@ -186,7 +192,7 @@ def box_actor(low: np.ndarray, high: np.ndarray, colour: Colour) -> Any:
 
     box = vtkOutlineSource()
     box.SetBounds(low[0], high[0], low[1], high[1], low[2], high[2])
-    return flat_actor(box, colour, BOX_WIDTH)
+    return flat_actor(box, colour, _BOX_WIDTH)
 
 
 def _text(text: str, pixels: int, colour: Colour) -> Any:

@@ -21,15 +21,15 @@ from delta_cad.solids.part import Occurrence
 SIZE = (1280, 960)
 CUBE_COLOUR: Colour = (0.08, 0.36, 0.75)
 ENVELOPE_COLOUR: Colour = (0.75, 0.12, 0.12)
-CABLE_COLOUR: Colour = (0.85, 0.1, 0.1)  # in the drive's picture, where steel on aluminium is not seen
-ISO, FRONT, SIDE, TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
-DRIVE = np.array([0.45, -0.86, -0.12])  # from the encoder's side, a little from below: pinion and cable are seen
-OPENED = re.compile(r"encoder_cheek|encoder_board|board_|wave_spring|bearing_0_e|cheek_\w+_0_e")
-EXPLODED = np.array([0.80, -0.55, 0.38])
+_CABLE_COLOUR: Colour = (0.85, 0.1, 0.1)  # in the drive's picture, where steel on aluminium is not seen
+ISO, _FRONT, _SIDE, _TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
+_DRIVE = np.array([0.45, -0.86, -0.12])  # from the encoder's side, a little from below: pinion and cable are seen
+_OPENED = re.compile(r"encoder_cheek|encoder_board|board_|wave_spring|bearing_0_e|cheek_\w+_0_e")
+_EXPLODED = np.array([0.80, -0.55, 0.38])
 # Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower.
-NEAR_MM = 0.5
-SIGHTED = 60  # vertices of a part of which those that are seen are sought
-SIGHT_MM, FAR_MM = 0.05, 2000.0  # before a surface, where its own facets are left; beyond any machine
+_NEAR_MM = 0.5
+_SIGHTED = 60  # vertices of a part of which those that are seen are sought
+_SIGHT_MM, _FAR_MM = 0.05, 2000.0  # before a surface, where its own facets are left; beyond any machine
 VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
 
 
@@ -138,10 +138,10 @@ class _Studio:
         return [sheet]
 
     def _front(self) -> list[Sheet]:
-        return self._elevation(FRONT, "front view", 0)
+        return self._elevation(_FRONT, "front view", 0)
 
     def _side(self) -> list[Sheet]:
-        return self._elevation(SIDE, "side view", 1)
+        return self._elevation(_SIDE, "side view", 1)
 
     def _elevation(self, towards: np.ndarray, title: str, axis: int) -> list[Sheet]:
         """A view along the ground: overall width and height, the cube's side and height."""
@@ -167,7 +167,7 @@ class _Studio:
     def _top(self) -> list[Sheet]:
         low, high = self.stage.envelope(self.bounds[0, 2])
         points = np.concatenate([_box(*self.bounds), _box(low, high)])
-        sheet = self._sheet(TOP, points, 80.0, [self.envelope])
+        sheet = self._sheet(_TOP, points, 80.0, [self.envelope])
         (left, bottom), (right, top) = sheet.flat(low), sheet.flat(high)
         sheet.dimension((left, bottom), (right, bottom), f"outline {right - left:g}", rows=-1, upright=False)
         sheet.dimension((left, bottom), (left, top), f"outline {top - bottom:g}", rows=-1, upright=True)
@@ -183,14 +183,14 @@ class _Studio:
 
     def _drive(self) -> list[Sheet]:
         parts = [
-            replace(part, colour=CABLE_COLOUR) if o.part.number.startswith("capstan_cable") else part
+            replace(part, colour=_CABLE_COLOUR) if o.part.number.startswith("capstan_cable") else part
             for o, part in self._chain()
-            if not OPENED.match(o.name)
+            if not _OPENED.match(o.name)
         ]
         words = "without the encoder's cheek" + (
-            "; red: cable" if CABLE_COLOUR in {part.colour for part in parts} else ""
+            "; red: cable" if _CABLE_COLOUR in {part.colour for part in parts} else ""
         )
-        return self._alone(DRIVE, parts, "drive of chain 0", f"{self._where()}; {words}")
+        return self._alone(_DRIVE, parts, "drive of chain 0", f"{self._where()}; {words}")
 
     def _exploded(self) -> list[Sheet]:
         """The drive taken apart, with the item of each part."""
@@ -198,7 +198,7 @@ class _Studio:
         moves = exploded_chain(self.assembly, self.meshes, [o for o, _ in chain], 0)
         pulled = [(o, replace(part, points=part.points + moves[o.name])) for o, part in chain]
         scene = PartScene([part for _, part in pulled])
-        sheet = Sheet(scene.renderer, EXPLODED, SIZE, scene.points_mm, room=BALLOON_ROOM)
+        sheet = Sheet(scene.renderer, _EXPLODED, SIZE, scene.points_mm, room=BALLOON_ROOM)
         items, shown = items_of(self.assembly), _Sight([part for _, part in pulled], sheet.towards)
         of_item: dict[int, list[np.ndarray]] = {}
         for o, part in pulled:
@@ -222,7 +222,7 @@ class _Studio:
         parts = self._placed(self.at, chain)
         boxes = np.array([[part.points.min(axis=0), part.points.max(axis=0)] for part in parts])
         joined = np.array([o.link != "base" for o in chain])
-        touching = (boxes[:, None, 0] <= boxes[None, :, 1] + NEAR_MM).all(axis=2)
+        touching = (boxes[:, None, 0] <= boxes[None, :, 1] + _NEAR_MM).all(axis=2)
         touching &= touching.T
         for _ in chain:
             joined = joined | (touching & joined).any(axis=1)
@@ -239,7 +239,7 @@ class _Studio:
         for column, (word, scene) in enumerate(scenes.items()):
             scene.renderer.SetViewport((0.5 * column, 0.0, 0.5 * column + 0.5, 1.0))
             scene.renderer.AddActor(self.cube)
-            sheet = Sheet(scene.renderer, FRONT, half, points, room=10.0)
+            sheet = Sheet(scene.renderer, _FRONT, half, points, room=10.0)
             sheet.caption(f"{word} position", f"platform centre at (0, 0, {heights[word]:.1f}) mm, same scale")
             sheets.append(sheet)
         return sheets
@@ -265,7 +265,7 @@ class _Sight:
         """Finds a vertex of parts (n, 3) near the middle of what is seen of one; the middle of one where nothing is."""
         best: tuple[int, np.ndarray] = (0, parts[0].mean(axis=0))
         for points in parts:
-            candidates = points[:: max(1, len(points) // SIGHTED)]
+            candidates = points[:: max(1, len(points) // _SIGHTED)]
             seen = np.array([point for point in candidates if self._is_seen(point)]).reshape(-1, 3)
             if len(seen) > best[0]:
                 best = len(seen), seen[np.linalg.norm(seen - seen.mean(axis=0), axis=1).argmin()]
@@ -275,7 +275,7 @@ class _Sight:
         """Whether nothing is before a point of a surface."""
         from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 
-        start, end = point + SIGHT_MM * self._towards, point + FAR_MM * self._towards
+        start, end = point + _SIGHT_MM * self._towards, point + _FAR_MM * self._towards
         return not self._locator.IntersectWithLine(start.tolist(), end.tolist(), 1e-6, vtkPoints(), vtkIdList())
 
 

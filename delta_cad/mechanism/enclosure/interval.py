@@ -14,7 +14,7 @@ import numpy as np
 
 UNIT = 2.0**-53 * (1.0 + 2.0**-52)  # relative error of rounding, and one double more
 LEAST = 2.0**-1074  # least double above 0
-MANY = 400  # numbers from which on sums are faster than calls of nextafter
+_MANY = 400  # numbers from which on sums are faster than calls of nextafter
 DOWN, UP = np.array(-np.inf), np.array(np.inf)  # as arrays: not made again for each call
 
 
@@ -83,7 +83,7 @@ def _outward(lo: np.ndarray, hi: np.ndarray) -> Interval:
     Source: Rump, Zimmermann, Boldo, Melquiond, Computing predecessor and successor in rounding to nearest, BIT 49
         (2009), algorithm 1.
     """
-    if lo.size < MANY:
+    if lo.size < _MANY:
         return Interval(np.nextafter(lo, DOWN), np.nextafter(hi, UP))
     return Interval(lo - (np.abs(lo) * UNIT + LEAST), hi + (np.abs(hi) * UNIT + LEAST))
 

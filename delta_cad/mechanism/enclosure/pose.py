@@ -32,7 +32,7 @@ from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 # the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2,
 # the upper arm along the chain's radius and along z, L_A cos(theta) and L_A sin(theta) (m), and, where there is a
 # tolerance, what it changes in s_i / (L_A w_i) at most (1 / m).
-Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE, ELBOW_RADIAL, ELBOW_VERTICAL, CHANGE = range(0, 33, 3)
+Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, _SQUARE, ELBOW_RADIAL, ELBOW_VERTICAL, CHANGE = range(0, 33, 3)
 FOREARM = 33  # First of nine rows, x, y, z a chain: the forearm in the base frame, m.
 # Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2; where there is a tolerance each form holds those of
 # every chain.
@@ -46,7 +46,7 @@ SIN_60_ERROR = 2.0**-54  # half a last place of a double in [1/2, 1); both opera
 
 TOLERANCE = 6  # place of it in `lengths`
 NUMBERS = 7  # of `lengths`
-OFFSET = 2.0  # of the wrist against the shoulder in each direction, in tolerances: both ends are off by one
+_OFFSET = 2.0  # of the wrist against the shoulder in each direction, in tolerances: both ends are off by one
 # Lifts a sum of some thirty products of non-negative numbers, with a root and quotients in it, over its roundings.
 LIFT = 1.0 + 2.0**-40
 
@@ -122,7 +122,7 @@ def fill_coordinates(box, k, pose):
     square = add(add(multiply(x, x), multiply(y, y)), multiply(z, z))
     for i in range(3):
         u = at(pose, Q + i)
-        put(pose, SQUARE + i, add(square, multiply(a, subtract(a, scale(2.0, u)))))
+        put(pose, _SQUARE + i, add(square, multiply(a, subtract(a, scale(2.0, u)))))
         put(pose, Q + i, subtract(u, a))
     la, lb = constant(k[2], 0.0), constant(k[3], 0.0)
     put(pose, UPPER_ARM, la)
@@ -138,7 +138,7 @@ def fill_chains(k, pose):
     half, difference = constant(0.5 / la, ROUND / la), constant(k[4], k[5])
     closed = True
     for i in range(3):
-        t, square = at(pose, T + i), at(pose, SQUARE + i)
+        t, square = at(pose, T + i), at(pose, _SQUARE + i)
         rho2 = subtract(square, multiply(t, t))
         m = multiply(half, add(square, difference))
         w2 = subtract(rho2, multiply(m, m))
@@ -158,9 +158,9 @@ def widen_coordinates(k, pose):
     """Widens coordinates and lengths by what the tolerance can change."""
     d = k[TOLERANCE]
     for i in range(3):
-        _widen(pose, Q + i, OFFSET * d)
-        _widen(pose, T + i, OFFSET * d)
-    _widen(pose, Z, OFFSET * d)
+        _widen(pose, Q + i, _OFFSET * d)
+        _widen(pose, T + i, _OFFSET * d)
+    _widen(pose, Z, _OFFSET * d)
     la, lb = constant(k[2], d), constant(k[3], d)
     put(pose, UPPER_ARM, la)
     put(pose, UPPER_ARM_2, multiply(la, la))
@@ -200,11 +200,11 @@ def widen_chains(k, pose):
     """
     d, la, lb = k[TOLERANCE], k[2], k[3]
     half, difference = constant(0.5 / la, ROUND / la), constant(k[4], k[5])
-    o, short, longest, closed = OFFSET * d, (la - d) / LIFT, (lb + d) * LIFT, True
+    o, short, longest, closed = _OFFSET * d, (la - d) / LIFT, (lb + d) * LIFT, True
     z = magnitude(at(pose, Z)) + o
     for i in range(3):
         q, t = magnitude(at(pose, Q + i)) + o, magnitude(at(pose, T + i)) + o
-        middle = multiply(half, add(at(pose, SQUARE + i), difference))
+        middle = multiply(half, add(at(pose, _SQUARE + i), difference))
         left = subtract(constant(1.0, 0.0), scale(2.0, multiply(half, middle)))
         m = magnitude(middle)
         change = (2.0 * o * (q + t + z) + 2.0 * d * (la + lb + d)) / (2.0 * short) + m * d / short
@@ -244,9 +244,9 @@ def fill_forearms(pose):
         put(pose, FOREARM + 3 * i, x)
         put(pose, FOREARM + 3 * i + 1, y)
         put(pose, FOREARM + 3 * i + 2, at(pose, VERTICAL + i))
-    put(pose, PRODUCT + 2, scalar(pose, 0, 1))
-    put(pose, PRODUCT + 1, scalar(pose, 0, 2))
-    put(pose, PRODUCT, scalar(pose, 1, 2))
+    put(pose, PRODUCT + 2, _scalar(pose, 0, 1))
+    put(pose, PRODUCT + 1, _scalar(pose, 0, 2))
+    put(pose, PRODUCT, _scalar(pose, 1, 2))
     total = at(pose, FOREARM)
     for axis in range(3):
         j, k = (axis + 1) % 3, (axis + 2) % 3
@@ -260,7 +260,7 @@ def fill_forearms(pose):
 
 
 @compiled
-def scalar(pose, i, j):
+def _scalar(pose, i, j):
     """Computes the scalar product of two forearms."""
     a, b = FOREARM + 3 * i, FOREARM + 3 * j
     x = multiply(at(pose, a), at(pose, b))

@@ -61,8 +61,8 @@ class SlopePose:
             difference: Slopes | Interval = la.square() - lb.square()
             double: Slopes | Interval = la + la
             if deviations:
-                along, beside, above, more, longer = deviations[5 * i : 5 * i + 5]
-                q, t, h, arm = q + along, t + beside, z + above, more.plus(la)
+                along, adjacent, above, more, longer = deviations[5 * i : 5 * i + 5]
+                q, t, h, arm = q + along, t + adjacent, z + above, more.plus(la)
                 difference, double = arm.square() - longer.plus(lb).square(), arm + arm
             rho2 = q.square() + h.square()
             m = _by(_plus(rho2 + t.square(), difference), double.inverse())

@@ -13,7 +13,7 @@ from delta_cad.mechanism.enclosure.affine_form import ROUND, UP, add, constant, 
 
 # How far the columns of the eigenvectors' matrix may be from orthonormal; Jacobi's rotations keep them to 1e-14.
 NEARLY = 1e-12
-SWEEPS = 4  # of Jacobi: convergence is quadratic; what is left off the diagonal only widens the bounds
+_SWEEPS = 4  # of Jacobi: convergence is quadratic; what is left off the diagonal only widens the bounds
 
 
 @compiled
@@ -33,7 +33,7 @@ def eigenvectors(a, work):
     for i in range(3):
         for j in range(3):
             work[3 + i, j] = 1.0 if i == j else 0.0
-    for n in range(3 * SWEEPS):
+    for n in range(3 * _SWEEPS):
         i, j = (0, 1) if n % 3 == 0 else ((0, 2) if n % 3 == 1 else (1, 2))
         if work[i, j] == 0.0:
             continue
@@ -79,7 +79,7 @@ def congruent(a, v, k, l):  # noqa: E741
 
 
 @compiled
-def excess(gap, coupling):
+def _excess(gap, coupling):
     """Bounds how far a coupling lifts the larger of two eigenvalues that are at least gap apart, README (33)."""
     half = 0.5 * gap
     distance = math.sqrt(half * half + coupling * coupling)
@@ -91,7 +91,7 @@ def above(h11, h22, h33, h12, h13, h23):
     """Bounds how far the largest eigenvalue of a symmetric matrix of forms is above its first entry, README (33)."""
     gap = min(lower(subtract(h11, h22)), lower(subtract(h11, h33))) - magnitude(h23) * UP
     m12, m13 = magnitude(h12), magnitude(h13)
-    return excess(gap, math.sqrt(m12 * m12 + m13 * m13) * UP)
+    return _excess(gap, math.sqrt(m12 * m12 + m13 * m13) * UP)
 
 
 @compiled

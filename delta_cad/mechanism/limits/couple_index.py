@@ -34,9 +34,9 @@ from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, chain_coordinate
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 
-RANGE = (0.0, 1.0)
+_RANGE = (0.0, 1.0)
 THIRD = 2.0 * math.pi / 3.0
-TURNED = 6  # First of nine rows of the room to work in: S w of each eigenvector w, three parts each.
+_TURNED = 6  # First of nine rows of the room to work in: S w of each eigenvector w, three parts each.
 
 
 def couple_index(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -117,15 +117,15 @@ def _turn(pose, work, k):
     w1, w2, w3 = work[3, k], work[4, k], work[5, k]
     v2, v3 = scale(w2, at(pose, forms.VERTICAL + 1)), scale(w3, at(pose, forms.VERTICAL + 2))
     r2, r3 = scale(w2, at(pose, forms.RADIAL + 1)), scale(w3, at(pose, forms.RADIAL + 2))
-    put(work, TURNED + 3 * k, subtract(scale(w1, at(pose, forms.VERTICAL)), scale(0.5, add(v2, v3))))
-    put(work, TURNED + 3 * k + 1, subtract(v2, v3))
-    put(work, TURNED + 3 * k + 2, add(scale(w1, at(pose, forms.RADIAL)), add(r2, r3)))
+    put(work, _TURNED + 3 * k, subtract(scale(w1, at(pose, forms.VERTICAL)), scale(0.5, add(v2, v3))))
+    put(work, _TURNED + 3 * k + 1, subtract(v2, v3))
+    put(work, _TURNED + 3 * k + 2, add(scale(w1, at(pose, forms.RADIAL)), add(r2, r3)))
 
 
 @compiled
 def _scalar(work, k, l):  # noqa: E741
     """Computes the scalar product of S w_k and S w_l; sin 60 degrees squared is exactly 3/4."""
-    a, b = TURNED + 3 * k, TURNED + 3 * l
+    a, b = _TURNED + 3 * k, _TURNED + 3 * l
     flat = add(multiply(at(work, a), at(work, b)), scale(0.75, multiply(at(work, a + 1), at(work, b + 1))))
     return add(flat, multiply(at(work, a + 2), at(work, b + 2)))
 
@@ -201,7 +201,7 @@ class CoupleIndex(ThresholdLimit):
             "",
             lambda _, g, p: couple_index(g, p)[..., None],
             "couple_index_min",
-            RANGE,
+            _RANGE,
             upper=False,
             relative=False,
         ),

@@ -36,7 +36,7 @@ from delta_cad.mechanism.kernel import add_inertia, in_base
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import Masses
 
-RANGE = (1e-6, 1e6)
+_RANGE = (1e-6, 1e6)
 """kg: keeps every product of the proof far from underflow and overflow."""
 
 
@@ -244,7 +244,7 @@ class EffectiveMass(ThresholdLimit):
             "kg",
             lambda limit, g, p: effective_mass(g, p, limit.inertia)[..., None],
             "mass_max",
-            RANGE,
+            _RANGE,
         ),
     )
     needs: ClassVar = "inertia"

@@ -33,12 +33,12 @@ from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import require
 
-RANGE = (1e-6, 1e6)
+_RANGE = (1e-6, 1e6)
 """N: keeps every product of the proof far from underflow and overflow."""
 SIGNS = np.array([(1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0), (1.0, -1.0, -1.0)])
 """(4, 3) senses in which the three joints may turn; the opposite ones rub alike."""
 LEAST = 1e-12  # 1 / m; least of what is divided by where a part of a sum of rows vanishes
-EDGE = 2.0**-500  # keeps roots off 0, where the other arithmetic has none
+_EDGE = 2.0**-500  # keeps roots off 0, where the other arithmetic has none
 
 
 class HandleFriction(NamedTuple):
@@ -183,7 +183,7 @@ class Friction(ThresholdLimit):
     }
     figures: ClassVar = (
         FigureOfMerit(
-            "friction", "N", lambda limit, g, p: friction(g, p, limit.sources)[..., None], "friction_max", RANGE
+            "friction", "N", lambda limit, g, p: friction(g, p, limit.sources)[..., None], "friction_max", _RANGE
         ),
     )
     needs: ClassVar = "friction"
@@ -194,7 +194,7 @@ class Friction(ThresholdLimit):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name, value in zip(HandleFriction._fields, self.sources, strict=True):
-            require(name, value, 0.0 <= value <= RANGE[1], "within 0 and 1e6")
+            require(name, value, 0.0 <= value <= _RANGE[1], "within 0 and 1e6")
 
     @property
     def sources(self) -> HandleFriction:
@@ -230,9 +230,9 @@ class Friction(ThresholdLimit):
             high = self.drive * np.abs(z) + self.upright
             vx, vy, vz = (exactly(a) for a in (wide * np.cos(turn), wide * np.sin(turn), np.copysign(high, z)))
             flat = vx.square() + vy.square()
-            size, aside = ((square + exactly(EDGE**2)).root() for square in (flat + vz.square(), flat))
+            size, aside = ((square + exactly(_EDGE**2)).root() for square in (flat + vz.square(), flat))
             along = sums[0].centre * vx + sums[1].centre * vy + sums[2].centre * vz
-            felt = drive * along + upright * exactly(high) + level * (aside - exactly(EDGE))  # aside: too long by EDGE
+            felt = drive * along + upright * exactly(high) + level * (aside - exactly(_EDGE))  # aside: too long by EDGE
             if bool((felt - allowed * size).lo[0] > 0.0):
                 return True
         return False

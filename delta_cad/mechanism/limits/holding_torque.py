@@ -48,8 +48,8 @@ from delta_cad.mechanism.limits.numbers import Masses
 from delta_cad.mechanism.limits.torque import RANGE, HeldForce
 from delta_cad.mechanism.statics import worst_joint_torque
 
-SIGNS = (1.0, -1.0)
-UPWARDS = 1.0 + 2.0**-48  # lifts a sum of a few products of doubles over its own roundings
+_SIGNS = (1.0, -1.0)
+_UPWARDS = 1.0 + 2.0**-48  # lifts a sum of a few products of doubles over its own roundings
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class HeldMasses(Masses):
         size = math.hypot(self.gravity_x, self.gravity_y, self.gravity_z)
         turning = math.hypot(self.arm_moment, self.cross_moment)
         force = size * self.loose_mass + self.gravity_y * self.carried_mass
-        return force * UPWARDS, (size * self.loose_moment + self.gravity_y * turning) * UPWARDS
+        return force * _UPWARDS, (size * self.loose_moment + self.gravity_y * turning) * _UPWARDS
 
 
 def gravity_torque(g: DeltaGeometry, p: np.ndarray, masses: HeldMasses) -> np.ndarray:
@@ -217,7 +217,7 @@ class HoldingTorque(HeldForce):
             moved = e[0].times(gravity[0]) + e[2].times(gravity[2])
             lifted = pose.cos[i].times(c * gravity[0]) + pose.sin[i].times(gravity[2])
             turned = moved.times(arm) - lifted.times(off)
-            for sign in SIGNS:
+            for sign in _SIGNS:
                 held = turned.times(exact(-sign)).plus(left)
                 margins.append(pose.determinant * held - lever * (fall.times(exact(sign)) + most))
         return margins

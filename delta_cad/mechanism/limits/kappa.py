@@ -30,7 +30,7 @@ from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, LOW, Enclosure, 
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.statics import conditioning
 
-RANGE = (1.0, 1e6)
+_RANGE = (1.0, 1e6)
 
 
 @compiled
@@ -133,7 +133,9 @@ class Kappa(ThresholdLimit):
     evaluates: ClassVar = ("quality",)
     fields_: ClassVar = (Field("kappa_max", "largest condition number in the cube", ge=1, le=1e6),)
     keys: ClassVar = {"kappa_max": "kappa_max"}
-    figures: ClassVar = (FigureOfMerit("kappa", "", lambda _, g, p: conditioning(g, p)[..., None], "kappa_max", RANGE),)
+    figures: ClassVar = (
+        FigureOfMerit("kappa", "", lambda _, g, p: conditioning(g, p)[..., None], "kappa_max", _RANGE),
+    )
     infinite_at_singularity: ClassVar = True
     output_key: ClassVar = "max_kappa"
     enclosure: ClassVar = Enclosure(forms.FOREARMS, 2, 1, _enclose, _cut, 3)

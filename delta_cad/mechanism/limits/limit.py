@@ -214,7 +214,7 @@ class PoseLimit(Limit):
     """Key with unit of its figure's worst value in the output of a synthesis, in people's unit; "" for none."""
 
     def __post_init__(self) -> None:
-        require_ranges(self)
+        _require_ranges(self)
 
     @classmethod
     def measured(cls, values: Values) -> Self | None:
@@ -411,7 +411,7 @@ class ThresholdLimit(PoseLimit):
         return f"limits.{field.name} = {values[field.name]}"
 
 
-def require_ranges(limit: PoseLimit) -> None:
+def _require_ranges(limit: PoseLimit) -> None:
     """Refuses thresholds out of the ranges that the proof takes, and what is not finite.
 
     Raises:

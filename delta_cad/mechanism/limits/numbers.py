@@ -68,7 +68,7 @@ def cosine_sine(*terms: float) -> tuple[float, float]:
         return float(sums[0]), float(sums[1])
 
 
-MASS_MAX = 1e6
+_MASS_MAX = 1e6
 """kg, kg m, kg m^2 or m/s^2: keeps every product of the proof far from underflow and overflow."""
 
 
@@ -82,8 +82,8 @@ class Masses:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value, least = getattr(self, field.name), -MASS_MAX if field.name in self.signed else 0.0
-            holds = math.isfinite(value) and least <= value <= MASS_MAX
+            value, least = getattr(self, field.name), -_MASS_MAX if field.name in self.signed else 0.0
+            holds = math.isfinite(value) and least <= value <= _MASS_MAX
             require(field.name, value, holds, f"within {least:g} and 1e6")
 
     def record(self) -> dict[str, float]:

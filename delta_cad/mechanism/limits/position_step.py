@@ -22,9 +22,9 @@ from delta_cad.mechanism.limits.friction import SIGNS, signed_sum
 from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import require
 
-RANGE = (1e-9, 1e3)
+_RANGE = (1e-9, 1e3)
 """m: keeps every product of the proof far from underflow and overflow."""
-COUNTS = (1e-9, 10.0)
+_COUNTS = (1e-9, 10.0)
 """rad: likewise."""
 
 
@@ -117,7 +117,7 @@ class PositionStep(ThresholdLimit):
     keys: ClassVar = {"step_max": "position_step_max_m", "count": "encoder_count_rad"}
     figures: ClassVar = (
         FigureOfMerit(
-            "position_step", "mm", lambda limit, g, p: position_step(g, p, limit.count)[..., None], "step_max", RANGE
+            "position_step", "mm", lambda limit, g, p: position_step(g, p, limit.count)[..., None], "step_max", _RANGE
         ),
     )
     needs: ClassVar = "encoder_count"
@@ -128,7 +128,7 @@ class PositionStep(ThresholdLimit):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require("count", self.count, COUNTS[0] <= self.count <= COUNTS[1], "within 1e-9 and 10 rad")
+        require("count", self.count, _COUNTS[0] <= self.count <= _COUNTS[1], "within 1e-9 and 10 rad")
 
     def numbers(self) -> tuple[float, ...]:
         """Gives (d / q)^2 and its error, m^2."""

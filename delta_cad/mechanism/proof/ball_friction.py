@@ -18,12 +18,12 @@ from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin
 from delta_cad.mechanism.workspace import Cube
 
-DIRECTIONS = 8  # over half a turn: what lies between two is at most 2 % more, which is added
+_DIRECTIONS = 8  # over half a turn: what lies between two is at most 2 % more, which is added
 CLOSE = 1.01  # of what some position has: a bound within it is good enough
-MOST_BOXES = 20_000
-FIRST = (8, 4, 8)  # boxes along x, y, z to begin with
+_MOST_BOXES = 20_000
+_FIRST = (8, 4, 8)  # boxes along x, y, z to begin with
 LEAST = 1e-9  # N; the bounds where nothing rubs
-DIGITS = 4  # of the bounds: no last place of a double, which another machine may round otherwise
+_DIGITS = 4  # of the bounds: no last place of a double, which another machine may round otherwise
 
 
 @lru_cache(maxsize=64)
@@ -42,9 +42,9 @@ def ball_friction(g: DeltaGeometry, cube: Cube, lean: float, turn: float) -> tup
     """
     if lean == turn == 0.0:
         return _up(0.0), _up(0.0)
-    angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    flat = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=-1)
-    between = 1.0 / math.cos(math.pi / (2 * DIRECTIONS)) * (1.0 + 1e-12)
+    angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    flat = np.stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)], axis=-1)
+    between = 1.0 / math.cos(math.pi / (2 * _DIRECTIONS)) * (1.0 + 1e-12)
     upright = _most(g, cube, lean, turn, np.array([[0.0, 0.0, 1.0]]))
     return _up(upright), _up(_most(g, cube, lean, turn, flat) * between)
 
@@ -52,7 +52,7 @@ def ball_friction(g: DeltaGeometry, cube: Cube, lean: float, turn: float) -> tup
 def _most(g: DeltaGeometry, cube: Cube, lean: float, turn: float, v: np.ndarray) -> float:
     """Bounds the friction over the half y >= 0 of a cube and over some directions (n, 3); the other half mirrors it."""
     low, high = np.array([-cube.half_side, 0.0, cube.bottom_height]), cube.upper
-    edges = [np.linspace(a, b, n + 1) for a, b, n in zip(low, high, FIRST, strict=True)]
+    edges = [np.linspace(a, b, n + 1) for a, b, n in zip(low, high, _FIRST, strict=True)]
     lower = np.stack(np.meshgrid(*(e[:-1] for e in edges), indexing="ij"), axis=-1).reshape(-1, 3)
     upper = np.stack(np.meshgrid(*(e[1:] for e in edges), indexing="ij"), axis=-1).reshape(-1, 3)
     bound, known, examined = 0.0, 0.0, 0
@@ -63,7 +63,7 @@ def _most(g: DeltaGeometry, cube: Cube, lean: float, turn: float, v: np.ndarray)
         over, at = _frictions(SlopePose(g, lower, upper), g, lean, turn, v)
         known = max(known, float(np.where(np.isnan(at), 0.0, at).max()))
         enough = over <= CLOSE * known  # never where nothing is known of a box
-        if examined > MOST_BOXES:
+        if examined > _MOST_BOXES:
             return max(bound, float(np.where(np.isnan(over), np.inf, over).max()))
         bound = max(bound, float(over[enough].max(initial=0.0)))
         lower, upper = _eighths(lower[~enough], upper[~enough])
@@ -93,12 +93,12 @@ def _frictions(
             )
             arm = [part.times(la.inverse()) for part in n]
             ends = rod, tuple(a - b for a, b in zip(rod, arm, strict=True))
-            beside = _along((exactly(0.0) - s, c, exactly(0.0)), v).square() * _at(inverse, where)
+            adjacent = _along((exactly(0.0) - s, c, exactly(0.0)), v).square() * _at(inverse, where)
             tilt = _at(pose.t[i].square(), where) * lb.square().inverse()
             flat = _at(across2, where) * lb.square().inverse()
             for end in ends:
                 rate = _along(tuple(_at(part, where) for part in end), v).square()
-                total = total + exactly(lean) * _root(rate * tilt + beside) + exactly(turn) * _root(rate * flat)
+                total = total + exactly(lean) * _root(rate * tilt + adjacent) + exactly(turn) * _root(rate * flat)
         over.append(total)
     return over[0].hi.max(axis=0), over[1].lo.max(axis=0)
 
@@ -135,5 +135,5 @@ def _up(x: float) -> float:
     if x == math.inf:
         return x
     x = max(x, LEAST)
-    places = DIGITS - 1 - math.floor(math.log10(x))
+    places = _DIGITS - 1 - math.floor(math.log10(x))
     return math.ceil(x * 10.0**places * (1.0 + 1e-12)) / 10.0**places

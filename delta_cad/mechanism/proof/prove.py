@@ -27,7 +27,7 @@ Progress = Callable[[int, float], object]  # boxes examined, share of the cube t
 DEEPEST = 40  # Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule.
 # Boxes are halved along z until they are so flat: a figure is worst on the bottom or the top face as a rule, and there
 # a thin layer is what remains. Of 60 random designs, kappa 2e-4 above its worst, this takes 0.43 of the boxes of cubes.
-FLAT = 3.0
+_FLAT = 3.0
 CHUNK = 20_000  # Boxes between two reports of progress; some 50 ms.
 _MASKS = np.array([BITS[limit] for limit in POSE_LIMITS], dtype=np.int64)
 _STRICT = sum(BITS[limit] for limit in POSE_LIMITS if limit.strict)
@@ -209,7 +209,7 @@ def _search(frame, k, stack, state, fate, points, stuck, found, pose, work, tabl
                 _drop(unprovable, state, fate, _GIVEN_UP, points, stuck, point, cell)
                 pending &= state[1]
         axis = 0 if box[3] >= box[4] else 1
-        if box[5] * FLAT > box[3 + axis]:
+        if box[5] * _FLAT > box[3 + axis]:
             axis = 2
         if pending and cell[2 * axis] >= DEEPEST:
             _drop(pending, state, fate, _GIVEN_UP, points, stuck, point, cell)

@@ -28,81 +28,81 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
-TOKEN_BYTES = 16
+_TOKEN_BYTES = 16
 MOST_BYTES = 4096  # of a message; a camera, the longest one that the page sends, has a tenth of it
 MOST_CLIENTS = 40
 SILENT_S = 60.0  # after which a viewer that sent nothing gives way to another, where there are so many
-LONGEST_PATH = 255  # letters behind the token: no file has a longer name, and none of the page's a longer path
+_LONGEST_PATH = 255  # letters behind the token: no file has a longer name, and none of the page's a longer path
 MOST_REFUSED = 100  # messages of one connection, after which it is cut
-MOST_m = 100.0  # of a camera's position; machines have tenths of a metre
-MOST_px = 32768  # of a screen
+_MOST_m = 100.0  # of a camera's position; machines have tenths of a metre
+_MOST_px = 32768  # of a screen
 EVERY_S = 10.0  # between two lines about one kind of refusal
-HTTP_PORT = 80  # which an address leaves out
-HEADERS = {
+_HTTP_PORT = 80  # which an address leaves out
+_HEADERS = {
     "Referrer-Policy": "no-referrer",  # the token is part of the address
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
 }
-Vector = tuple[float, float, float]
-Turn = tuple[float, float, float, float]
+_Vector = tuple[float, float, float]
+_Turn = tuple[float, float, float, float]
 
 
-class Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
+class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
     """What a viewer may send; its fields are those of viser's message of that name."""
 
 
-class Camera(Message, tag="ViewerCameraMessage"):
+class _Camera(_Message, tag="ViewerCameraMessage"):
     """Where a viewer looks from, m and rad."""
 
-    wxyz: Turn
-    position: Vector
+    wxyz: _Turn
+    position: _Vector
     fov: float
     near: float
     far: float
     image_height: int
     image_width: int
-    look_at: Vector
-    up_direction: Vector
+    look_at: _Vector
+    up_direction: _Vector
 
 
-class Drag(Message, tag="TransformControlsUpdateMessage"):
+class _Drag(_Message, tag="TransformControlsUpdateMessage"):
     """Where the handle is dragged to, m."""
 
     name: str
-    wxyz: Turn
-    position: Vector
+    wxyz: _Turn
+    position: _Vector
     owner: str = ""
 
 
-class DragStart(Message, tag="TransformControlsDragStartMessage"):
+class _DragStart(_Message, tag="TransformControlsDragStartMessage"):
     """The handle is taken hold of."""
 
     name: str
     owner: str = ""
 
 
-class DragEnd(Message, tag="TransformControlsDragEndMessage"):
+class _DragEnd(_Message, tag="TransformControlsDragEndMessage"):
     """The handle is let go."""
 
     name: str
     owner: str = ""
 
 
-class Value(msgspec.Struct, forbid_unknown_fields=True):
+class _Value(msgspec.Struct, forbid_unknown_fields=True):
     """The new value of a control."""
 
     value: bool | float | str
 
 
-class Change(Message, tag="GuiUpdateMessage"):
+class _Change(_Message, tag="GuiUpdateMessage"):
     """A control is moved."""
 
     uuid: str
-    updates: Value
+    updates: _Value
 
 
-DECODER = msgspec.msgpack.Decoder(Camera | Drag | DragStart | DragEnd | Change)
+_DECODER = msgspec.msgpack.Decoder(_Camera | _Drag | _DragStart | _DragEnd | _Change)
 
 
 class Refusals:
@@ -118,9 +118,9 @@ class Refusals:
         with self._lock:
             self.count += 1
             (waiting, last), now = self._waiting.get(kind, (0, -math.inf)), self._now()
-            told = now - last >= EVERY_S
-            self._waiting[kind] = (0, now) if told else (waiting + 1, last)
-        if told:
+            reported = now - last >= EVERY_S
+            self._waiting[kind] = (0, now) if reported else (waiting + 1, last)
+        if reported:
             self._say(f"refused: {kind}" + (f" ({waiting + 1} since the last line)" if waiting else ""))
 
 
@@ -151,15 +151,15 @@ class Guard:
     def __init__(self, host: str, port: int, say: Callable[[str], object]) -> None:
         self.host, self.port = host, port
         name = f"[{host}]" if ":" in host else host.lower()
-        self._authority = name if port == HTTP_PORT else f"{name}:{port}"
-        self._origin, self._token = f"http://{self._authority}", secrets.token_urlsafe(TOKEN_BYTES)
+        self._authority = name if port == _HTTP_PORT else f"{name}:{port}"
+        self._origin, self._token = f"http://{self._authority}", secrets.token_urlsafe(_TOKEN_BYTES)
         self.url = f"{self._origin}/{self._token}/"
         self.refusals = Refusals(say)
         self._controls: dict[str, Callable[[Any], Any]] = {}
-        self._handle: tuple[str, Callable[[Vector], Vector]] | None = None
+        self._handle: tuple[str, Callable[[_Vector], _Vector]] | None = None
 
     def begin(
-        self, controls: dict[str, Callable[[Any], Any]], handle: str, nearest_m: Callable[[Vector], Vector]
+        self, controls: dict[str, Callable[[Any], Any]], handle: str, nearest_m: Callable[[_Vector], _Vector]
     ) -> None:
         """Lets messages through from now on.
 
@@ -200,25 +200,25 @@ class Guard:
         try:
             if isinstance(raw, str):
                 raise ValueError("text")
-            message = DECODER.decode(raw)
+            message = _DECODER.decode(raw)
             self._limit(message, *handle)
         except (ValueError, OverflowError, RecursionError):  # msgspec's errors are ValueErrors
             self.refusals.add("a message that no viewer of this page sends, or with values that no control has")
             return None
         return msgspec.msgpack.encode(message)
 
-    def _limit(self, message: Message, handle: str, nearest_m: Callable[[Vector], Vector]) -> None:
+    def _limit(self, message: _Message, handle: str, nearest_m: Callable[[_Vector], _Vector]) -> None:
         """Brings the values of a message into their ranges; ValueError where they have none."""
-        if isinstance(message, Change):
+        if isinstance(message, _Change):
             if (limited := self._controls.get(message.uuid)) is None:
                 raise ValueError("control")
             message.updates.value = limited(message.updates.value)
-        elif isinstance(message, Camera):
+        elif isinstance(message, _Camera):
             _require_camera(message)
-        elif isinstance(message, Drag | DragStart | DragEnd):
+        elif isinstance(message, _Drag | _DragStart | _DragEnd):
             if message.name != handle or message.owner:
                 raise ValueError("name")
-            if isinstance(message, Drag):
+            if isinstance(message, _Drag):
                 message.position, message.wxyz = nearest_m(finite(message.position)), (1.0, 0.0, 0.0, 0.0)
 
     @contextmanager
@@ -260,13 +260,13 @@ class Guard:
                     guard.refusals.add(fault)
                     return connection.respond(http.HTTPStatus.FORBIDDEN, "refused\n")
                 request.path = "/" + request.path.removeprefix("/").partition("/")[2]
-                if len(request.path.partition("?")[0]) > LONGEST_PATH:
+                if len(request.path.partition("?")[0]) > _LONGEST_PATH:
                     return connection.respond(http.HTTPStatus.NOT_FOUND, "not found\n")
                 for one in idle if "Upgrade" in request.headers else ():
                     one.transport.abort()
                 response: Response | None = process_request(connection, request)
                 if response is not None:
-                    response.headers.update(HEADERS)
+                    response.headers.update(_HEADERS)
                 return response
 
             begun.append(True)
@@ -320,15 +320,15 @@ def one_of(*legal: Any) -> Callable[[Any], Any]:
     return same
 
 
-def _require_camera(camera: Camera) -> None:
+def _require_camera(camera: _Camera) -> None:
     """Raises ValueError for a camera that looks from nowhere, or at nothing."""
     far = (*camera.position, *camera.look_at)
     finite((*camera.wxyz, *far, *camera.up_direction, camera.near, camera.far))
-    if not all(abs(value) <= MOST_m for value in far) or camera.position == camera.look_at:
+    if not all(abs(value) <= _MOST_m for value in far) or camera.position == camera.look_at:
         raise ValueError("position")
     if not (0.0 < camera.fov < math.pi and 0.0 < camera.near < camera.far):
         raise ValueError("lens")
-    if not all(0 < size <= MOST_px for size in (camera.image_width, camera.image_height)):
+    if not all(0 < size <= _MOST_px for size in (camera.image_width, camera.image_height)):
         raise ValueError("image")
     if not all(0.0 < math.hypot(*turn) < math.inf for turn in (camera.wxyz, camera.up_direction)):
         raise ValueError("direction")

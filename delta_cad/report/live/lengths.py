@@ -18,7 +18,7 @@ from delta_cad.mechanism.statics import conditioning, worst_joint_torque
 from delta_cad.report.figures import with_unit
 
 GRID = 9  # positions along an edge of the cube
-ROUNDED = 4  # significant digits of a figure
+_ROUNDED = 4  # significant digits of a figure
 
 
 @dataclass(frozen=True)
@@ -120,13 +120,13 @@ def readings(lengths: Lengths, force_N: float, inertia: HandleInertia | None, p_
     whole = lengths.reaches(lengths.positions_mm())
 
     def reading(words: str, unit: str, values: np.ndarray, all_: np.ndarray) -> Reading:
-        here = ", ".join(f"{value:.{ROUNDED}g}" for value in np.atleast_1d(values))
-        worst = with_unit(float(all_.max()), unit, ROUNDED) if whole else "out of reach"
+        here = ", ".join(f"{value:.{_ROUNDED}g}" for value in np.atleast_1d(values))
+        worst = with_unit(float(all_.max()), unit, _ROUNDED) if whole else "out of reach"
         return Reading(words, f"{here} {unit}".strip(), worst)
 
     angles, leans = np.degrees(joint_angles(g, over)), np.degrees(np.abs(rod_lean(g, over)))
-    span = f"{angles.min():.{ROUNDED}g} to {angles.max():.{ROUNDED}g} deg" if whole else "out of reach"
-    here = ", ".join(f"{value:.{ROUNDED}g}" for value in np.degrees(joint_angles(g, at)))
+    span = f"{angles.min():.{_ROUNDED}g} to {angles.max():.{_ROUNDED}g} deg" if whole else "out of reach"
+    here = ", ".join(f"{value:.{_ROUNDED}g}" for value in np.degrees(joint_angles(g, at)))
     torque = f"torque for {force_N:g} N"
     found = [
         reading("conditioning", "", conditioning(g, at), conditioning(g, over)),

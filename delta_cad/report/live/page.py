@@ -16,7 +16,6 @@ from delta_cad.common.units import M_PER_MM, MM_PER_M
 from delta_cad.design import Design
 from delta_cad.mechanism import jacobian
 from delta_cad.mechanism.limits import HandleInertia
-from delta_cad.report.live.force import FLOOR, SCENES, felt
 from delta_cad.report.live.guard import one_of, within
 from delta_cad.report.live.lengths import Lengths, readings, skeleton
 
@@ -28,6 +27,35 @@ if TYPE_CHECKING:
     from delta_cad.assembly.machine import Assembly
     from delta_cad.report.live.nearest import Nearest, Neighbours
 
+
+# What the handle gives the hand in the scenes of the live page: forces as they are asked for, without the loop.
+FREE, FLOOR, RESISTANCE = "none, weight held", "floor at half height", "viscous resistance"
+SCENES = (FREE, FLOOR, RESISTANCE)
+FLOOR_N_MM = 1.0  # 3 N at 3 mm: seen in the picture, and less than any loop of ours bears
+RESISTANCE_N_S_MM = 0.02  # 2 N at 100 mm/s, a quick move of a hand
+
+
+def felt(scene: str, most_N: float, above_mm: float, v_mm_s: np.ndarray) -> np.ndarray:
+    """Computes the force on the hand.
+
+    Args:
+        scene: One of `SCENES`.
+        most_N: Continuous force of the machine; more than that is not given.
+        above_mm: Height of the handle over the cube's centre.
+        v_mm_s: (3,) velocity of the handle.
+
+    Returns:
+        (3,) force in the base frame, N.
+    """
+    force = np.zeros(3)
+    if scene == FLOOR:
+        force[2] = FLOOR_N_MM * max(-above_mm, 0.0)
+    elif scene == RESISTANCE:
+        force = -RESISTANCE_N_S_MM * np.asarray(v_mm_s)
+    size = float(np.linalg.norm(force))
+    return force * (most_N / size) if size > most_N else force
+
+
 SLIDERS = {
     "upper_arm_length_mm": "upper arm L_A",
     "forearm_length_mm": "forearm L_B",
@@ -36,22 +64,22 @@ SLIDERS = {
     "bottom_height_mm": "cube's floor H",
     "half_side_mm": "cube's half side",
 }
-RANGE = 0.4  # share of a length by which its slider goes either way
-COLOURS = {"base": (60, 66, 76), "arms": (224, 108, 30), "rods": (30, 32, 36), "platform": (30, 100, 190)}
-CUBE_COLOUR = (47, 111, 208)
-THICK_PX, THIN_PX = 5.0, 1.5
-NEAR_COLOUR, FELT_COLOUR, WEIGHT_COLOUR = (225, 30, 30), (205, 20, 120), (20, 130, 60)
+_RANGE = 0.4  # share of a length by which its slider goes either way
+_COLOURS = {"base": (60, 66, 76), "arms": (224, 108, 30), "rods": (30, 32, 36), "platform": (30, 100, 190)}
+_CUBE_COLOUR = (47, 111, 208)
+_THICK_PX, _THIN_PX = 5.0, 1.5
+NEAR_COLOUR, _FELT_COLOUR, _WEIGHT_COLOUR = (225, 30, 30), (205, 20, 120), (20, 130, 60)
 ARROW_MM_N = 15.0  # length of a force: 3 N are half a cube
-SHAFT_M = 0.0018  # radius of an arrow
-LEAST_N = 0.01  # less is no arrow
-REST_S = 0.25  # after which a handle that nobody moved stands still
-SAME_MM = 1e-3  # what the handle is off where it is left to who drags it
-NARROW = 0.8  # width of a screen over its height below which its controls cover its lower part
-ROOM = 1.35  # of what is shown about the middle, to the radius of the elbows: knob, motors, what is near looks larger
-COVERED = 0.6  # of its height, by viser's own panel
-STYLE = "<div style='font-size:0.8rem;padding:0 0.75rem'>"
+_SHAFT_M = 0.0018  # radius of an arrow
+_LEAST_N = 0.01  # less is no arrow
+_REST_S = 0.25  # after which a handle that nobody moved stands still
+_SAME_MM = 1e-3  # what the handle is off where it is left to who drags it
+_NARROW = 0.8  # width of a screen over its height below which its controls cover its lower part
+_ROOM = 1.35  # of what is shown about the middle, to the radius of the elbows: knob, motors, what is near looks larger
+_COVERED = 0.6  # of its height, by viser's own panel
+_STYLE = "<div style='font-size:0.8rem;padding:0 0.75rem'>"
 HANDLE = "/handle"
-LEVEL = 1e-6  # length of what of the vertical a camera sees that looks along it
+_LEVEL = 1e-6  # length of what of the vertical a camera sees that looks along it
 
 
 class LivePage:
@@ -87,7 +115,7 @@ class LivePage:
         server.initial_camera.position = (0.45 * far, -0.75 * far, 0.6 * far)
         server.initial_camera.look_at = tuple(M_PER_MM * self.own.centre_mm * 0.4)
         server.on_client_connect(lambda client: self.frame(client.camera))
-        self._told = server.gui.add_html("")
+        self._reported = server.gui.add_html("")
         with server.gui.add_folder("Lengths, mm"):
             self._sliders = {name: self._slider(name, words) for name, words in SLIDERS.items()}
             original = server.gui.add_button("original lengths")
@@ -107,7 +135,7 @@ class LivePage:
 
     def _slider(self, name: str, words: str) -> Any:
         value = float(getattr(self.own, name))
-        room = RANGE * value
+        room = _RANGE * value
         slider = self._server.gui.add_slider(
             words, round(value - room, 1), round(value + room, 1), 0.1, round(value, 1)
         )
@@ -151,19 +179,19 @@ class LivePage:
 
     def frame(self, camera: Any) -> None:
         """Shows the machine over the panel of controls where the screen is narrow, whose lower part that covers."""
-        if camera.image_width >= NARROW * camera.image_height:
+        if camera.image_width >= _NARROW * camera.image_height:
             return
         at = M_PER_MM * self.own.centre_mm * 0.4
         away = np.asarray(camera.position) - np.asarray(camera.look_at)
         away /= np.linalg.norm(away)
         up = np.array([0.0, 0.0, 1.0]) - away[2] * away
-        if (length := np.linalg.norm(up)) < LEVEL:  # it looks straight down
+        if (length := np.linalg.norm(up)) < _LEVEL:  # it looks straight down
             return
         up /= length
-        shown, half = 1.0 - COVERED, ROOM * M_PER_MM * (self.own.base_radius_mm + self.own.upper_arm_length_mm)
+        shown, half = 1.0 - _COVERED, _ROOM * M_PER_MM * (self.own.base_radius_mm + self.own.upper_arm_length_mm)
         share = min(shown, camera.image_width / camera.image_height)  # of the screen's height, which is free
         far = half / (share * np.tan(camera.fov / 2.0))
-        lower = COVERED * far * np.tan(camera.fov / 2.0)  # brings what was in the middle to the middle of what is free
+        lower = _COVERED * far * np.tan(camera.fov / 2.0)  # brings what was in the middle to the middle of what is free
         with camera.client.atomic():
             camera.position = tuple(at + far * away - lower * up)
             camera.look_at = tuple(at - lower * up)
@@ -214,9 +242,9 @@ class LivePage:
             within, now = self.lengths.within(np.asarray(p_mm, dtype=float)), monotonic()
             if self.lengths.reaches(within):
                 took = now - self._moved_at
-                self._velocity = (within - self.handle_mm) / took if 0.0 < took < REST_S else np.zeros(3)
+                self._velocity = (within - self.handle_mm) / took if 0.0 < took < _REST_S else np.zeros(3)
                 self.handle_mm, self._moved_at = within, now
-            if not np.allclose(MM_PER_M * np.asarray(self._grip.position), self.handle_mm, atol=SAME_MM):
+            if not np.allclose(MM_PER_M * np.asarray(self._grip.position), self.handle_mm, atol=_SAME_MM):
                 self._grip.position = tuple(M_PER_MM * self.handle_mm)
             self._show()
         self._moved.set()
@@ -224,7 +252,7 @@ class LivePage:
     def _follow(self) -> None:
         """Looks for what is closest whenever the handle was moved, and for when it stands still."""
         while True:
-            moved = self._moved.wait(REST_S if self._velocity.any() else None)
+            moved = self._moved.wait(_REST_S if self._velocity.any() else None)
             if self._closed:
                 return
             if moved:
@@ -293,15 +321,15 @@ class LivePage:
                 handle.wxyz, handle.position = quaternion(frame[:3, :3]), tuple(M_PER_MM * frame[:3, 3])
             for handle in self._frames.values():
                 handle.visible = solid
-            for name, colour in COLOURS.items():
-                self._lines(name, lines.get(name), colour, THICK_PX)
-            self._lines("cube", self.lengths.cube_edges(), CUBE_COLOUR, THIN_PX)
+            for name, colour in _COLOURS.items():
+                self._lines(name, lines.get(name), colour, _THICK_PX)
+            self._lines("cube", self.lengths.cube_edges(), _CUBE_COLOUR, _THIN_PX)
             self._show_near(solid and reached)
             force, held = self._forces(reached)
-            self._arrow("felt", force, FELT_COLOUR, self._knob_mm if solid else 0.0)
-            self._arrow("weight", -held, WEIGHT_COLOUR)
-            self._lines("floor", self._floor() if self._scene.value == FLOOR else None, FELT_COLOUR, THIN_PX)
-            self._told.content = self._table(reached, force, held)
+            self._arrow("felt", force, _FELT_COLOUR, self._knob_mm if solid else 0.0)
+            self._arrow("weight", -held, _WEIGHT_COLOUR)
+            self._lines("floor", self._floor() if self._scene.value == FLOOR else None, _FELT_COLOUR, _THIN_PX)
+            self._reported.content = self._table(reached, force, held)
 
     def _floor(self) -> np.ndarray:
         """(4, 2, 3) edges of the floor that is felt, mm."""
@@ -322,7 +350,7 @@ class LivePage:
             if tuple(handle.color) != shown:
                 handle.color = shown
         here = self._near_here() if wanted else None
-        self._lines("near", None if here is None else here.ends_mm[None], NEAR_COLOUR, THICK_PX)
+        self._lines("near", None if here is None else here.ends_mm[None], NEAR_COLOUR, _THICK_PX)
 
     def _forces(self, reached: bool) -> tuple[np.ndarray, np.ndarray]:
         """The force on the hand, and the one at the handle that holds what moves, (3,) N each."""
@@ -336,7 +364,7 @@ class LivePage:
     def _arrow(self, name: str, force_N: np.ndarray, colour: tuple[int, int, int], above_mm: float = 0.0) -> None:
         """Draws a force at the handle, or above it."""
         ends = self.handle_mm + [0.0, 0.0, above_mm] + ARROW_MM_N * np.array([[np.zeros(3), force_N]])
-        self._lines(name, ends if np.linalg.norm(force_N) >= LEAST_N else None, colour, arrow=True)
+        self._lines(name, ends if np.linalg.norm(force_N) >= _LEAST_N else None, colour, arrow=True)
 
     def _poses(self, wanted: bool) -> Mapping[str, np.ndarray]:
         if not wanted or self._assembly is None:
@@ -349,7 +377,7 @@ class LivePage:
         name: str,
         ends: np.ndarray | None,
         colour: tuple[int, int, int],
-        thick_px: float = THICK_PX,
+        thick_px: float = _THICK_PX,
         arrow: bool = False,
     ) -> None:
         """Draws lines or arrows (n, 2, 3) in mm anew, or hides those of that name; what is drawn already stays."""
@@ -362,7 +390,7 @@ class LivePage:
             scene, path, points = self._server.scene, f"/skeleton/{name}", M_PER_MM * ends
             if arrow:
                 known = scene.add_arrows(
-                    path, points, colour, shaft_radius=SHAFT_M, head_radius=3.0 * SHAFT_M, head_length=7.0 * SHAFT_M
+                    path, points, colour, shaft_radius=_SHAFT_M, head_radius=3.0 * _SHAFT_M, head_length=7.0 * _SHAFT_M
                 )
             else:
                 known = scene.add_line_segments(path, points, colour, thickness=thick_px, thickness_units="screen")
@@ -371,21 +399,21 @@ class LivePage:
 
     def _table(self, reached: bool, force_N: np.ndarray, held_N: np.ndarray) -> str:
         x, y, z = self.handle_mm
-        head = f"{STYLE}handle {x:.1f}, {y:.1f}, {z:.1f} mm"
+        head = f"{_STYLE}handle {x:.1f}, {y:.1f}, {z:.1f} mm"
         if not reached:
             return f"{head}<br><b>out of reach</b></div>"
         rows = readings(self.lengths, self._design.requirements.force_N, self._inertia, self.handle_mm)
         cells = "".join(f"<tr><td>{r.words}</td><td>{r.here}</td><td>{r.worst}</td></tr>" for r in rows)
-        told = [("rendered force", f"{np.linalg.norm(force_N):.2f} N")]
+        reported = [("rendered force", f"{np.linalg.norm(force_N):.2f} N")]
         if held_N.any():
             motors = jacobian(self.lengths.geometry, self.handle_mm / MM_PER_M).T @ (force_N + held_N)
-            told += [("weight, held by the motors", f"{np.linalg.norm(held_N):.2f} N")]
-            told += [("joint torques for both", ", ".join(f"{one:.3f}" for one in motors) + " N m")]
+            reported += [("weight, held by the motors", f"{np.linalg.norm(held_N):.2f} N")]
+            reported += [("joint torques for both", ", ".join(f"{one:.3f}" for one in motors) + " N m")]
         if self._neighbours is not None and self.lengths == self.own:
             near, waits = self._near and self._near[1], "" if self._near_here() else " ..."
             where = f"{near.distance_mm:.2f} mm, {' / '.join(near.names)}{waits}" if near else waits
-            told += [(f"clearance, required {self._neighbours.limit_mm:g} mm", where)]
-        cells += "".join(f"<tr><td>{words}</td><td colspan=2>{value}</td></tr>" for words, value in told)
+            reported += [(f"clearance, required {self._neighbours.limit_mm:g} mm", where)]
+        cells += "".join(f"<tr><td>{words}</td><td colspan=2>{value}</td></tr>" for words, value in reported)
         note = "" if self.lengths == self.own else "masses as designed; solids are shown for the original lengths only"
         heads = "<tr><th></th><th align=left>here</th><th align=left>worst in the cube</th></tr>"
         return f"{head}<table width=100%>{heads}{cells}</table>{note}</div>"

@@ -18,8 +18,8 @@ from delta_cad.export.drawings.sheet_io.lettering import face_rules
 from delta_cad.report.manual.pictures import SIZE, Colour, Studio
 from delta_cad.report.manual.steps import Chapter, chapters, scenes
 
-FOLDER, FILE_NAME = "manual", "manual.html"
-ASSETS = Path(__file__).parents[1] / "assets"
+FOLDER, _FILE_NAME = "manual", "manual.html"
+_ASSETS = Path(__file__).parents[1] / "assets"
 TORQUES = (
     "Torques of cap screws: 0.7 of the proof stress of A2-70 at a friction of 0.14 (VDI 2230, ISO 3506-1); of set "
     "screws from memory: check. Where the maker of a motor or of a bought part says less, that holds."
@@ -32,10 +32,10 @@ LOADS = (
     "vtkmodules.vtkImagingCore",
     "vtkmodules.vtkRenderingOpenGL2",
 )
-Order = tuple[Dimensions, Assembly, Meshes, Mapping[str, Any], Path]
+_Order = tuple[Dimensions, Assembly, Meshes, Mapping[str, Any], Path]
 
 
-def results(order: Order) -> Iterator[Path]:
+def results(order: _Order) -> Iterator[Path]:
     """Writes the manual of a machine, for `WorkerProcess`.
 
     Yields:
@@ -59,7 +59,7 @@ def write_manual(d: Dimensions, assembly: Assembly, meshes: Meshes, masses: Mapp
         colours = _pictures(assembly, meshes, Path(drawn))
         told = chapters(assembly, rows, colours)
         embedded = {path.name: _embedded(path) for path in Path(drawn).iterdir()}
-    path = folder / FOLDER / FILE_NAME
+    path = folder / FOLDER / _FILE_NAME
     path.parent.mkdir(exist_ok=True)
     path.write_text(page(d, assembly, told, embedded), encoding="utf-8")
     return path
@@ -87,7 +87,7 @@ def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mappi
     from markupsafe import Markup
 
     tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
-    environment = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
+    environment = Environment(loader=FileSystemLoader(_ASSETS), autoescape=True, **tidy)
     tools = dict.fromkeys(tool for chapter in told for step in chapter.steps for tool in step.tools)
     text = environment.get_template("manual.html").render(
         name=assembly.name,
@@ -99,7 +99,7 @@ def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mappi
         pictures=pictures,
         size=SIZE,
         hash=design_hash(d.design),
-        style=Markup((ASSETS / "manual.css").read_text(encoding="utf-8")),
+        style=Markup((_ASSETS / "manual.css").read_text(encoding="utf-8")),
     )
     return text.replace("</style>", f"{face_rules(sorted(set(text)))}</style>", 1)
 

@@ -26,7 +26,7 @@ from delta_cad.export.views.scene import (
 )
 
 SIZE = (560, 420)
-THERE: Colour = (0.80, 0.82, 0.84)
+_THERE: Colour = (0.80, 0.82, 0.84)
 ACCENTS: tuple[Colour, ...] = (
     (0.93, 0.42, 0.10),
     (0.10, 0.45, 0.80),
@@ -38,22 +38,22 @@ ACCENTS: tuple[Colour, ...] = (
 )
 """Colours of the parts that come in, one a part number, in turn."""
 ARROW: Colour = (0.80, 0.05, 0.05)
-ARROW_WIDTH, HEAD_PIXELS, HEAD_SLOPE = 2.2, 13.0, 0.34
-OWN, GAP_MM = (
+_ARROW_WIDTH, _HEAD_PIXELS, _HEAD_SLOPE = 2.2, 13.0, 0.34
+_OWN, _GAP_MM = (
     0.8,
     4.0,
 )  # of its own length, and between what is drawn out and what it leaves, and between two that go the same way
-MOST_MM = 90.0  # how far anything is drawn out
-ASIDE = 0.45  # cosine between the line of sight and a way at which both arrow and seat are seen best
-MARGIN = 1.06
-AROUND, SHARE = 1.5, 0.7  # of what matters, and of all, a picture shows at least
+_MOST_MM = 90.0  # how far anything is drawn out
+_ASIDE = 0.45  # cosine between the line of sight and a way at which both arrow and seat are seen best
+_MARGIN = 1.06
+_AROUND, SHARE = 1.5, 0.7  # of what matters, and of all, a picture shows at least
 VIEWS = tuple(
     np.array([x, y, z]) / np.linalg.norm([x, y, z])
     for x, y in ((0.62, -0.66), (0.66, 0.62), (-0.62, 0.66), (-0.66, -0.62))
     for z in (0.45, -0.45)
 )
 """Directions towards the viewer to choose from; the earlier, and those from above, where they show as much."""
-FROM_ABOVE, FIRST = 0.25, 0.02  # what a view from above is worth, and an earlier one
+_FROM_ABOVE, _FIRST = 0.25, 0.02  # what a view from above is worth, and an earlier one
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Studio:
         drawn = self._drawn(coming, bool(there))
         colours: dict[str, Colour] = {}
         through: list[Placed] = []  # what is drawn over all that hides it
-        parts = [self._placed(name, THERE) for name in there if name not in (*step.unseen, *step.shown)]
+        parts = [self._placed(name, _THERE) for name in there if name not in (*step.unseen, *step.shown)]
         coloured = [(one, name) for one in drawn for name in one.names]
         coloured += [(Drawn(step.shown, np.zeros(3), None, ""), name) for name in step.shown]
         for one, name in coloured:
@@ -165,10 +165,10 @@ class Studio:
             along = points @ out
             box = np.array([points.min(axis=0), points.max(axis=0)])
             size = float(along.max() - along.min())
-            before = [d for way, other, d in gone if way @ out > 0.99 and _beside(box, other, out)]
-            length = min(OWN * size, MOST_MM / 2) + GAP_MM + max(before, default=0.0)
+            before = [d for way, other, d in gone if way @ out > 0.99 and _adjacent(box, other, out)]
+            length = min(_OWN * size, _MOST_MM / 2) + _GAP_MM + max(before, default=0.0)
             gone.append((out, box, length))
-            away = out * min(length, MOST_MM)
+            away = out * min(length, _MOST_MM)
             found.append(Drawn(names, away if bend is None else away + bend, bend, unit))
         return found
 
@@ -187,12 +187,12 @@ class Studio:
             ends = np.array([middle + corner for corner in corners])
             lines += [ends[k : k + 2] for k in range(len(ends) - 1)]
             heads.append(_head(ends[-2], ends[-1], towards, pixel))
-        for shapes, width in ((lines, ARROW_WIDTH), (heads, 1.0)):
+        for shapes, width in ((lines, _ARROW_WIDTH), (heads, 1.0)):
             if shapes:
                 overlay.AddActor(flat_shapes(shapes, ARROW, width))
 
 
-def _beside(box: np.ndarray, other: np.ndarray, out: np.ndarray) -> bool:
+def _adjacent(box: np.ndarray, other: np.ndarray, out: np.ndarray) -> bool:
     """Whether two boxes overlap when they are seen along a direction: in the two axes that it is least along."""
     across = np.argsort(np.abs(out))[:2]
     return bool((box[0, across] < other[1, across]).all() and (box[1, across] > other[0, across]).all())
@@ -204,9 +204,9 @@ def _head(tail: np.ndarray, tip: np.ndarray, towards: np.ndarray, pixel: float) 
     flat = way - (way @ towards) * towards
     flat /= np.linalg.norm(flat) + 1e-12
     side = np.cross(towards, flat)
-    back = tip - HEAD_PIXELS * pixel * flat
+    back = tip - _HEAD_PIXELS * pixel * flat
     return np.array(
-        [tip, back + HEAD_SLOPE * HEAD_PIXELS * pixel * side, back - HEAD_SLOPE * HEAD_PIXELS * pixel * side]
+        [tip, back + _HEAD_SLOPE * _HEAD_PIXELS * pixel * side, back - _HEAD_SLOPE * _HEAD_PIXELS * pixel * side]
     )
 
 
@@ -216,8 +216,8 @@ def _towards(drawn: Sequence[Drawn]) -> np.ndarray:
     units = [way / np.linalg.norm(way) for way in ways if np.linalg.norm(way) > 0.0]
 
     def worth(view: np.ndarray, place: int) -> float:
-        seen = [-abs(float(unit @ view) - ASIDE) for unit in units]
-        return (np.mean(seen) if seen else 0.0) + FROM_ABOVE * (view[2] > 0.0) - FIRST * place
+        seen = [-abs(float(unit @ view) - _ASIDE) for unit in units]
+        return (np.mean(seen) if seen else 0.0) + _FROM_ABOVE * (view[2] > 0.0) - _FIRST * place
 
     return VIEWS[max(range(len(VIEWS)), key=lambda k: worth(VIEWS[k], k))]
 
@@ -240,9 +240,9 @@ def _aimed(renderer: Any, towards: np.ndarray, points: np.ndarray, matter: np.nd
     (low, high), (least, most) = (
         (flat.min(axis=0), flat.max(axis=0)) for flat in (seen @ np.stack([right, up]).T for seen in (points, matter))
     )
-    half = np.maximum(AROUND * (most - least), SHARE * (high - low)) / 2.0
+    half = np.maximum(_AROUND * (most - least), SHARE * (high - low)) / 2.0
     middle = np.clip((least + most) / 2.0, np.minimum(low + half, high - half), np.maximum(low + half, high - half))
     low, high = np.maximum(middle - half, low), np.minimum(middle + half, high)
-    pixel = float((MARGIN * (high - low) / np.array(SIZE)).max())
+    pixel = float((_MARGIN * (high - low) / np.array(SIZE)).max())
     target = ((low + high) / 2.0) @ np.stack([right, up])
     return aim(renderer, target, towards, up, SIZE[1] * pixel), pixel

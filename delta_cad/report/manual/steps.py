@@ -12,12 +12,12 @@ from delta_cad.assembly.machine import Assembly, Insertion, Step, Unit
 from delta_cad.export.bom import BomRow
 from delta_cad.structure.strength import tightening_N_m
 
-Colour = tuple[float, float, float]
-PER_UNIT = {1: "Make one", 2: "Make two", 3: "Make three", 6: "Make six"}
+_Colour = tuple[float, float, float]
+_PER_UNIT = {1: "Make one", 2: "Make two", 3: "Make three", 6: "Make six"}
 
 
 @dataclass(frozen=True)
-class Line:
+class _Line:
     """A part or a supply of a step: its colour in the picture as CSS has it, or "", and the row of the bill."""
 
     colour: str
@@ -28,7 +28,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class StepView:
+class _StepView:
     """A step as it is told.
 
     Attributes:
@@ -48,11 +48,11 @@ class StepView:
     number: int
     title: str
     words: tuple[str, ...]
-    parts: tuple[Line, ...]
+    parts: tuple[_Line, ...]
     units: tuple[tuple[str, str, int], ...]
     tools: tuple[str, ...]
     torques: tuple[str, ...]
-    supplies: tuple[Line, ...]
+    supplies: tuple[_Line, ...]
     checks: tuple[str, ...]
     picture: str
     is_open: bool
@@ -72,11 +72,11 @@ class Chapter:
     kind: str
     title: str
     made: str
-    steps: list[StepView] = field(default_factory=list)
+    steps: list[_StepView] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
-class Scene:
+class _Scene:
     """A step to be drawn: what it brings in, what is there, and the file's name."""
 
     step: Step
@@ -85,7 +85,7 @@ class Scene:
     picture: str
 
 
-def scenes(order: Sequence[Unit]) -> Iterator[tuple[Unit, list[Scene]]]:
+def scenes(order: Sequence[Unit]) -> Iterator[tuple[Unit, list[_Scene]]]:
     """Goes through the first unit of each kind, step by step.
 
     Yields:
@@ -101,7 +101,7 @@ def scenes(order: Sequence[Unit]) -> Iterator[tuple[Unit, list[Scene]]]:
                 (insertion, (*insertion.names, *(name for part in insertion.units for name in made[part])))
                 for insertion in step.insertions
             )
-            found.append(Scene(step, coming, tuple(there), f"{unit.kind.replace(' ', '-')}-{k + 1}.png"))
+            found.append(_Scene(step, coming, tuple(there), f"{unit.kind.replace(' ', '-')}-{k + 1}.png"))
             there += [name for _, names in coming for name in names]
         made[unit.name] = tuple(there)
         if unit.kind not in kinds:
@@ -109,7 +109,7 @@ def scenes(order: Sequence[Unit]) -> Iterator[tuple[Unit, list[Scene]]]:
             yield unit, found
 
 
-def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Mapping[str, Colour]]) -> list[Chapter]:
+def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Mapping[str, _Colour]]) -> list[Chapter]:
     """Tells the whole order.
 
     Args:
@@ -121,10 +121,10 @@ def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Map
     part = {o.name: o.part for o in assembly.occurrences}
     counts, titles = Counter(unit.kind for unit in assembly.order), {unit.name: unit for unit in assembly.order}
     found, number = [], 0
-    for unit, told in scenes(assembly.order):
+    for unit, reported in scenes(assembly.order):
         count = counts[unit.kind]
-        chapter = Chapter(unit.kind, unit.title, PER_UNIT.get(count, f"Make {count}") if count > 1 else "")
-        for scene in told:
+        chapter = Chapter(unit.kind, unit.title, _PER_UNIT.get(count, f"Make {count}") if count > 1 else "")
+        for scene in reported:
             number += 1
             colours, step = drawn.get(scene.picture, {}), scene.step
             amounts: Counter[str] = Counter()
@@ -137,14 +137,14 @@ def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Map
             units = Counter(titles[name].kind for insertion, _ in scene.coming for name in insertion.units)
             heads = {titles[name].kind: titles[name].title for insertion, _ in scene.coming for name in insertion.units}
             chapter.steps.append(
-                StepView(
+                _StepView(
                     number=number,
                     title=step.title,
                     words=step.words,
                     parts=tuple(_line(by_number[n], amounts[n], colour_of[n]) for n in amounts),
                     units=tuple((_css(colours.get(kind)), heads[kind], n) for kind, n in units.items()),
-                    tools=(*keys_of(step, part), *step.tools),
-                    torques=tuple(torques_of(step, part)),
+                    tools=(*_keys_of(step, part), *step.tools),
+                    torques=tuple(_torques_of(step, part)),
                     supplies=tuple(_line(by_number[n], 0, "") for n in step.supplies),
                     checks=step.checks,
                     picture=scene.picture,
@@ -155,11 +155,11 @@ def chapters(assembly: Assembly, rows: Sequence[BomRow], drawn: Mapping[str, Map
     return found
 
 
-def _line(row: BomRow, amount: int, colour: str) -> Line:
-    return Line(colour, row.item, row.part_number, row.description, amount)
+def _line(row: BomRow, amount: int, colour: str) -> _Line:
+    return _Line(colour, row.item, row.part_number, row.description, amount)
 
 
-def _css(colour: Colour | None) -> str:
+def _css(colour: _Colour | None) -> str:
     return "" if colour is None else "#" + "".join(f"{round(255 * one):02x}" for one in colour)
 
 
@@ -169,7 +169,7 @@ def _size(number: str) -> tuple[str, bool] | None:
     return (found[2], found[1] == "set_screw") if found else None
 
 
-def keys_of(step: Step, part: Mapping[str, object]) -> tuple[str, ...]:
+def _keys_of(step: Step, part: Mapping[str, object]) -> tuple[str, ...]:
     """Gives the hexagon keys that a step's screws take."""
     found: dict[str, None] = {}
     for name in step.tightened:
@@ -182,7 +182,7 @@ def keys_of(step: Step, part: Mapping[str, object]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def torques_of(step: Step, part: Mapping[str, object]) -> Iterator[str]:
+def _torques_of(step: Step, part: Mapping[str, object]) -> Iterator[str]:
     """Tells to what a step's screws are tightened, one line a size."""
     numbers = Counter(getattr(part[name], "number", "") for name in step.tightened)
     for number, count in numbers.items():

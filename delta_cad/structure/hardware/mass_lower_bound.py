@@ -21,10 +21,10 @@ from delta_cad.dimensions.platform import RIB_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM
 from delta_cad.drive.masses import rod_masses
 from delta_cad.structure.modes import Moving, MovingBody
 
-CUPPED = 0.8  # of a ball's shell: what of both cups lies above their lips, at least
-CORE_PLAY = 0.2  # mm, that a thread's core is less than its drill at most
-RING_BORE = 0.2  # mm, that a ring's bore is wider than its tube at most
-PLATE, TURNED = "aluminium-7075", "aluminium-6082"  # of arm, platform, sector; of the stem
+_CUPPED = 0.8  # of a ball's shell: what of both cups lies above their lips, at least
+_CORE_PLAY = 0.2  # mm, that a thread's core is less than its drill at most
+_RING_BORE = 0.2  # mm, that a ring's bore is wider than its tube at most
+_PLATE, _TURNED = "aluminium-7075", "aluminium-6082"  # of arm, platform, sector; of the stem
 
 
 def mass_lower_bound(d: Dimensions) -> Moving:
@@ -45,19 +45,19 @@ def _bar_kg(f: ForearmDimensions) -> float:
     cone = f.bar_diameter_mm**2 + f.bar_diameter_mm * shoulder + shoulder**2
     pin = min(f.pin_diameter_mm, f.neck_diameter_mm)
     whole = f.bar_diameter_mm**2 * (f.bar_length_mm - 2.0 * f.cone_mm) + 2.0 * (cone * f.cone_mm / 3.0 + pin**2 * past)
-    return pi / 4.0 * whole * _kg_mm3(PLATE)
+    return pi / 4.0 * whole * _kg_mm3(_PLATE)
 
 
 def _rod_kg(d: Dimensions) -> float:
     """Tube, both ends with their spigots, cups and shells, both eyes, and half of both springs."""
     f, end = d.forearm, _kg_mm3(END_MATERIAL)
     wall_mm2 = pi / 4.0 * (f.tube_outer_mm**2 - f.tube_bore_mm**2)
-    cups = 4.0 / 3.0 * pi * (f.cup_radius_mm**3 - f.liner_radius_mm**3) * CUPPED * end
-    cups += 4.0 / 3.0 * pi * (f.liner_radius_mm**3 - (f.seat_diameter_mm / 2.0) ** 3) * CUPPED * _kg_mm3(CUP_MATERIAL)
+    cups = 4.0 / 3.0 * pi * (f.cup_radius_mm**3 - f.liner_radius_mm**3) * _CUPPED * end
+    cups += 4.0 / 3.0 * pi * (f.liner_radius_mm**3 - (f.seat_diameter_mm / 2.0) ** 3) * _CUPPED * _kg_mm3(CUP_MATERIAL)
     stems = 2.0 * (f.shoulder_mm - f.stem_mm) * f.tube_outer_mm**2 * end
     ends = 2.0 * _round_kg(f.spigot_diameter_mm, f.spigot_length_mm, END_MATERIAL) + stems + cups
     around = f.eye_diameter_mm / 2.0 + EYE_WALL_MM
-    ring = pi / 4.0 * (RING_MM[0] ** 2 - (f.tube_outer_mm + RING_BORE) ** 2) * RING_MM[1]
+    ring = pi / 4.0 * (RING_MM[0] ** 2 - (f.tube_outer_mm + _RING_BORE) ** 2) * RING_MM[1]
     lug = 2.0 * around * (f.eye_z_mm + around - RING_MM[0] / 2.0) - pi / 4.0 * f.eye_diameter_mm**2
     eyes = 2.0 * (max(ring, 0.0) + lug * LUG_MM) * end
     return wall_mm2 * f.tube_length_mm * _kg_mm3(d.tube.material) + ends + eyes + (f.spring.mass_g or 0.0) / 1e3
@@ -79,7 +79,7 @@ def _body(pieces: list[tuple[float, tuple[float, float, float]]]) -> MovingBody:
 
 def _platform(d: Dimensions, joints_kg: float) -> MovingBody:
     """Bosses with their bars and balls, hub, webs between them, stem and knob; the stem's thread fills the hub's."""
-    p, density = d.platform, _kg_mm3(PLATE)
+    p, density = d.platform, _kg_mm3(_PLATE)
     top = p.boss_diameter_mm / 2.0
     bosses = pi / 4.0 * (p.boss_diameter_mm**2 - p.bar_bore_mm**2) * p.boss_length_mm
     hub = pi * p.hub_radius_mm**2 * 2.0 * top
@@ -89,11 +89,11 @@ def _platform(d: Dimensions, joints_kg: float) -> MovingBody:
     long = max(last - first, 0.0)
     window = max(end * last / p.radius_mm - RIB_MM, 0.0) * max(long - RIB_MM, 0.0)
     web = max((2.0 * p.hub_radius_mm + slope * (first + last)) * long - window, 0.0) * p.plate_mm
-    web += 2.0 * max(p.hub_radius_mm + slope * last, 0.0) * _beside_round(top, p.plate_mm)
+    web += 2.0 * max(p.hub_radius_mm + slope * last, 0.0) * _next_to_round(top, p.plate_mm)
     low, high = STEM_FLATS_Z_MM
-    stem = _round_kg(p.stem_diameter_mm, p.stem_length_mm - high + low, TURNED)
-    stem += _round_kg(STEM_FLATS_MM, high - low, TURNED)
-    stem += _round_kg(catalogue.screw(p.stem_thread).tap_drill_mm - CORE_PLAY, d.knob.thread_depth_mm - 1.0, TURNED)
+    stem = _round_kg(p.stem_diameter_mm, p.stem_length_mm - high + low, _TURNED)
+    stem += _round_kg(STEM_FLATS_MM, high - low, _TURNED)
+    stem += _round_kg(catalogue.screw(p.stem_thread).tap_drill_mm - _CORE_PLAY, d.knob.thread_depth_mm - 1.0, _TURNED)
     knob = top + p.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2.0
     return _body([
         ((3.0 * (bosses + web) + hub) * density + 3.0 * joints_kg, (0.0, 0.0, 0.0)),
@@ -102,7 +102,7 @@ def _platform(d: Dimensions, joints_kg: float) -> MovingBody:
     ])  # fmt: skip
 
 
-def _beside_round(radius_mm: float, under_mm: float) -> float:
+def _next_to_round(radius_mm: float, under_mm: float) -> float:
     """Area between a cylinder's side, from so much under its top up, and its upright tangent plane, mm^2."""
     low = max(radius_mm - under_mm, 0.0)
     segment = radius_mm**2 * (pi / 2.0 - asin(low / radius_mm)) - low * sqrt(radius_mm**2 - low**2)
@@ -111,11 +111,11 @@ def _beside_round(radius_mm: float, under_mm: float) -> float:
 
 def _arm(d: Dimensions, joints_kg: float) -> MovingBody:
     """Arm's plate between hub and boss, its boss with bar and balls, and the sector."""
-    a, density = d.arm, _kg_mm3(PLATE)
+    a, density = d.arm, _kg_mm3(_PLATE)
     long, root, end = a.length_mm - a.boss_radius_mm, a.beam_root_radius_mm, a.boss_radius_mm
     thick, boss = (high - low for low, high in (d.layers.arm_mm, d.layers.elbow_boss_mm))
     beam = (root + end) * long * thick * density
-    ring = _round_kg(2.0 * end, boss, PLATE) - _round_kg(a.bar_bore_mm, boss, PLATE)
+    ring = _round_kg(2.0 * end, boss, _PLATE) - _round_kg(a.bar_bore_mm, boss, _PLATE)
     half = -2.0 / 3.0 * root**3 * thick * density  # kg mm: of the hub's half behind the shoulder
     pieces = [
         (beam, (long * (root + 2.0 * end) / (3.0 * (root + end)) + half / beam, 0.0, 0.0)),

@@ -17,10 +17,10 @@ from delta_cad.structure.hardware.mass_lower_bound import mass_lower_bound
 from delta_cad.structure.loads import Load, PartLoads, loads, part_loads, sampled_mm
 from delta_cad.structure.strength import allowables
 
-FORCE, PEAK_FORCE = "requirements.force_N", "requirements.peak_force_N"
-TORQUE, PEAK_TORQUE = "requirements.joint_torque_N_m", "requirements.peak_torque_N_m"
-TENSIONED = "cable's slack strand", "cable's slip"  # what a higher tension of the cable holds
-SIZED = {  # load -> the part of the hardware that bears it
+FORCE, _PEAK_FORCE = "requirements.force_N", "requirements.peak_force_N"
+_TORQUE, _PEAK_TORQUE = "requirements.joint_torque_N_m", "requirements.peak_torque_N_m"
+_TENSIONED = "cable's slack strand", "cable's slip"  # what a higher tension of the cable holds
+_SIZED = {  # load -> the part of the hardware that bears it
     "rod buckling": "tube",
     "rod end bending": "tube",
     "stud": "ball_diameter_mm",
@@ -42,10 +42,10 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
     positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm)
     table, limits, what = beam_model(d), allowables(d), mass_lower_bound(d)
     pushed = part_loads(table, what, positions, 1.0, np.zeros(3))
-    hanging = part_loads(table, what, positions, 0.0, np.array(required.gravity_m_s2))
+    below_elbows = part_loads(table, what, positions, 0.0, np.array(required.gravity_m_s2))
 
     def given(force: float) -> PartLoads:  # every one is `|g| F + |w|`
-        each = ((f.name, getattr(pushed, f.name), getattr(hanging, f.name)) for f in fields(PartLoads))
+        each = ((f.name, getattr(pushed, f.name), getattr(below_elbows, f.name)) for f in fields(PartLoads))
         return PartLoads(**{name: force * unit + weighed * weight for name, unit, weight in each})
 
     found: dict[str, Reason] = {}
@@ -59,7 +59,7 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
             found[load.name] = _overloaded(d, load, f"requirements.{field}")
     if not weighed:  # who knows no weight learns of the torque elsewhere
         return list(found.values())
-    return [*found.values(), *_torque(d.design, pushed.torque / MM_PER_M, hanging.torque / MM_PER_M, weighed)]
+    return [*found.values(), *_torque(d.design, pushed.torque / MM_PER_M, below_elbows.torque / MM_PER_M, weighed)]
 
 
 def gravity_share_N_m(d: Dimensions) -> float:
@@ -78,23 +78,23 @@ def gravity_share_N_m(d: Dimensions) -> float:
     return (both - alone) / MM_PER_M
 
 
-def _torque(design: Design, pushed: np.ndarray, hanging: np.ndarray, weighed: float) -> Iterator[Reason]:
+def _torque(design: Design, pushed: np.ndarray, below_elbows: np.ndarray, weighed: float) -> Iterator[Reason]:
     """Force in the worst direction and weight over the torque that a joint is to give continuously.
 
     Args:
         design: The design.
         pushed: (n, 3 chains) torque for a force of 1 N, N m.
-        hanging: The same for the least weight, N m.
+        below_elbows: The same for the least weight, N m.
         weighed: How many times that weight.
     """
     force, held = design.requirements.force_N, design.requirements.joint_torque_N_m
-    if (most := float((force * pushed + weighed * hanging).max())) <= held:
+    if (most := float((force * pushed + weighed * below_elbows).max())) <= held:
         return
     message = (
         f"{force:g} N in the worst direction take {force * float(pushed.max()):.3g} N m, the weight "
-        f"{float(hanging.max()):.3g} at least, both at once {most:.3g}; at most {held:g}"
+        f"{float(below_elbows.max()):.3g} at least, both at once {most:.3g}; at most {held:g}"
     )
-    given = (larger(TORQUE),) if most <= drive_torque(design).continuous_torque_N_m else ()  # else the drive lacks it
+    given = (larger(_TORQUE),) if most <= drive_torque(design).continuous_torque_N_m else ()  # else the drive lacks it
     yield Reason("drive", "torque with gravity", message, (*given, smaller(ARM), smaller(FORCE)))
 
 
@@ -106,11 +106,11 @@ def _overloaded(d: Dimensions, load: Load, field: str) -> Reason:
         load: What a part may not bear.
         field: Field of the force that makes it.
     """
-    required, part = d.design.requirements, SIZED.get(load.name)
-    weaker = (smaller(field),) if field == FORCE else (smaller(field), smaller(PEAK_FORCE, FORCE))
-    if load.name in TENSIONED:
+    required, part = d.design.requirements, _SIZED.get(load.name)
+    weaker = (smaller(field),) if field == FORCE else (smaller(field), smaller(_PEAK_FORCE, FORCE))
+    if load.name in _TENSIONED:
         drive = drive_torque(d.design)
-        tensioned = larger(PEAK_TORQUE if required.peak_torque_N_m is not None else TORQUE)
+        tensioned = larger(_PEAK_TORQUE if required.peak_torque_N_m is not None else _TORQUE)
         weak = drive.peak_torque_N_m < drive.required_peak_N_m
         ways = (larger(RATIO), tensioned) if weak else (tensioned, larger(RATIO))
     elif part == "motor":

@@ -35,7 +35,7 @@ from delta_cad.dimensions.rules import (
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
 from delta_cad.drive import drive_torque
-from delta_cad.interference.reasons import PASSING
+from delta_cad.interference.reasons import INTERFERENCE_FORMS
 from delta_cad.mechanism import direct_margin, reach_excess
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import forearm_vectors
@@ -43,9 +43,9 @@ from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 
-PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
+_PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
 HEAVIER = 1.25  # times what `mass_lower_bound` gives: only small sectors and long rods were built heavier
-COUNT = 5  # positions along an edge of the cube, its corners among them
+_COUNT = 5  # positions along an edge of the cube, its corners among them
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ class Held:
 
 NECESSARY = Held(1.0, 0.0)
 """What no machine does without: what is refused would fail."""
-SURE = Held(HEAVIER, PROVEN_MM)
+SURE = Held(HEAVIER, _PROVEN_MM)
 """What a suggested design is held to, so that solids pass, too."""
 LEARNT = Held(0.0, 0.0)
 """What a candidate is held to in a search that learns weights and distances from solids."""
 
-Form = Callable[[Dimensions, Held], Iterable[Reason]]
+_Form = Callable[[Dimensions, Held], Iterable[Reason]]
 
 
 class Judged:
@@ -137,7 +137,7 @@ def refusals(design: Design, held: Held = NECESSARY) -> tuple[Reason, ...]:
 def _mode(design: Design) -> tuple[Reason, ...]:
     """The assembly mode where it is not the machine's own, of a cube that can be reached."""
     cube = design.cube
-    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, COUNT)
+    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, _COUNT)
     margins = direct_margin(design.geometry, positions / MM_PER_M)
     if margins.min() > 0.0 or reach_excess(design.geometry, positions / MM_PER_M).max() > 0.0:
         return ()
@@ -163,11 +163,11 @@ def _turning(design: Design) -> Iterator[Reason]:
 def _drive(design: Design) -> Iterator[Reason]:
     """Continuous and peak torque, the cable's strength and bend."""
     drive, h = drive_torque(design), design.hardware
-    asked = (
+    demand = (
         ("continuous", drive.continuous_torque_N_m, drive.required_torque_N_m),
         ("peak", drive.peak_torque_N_m, drive.required_peak_N_m),
     )
-    for words, value, required in asked:
+    for words, value, required in demand:
         if value < required:
             lasts = words == "continuous" or design.requirements.peak_torque_N_m is None
             less = smaller(f"requirements.{'joint' if lasts else 'peak'}_torque_N_m")
@@ -206,20 +206,20 @@ def _outline(d: Dimensions) -> list[Reason]:
     """Outline of what stands out farthest, the way round in which it fits best."""
     required, least = d.design.requirements, least_outline_mm(d)
     plate = np.ptp(d.base.reach_mm, axis=1)
-    asked = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}
-    ways = ([*zip(asked, least, strict=True)], [*zip(asked, least[::-1], strict=True)])
-    best = min(ways, key=lambda way: max(float(size) - asked[name] for name, size in way))
+    demand = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}
+    ways = ([*zip(demand, least, strict=True)], [*zip(demand, least[::-1], strict=True)])
+    best = min(ways, key=lambda way: max(float(size) - demand[name] for name, size in way))
     inwards = smaller(ARM), smaller(BASE)
     what = "its feet stand", "elbows and motors reach"
     return [
         Reason(
             "base_plate" if size in plate else "assembly",
             name.replace("_mm", "").replace("_", " "),
-            f"{what[size not in plate]} over {ceil_sig(size)} mm; at most {asked[name]:g}",
+            f"{what[size not in plate]} over {ceil_sig(size)} mm; at most {demand[name]:g}",
             (*inwards, larger(f"requirements.{name}")),
         )
         for name, size in best
-        if size > asked[name]
+        if size > demand[name]
     ]
 
 
@@ -242,11 +242,11 @@ def _cable_travel(d: Dimensions) -> Iterator[Reason]:
 MODE, PARTS = "assembly mode", "dimensions"
 ALONE: dict[str, Callable[[Design], Iterable[Reason]]] = {"turning": _turning, "drive": _drive}
 """Forms that need no dimensions of parts."""
-FORMS: dict[str, Form] = {
+FORMS: dict[str, _Form] = {
     "outline": lambda d, _: _outline(d),
     "cable plane": lambda d, _: _cable_plane(d),
     "cable travel": lambda d, _: _cable_travel(d),
-    **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in PASSING.items()},
+    **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in INTERFERENCE_FORMS.items()},
     "overloads": lambda d, held: overloads(d, held.weighed),
 }
 """Forms of a machine that has dimensions, in the order in which reasons are listed."""

@@ -30,16 +30,16 @@ from delta_cad.structure.hardware.thresholds import (
     value_of,
 )
 
-MOST_MS = 30_000.0  # of what is judged by the search with margins, and as much without: on the machine of `COSTS_MS`
-MOST_BOXES = 20_000  # of a proof: what is not decided by then is not taken
-ROW = 0.5  # what another row of the catalogue counts, as a share of a length
-AHEAD = 0.1  # what each form counts that is still to be passed, and each reason of the first that is not
-SUMS, REACH, LIMITS = "sums", "reach", "limits"
-UNREACHED = larger(FOREARM), larger(ARM), larger(BOTTOM), smaller(BOTTOM)
+_MOST_MS = 30_000.0  # of what is judged by the search with margins, and as much without: on the machine of `_COSTS_MS`
+_MOST_BOXES = 20_000  # of a proof: what is not decided by then is not taken
+_ROW = 0.5  # what another row of the catalogue counts, as a share of a length
+_AHEAD = 0.1  # what each form counts that is still to be passed, and each reason of the first that is not
+_SUMS, _REACH, LIMITS = "sums", "reach", "limits"
+_UNREACHED = larger(FOREARM), larger(ARM), larger(BOTTOM), smaller(BOTTOM)
 FREE = ARM, FOREARM, WIDTH, BOTTOM, SECTOR, RATIO, PLATFORM, BASE
-ANY = (larger(BASE, PLATFORM), *map(larger, FREE), *map(smaller, FREE))
+_ANY = (larger(BASE, PLATFORM), *map(larger, FREE), *map(smaller, FREE))
 """Where a reason names nothing that is free."""
-COSTS_MS = {
+_COSTS_MS = {
     PARTS: 40.0,
     LIMITS: 6.0,
     "motor on its way in": 20.0,
@@ -50,14 +50,14 @@ COSTS_MS = {
     "sector beside a neighbour's": 90.0,
     "motor_screw key": 300.0,
 }
-"""Form -> processor time that it takes, of one core of 2026; of others `QUICK_MS`. Those that cost most are last."""
-QUICK_MS = 2.0
-QUICK = len((SUMS, REACH, MODE, *ALONE, PARTS, LIMITS))
-ORDER = (SUMS, REACH, MODE, *ALONE, PARTS, LIMITS, *sorted(FORMS, key=lambda form: COSTS_MS.get(form, 0.0)))
+"""Form -> processor time that it takes, of one core of 2026; of others `_QUICK_MS`. Those that cost most are last."""
+_QUICK_MS = 2.0
+_QUICK = len((_SUMS, _REACH, MODE, *ALONE, PARTS, LIMITS))
+ORDER = (_SUMS, _REACH, MODE, *ALONE, PARTS, LIMITS, *sorted(FORMS, key=lambda form: _COSTS_MS.get(form, 0.0)))
 
 
 @dataclass(frozen=True)
-class Suggestion:
+class _Suggestion:
     """A design that closed forms pass.
 
     Attributes:
@@ -81,7 +81,7 @@ def _word(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.6g}"
 
 
-def suggestion(design: Design) -> Suggestion | None:
+def suggestion(design: Design) -> _Suggestion | None:
     """Searches the smallest change of free fields with which closed forms refuse nothing.
 
     Each reason is ended by each change that it names, found by a threshold search; the variant that is least changed
@@ -97,7 +97,7 @@ def suggestion(design: Design) -> Suggestion | None:
     """
     for margin in (True, False):
         if (values := _Search(design, margin).found()) is not None and (made := changed(design, values)) is not None:
-            return Suggestion(made, values, {field: value_of(design, field) for field in values}, margin)
+            return _Suggestion(made, values, {field: value_of(design, field) for field in values}, margin)
     return None
 
 
@@ -106,7 +106,7 @@ class _Search:
 
     Attributes:
         mended: Reasons that came up; with margins they are held to more than is necessary, so that solids pass, too.
-        spent_ms: What was judged has taken, by `COSTS_MS`.
+        spent_ms: What was judged has taken, by `_COSTS_MS`.
     """
 
     def __init__(self, design: Design, margin: bool) -> None:
@@ -123,7 +123,7 @@ class _Search:
         """Ends reason after reason, from the variant that promises most; gives what was changed, taken back."""
         waiting: list[tuple[float, int, dict[str, float | str]]] = [(0.0, 0, {})]
         seen = set[frozenset[tuple[str, float | str]]]()
-        while waiting and self.spent_ms < MOST_MS:
+        while waiting and self.spent_ms < _MOST_MS:
             _, _, values = heappop(waiting)
             form, there = self.reasons(values)
             if not there:
@@ -144,10 +144,14 @@ class _Search:
         """Reasons of a form, with margins as far as they are asked for; the forms before it refuse nothing."""
         key = frozenset(values.items()), form
         if key not in self._known:
-            self.spent_ms += COSTS_MS.get(form, QUICK_MS)
+            self.spent_ms += _COSTS_MS.get(form, _QUICK_MS)
             self._known[key] = self._judged(values, form)
         found = self._known[key]
-        if self.sure is self.necessary or form in (SUMS, REACH, LIMITS) or all(one.key in self.mended for one in found):
+        if (
+            self.sure is self.necessary
+            or form in (_SUMS, _REACH, LIMITS)
+            or all(one.key in self.mended for one in found)
+        ):
             return found
         judged = self.necessary.judged(values)
         needed = {one.key for one in (judged and judged.of(form)) or ()}
@@ -156,23 +160,23 @@ class _Search:
     def _judged(self, values: Values, form: str) -> tuple[Reason, ...]:
         """Reasons of a form, computed; where others come before it that refuse, there may be none."""
         made, judged = changed(self.design, values), self.sure.judged(values)
-        if form == SUMS:
+        if form == _SUMS:
             faults = [] if made is None else contradictions(made)
-            found = (Reason("design", f.field, f.allowed, (Way((f.field,), f.bound > f.value), *ANY)) for f in faults)
+            found = (Reason("design", f.field, f.allowed, (Way((f.field,), f.bound > f.value), *_ANY)) for f in faults)
             return tuple(found) if made is not None else (Reason("design", "bounds", "a value is out of its bounds"),)
         if made is None or judged is None:
             return ()
         try:
-            return _broken(made) if form == LIMITS else judged.of(MODE if form == REACH else form) or ()
+            return _broken(made) if form == LIMITS else judged.of(MODE if form == _REACH else form) or ()
         except (MechanismError, ValueError, ArithmeticError) as error:
-            return (Reason("cube", REACH, str(error), UNREACHED),)
+            return (Reason("cube", _REACH, str(error), _UNREACHED),)
 
     def _ended(self, values: Values, form: str, reason: Reason) -> Iterator[dict[str, float | str]]:
         """Gives variants in which all that is quick to judge, or else the reason, is gone: of each way, of each row."""
         if (made := changed(self.design, values)) is None:
             return
         place = ORDER.index(form)
-        first, stage = ORDER[: min(place, QUICK)], ORDER[: max(place + 1, QUICK)]
+        first, stage = ORDER[: min(place, _QUICK)], ORDER[: max(place + 1, _QUICK)]
 
         def all_gone(new: Values) -> bool | None:
             return not any(self._of({**values, **new}, one) for one in stage)
@@ -184,7 +188,7 @@ class _Search:
             return all(one.key != reason.key for one in self._of(merged, form))
 
         free = [way for way in reason.ways if not any(field.startswith(REQUIRED) for field in way.fields)]
-        for way in free or ANY:
+        for way in free or _ANY:
             lead = way.fields[0]
             if by_row(lead):
                 yield from ({**values, lead: row} for row in rows_of(made, lead) if gone({lead: row}))
@@ -199,13 +203,13 @@ class _Search:
     def _promise(self, values: Values) -> float:
         form, there = self.reasons(values)
         left = len(there) + len(ORDER) - ORDER.index(form) if there else 0
-        return self._size(values) + AHEAD * left
+        return self._size(values) + _AHEAD * left
 
     def _size(self, values: Values) -> float:
         """Relative change, summed over fields."""
         own = {field: self.own(field) for field in values}
         return sum(
-            ROW if by_row(field) else abs(log(float(value) / float(own[field]))) for field, value in values.items()
+            _ROW if by_row(field) else abs(log(float(value) / float(own[field]))) for field, value in values.items()
         )
 
     def _passes(self, values: Values) -> bool:
@@ -244,5 +248,5 @@ def _broken(design: Design) -> tuple[Reason, ...]:
     """Limits of the requirements that are not proved over the cube, as far as they need no masses."""
     values = limit_values(design)
     known = [kind.stated(values) for kind in POSE_LIMITS if not kind.needs or values.get(kind.needs) is not None]
-    proof = prove(design.geometry, design.workspace, Limits.of(*known), max_boxes=MOST_BOXES)
+    proof = prove(design.geometry, design.workspace, Limits.of(*known), max_boxes=_MOST_BOXES)
     return tuple(Reason("mechanism", one.condition, one.verdict) for one in proof.findings if one.verdict != "proved")

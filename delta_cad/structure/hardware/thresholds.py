@@ -15,22 +15,22 @@ from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.design.record import HARDWARE_FAMILIES
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import Way
-from delta_cad.interference.reasons import PASSING
+from delta_cad.interference.reasons import INTERFERENCE_FORMS
 from delta_cad.mechanism import MechanismError
 from delta_cad.structure.hardware.refusals import NECESSARY, Held, Judged
 
 DIGITS = 4  # of a value that is looked for: what is read and typed is what was judged
-SHARES = 0.01, 0.03, 0.1, 0.3, 1.0, 2.0  # by which a field is changed until the reason is gone; then bisection
-NAMED = 4  # rows of the catalogue that a message names at most
-CHOICES = {"leads": ("none", "bent"), "mounting": ("feet", "screws", "both")}  # entries of the hardware that are words
+_SHARES = 0.01, 0.03, 0.1, 0.3, 1.0, 2.0  # by which a field is changed until the reason is gone; then bisection
+_NAMED = 4  # rows of the catalogue that a message names at most
+_CHOICES = {"leads": ("none", "bent"), "mounting": ("feet", "screws", "both")}  # entries of the hardware that are words
 LENGTHS = "mechanism."  # fields that move together by the same length; others by the same share
 REQUIRED = "requirements.", "panel.", "cube.half_side"  # fields that say what is asked
 
 Values = Mapping[str, float | str]
-Gone = Callable[[float], bool | None]
+_Gone = Callable[[float], bool | None]
 
 
-def least(gone: Gone, value: float, larger: bool, digits: int = DIGITS) -> float | None:
+def least(gone: _Gone, value: float, larger: bool, digits: int = DIGITS) -> float | None:
     """Finds the value nearest to a field's own at which something no longer holds, in some digits.
 
     Steps of growing width on one side, then bisection within the last, down to one unit of the last digit.
@@ -53,7 +53,7 @@ def least(gone: Gone, value: float, larger: bool, digits: int = DIGITS) -> float
 
     own = floor(value / unit) if larger else -floor(-value / unit)
     near, there = own, True
-    for share in SHARES:
+    for share in _SHARES:
         far = round(own * (1.0 + share) if larger else own / (1.0 + share))
         state = gone(at(far))
         if state:
@@ -101,7 +101,7 @@ def rows_of(design: Design, field: str) -> list[float | str]:
     elif name in HARDWARE_FAMILIES:
         found = [*catalogue.family(name, h.own_parts)]
     else:
-        found = [*CHOICES.get(name, ())]
+        found = [*_CHOICES.get(name, ())]
     if name == "motor":
         motors = catalogue.family("motor", h.own_parts)
         sensed = h.encoder_at == "motor"
@@ -118,7 +118,7 @@ def rows_of(design: Design, field: str) -> list[float | str]:
 def by_row(field: str) -> bool:
     """Whether a field takes rows, sizes in stock or words, not any number."""
     section, _, name = field.partition(".")
-    return section == "hardware" and (name in HARDWARE_FAMILIES or name in CHOICES or name == "ball_diameter_mm")
+    return section == "hardware" and (name in HARDWARE_FAMILIES or name in _CHOICES or name == "ball_diameter_mm")
 
 
 def along(design: Design, way: Way, first: float) -> dict[str, float | str]:
@@ -221,12 +221,12 @@ class Refused:
         return {"part": one.part, "feature": one.feature, "message": one.message, "changes": changes}
 
     def __str__(self) -> str:
-        asked = [f"{one}" for one in self.thresholds if one.required]
+        demand = [f"{one}" for one in self.thresholds if one.required]
         enough = "; or ".join(f"{one}" for one in self.thresholds if not one.required)
         if not enough:
             tried = ", ".join(dict.fromkeys(field for way in self.reason.ways for field in way.fields))
-            enough = f"no value of {tried} alone ends this" if tried and not asked else ""
-        loosened = f"where the requirement may change, {' or '.join(asked)}" if asked else ""
+            enough = f"no value of {tried} alone ends this" if tried and not demand else ""
+        loosened = f"where the requirement may change, {' or '.join(demand)}" if demand else ""
         return ": ".join([f"{self.reason}", *filter(None, ["; or, ".join(filter(None, [enough, loosened]))])])
 
 
@@ -246,13 +246,15 @@ def refused(design: Design) -> Iterator[Refused]:
         for reason in forms[form]:
             found = list[Threshold]()
             for way in reason.ways:
-                if form in PASSING and found:  # what is sampled takes a tenth of a second a value: one change of it
+                if (
+                    form in INTERFERENCE_FORMS and found
+                ):  # what is sampled takes a tenth of a second a value: one change of it
                     break
-                found += threshold(variants, form, reason, way)
+                found += _threshold(variants, form, reason, way)
             yield Refused(reason, tuple(sorted(found, key=lambda one: one.required)))
 
 
-def threshold(variants: Variants, form: str, reason: Reason, way: Way) -> Iterator[Threshold]:
+def _threshold(variants: Variants, form: str, reason: Reason, way: Way) -> Iterator[Threshold]:
     """Gives what ends a reason along one way, either way where it names none; nothing where nothing does."""
     design, lead = variants.design, way.fields[0]
     own = {field: value_of(design, field) for field in way.fields}
@@ -261,7 +263,7 @@ def threshold(variants: Variants, form: str, reason: Reason, way: Way) -> Iterat
     if by_row(lead):
         rows = [row for row in rows_of(design, lead) if variants.gone({lead: row}, form, reason.key)]
         if rows:
-            yield Threshold(own, {lead: tuple(rows[:NAMED])})
+            yield Threshold(own, {lead: tuple(rows[:_NAMED])})
         return
     for larger in (True, False) if way.larger is None else (way.larger,):
         found = least(

@@ -19,7 +19,7 @@ from tests.benchmarks.timing import ROOT, Child, python, ratios, succeeded
 SUBJECT = "build"
 ROUNDS = 2  # builds, each between two imports
 PATIENCE_S = 60.0  # after which no further round begins: a busy machine must not keep its owner waiting
-PHASES_TOLD = 8  # the longest phases
+PHASES_REPORTED = 8  # the longest phases
 GB = 1e9
 KINDS = {"solid": "solids", "mesh": "meshes", "parts": "files of parts"}  # told one by one, counted together
 
@@ -56,7 +56,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
         of_repeats(SUBJECT, "peak memory, largest process", [b.largest_bytes / GB for b in builds], "GB", 1.5),
     ]
     phases: dict[str, float] = json.loads(watched.stdout)
-    longest = sorted(phases, key=phases.__getitem__, reverse=True)[:PHASES_TOLD]
+    longest = sorted(phases, key=phases.__getitem__, reverse=True)[:PHASES_REPORTED]
     proof = "clearance: proof over the cube"
     for name in longest:
         target = 60.0 if name == proof else None

@@ -35,8 +35,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     say(f"{len(FUNCTIONS)} functions and the peers on {len(p):,} points, {ROUNDS} rounds")
     functions: dict[str, Callable[[], object]] = {name: partial(_function(name), g, p) for name in FUNCTIONS}
     functions["forward_kinematics"] = partial(mechanism.forward_kinematics, g, mechanism.inverse_kinematics(g, p))
-    ours, peer = "margin, torque row norms and kappa", "the same by NumPy solve and cond"
-    functions[ours] = partial(evaluation, g, p)
+    own, peer = "margin, torque row norms and kappa", "the same by NumPy solve and cond"
+    functions[own] = partial(evaluation, g, p)
     functions[peer] = partial(evaluation_by_solve, g, p)
     _agree(g, p)
     times = interleaved(functions, ROUNDS)
@@ -45,7 +45,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
         of_repeats(
             SUBJECT,
             "speed against NumPy solve and cond",
-            ratios(times[peer], times[ours]),
+            ratios(times[peer], times[own]),
             "x",
             note="NumPy only on our side too; the compiled kernel, with >= 100x to reach, belongs to the synthesis",
         )
@@ -106,6 +106,6 @@ def _agree(g: DeltaGeometry, p: np.ndarray) -> None:
     Raises:
         RuntimeError: They do not.
     """
-    for ours, theirs in zip(evaluation(g, p), evaluation_by_solve(g, p), strict=True):
-        if not np.allclose(ours, theirs, rtol=1e-8):  # kappa is below 10 here: 1e-15 times that, with room
+    for own, theirs in zip(evaluation(g, p), evaluation_by_solve(g, p), strict=True):
+        if not np.allclose(own, theirs, rtol=1e-8):  # kappa is below 10 here: 1e-15 times that, with room
             raise RuntimeError("the library and NumPy solve and cond disagree: nothing to compare")

@@ -125,10 +125,10 @@ def _timed(compiler: str, files: dict[str, str], harness: str) -> list[list[floa
             (Path(folder) / name).write_text(text, encoding="utf-8")
         flags = ["-std=c99", "-O2", "-ffp-contract=off", "delta_controller.c", "bench.c", "-o", "bench", "-lm"]
         subprocess.run([compiler, *flags], cwd=folder, check=True)
-        told = [
+        reported = [
             subprocess.run(["./bench"], cwd=folder, check=True, capture_output=True, text=True) for _ in range(ROUNDS)
         ]
-    return [[float(word) for word in run.stdout.split()] for run in told]
+    return [[float(word) for word in run.stdout.split()] for run in reported]
 
 
 def _counted(machine: MachineModel, say: Callable[[str], None]) -> list[Figure]:

@@ -56,7 +56,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     say("the twin, and MuJoCo's step beside ours")
     with TemporaryDirectory() as folder:
         succeeded(python("-c", "from tests.benchmarks.haptics.loop import twin; twin()", folder))
-        return figures + _beside(_child("beside", folder))
+        return figures + _adjacent(_child("beside", folder))
 
 
 def _child(function: str, *arguments: str) -> dict[str, Any]:
@@ -95,14 +95,20 @@ def _own(found: dict[str, Any]) -> list[Figure]:
             "us",
             note="slope of the loop's time over its substeps, at none",
         ),
-        Figure(SUBJECT, "growth: simulation against ticks, log-log slope", slope(*lengths), "", note=_told(lengths)),
         Figure(
-            SUBJECT, "growth: simulation against substeps, log-log slope", slope(*substeps), "", note=_told(substeps)
+            SUBJECT, "growth: simulation against ticks, log-log slope", slope(*lengths), "", note=_reported(lengths)
+        ),
+        Figure(
+            SUBJECT,
+            "growth: simulation against substeps, log-log slope",
+            slope(*substeps),
+            "",
+            note=_reported(substeps),
         ),
     ]
 
 
-def _beside(found: dict[str, Any]) -> list[Figure]:
+def _adjacent(found: dict[str, Any]) -> list[Figure]:
     ours, theirs = found["ours"], found["theirs"]
     errors = (
         f"after {ERROR_S:g} s off the exact motion by {found['our_error_m']:.1e} m and {found['their_error_m']:.1e} m"
@@ -127,7 +133,7 @@ def _beside(found: dict[str, Any]) -> list[Figure]:
     ]
 
 
-def _told(grown: tuple[list[int], list[float]]) -> str:
+def _reported(grown: tuple[list[int], list[float]]) -> str:
     return ", ".join(f"{size}: {seconds * 1e3:.0f} ms" for size, seconds in zip(*grown, strict=True))
 
 

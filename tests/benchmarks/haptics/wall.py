@@ -47,12 +47,12 @@ def run(say: Callable[[str], None]) -> list[Figure]:
             note="hands at all corners, K-B plane of 4 rates; processor time",
         ),
         of_repeats(SUBJECT, "one simulated push against a wall", found["push"], "s", note="2.1 s of loop, 4 substeps"),
-        Figure(SUBJECT, "growth: wall search against axes, log-log slope", slope(*axes), "", note=_told(axes)),
-        Figure(SUBJECT, "growth: wall search against hands, log-log slope", slope(*hands), "", note=_told(hands)),
+        Figure(SUBJECT, "growth: wall search against axes, log-log slope", slope(*axes), "", note=_reported(axes)),
+        Figure(SUBJECT, "growth: wall search against hands, log-log slope", slope(*hands), "", note=_reported(hands)),
     ]
 
 
-def _told(grown: tuple[list[int], list[float]]) -> str:
+def _reported(grown: tuple[list[int], list[float]]) -> str:
     return ", ".join(f"{size}: {seconds:.2f} s" for size, seconds in zip(*grown, strict=True))
 
 

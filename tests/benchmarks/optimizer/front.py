@@ -61,8 +61,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     if len(gaps) != POINTS:
         raise RuntimeError(f"{POINTS - len(gaps)} points have no bound")
     cold = _cold(given, curve, say)
-    beside = sum(len(found["points"]) for found in facts["curves"][1:])
-    shown = f"{beside} points of other fronts, proofs, 6 seeds, {pictures} pictures"
+    adjacent = sum(len(found["points"]) for found in facts["curves"][1:])
+    shown = f"{adjacent} points of other fronts, proofs, 6 seeds, {pictures} pictures"
     grown = slope(GROWTH, [busy[n] for n in GROWTH])
     cold_note = "five points, six starts of another seed"
     return [

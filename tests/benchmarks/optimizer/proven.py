@@ -135,11 +135,11 @@ def _peer(say: Callable[[str], None]) -> list[Figure]:
         say(f"{PEER} on NumPy, {name}")
         theirs = peer(PEER, problem)
         start = process_time()
-        ours = _solved(problem, 1e-5)
+        own = _solved(problem, 1e-5)
         seconds = process_time() - start
-        beats = theirs.objective < ours.bound if problem.step == 3 else theirs.objective > ours.bound
+        beats = theirs.objective < own.bound if problem.step == 3 else theirs.objective > own.bound
         if beats and theirs.feasible:
-            raise RuntimeError(f"{name}: {PEER} found {theirs.objective:.8g}, beyond the bound {ours.bound:.8g}")
-        note = f"{theirs.seconds:.1f} s: {theirs.told(ours.objective)}; proves nothing, but takes any black box"
+            raise RuntimeError(f"{name}: {PEER} found {theirs.objective:.8g}, beyond the bound {own.bound:.8g}")
+        note = f"{theirs.seconds:.1f} s: {theirs.told(own.objective)}; proves nothing, but takes any black box"
         out.append(Figure(SUBJECT, f"{PEER} against ours at 1e-5, {name}", theirs.seconds / seconds, "x", note=note))
     return out

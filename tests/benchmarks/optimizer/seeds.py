@@ -79,13 +79,13 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     for name, step, given in tasks():
         say(f"step {step}, {name}")
         trials = [trial(given, step, seed) for seed in range(SEEDS)]
-        bound, told = _bound(given, step, [result for found in trials for result in found.values()])
+        bound, reported = _bound(given, step, [result for found in trials for result in found.values()])
         here = {method: [distance(found[method], bound) for found in trials] for method in METHODS}
         for method in METHODS:
             away[method] += here[method]
         worse += sum(_worse(found["ga+sqp"], found["ga"]) for found in trials)
         others = "; ".join(f"{method} {spread(here[method])}" for method in ("ga", "sqp"))
-        figures.append(from_bound(f"step {step}, {name}", here["ga+sqp"], f"{told}; {others}"))
+        figures.append(from_bound(f"step {step}, {name}", here["ga+sqp"], f"{reported}; {others}"))
     for method in METHODS:
         share = 100.0 * np.mean(np.array(away[method]) <= CLOSE)
         target = 100.0 if method == "ga+sqp" else None

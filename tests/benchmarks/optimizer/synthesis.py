@@ -28,7 +28,7 @@ GRIDS = (9, 17, 33, 65)
 POPULATIONS = (55, 110, 220, 440, 880)
 CLOSE = 5e-3
 """Of the best objective: what counts as the same."""
-OURS = ("ga+sqp", "sqp")
+PROJECT_OWN = ("ga+sqp", "sqp")
 
 
 def run(say: Callable[[str], None]) -> list[Figure]:
@@ -85,7 +85,7 @@ def _peers(say: Callable[[str], None]) -> list[Figure]:
     for step, what in ((2, "half side in mm"), (3, "worst kappa")):
         problem = step_problem(PUBLISHED, step)
         found: dict[str, Outcome] = {}
-        for method in OURS:
+        for method in PROJECT_OWN:
             say(f"step {step}: our {method} on the NumPy objective")
             found[f"our {method}"] = own(PUBLISHED, method, step)
         for name in PEERS:
@@ -102,14 +102,14 @@ def _peers(say: Callable[[str], None]) -> list[Figure]:
 
 def _verdict(step: int, found: dict[str, Outcome], best: float) -> list[Figure]:
     """The fastest feasible peer that comes near enough, against our GA+SQP on the same objective."""
-    ours = found["our ga+sqp"].seconds
+    project = found["our ga+sqp"].seconds
     near = {n: o.seconds for n, o in found.items() if n in PEERS and o.feasible and o.off(best) <= CLOSE}
     if not near:
         return []
     name = f"step {step} on NumPy: fastest peer within {100.0 * CLOSE:g} % of the best, against our GA+SQP"
     first = min(near, key=lambda n: near[n])
-    who = f"{first} wins" if near[first] < ours else f"{first} is the next"
-    return [Figure(SUBJECT, name, ours / near[first], "x", note=f"{who}; above 1 the peer is faster")]
+    who = f"{first} wins" if near[first] < project else f"{first} is the next"
+    return [Figure(SUBJECT, name, project / near[first], "x", note=f"{who}; above 1 the peer is faster")]
 
 
 def _memory(say: Callable[[str], None]) -> list[Figure]:

@@ -163,8 +163,8 @@ def variant(**changes: float | str) -> Dimensions:
 @cache
 def footed(thickness: float) -> tuple[Dimensions, Assembly, list[str]]:
     """The machine on screwed feet, its base plate of a thickness, and what was told while it was assembled."""
-    d, told = variant(foot="foot-m4-hole-16x8", base_plate_thickness_mm=thickness), []
-    return d, assemble(d, told.append), told
+    d, reported = variant(foot="foot-m4-hole-16x8", base_plate_thickness_mm=thickness), []
+    return d, assemble(d, reported.append), reported
 
 
 def sound(assembly: Assembly) -> None:
@@ -332,9 +332,9 @@ def test_base_dowels_stay_inside_the_plate_and_locate_the_block(thickness: float
         assert 3.0 <= pin.zmax - top <= 5.5 + 1e-6  # its bore in the block is 6 deep
 
 
-def test_parts_are_made_once_and_told() -> None:
-    _, assembly, told = footed(5.4)
-    assert len(told) == len(set(told)) == len(assembly.parts)
+def test_parts_are_made_once_and_reported() -> None:
+    _, assembly, reported = footed(5.4)
+    assert len(reported) == len(set(reported)) == len(assembly.parts)
     for o in assembly.occurrences:
         (part,) = [p for p in assembly.parts if p.number == o.part.number]
         assert o.part is part
@@ -392,7 +392,7 @@ def test_a_failure_of_the_kernel_names_part_feature_and_parameter(best_dimension
 
 
 @pytest.mark.parametrize("direction", [(0, 0, 1), (0, 0, -1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0.6, 0, -0.8)])
-def test_a_frame_points_where_it_is_told(direction: tuple[float, float, float]) -> None:
+def test_a_frame_points_where_it_is_reported(direction: tuple[float, float, float]) -> None:
     frame = pointing(direction, 1.0, 2.0, 3.0)
     np.testing.assert_allclose(frame[:3, 2], direction, atol=1e-15)
     np.testing.assert_allclose(frame[:3, :3] @ frame[:3, :3].T, np.eye(3), atol=1e-15)

@@ -144,14 +144,14 @@ def test_a_neighbour_s_motor_that_is_too_near_is_refused_in_closed_form(monkeypa
     with pytest.raises(DimensionError, match="motors come within") as refused:
         drawn()
     (reason,) = refused.value.reasons
-    told = re.search(r"within ([\d.]+) mm", reason.message)
-    assert told is not None
-    assert float(told[1]) == pytest.approx(apart, abs=0.02)
+    reported = re.search(r"within ([\d.]+) mm", reason.message)
+    assert reported is not None
+    assert float(reported[1]) == pytest.approx(apart, abs=0.02)
     assert reason.field == "mechanism.base_radius_mm"
     drawn(mechanism__base_radius_mm=31.5)
 
 
-def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_beside_its_own() -> None:
+def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_next_to_its_own() -> None:
     at_motor = {"hardware__motor": "maxon-re30-310009-500", "hardware__encoder_at": "motor"}
     design, d = design_from_dict(changed(hardware__leads="bent", **at_motor)), drawn()
     phases, own = lead_dimensions(design, catalogue.motor.rows["maxon-re30-310009-500"])
@@ -180,10 +180,10 @@ def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> No
         found.append(vertices @ o.placement[:2, :3].T + o.placement[:2, 3])
     (leads,) = d.leads
     back = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    told = np.concatenate([(np.array(leads.outside_mm) + back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+    reported = np.concatenate([(np.array(leads.outside_mm) + back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
     solids = np.concatenate(found)
-    assert told.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
-    assert told[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)
+    assert reported.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
+    assert reported[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)
 
 
 def test_a_brushless_motor_has_three() -> None:
@@ -210,9 +210,9 @@ def test_one_that_is_missing_or_off_its_place_is_refused(number: str) -> None:
 
 def test_the_manual_has_a_step_for_them_and_a_motor_comes_off_without_them() -> None:
     assembly = machine()
-    told = {step.title: step for unit in assembly.order for step in unit.steps}
-    assert sorted(told["Leads"].insertions[0].names) == sorted(leads_of(assembly))
-    assert [insertion.names for insertion in told["The encoder's lead"].insertions] == [
+    reported = {step.title: step for unit in assembly.order for step in unit.steps}
+    assert sorted(reported["Leads"].insertions[0].names) == sorted(leads_of(assembly))
+    assert [insertion.names for insertion in reported["The encoder's lead"].insertions] == [
         ("lead_clip_2",),
         ("sensor_lead_2",),
     ]

@@ -58,5 +58,5 @@ def test_at_the_smallest_base_radius_flange_and_clearance_just_have_room(
     R, cable = least + beyond_mm, c.cable_diameter_mm
     outer = rim_y_mm(c.run, cable, thickness, R, clear)[1]
     room = to_axis_mm(R, c.run.sector_mm + cable / 2, outer) - d.arm.flange_radius_mm
-    to_spare = room - clear - 2.0 * beyond_mm  # the rim gives way, too
-    assert -1e-9 <= to_spare <= 0.1 * SIN_60 + 1e-9  # a rim lies on whole tenths
+    to_margin = room - clear - 2.0 * beyond_mm  # the rim gives way, too
+    assert -1e-9 <= to_margin <= 0.1 * SIN_60 + 1e-9  # a rim lies on whole tenths

@@ -18,7 +18,7 @@ from delta_cad.solids.bought_parts import loop_overlap_mm3, make_rod_spring
 from delta_cad.solids.forearm import make_rod_eye
 from tests.delta_cad.solids.measured import placed
 
-BESIDE = ("upper_arm_{}", "cross_bar_{}_elbow", "cross_bar_{}_wrist", "sector_{}", "motor_cheek_{}")
+ADJACENT = ("upper_arm_{}", "cross_bar_{}_elbow", "cross_bar_{}_wrist", "sector_{}", "motor_cheek_{}")
 
 
 def eyes(
@@ -51,7 +51,7 @@ def test_springs_keep_clear_of_arm_bars_platform_and_drive(
         for i in range(3):
             ends = eyes(d, dict(links), i, k)
             axis = cq.Edge.makeLine(*(cq.Vector(*eye) for eye in ends))
-            for name in ("platform", *(pattern.format(i) for pattern in BESIDE)):
+            for name in ("platform", *(pattern.format(i) for pattern in ADJACENT)):
                 apart = placed(by_name[name].part.solid, frames[name]).distance(axis) - around
                 assert apart >= d.design.requirements.clearance_min_mm, (name, pose)
 
@@ -69,7 +69,7 @@ def test_springs_are_longer_when_the_rods_lean_but_within_their_length(
     assert d.forearm.spring.force_N(longest) == pytest.approx(d.forearm.joint.spring_max_N, abs=0.02)
 
 
-def test_eyes_are_where_the_springs_are_hung(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+def test_eyes_are_where_the_springs_are_suspended(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     from tests.delta_cad.solids.measured import one_axis
 
     d = best_dimensions

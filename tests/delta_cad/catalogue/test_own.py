@@ -150,7 +150,7 @@ def test_a_folder_without_parts_is_refused(tmp_path: Path) -> None:
 # What a design makes of them
 
 
-def test_a_design_takes_its_rows_from_the_folder_beside_it(tmp_path: Path) -> None:
+def test_a_design_takes_its_rows_from_the_folder_next_to_it(tmp_path: Path) -> None:
     written(tmp_path / "my-parts", motor=MOTOR, cable=CABLE)
     design = load_design(stated(tmp_path, "my-parts", motor="mine-32", cable="mine-rope", capstan_ratio=4.8))
     wider = design.model_copy(update={"mechanism": design.mechanism.model_copy(update={"base_radius_mm": 36.0})})
@@ -169,23 +169,28 @@ def test_all_parts_may_be_ones_own(tmp_path: Path) -> None:
         copied(parts, name)
     best = load_design(BEST)
     design = load_design(stated(tmp_path, "my-parts", **{n: f"own-{getattr(best.hardware, n)}" for n in CHOSEN}))
-    made, ours = dimensions(design), dimensions(best)
+    made, project = dimensions(design), dimensions(best)
     for name in CHOSEN:
-        assert getattr(made, name).id == f"own-{getattr(ours, name).id}"
-    assert (made.arm, made.capstan, made.bracket, made.shaft) == (ours.arm, ours.capstan, ours.bracket, ours.shaft)
-    assert (made.forearm, made.platform, made.base) == (ours.forearm, ours.platform, ours.base)
+        assert getattr(made, name).id == f"own-{getattr(project, name).id}"
+    assert (made.arm, made.capstan, made.bracket, made.shaft) == (
+        project.arm,
+        project.capstan,
+        project.bracket,
+        project.shaft,
+    )
+    assert (made.forearm, made.platform, made.base) == (project.forearm, project.platform, project.base)
     own, shared = drive_torque(design), drive_torque(best)
     assert vars(own) | {"motor": shared.motor, "cable": shared.cable} == vars(shared)
 
 
-def test_no_code_asks_for_the_part_that_a_design_names_among_ours_alone() -> None:
+def test_no_code_asks_for_the_part_that_a_design_names_among_own_alone() -> None:
     """`catalogue.motor(design.hardware.motor)` knows ours alone; `catalogue.motor.chosen(design.hardware)` all."""
-    ours_alone = re.compile(rf"catalogue\.({'|'.join(CHOSEN)})\((?!\")")
+    own_alone = re.compile(rf"catalogue\.({'|'.join(CHOSEN)})\((?!\")")
     found = [
         str(path.relative_to(ROOT))
         for package in ("delta_cad", "haptics", "optimizer")
         for path in (ROOT / package).rglob("*.py")
-        if ours_alone.search(path.read_text(encoding="utf-8"))
+        if own_alone.search(path.read_text(encoding="utf-8"))
     ]
     assert found == []
 

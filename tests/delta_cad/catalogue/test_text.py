@@ -60,7 +60,7 @@ def refusal(read: Callable[[], Any], file: str) -> str | None:
 def test_a_column_of_own_parts_is_read_in_one_line_or_refused_in_one(name: str, column: str) -> None:
     family = CHOSEN[name]
     row = asdict(next(iter(family.rows.values())))
-    ours = {key: "" if value is None else _cell(value) for key, value in row.items()}
+    own = {key: "" if value is None else _cell(value) for key, value in row.items()}
 
     @SOME
     @given(ANY)
@@ -68,9 +68,9 @@ def test_a_column_of_own_parts_is_read_in_one_line_or_refused_in_one(name: str, 
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"{name}.csv"
             with path.open("w", encoding="utf-8", newline="") as file:
-                writer = csv.DictWriter(file, list(ours))
+                writer = csv.DictWriter(file, list(own))
                 writer.writeheader()
-                writer.writerow(ours | {"id": "own", column: text})
+                writer.writerow(own | {"id": "own", column: text})
             if refusal(lambda: read_family(path, family.record, own=True), path.name):
                 assert column not in FREE or len(visible(text)) > MOST_LETTERS
                 return

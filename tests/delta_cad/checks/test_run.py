@@ -23,9 +23,9 @@ MACHINE = machine()
 
 
 def test_all_checks_of_a_good_machine_pass_and_report() -> None:
-    told: list[str] = []
+    reported: list[str] = []
     limits = replace(LIMITS, envelope_depth_mm=222.0, pose=asked(lean_max=np.radians(28.0), assembly_mode=False))
-    results = run_checks(CheckedMachine(MACHINE, limits, MeshLibrary(MACHINE.parts), progress=told.append))
+    results = run_checks(CheckedMachine(MACHINE, limits, MeshLibrary(MACHINE.parts), progress=reported.append))
     assert all_passed(results), [r for r in results if not r.passed]
     names = [r.name for r in results]
     assert len(names) == len(set(names))
@@ -41,33 +41,33 @@ def test_all_checks_of_a_good_machine_pass_and_report() -> None:
         assert expected in names
     assert names[-1] == "clearance proof"
     labels = [check.label for check in CHECKS if check.stage != "design"]
-    assert [label for label in told if label in labels] == labels
+    assert [label for label in reported if label in labels] == labels
     read = json.loads(json.dumps([r.to_json() for r in results]))
     assert {r["name"]: r["value"] for r in read} == {r.name: r.value for r in results}
     assert isinstance(read[-1]["passed"], bool)
 
 
-def test_checks_are_told_apart() -> None:
-    for told_by in ("name", "label"):
-        assert len({getattr(check, told_by) for check in CHECKS}) == len(CHECKS)
+def test_checks_are_distinguished() -> None:
+    for reported_by in ("name", "label"):
+        assert len({getattr(check, reported_by) for check in CHECKS}) == len(CHECKS)
 
 
 @pytest.mark.slow
 def test_another_process_sweeps_to_the_same_results() -> None:
-    meshes, told = MeshLibrary(MACHINE.parts, 0.3, 0.8), list[str]()
+    meshes, reported = MeshLibrary(MACHINE.parts, 0.3, 0.8), list[str]()
     here = Sweep()
-    with WorkerProcess(background_sweep.__name__) as beside:
-        there = Sweep(beside)
+    with WorkerProcess(background_sweep.__name__) as adjacent:
+        there = Sweep(adjacent)
         for sweep in (here, there):
             assert sweep.reach_mm is None
-            sweep.begin(MACHINE, LIMITS, meshes, told.append)
-        assert told == []
+            sweep.begin(MACHINE, LIMITS, meshes, reported.append)
+        assert reported == []
         np.testing.assert_array_equal(there.reach_mm, here.reach_mm)
         assert there.outline() == here.outline()
         found, expected = there.clearance(), here.clearance()
     assert found.results == expected.results
     assert [(s.names, s.distance_mm) for s in found.closest] == [(s.names, s.distance_mm) for s in expected.closest]
-    assert told.count(PROVING) == 2
+    assert reported.count(PROVING) == 2
 
 
 def test_a_sweep_that_was_not_begun_has_no_clearance() -> None:
@@ -109,8 +109,8 @@ def test_importing_the_checks_loads_no_cad() -> None:
         "import sys, delta_cad.checks.registry, delta_cad.assembly.tessellation;"
         "print([m for m in ('cadquery', 'OCP', 'fcl', 'trimesh', 'scipy') if m in sys.modules])"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.strip() == "[]"
+    reported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert reported.stdout.strip() == "[]"
 
 
 def test_a_clearance_that_is_known_is_not_computed_again() -> None:

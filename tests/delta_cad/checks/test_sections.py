@@ -183,7 +183,7 @@ def test_what_rounds_a_leg_into_its_head_is_not_the_legs(tmp_path: Path) -> None
     assert 0.97 < shares.min() <= shares.max() < leg.most
 
 
-def test_what_a_wide_neighbour_puts_beside_a_web_is_not_the_webs() -> None:
+def test_what_a_wide_neighbour_puts_next_to_a_web_is_not_the_webs() -> None:
     """Two bars that a bridge joins at their far end, 6 and 18 wide; the second lies over 60 degrees aside."""
     second, bridge = box((8, 22, -2), (30, 40, 2)), box((28, -3, -2), (30, 40, 2))
     pair = part("pair", box((0, -3, -2), (30, 3, 2)).fuse(second, bridge))

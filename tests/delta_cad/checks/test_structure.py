@@ -36,7 +36,7 @@ def verdicts(d: Dimensions) -> dict[str, bool]:
     return {result.name: result.passed for result in check_structure(d, {})}
 
 
-def test_what_is_not_asked_is_told() -> None:
+def test_what_is_not_required_is_reported() -> None:
     asks_nothing = committed().design.requirements.model_copy(update={"peak_force_N": None, "stiffness_min_N_mm": None})
     d = replace(committed(), design=committed().design.model_copy(update={"requirements": asks_nothing}))
     results = {r.name: r for r in check_structure(d, {})}
@@ -48,7 +48,7 @@ def test_what_is_not_asked_is_told() -> None:
     assert not any(name.endswith("peak") for name in results)
 
 
-def test_a_stiffness_that_is_asked_is_judged() -> None:
+def test_a_stiffness_that_is_required_is_judged() -> None:
     name = "structure stiffness at the knob"
     value = float(stiffness(committed()).softest.stiffness_N_mm.min())
     assert verdicts(asked(stiffness_min_N_mm=0.99 * value))[name]
@@ -56,7 +56,7 @@ def test_a_stiffness_that_is_asked_is_judged() -> None:
     assert [one for one, passed in failing.items() if not passed] == [name]
 
 
-def test_a_peak_is_judged_beside_what_holds_for_ever() -> None:
+def test_a_peak_is_judged_with_what_holds_for_ever() -> None:
     found = verdicts(asked(peak_force_N=12.0))
     failing = [name for name, passed in found.items() if not passed]
     # the cable is tensioned for the torque that the controller allows: the first of which a larger force asks too much
@@ -76,7 +76,7 @@ def test_the_record_is_plain_and_its_matrices_are_the_stiffness() -> None:
     assert all(load["holds"] == (load["margin"] >= 1.0) for load in record["loads"])
 
 
-def test_a_joint_that_gives_more_than_is_asked_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_joint_that_gives_more_than_is_required_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """The machine as it is, and one whose balls have three times the room in their cups."""
     assert check_joint(beam_model(committed()).joint_N_mm).passed
     monkeypatch.setattr("delta_cad.dimensions.joint.CLEARANCE_MM", 0.0225)

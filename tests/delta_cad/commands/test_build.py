@@ -115,12 +115,12 @@ def test_a_build_that_passes_lands_under_its_name(
 ) -> None:
     quick([GOOD])
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 0
-    told = capsys.readouterr()
-    assert told.err == ""
-    assert "\x1b" not in told.out
+    message = capsys.readouterr()
+    assert message.err == ""
+    assert "\x1b" not in message.out
     for word in ("lean", "all 2 checks hold", "0.4", "mass", "files in", best.name):
-        assert word in told.out
-    assert "FAILS" not in told.out
+        assert word in message.out
+    assert "FAILS" not in message.out
     assert [p.name for p in tmp_path.iterdir()] == [best.name]
     manifest = json.loads((tmp_path / best.name / "manifest.json").read_text())
     assert manifest["status"] == "passed"
@@ -137,11 +137,11 @@ def test_a_failing_check_ends_with_1_and_never_replaces_a_good_build(
     capsys.readouterr()
     quick([GOOD, BAD])
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 1
-    told = capsys.readouterr()
-    assert told.err == ""
-    assert "FAILS clearance at (1.0, 2.0, 90.0) mm: 0.7 mm; too near" in told.out
-    assert "upper_arm_0 / rod_1_0" in told.out
-    assert "rejected" in told.out
+    message = capsys.readouterr()
+    assert message.err == ""
+    assert "FAILS clearance at (1.0, 2.0, 90.0) mm: 0.7 mm; too near" in message.out
+    assert "upper_arm_0 / rod_1_0" in message.out
+    assert "rejected" in message.out
     assert contents(tmp_path / best.name) == good
     assert (tmp_path / best.name).stat().st_ino == inode
     rejected = tmp_path / f"{best.name}.rejected"
@@ -156,9 +156,9 @@ def test_json_is_the_record_and_nothing_else(
     for results, code, folder in (([GOOD], 0, best.name), ([GOOD, BAD], 1, f"{best.name}.rejected")):
         quick(results)
         assert main(["build", "--design", str(BEST), "--out", str(tmp_path), "--json"]) == code
-        told = capsys.readouterr()
-        assert told.err == ""
-        record = json.loads(told.out)
+        message = capsys.readouterr()
+        assert message.err == ""
+        record = json.loads(message.out)
         assert record["folder"] == str(tmp_path / folder)
         assert record["passed"] == (code == 0)
         assert record["input_sha256"] == design_hash(best)
@@ -204,10 +204,10 @@ def test_check_writes_its_report_only(
     quick([GOOD, BAD])
     out = tmp_path / "new" / "out"
     assert main(["check", "--design", str(BEST), "--out", str(out), "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told.pop("folder") is None
+    message = json.loads(capsys.readouterr().out)
+    assert message.pop("folder") is None
     assert [p.name for p in out.iterdir()] == [f"{best.name}.checks.json"]
-    assert json.loads((out / f"{best.name}.checks.json").read_text()) == told
+    assert json.loads((out / f"{best.name}.checks.json").read_text()) == message
     quick([GOOD])
     assert main(["check", "--design", str(BEST), "--out", str(out)]) == 0
     assert json.loads((out / f"{best.name}.checks.json").read_text())["passed"] is True
@@ -221,10 +221,10 @@ def test_an_out_that_cannot_be_written_ends_with_2(
     file = tmp_path / "file"
     file.write_text("no folder")
     assert main([command, "--design", str(BEST), "--out", str(file / "out")]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert str(file / "out") in told.err
+    message = capsys.readouterr()
+    assert message.out == ""
+    assert message.err.count("\n") == 1
+    assert str(file / "out") in message.err
     assert file.read_text() == "no folder"
 
 
@@ -247,16 +247,17 @@ def test_a_geometry_error_at_any_step_ends_with_3_and_leaves_the_old_build(
 
     monkeypatch.setattr(pipeline, step, fail)
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3
-    told = capsys.readouterr()
-    assert told.out == ""
+    message = capsys.readouterr()
+    assert message.out == ""
     assert (
-        told.err == "synthesized.json: sector: slot and bores cannot be built (shoulder angle range): kernel says no\n"
+        message.err
+        == "synthesized.json: sector: slot and bores cannot be built (shoulder angle range): kernel says no\n"
     )
     assert contents(tmp_path) == good
     assert [p.name for p in tmp_path.iterdir()] == [best.name]
 
 
-def test_a_process_beside_that_ends_early_ends_with_3(
+def test_a_process_next_to_that_ends_early_ends_with_3(
     quick: Quick, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     quick([GOOD])
@@ -299,7 +300,7 @@ def asked(**requirements: Any) -> Design:
     return design_from_dict(data)
 
 
-def test_limits_are_the_stops_or_what_is_asked_whichever_is_tighter(machine: BuiltMachine) -> None:
+def test_limits_are_the_stops_or_what_is_required_whichever_is_tighter(machine: BuiltMachine) -> None:
     low, high = machine.dimensions.stops_rad
 
     def limits(**requirements: Any) -> tuple[float, float]:
@@ -365,7 +366,9 @@ def ranges(machine: BuiltMachine, **requirements: Any) -> dict[str, CheckResult]
     return {result.name: result for result in check_ranges(design.geometry, limits)}
 
 
-def test_conditioning_and_effective_mass_are_checked_where_they_are_asked(machine: BuiltMachine, best: Design) -> None:
+def test_conditioning_and_effective_mass_are_checked_where_they_are_required(
+    machine: BuiltMachine, best: Design
+) -> None:
     checked = partial(ranges, machine)
     from haptics.loop.linear import linearise
     from haptics.model.plant import plant

@@ -25,12 +25,12 @@ COMMANDS = ("build", "check", "drawings", "inspect")
 def refused(capsys: pytest.CaptureFixture[str], arguments: list[str], code: int = 2) -> str:
     """Runs a command that must refuse; returns its only line."""
     assert main(arguments) == code
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.endswith("\n")
-    assert told.err.count("\n") == 1, told.err
-    assert "Traceback" not in told.err
-    return told.err
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    assert reported.err.endswith("\n")
+    assert reported.err.count("\n") == 1, reported.err
+    assert "Traceback" not in reported.err
+    return reported.err
 
 
 def left_in(folder: Path) -> list[Path]:
@@ -48,25 +48,25 @@ def test_help_ends_with_0(arguments: list[str], capsys: pytest.CaptureFixture[st
 
 def test_schema_prints_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["schema"]) == 0
-    told = capsys.readouterr()
-    assert json.loads(told.out) == design_schema()
-    assert told.err == ""
+    reported = capsys.readouterr()
+    assert json.loads(reported.out) == design_schema()
+    assert reported.err == ""
 
 
 def test_inspect_prints_a_table_or_json_of_the_same_facts(best: Design, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", "--design", str(BEST), "--json"]) == 0
-    told = capsys.readouterr()
-    assert told.err == ""
-    data = json.loads(told.out)
+    reported = capsys.readouterr()
+    assert reported.err == ""
+    data = json.loads(reported.out)
     assert data["name"] == best.name
     assert data["rows"] == json.loads(json.dumps([row.to_json() for row in inspection(best)]))
     assert main(["inspect", "--design", str(BEST), "--all"]) == 0
-    told = capsys.readouterr()
-    assert told.err == ""
-    assert "\x1b" not in told.out  # no colours into a file
-    assert "FAILS" not in told.out
+    reported = capsys.readouterr()
+    assert reported.err == ""
+    assert "\x1b" not in reported.out  # no colours into a file
+    assert "FAILS" not in reported.out
     for row in data["rows"]:
-        assert row["quantity"] in told.out
+        assert row["quantity"] in reported.out
 
 
 @pytest.mark.parametrize(
@@ -146,9 +146,9 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     file, rest = tmp_path / "thin.json", ["--out", str(tmp_path / "out")]
     file.write_text(json.dumps(changed(hardware__capstan_ratio=11.5, hardware__platform_thickness_mm=9.0)))
     assert main(["check", "--design", str(file), *rest]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    lines = told.err.splitlines()
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    lines = reported.err.splitlines()
     assert lines[0].startswith("thin.json: pinion, wall: ")
     assert "hardware.capstan_ratio = 11.5 must be at most 10.99" in lines[0]
     for reason in (
@@ -169,8 +169,8 @@ def test_a_suggestion_is_a_design_that_nothing_refuses_with_the_requirements_of_
     file.write_text(json.dumps(data))
     arguments = [command, "--design", str(file), "--suggest", str(better), "--json"]
     assert main(arguments) == (0 if command == "inspect" else 2)
-    told = capsys.readouterr()
-    record = json.loads(told.out)
+    reported = capsys.readouterr()
+    record = json.loads(reported.out)
     assert record["suggested"]["values"] == {"hardware.platform_thickness_mm": 10.0}
     assert record["suggested"]["was"] == {"hardware.platform_thickness_mm": 9.0}
     (reason,) = record["refused"]
@@ -180,7 +180,7 @@ def test_a_suggestion_is_a_design_that_nothing_refuses_with_the_requirements_of_
         "enough": {"hardware.platform_thickness_mm": 10.0},
         "requirement": False,
     } in reason["changes"]
-    assert "better.json: hardware.platform_thickness_mm = 10 (was 9)" in told.err
+    assert "better.json: hardware.platform_thickness_mm = 10 (was 9)" in reported.err
     design = load_design(better)
     assert refusals(design) == ()
     assert design.requirements == design_from_dict(data).requirements
@@ -197,22 +197,28 @@ def test_a_suggestion_of_a_machine_of_own_parts_finds_them_from_its_own_folder(t
     shutil.copytree(ROOT / "examples" / "my-parts", tmp_path / "a" / "my-parts")
     (tmp_path / "b").mkdir()
     (tmp_path / "a" / "thin.json").write_text(json.dumps(given))
-    asked = ["check", "--design", str(tmp_path / "a" / "thin.json"), "--suggest", str(tmp_path / "b" / "better.json")]
-    assert main(asked) == 2
+    required = [
+        "check",
+        "--design",
+        str(tmp_path / "a" / "thin.json"),
+        "--suggest",
+        str(tmp_path / "b" / "better.json"),
+    ]
+    assert main(required) == 2
     assert load_design(tmp_path / "b" / "better.json").hardware.catalogue == "../a/my-parts"
 
 
-def test_inspect_tells_why_no_machine_can_be_built_beside_the_mechanism_s_figures(
+def test_inspect_tells_why_no_machine_can_be_built_next_to_the_mechanism_s_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "thin.json"
     file.write_text(json.dumps(changed(hardware__platform_thickness_mm=9.0)))
     assert main(["inspect", "--design", str(file), "--json"]) == 0
-    told = capsys.readouterr()
-    record = json.loads(told.out)
+    reported = capsys.readouterr()
+    record = json.loads(reported.out)
     assert {row["quantity"] for row in record["rows"]} >= {"kappa", "cube side 2 L"}
     assert [(one["part"], one["feature"]) for one in record["refused"]] == [("platform", "wrist boss")]
-    assert told.err.startswith("thin.json: no build: platform, wrist boss: ")
+    assert reported.err.startswith("thin.json: no build: platform, wrist boss: ")
     assert main(["inspect", "--design", str(file)]) == 0
     assert "; no build: 1 reason" in capsys.readouterr().out.splitlines()[0]
 

@@ -39,8 +39,8 @@ def test_drawings_land_whole_and_a_fault_ends_with_1(
     folder = tmp_path / best.name / "drawings"
     quick.append(Drawn(3))
     assert main(["drawings", "--design", str(BEST), "--out", str(tmp_path)]) == 0
-    told = capsys.readouterr()
-    assert (told.out, told.err) == (f"3 drawings in {folder}\n", "")
+    reported = capsys.readouterr()
+    assert (reported.out, reported.err) == (f"3 drawings in {folder}\n", "")
     assert [path.name for path in folder.glob("[!.]*")] == ["plate.pdf"]
     quick[0] = Drawn(3, {"plate": ["plane 3 is told 2 times"]})
     assert main(["drawings", "--design", str(BEST), "--out", str(tmp_path), "--json"]) == 1
@@ -66,9 +66,9 @@ def test_what_cannot_be_written_leaves_the_old_drawings(
 
     monkeypatch.setattr(write, "write_drawings", full)
     assert main(["drawings", "--design", str(BEST), "--out", str(tmp_path)]) == 2
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert "No space left on device" in told
+    reported = capsys.readouterr().err
+    assert reported.count("\n") == 1
+    assert "No space left on device" in reported
     assert [path.name for path in tmp_path.rglob("*.pdf")] == ["old.pdf"]
 
 

@@ -26,9 +26,9 @@ PARSERS = [
 
 @pytest.mark.parametrize(("parser", "codes"), PARSERS, ids=["delta_cad", "optimizer", "haptics"])
 def test_help_ends_with_all_exit_codes(parser: Callable[[], argparse.ArgumentParser], codes: set[int]) -> None:
-    told = " ".join(parser().format_help().split()).split("exit codes: ")[1]
-    assert {int(code) for code in re.findall(r"(?:^|; )(\d+) ", told)} == codes
-    assert told.endswith("130 interrupted by Ctrl-C")
+    reported = " ".join(parser().format_help().split()).split("exit codes: ")[1]
+    assert {int(code) for code in re.findall(r"(?:^|; )(\d+) ", reported)} == codes
+    assert reported.endswith("130 interrupted by Ctrl-C")
 
 
 def test_who_fills_the_folder_ends_before_it_is_taken_away(

@@ -46,7 +46,7 @@ def test_what_is_not_verified_is_named_in_one_line(
 
 
 @pytest.mark.parametrize("passed", [True, False])
-def test_how_the_drive_holds_and_which_way_the_outline_lies_are_told(
+def test_how_the_drive_holds_and_which_way_the_outline_lies_are_reported(
     passed: bool, best: Design, capsys: pytest.CaptureFixture[str]
 ) -> None:
     masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
@@ -55,14 +55,14 @@ def test_how_the_drive_holds_and_which_way_the_outline_lies_are_told(
         for name in ("drive torque", "envelope width", "lean")
     ]
     tables.print_outcome(Outcome(best, found, masses, None, ()), whole=True)
-    told = [line for line in capsys.readouterr().out.splitlines() if "detail of" in line]
+    reported = [line for line in capsys.readouterr().out.splitlines() if "detail of" in line]
     if passed:
-        assert told == ["drive torque: detail of drive torque", "envelope width: detail of envelope width"]
+        assert reported == ["drive torque: detail of drive torque", "envelope width: detail of envelope width"]
     else:  # what fails is told once, by its failure
-        assert told == [f"FAILS {result.name}: {result.detail}" for result in found]
+        assert reported == [f"FAILS {result.name}: {result.detail}" for result in found]
 
 
-def test_a_figure_that_nothing_is_asked_of_has_no_verdict(best: Design, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_figure_that_nothing_is_required_of_has_no_verdict(best: Design, capsys: pytest.CaptureFixture[str]) -> None:
     masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
     found = [
         CheckResult("told", True, 1.0, None, "Hz"),
@@ -94,12 +94,12 @@ def test_what_fails_comes_first_then_ten_figures_and_the_table_on_demand(
     assert len(figures) == tables.MOST_FIGURES == 10
     assert figures[1].split()[2:] == ["1", "mm", "<=", "2"]
     tables.print_outcome(Outcome(best, found, masses, None, ()), whole=True)
-    told = capsys.readouterr().out
-    assert all(result.name in told for result in found)
-    assert told.startswith(f"{best.name}: 1 of 53 checks FAIL\nFAILS broken")
+    reported = capsys.readouterr().out
+    assert all(result.name in reported for result in found)
+    assert reported.startswith(f"{best.name}: 1 of 53 checks FAIL\nFAILS broken")
 
 
-def test_units_are_told_as_people_write_them(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_units_are_reported_as_people_write_them(monkeypatch: pytest.MonkeyPatch) -> None:
     class Narrow:
         encoding = "ascii"
 

@@ -45,11 +45,11 @@ def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) ->
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert main(["view", "--design", str(BEST), "--port", str(port)]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert f"--port {port}" in told.err
-    assert "in use" in told.err
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    assert reported.err.count("\n") == 1
+    assert f"--port {port}" in reported.err
+    assert "in use" in reported.err
 
 
 @pytest.mark.parametrize(
@@ -68,9 +68,9 @@ def test_other_machines_are_let_in_expressly_and_by_one_address(
 ) -> None:
     more = ["--allow-remote"] if allowed else []
     assert main(["view", "--design", str(BEST), "--port", str(free_port()), "--host", host, *more]) == 2
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert said_ in told
+    reported = capsys.readouterr().err
+    assert reported.count("\n") == 1
+    assert said_ in reported
 
 
 def test_without_viser_it_says_what_to_install(

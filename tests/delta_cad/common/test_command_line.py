@@ -68,9 +68,9 @@ def test_a_shell_completes_every_command_and_option(
 
 def test_files_and_folders_are_completed_where_they_are_meant(capsys: pytest.CaptureFixture[str]) -> None:
     assert ended(delta_cad.main, ["--completion", "bash"]) == 0
-    told = capsys.readouterr().out
-    assert "_shtab_delta_cad_build___design_COMPGEN=_shtab_compgen_files" in told
-    assert "_shtab_delta_cad_build___out_COMPGEN=_shtab_compgen_dirs" in told
+    reported = capsys.readouterr().out
+    assert "_shtab_delta_cad_build___design_COMPGEN=_shtab_compgen_files" in reported
+    assert "_shtab_delta_cad_build___out_COMPGEN=_shtab_compgen_dirs" in reported
 
 
 @pytest.mark.parametrize("cli", CLIS.values(), ids=list(CLIS))
@@ -96,15 +96,15 @@ def test_the_design_of_the_folder_is_taken_and_named(
     )
     shutil.copy(BEST, tmp_path / "best.json")
     assert delta_cad.main(["inspect", "--json"]) == 0
-    told = capsys.readouterr()
-    assert told.err == "--design best.json: taken, as none was given\n"
-    assert json.loads(told.out)["name"] == DATA["name"]
+    reported = capsys.readouterr()
+    assert reported.err == "--design best.json: taken, as none was given\n"
+    assert json.loads(reported.out)["name"] == DATA["name"]
     assert delta_cad.main(["inspect", "--json", "--design", str(BEST)]) == 0
     again = capsys.readouterr()
-    assert (again.out, again.err) == (told.out, "")
+    assert (again.out, again.err) == (reported.out, "")
 
 
-def test_no_design_is_sought_where_none_is_needed(
+def test_no_design_is_searched_where_none_is_needed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -126,17 +126,17 @@ def test_a_wrong_word_gets_a_hint(
     cli: ModuleType, words: list[str], meaning: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert ended(cli.main, words) == 2
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert (f"; did you mean {meaning}; see" in told) == bool(meaning)
-    assert ("did you mean" in told) == bool(meaning)
+    reported = capsys.readouterr().err
+    assert reported.count("\n") == 1
+    assert (f"; did you mean {meaning}; see" in reported) == bool(meaning)
+    assert ("did you mean" in reported) == bool(meaning)
 
 
-def test_an_option_of_other_commands_is_told_as_such(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_option_of_other_commands_is_reported_as_such(capsys: pytest.CaptureFixture[str]) -> None:
     assert ended(delta_cad.main, ["schema", "--json"]) == 2
-    told = capsys.readouterr().err
-    assert "--json; other commands have it, this one has not" in told
-    assert "did you mean" not in told
+    reported = capsys.readouterr().err
+    assert "--json; other commands have it, this one has not" in reported
+    assert "did you mean" not in reported
 
 
 @pytest.mark.parametrize(

@@ -160,11 +160,11 @@ def test_what_fails_after_ctrl_c_fails_for_it(capsys: pytest.CaptureFixture[str]
 
 def test_a_request_asks_first_and_then_interrupts_who_does_not_look(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(console, "GRACE_S", 0.01)
-    with console.Request() as asked:
-        assert not asked()
+    with console.Request() as required:
+        assert not required()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
         os.kill(os.getpid(), signal.SIGINT)
-        assert asked()
+        assert required()
         with pytest.raises(KeyboardInterrupt):
             _unblock_and_wait()
 
@@ -199,9 +199,9 @@ def _unblock_and_wait() -> None:
 
 def test_a_second_request_interrupts_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(console, "GRACE_S", 60.0)
-    with console.Request() as asked:
+    with console.Request() as required:
         os.kill(os.getpid(), signal.SIGINT)
-        assert asked()
+        assert required()
         with pytest.raises(KeyboardInterrupt):
             os.kill(os.getpid(), signal.SIGINT)
 

@@ -391,7 +391,7 @@ def test_a_folder_that_takes_no_files_is_refused() -> None:
 
 
 @pytest.mark.parametrize("call", ["room", "file", "folder", "begin", "append"])
-def test_a_full_disk_is_named_by_the_path_that_was_asked_for(
+def test_a_full_disk_is_named_by_the_path_that_was_requested(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str
 ) -> None:
     """Writing names no path, and a part has a name that nobody knows."""

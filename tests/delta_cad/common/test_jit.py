@@ -124,7 +124,7 @@ def test_a_file_that_hides_its_decorator_is_refused(copy: Path, tmp_path: Path) 
     assert "optimizer/trial.py is to import its decorator from" in process.stderr
 
 
-def test_edits_beside_compiled_code_cost_nothing(copy: Path, tmp_path: Path) -> None:
+def test_edits_next_to_compiled_code_cost_nothing(copy: Path, tmp_path: Path) -> None:
     run(copy, HOME=tmp_path)
     edit(copy / "delta_cad/common/console.py", "from __future__", "# another line\nfrom __future__")
     assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]

@@ -15,13 +15,13 @@ class Thing:
         return 1
 
 
-def test_each_object_is_asked_once_by_identity_and_forgotten_with_it() -> None:
-    asked: list[int] = []
+def test_each_object_is_required_once_by_identity_and_forgotten_with_it() -> None:
+    required: list[int] = []
 
     @memoize
     def find(of: Thing) -> int:
-        asked.append(id(of))
-        return len(asked)
+        required.append(id(of))
+        return len(required)
 
     one, other = Thing(), Thing()
     assert [find(one), find(other), find(one), find(other)] == [1, 2, 1, 2]

@@ -56,7 +56,7 @@ def test_plain_data_is_read_as_the_standard_reader_reads_it(tmp_path: Path) -> N
         (b'{"a":' * 200_000 + b"1" + b"}" * 200_000, "is nested deeper"),
     ],
 )
-def test_what_is_no_json_of_ours_is_refused(content: bytes, words: str) -> None:
+def test_what_is_no_json_of_own_is_refused(content: bytes, words: str) -> None:
     with pytest.raises(ReadError, match=words) as caught:
         parse_json(content, "f.json")
     text = str(caught.value)
@@ -121,11 +121,11 @@ def test_a_pipe_is_read_to_the_end_that_who_writes_gives_it(tmp_path: Path) -> N
 def test_an_anonymous_pipe_is_read_whoever_ended_first() -> None:
     """As `/dev/stdin`, and the shell's `<(command)`."""
     for content in (b"", b"{}"):
-        ours, theirs = os.pipe()
+        own, theirs = os.pipe()
         os.write(theirs, content)
         os.close(theirs)
-        assert read_bounded(Path(f"/dev/fd/{ours}")) == content
-        os.close(ours)
+        assert read_bounded(Path(f"/dev/fd/{own}")) == content
+        os.close(own)
 
 
 def test_toml_is_read_as_the_standard_reader_reads_it() -> None:
@@ -153,7 +153,7 @@ def test_toml_is_read_as_the_standard_reader_reads_it() -> None:
     ],
     ids=named,
 )
-def test_what_is_no_toml_of_ours_is_refused(content: bytes, words: str) -> None:
+def test_what_is_no_toml_of_own_is_refused(content: bytes, words: str) -> None:
     with pytest.raises(ReadError, match=words) as caught:
         parse_toml(content, "f.toml")
     text = str(caught.value)

@@ -62,7 +62,7 @@ def test_a_refusal_names_file_field_value_and_what_is_allowed() -> None:
     assert len(str(strange)) < 300
 
 
-def test_a_value_is_told_in_short() -> None:
+def test_a_value_is_reported_in_short() -> None:
     assert short([1.5, None]) == "[1.5, null]"
     assert len(short("a" * 100)) == 60
     assert short(16**5000) == "too long to tell"

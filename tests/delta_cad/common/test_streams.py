@@ -60,9 +60,9 @@ def test_usage_is_refused_on_one_printable_line(capsys: pytest.CaptureFixture[st
     with pytest.raises(SystemExit) as ended:
         parser.parse_args(["\x1b[2J\n"])
     assert ended.value.code == 2
-    told = capsys.readouterr().err
-    assert told.endswith("see python -m program --help\n")
-    assert told[:-1].isprintable()
+    reported = capsys.readouterr().err
+    assert reported.endswith("see python -m program --help\n")
+    assert reported[:-1].isprintable()
 
 
 PRINTS = """

@@ -34,7 +34,7 @@ PUBLISHED = Path(__file__).parents[2] / "references" / "published-optimum.json"
 # What is accepted
 
 
-def test_the_published_optimum_is_kept_beside_the_committed_design() -> None:
+def test_the_published_optimum_is_kept_next_to_the_committed_design() -> None:
     design = load_design(PUBLISHED)
     g = design.geometry
     assert isinstance(g, DeltaGeometry)
@@ -53,13 +53,13 @@ def test_the_committed_design_has_the_hardware_spelled_out_and_lengths_in_whole_
     lengths = [*raw["mechanism"].values(), *raw["cube"].values()]
     assert lengths == [round(v, 3) for v in lengths]
     assert raw["cube"]["half_side_mm"] >= 43.0  # a cube of 86 mm; the published one has 75 mm at the same kappa
-    asked = raw["requirements"]
-    assert asked["kappa_max"] == 2.27
-    assert asked["couple_index_min"] == 0.4
+    required = raw["requirements"]
+    assert required["kappa_max"] == 2.27
+    assert required["couple_index_min"] == 0.4
     assert raw["mechanism"]["base_radius_mm"] + raw["mechanism"]["upper_arm_length_mm"] <= 122.0
-    assert asked["lean_max_deg"] == 28.0
-    assert (asked["joint_torque_N_m"], asked["peak_torque_N_m"]) == (0.39, 0.8)
-    assert (asked["force_N"], asked["peak_force_N"], asked["stiffness_min_N_mm"]) == (3.0, 6.0, 15.0)
+    assert required["lean_max_deg"] == 28.0
+    assert (required["joint_torque_N_m"], required["peak_torque_N_m"]) == (0.39, 0.8)
+    assert (required["force_N"], required["peak_force_N"], required["stiffness_min_N_mm"]) == (3.0, 6.0, 15.0)
 
 
 def test_what_may_be_missing_has_the_promised_defaults() -> None:

@@ -39,7 +39,7 @@ def test_the_schema_is_json_and_does_not_change_when_read() -> None:
 
 def test_the_schema_takes_own_ids_where_a_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "cable.csv").write_text("id,diameter_mm,breaking_load_N\nmine,0.5,150\n", encoding="utf-8")
-    ours, known = design_schema(), design_schema(tmp_path)
+    own, known = design_schema(), design_schema(tmp_path)
     for hardware, accepted in (
         ({"cable": "mine"}, (False, False)),
         ({"cable": "mine", "catalogue": None}, (False, False)),
@@ -49,6 +49,6 @@ def test_the_schema_takes_own_ids_where_a_folder_is_named(tmp_path: Path) -> Non
         ({"catalogue": ""}, (False, False)),
     ):
         data = changed("hardware", hardware)
-        assert tuple(violations(schema, data, schema) == [] for schema in (ours, known)) == accepted, hardware
+        assert tuple(violations(schema, data, schema) == [] for schema in (own, known)) == accepted, hardware
     with pytest.raises(CatalogueError):
         design_schema(tmp_path / "none")

@@ -231,12 +231,12 @@ def test_arms_at_their_lower_stop_keep_clear_of_foot_block_and_base(
         gaps.append(min(float((np.linalg.norm(centres - p, axis=1) - radius).min()) for p in block))
         over = centres[:, 0] - radius + b.shoulder_u_mm < d.base.radius_mm
         rooms.append((centres[over, 1] - radius[over]).min(initial=0.0) - d.base.top_mm)
-    asked = d.design.requirements.clearance_min_mm + MESHES_MM
-    assert asked == pytest.approx(2.1)
-    assert min(gaps) >= asked - 1e-6
-    assert min(rooms) >= asked - 1e-9
+    required = d.design.requirements.clearance_min_mm + MESHES_MM
+    assert required == pytest.approx(2.1)
+    assert min(gaps) >= required - 1e-6
+    assert min(rooms) >= required - 1e-9
     if changes is DEEP:  # and no lower than that but for the tenth that it is rounded down by
-        assert min(*gaps, *rooms) - 0.1 < asked
+        assert min(*gaps, *rooms) - 0.1 < required
     assert b.foot_u_mm[1] - b.foot_u_mm[0] == pytest.approx(42.0)
     middle = sum(b.foot_u_mm) / 2
     for pair in (b.cheek_screw_u_mm, b.cheek_dowel_u_mm, b.base_screw_u_mm, b.base_dowel_u_mm):

@@ -85,10 +85,10 @@ def test_the_contact_reaches_as_far_as_load_and_half_its_angle(best_dimensions: 
     assert (half > np.radians(15.0)).all()
     assert (half < np.radians(28.0)).all()
     assert half[0] == half.min()
-    left = joint.spare_preload_N(force, lean)
+    left = joint.margin_preload_N(force, lean)
     assert left[0] == left.max()
     np.testing.assert_allclose(joint.edge_rad(force[1:], lean[1:], (joint.preload_N - left)[1:]), joint.wrap_rad)
-    assert (joint.spare_preload_N(np.array(60.0), np.array(0.4)) < 0.0).all()
+    assert (joint.margin_preload_N(np.array(60.0), np.array(0.4)) < 0.0).all()
 
 
 def test_a_contact_s_angle_is_that_of_the_textbook_s_two_limits() -> None:
@@ -102,8 +102,8 @@ def test_a_contact_s_angle_is_that_of_the_textbook_s_two_limits() -> None:
     half = float(patch_angle_rad(radius, np.array(load), pair, bed, clearance))
     at = (np.arange(20_000) + 0.5) / 20_000 * half
     deep = clearance * (np.cos(at) - cos(half))  # how far the ball goes into the plastic
-    borne = float(np.sum(bed * deep * 2 * pi * radius**2 * np.sin(at) * np.cos(at)) * half / 20_000)
-    assert borne == pytest.approx(load, rel=0.05)  # small angles
+    carried = float(np.sum(bed * deep * 2 * pi * radius**2 * np.sin(at) * np.cos(at)) * half / 20_000)
+    assert carried == pytest.approx(load, rel=0.05)  # small angles
 
 
 def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions: Dimensions) -> None:
@@ -217,7 +217,7 @@ def test_a_cross_bar_is_bonded_over_its_boss_and_not_at_its_cones(best_dimension
 
 
 @pytest.mark.parametrize(("fold", "lean"), [(0.3, 0.4), (0.6, 0.0), (1.2, 0.4), (1.57, 0.2), (2.4, 0.0)])
-def test_springs_keep_their_distance_from_the_arm_beside_which_rods_fold(
+def test_springs_keep_their_distance_from_the_arm_next_to_which_rods_fold(
     best_dimensions: Dimensions, fold: float, lean: float
 ) -> None:
     """Brute force: circles whose hull the arm is; one spring outside the rod, one inside, at the fold and wider."""

@@ -107,8 +107,8 @@ def test_a_collar_stands_off_the_rim_by_its_own_gap_and_its_screws(ratio: float,
     run = cable_run(38.7, ratio, (-1.0, 0.9), d.cable)
     collar, off = collar_mm(run.pinion_mm, 0.54, d.motor), collar_off_mm(run, 0.54, d.motor)
     rim = 38.7 - 0.54 / 4  # and it lies farther in by as much again
-    beside = max(run.centre_distance_mm - collar - rim, 0.0)
-    assert hypot(max(off, 0.0), beside) >= 1.3
-    assert hypot(off + 1.05, beside) >= 2.0
+    adjacent = max(run.centre_distance_mm - collar - rim, 0.0)
+    assert hypot(max(off, 0.0), adjacent) >= 1.3
+    assert hypot(off + 1.05, adjacent) >= 2.0
     shorter = off - 0.11  # would not do: it is no longer than it must be
-    assert off == -0.1 or hypot(max(shorter, 0.0), beside) < 1.35 or hypot(shorter + 1.05, beside) < 2.1
+    assert off == -0.1 or hypot(max(shorter, 0.0), adjacent) < 1.35 or hypot(shorter + 1.05, adjacent) < 2.1

@@ -114,13 +114,13 @@ def test_a_design_without_a_panel_is_as_it_was() -> None:
     design = design_from_dict(changed())
     d = dimensions(design)
     assert (d.panel, d.sleeve_mm, d.has_feet, d.platform.stem_length_mm) == (None, 0.0, True, 25.0)
-    told = design_to_dict(design)
-    assert "panel" not in told
-    assert "mounting" not in told["hardware"]
-    assert design_hash(design) == design_hash(design_from_dict(told))
+    reported = design_to_dict(design)
+    assert "panel" not in reported
+    assert "mounting" not in reported["hardware"]
+    assert design_hash(design) == design_hash(design_from_dict(reported))
 
 
-def test_a_panel_is_told_and_read_again() -> None:
+def test_a_panel_is_reported_and_read_again() -> None:
     design = with_panel()
     assert design_from_dict(design_to_dict(design)) == design
     assert design_hash(design) != design_hash(with_panel(panel__limit_mm=4.0))

@@ -104,9 +104,9 @@ LARGE: dict[str, Any] = {  # and of large-250.toml
 def made(name: str, lengths: dict[str, Any], **task: float) -> Design:
     """The design that the lengths make with a requirements file's task, or another, and its hardware."""
     given = load_requirements(SIZES / f"{name}.toml")
-    asked = given.requirements.model_dump(exclude_none=True) | task
+    demand = given.requirements.model_dump(exclude_none=True) | task
     hardware = given.hardware_from(Path())
-    return design_from_dict(changed(**lengths, requirements=asked, hardware=hardware, name=name))
+    return design_from_dict(changed(**lengths, requirements=demand, hardware=hardware, name=name))
 
 
 def test_machines_of_40_150_and_250_mm_are_not_refused() -> None:

@@ -45,9 +45,9 @@ def test_a_capstan_by_hand() -> None:
     assert (report.required_torque_N_m, report.required_peak_N_m) == (0.8, 1.2)
 
 
-def test_the_controller_gives_what_is_asked_for_a_moment_or_what_the_drive_has() -> None:
+def test_the_controller_gives_what_is_requested_a_moment_or_what_the_drive_has() -> None:
     """2.448 N m are there; a peak that nobody asks for is what is asked for ever."""
-    for torque, peak, asked, controlled in (
+    for torque, peak, required, controlled in (
         (0.5, None, 0.5, 0.5),
         (0.5, 0.5, 0.5, 0.5),
         (0.5, 2.4, 2.4, 2.4),
@@ -55,7 +55,7 @@ def test_the_controller_gives_what_is_asked_for_a_moment_or_what_the_drive_has()
         (3.0, None, 3.0, 2.448),
     ):
         report = drive_torque(design(torque, peak, capstan_ratio=10.0, sector_radius_mm=40.0))
-        assert (report.required_torque_N_m, report.required_peak_N_m) == (torque, asked)
+        assert (report.required_torque_N_m, report.required_peak_N_m) == (torque, required)
         assert report.controlled_torque_N_m == pytest.approx(controlled, rel=1e-12)
         force = controlled / 0.96 / 0.040
         assert report.cable_pretension_N == pytest.approx(4.0 + force / 2.0, rel=1e-12)

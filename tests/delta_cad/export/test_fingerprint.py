@@ -57,9 +57,11 @@ def shuffled(data: bytes, seed: int) -> bytes:
 def test_a_fresh_process_agrees_with_this_one(tmp_path: Path, step_file: Path) -> None:
     """It at its second file: the kernel counts on."""
     command = [sys.executable, "-c", PROGRAM, str(tmp_path / "2"), "2"]
-    told = subprocess.run(command, stdout=subprocess.PIPE, text=True, cwd=ROOT, timeout=120, check=True).stdout.strip()
-    assert len(told) == 64
-    assert told == content_fingerprint(step_file.read_bytes())
+    reported = subprocess.run(
+        command, stdout=subprocess.PIPE, text=True, cwd=ROOT, timeout=120, check=True
+    ).stdout.strip()
+    assert len(reported) == 64
+    assert reported == content_fingerprint(step_file.read_bytes())
     entities = {path.read_bytes().partition(b"DATA;")[2] for path in (tmp_path / "2", step_file)}
     assert len(entities) == 1  # byte for byte: only the time stamp in the header was asked to differ
 
@@ -142,7 +144,7 @@ def test_how_often_something_stands_there_counts() -> None:
     assert content_fingerprint(step_text("#1=P(1.)")) != content_fingerprint(step_text("#1=P(1.)", "#2=P(1.)"))
 
 
-def test_cycles_are_told_apart_by_what_hangs_on_them() -> None:
+def test_cycles_are_distinguished_by_what_hangs_on_them() -> None:
     ring = step_text("#1=A(#2)", "#2=A(#3)", "#3=B(#1,#4)", "#4=P(1.)")
     same = step_text("#9=P(1.)", "#5=B(#7,#9)", "#6=A(#5)", "#7=A(#6)")
     other = step_text("#1=A(#2)", "#2=A(#3)", "#3=B(#1,#4)", "#4=P(2.)")

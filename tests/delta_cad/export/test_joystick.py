@@ -52,8 +52,8 @@ def test_mass_bill_and_solids_agree(best_assembly: Assembly) -> None:
     report = mass_report(best_assembly)
     listed = bill_of_materials(best_assembly, {name: part["mass_kg"] for name, part in report["parts"].items()})
     whole = sum(not part.piece_of for part in best_assembly.parts)  # a cable that is drawn in pieces is one row
-    rows, beside = listed[:whole], listed[whole:]
-    assert [row.part_number for row in beside] == [supply.number for supply in best_assembly.supplies]
+    rows, adjacent = listed[:whole], listed[whole:]
+    assert [row.part_number for row in adjacent] == [supply.number for supply in best_assembly.supplies]
     total_g = 1000 * report["total_mass_kg"]
     # half of the last printed digit for every occurrence
     assert sum(row.total_mass_g for row in rows) == pytest.approx(total_g, abs=0.5e-4 * len(best_assembly.occurrences))

@@ -145,11 +145,11 @@ def test_mass_does_not_depend_on_the_pose() -> None:
 def test_a_spring_weighs_half_on_either_rod_and_moves_as_it_does() -> None:
     """Kinetic energy of a steady motion by the spring's own middle, by differences, against the rods' points."""
     machine = make_assembly()
-    hung = replace(machine.placement, springs_mm=((30.0, -5.5), (80.0, 5.5)), eye_inside_mm=0.8)
+    suspended = replace(machine.placement, springs_mm=((30.0, -5.5), (80.0, 5.5)), eye_inside_mm=0.8)
     spring = replace(box(), mass_g=10.0)
-    bare = link_mass_properties(replace(machine, placement=hung))
+    bare = link_mass_properties(replace(machine, placement=suspended))
     placed = Occurrence("spring", spring, "spring_1_0", np.eye(4))
-    heavy = replace(machine, placement=hung, occurrences=(*machine.occurrences, placed))
+    heavy = replace(machine, placement=suspended, occurrences=(*machine.occurrences, placed))
     links = link_mass_properties(heavy)
     assert set(links) == set(bare)
     for link, body in links.items():
@@ -161,7 +161,7 @@ def test_a_spring_weighs_half_on_either_rod_and_moves_as_it_does() -> None:
     report = mass_report(heavy)
     assert report["total_mass_kg"] == pytest.approx(mass_report(machine)["total_mass_kg"] + 0.010)
     p, way = machine.home_mm + np.array([5.0, -9.0, 4.0]), np.array([0.3, -0.5, 0.2])
-    before, after = (hung(p + s * 1e-3 * way) for s in (-1.0, 1.0))
+    before, after = (suspended(p + s * 1e-3 * way) for s in (-1.0, 1.0))
     speed = np.linalg.norm(after["spring_1_0"][:3, 3] - before["spring_1_0"][:3, 3])
     point = np.array([30.0, 0.0, 0.0, 1.0])
     for side in range(2):

@@ -136,6 +136,6 @@ def test_rotor_and_pinion_turn_by_the_square_of_the_ratio(robot: Robot) -> None:
     pinion = {"inertia_kg_m2": [[1.0, 0.0, 0.0], [0.0, 2e-7, 0.0], [0.0, 0.0, 1.0]]}
     turning = 4.8**2 * (3.33e-6 + 2e-7)
     for text in (urdf, sdf):
-        told = text(replace(robot, bodies={**robot.bodies, "pinion_0": pinion}))
-        (said,) = (line for line in told.splitlines() if "rotor and pinion add" in line)
+        reported = text(replace(robot, bodies={**robot.bodies, "pinion_0": pinion}))
+        (said,) = (line for line in reported.splitlines() if "rotor and pinion add" in line)
         assert float(said.split("rotor and pinion add ")[1].split()[0]) == pytest.approx(turning)

@@ -158,7 +158,7 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
         render_window((64, 64))
 
 
-def test_a_writer_that_ends_early_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_writer_that_ends_early_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def ended(_: WorkerProcess) -> None:
         raise WorkerProcessError("mesh_files: Killed")
 

@@ -20,8 +20,7 @@ from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM
 from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm, second_way_rad
 from delta_cad.interference.moving_bodies import COUNT, arm_shapes, nearest, sector_clearance, sector_points
 from delta_cad.interference.platform import platform_points, platform_shapes
-from delta_cad.interference.rod_vs_boss import boss_clearance_mm
-from delta_cad.interference.rod_vs_drive import drive_clearances
+from delta_cad.interference.reasons import boss_clearance_mm, drive_clearances
 from delta_cad.interference.shapes import (
     TOGETHER,
     Bar,
@@ -192,14 +191,14 @@ def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(name: str) -> N
 
     points = beside(fixed, 200)
     points = points[np.hypot(points[:, 0], points[:, 1]) > p.stem_diameter_mm / 2]  # in the stem's hole
-    exact, hung = off_solids([*fixed, *bars], points), off_solids(bars, points)
+    exact, suspended = off_solids([*fixed, *bars], points), off_solids(bars, points)
     seen = np.maximum(union_distance(platform_shapes(d), points), 0.0)
     assert (seen > exact - 0.05).all()  # as solids are tessellated
     flats = (p.stem_diameter_mm - STEM_FLATS_MM) / 2  # taken all the way round
     cut = np.where(points[:, 2] > p.boss_diameter_mm / 2, max(flats, BOSS_BEVEL_MM), BOSS_BEVEL_MM)
     stud = points[:, 2] > p.boss_diameter_mm / 2 + p.stem_length_mm - 4.0  # under the knob, left out
-    assert (seen < exact + cut + 0.05)[(exact < hung) & ~stud].all()
-    assert (exact < hung).mean() > 0.8
+    assert (seen < exact + cut + 0.05)[(exact < suspended) & ~stud].all()
+    assert (exact < suspended).mean() > 0.8
 
     centres, radii = platform_points(d)
     upright = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])

@@ -15,11 +15,10 @@ from delta_cad.assembly.drive import over_carriage
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, dimensions, link_placement
 from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, carriage_frame
-from delta_cad.interference import rod_vs_drive
+from delta_cad.interference import reasons
 from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm
 from delta_cad.interference.moving_bodies import DistanceField, cup_margin, nearest, sector_clearance
-from delta_cad.interference.reasons import interference_reasons
-from delta_cad.interference.rod_vs_drive import drive_clearances, fold_interference
+from delta_cad.interference.reasons import drive_clearances, fold_interference, interference_reasons
 from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, union_distance
 from delta_cad.interference.static_obstacles import key_swing_rad, pinion_clearance_mm, slide_in_clearance_mm
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
@@ -71,8 +70,8 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
             for side in (-1.0, 1.0):
                 y = way @ tangential + side * f.width_mm / 2
                 for radius, low, high in solids:
-                    beside = np.maximum(np.maximum(low - y, y - high), 0.0)
-                    found = min(found, np.hypot(np.maximum(off - radius, 0.0), beside).min() - f.tube_outer_mm / 2)
+                    adjacent = np.maximum(np.maximum(low - y, y - high), 0.0)
+                    found = min(found, np.hypot(np.maximum(off - radius, 0.0), adjacent).min() - f.tube_outer_mm / 2)
         return found
 
     first = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, 9)
@@ -95,7 +94,7 @@ def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pyt
             raise UnreachableError("too high")
         return nearest(apart, bottom_mm, half_mm, count)
 
-    monkeypatch.setattr(rod_vs_drive, "nearest", within_reach)
+    monkeypatch.setattr(reasons, "nearest", within_reach)
     (reason,) = fold_interference(dimensions(machine("folded_springs")), 2.1)
     assert reason.key == ("rod_tube", "beside the drive")
 
@@ -126,7 +125,7 @@ def test_a_clearance_that_no_lengths_keep_is_refused(path: str) -> None:
         assert wanted.message.endswith(f"{5.5 + 2 * (3.1 - 1.0):g}")
 
 
-def test_rods_keep_of_what_they_hang_on_what_is_asked() -> None:
+def test_rods_keep_of_what_they_hang_on_what_is_required() -> None:
     wide, usual = (dimensions(synthesized(**WIDE, requirements__clearance_min_mm=v)).forearm for v in (2.4, 1.0))
     assert (wide.room_mm, usual.room_mm) == (2.4, 2.0)
     assert wide.stand_off_mm > usual.stand_off_mm
@@ -166,12 +165,12 @@ def foot_met(d: Dimensions, along: np.ndarray) -> bool:
     x, y, z = (start - np.linspace(0.0, 60.0, 601)[:, None] * (carriage[:3, :3] @ along)).T
     turn = d.home_rad
     x, z = b.shoulder_u_mm + x * np.cos(turn) - z * np.sin(turn), x * np.sin(turn) + z * np.cos(turn)
-    beside = (y > d.layers.encoder_cheek_mm[1]) & (y < d.layers.motor_cheek_mm[0])
+    adjacent = (y > d.layers.encoder_cheek_mm[1]) & (y < d.layers.motor_cheek_mm[0])
     low, high = b.foot_u_mm
-    return bool((beside & (x > low) & (x < high) & (z < b.base_top_mm + b.foot_height_mm)).any())
+    return bool((adjacent & (x > low) & (x < high) & (z < b.base_top_mm + b.foot_height_mm)).any())
 
 
-def test_a_sleeve_comes_beside_the_foot_block_that_is_in_its_way() -> None:
+def test_a_sleeve_comes_next_to_the_foot_block_that_is_in_its_way() -> None:
     """Where short arms are nearly upright the carriage looks down at the foot."""
     outside = np.array([-1.0, 0.0, 0.0])
     for design, meets in ((machine("long_rods"), True), (synthesized(), False)):

@@ -150,15 +150,15 @@ def test_arms_past_their_fold_are_refused_by_their_index_or_masked(degrees):
 
 
 def test_arms_that_hang_hold_a_platform_below_the_base_which_is_refused():
-    g, hanging = DeltaGeometry(0.03, 0.06, 0.10, 0.08), np.full(3, np.radians(-85.0))
+    g, below_elbows = DeltaGeometry(0.03, 0.06, 0.10, 0.08), np.full(3, np.radians(-85.0))
     # elbows at a radius of 30 + 8.716 mm and a height of -99.619 mm; moved in by 60 mm the forearms meet over them
-    height = np.sqrt(0.08**2 - (0.03 - 0.1 * np.cos(hanging[0])) ** 2)
-    p = platform_positions(g, hanging)
-    np.testing.assert_allclose(p, [0.0, 0.0, height + 0.1 * np.sin(hanging[0])], atol=1e-15)
+    height = np.sqrt(0.08**2 - (0.03 - 0.1 * np.cos(below_elbows[0])) ** 2)
+    p = platform_positions(g, below_elbows)
+    np.testing.assert_allclose(p, [0.0, 0.0, height + 0.1 * np.sin(below_elbows[0])], atol=1e-15)
     assert p[2] < 0.0
-    np.testing.assert_allclose(joint_angles(g, p), hanging, atol=1e-12)  # all but z is as on the branch
+    np.testing.assert_allclose(joint_angles(g, p), below_elbows, atol=1e-12)  # all but z is as on the branch
     with pytest.raises(BranchError, match=r"\(-85\.000, .* deg: .*z <= 0"):
-        forward_kinematics(g, hanging)
+        forward_kinematics(g, below_elbows)
 
 
 def test_what_does_not_meet_is_masked_too():

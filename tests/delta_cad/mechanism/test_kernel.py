@@ -40,17 +40,17 @@ def mechanisms(n):
 def test_figures_are_those_of_the_numpy_functions():
     for g, p in mechanisms(8):
         kappa, torque = conditioning(g, p), worst_joint_torque(g, p, 1.0).max(axis=-1)
-        closure, arms, ours = figures(g, p)
+        closure, arms, own = figures(g, p)
         # w^2 is a difference of squares of lengths up to 0.3 m
         np.testing.assert_allclose(closure, closure_margin(g, p).min(axis=-1), rtol=1e-10, atol=1e-15)
-        np.testing.assert_array_equal(np.isnan(ours), np.isnan(kappa))
+        np.testing.assert_array_equal(np.isnan(own), np.isnan(kappa))
         regular = kappa < 1e3
         assert regular.any()
-        np.testing.assert_allclose(ours[regular], kappa[regular], rtol=1e-10)
+        np.testing.assert_allclose(own[regular], kappa[regular], rtol=1e-10)
         np.testing.assert_allclose(arms[regular], torque[regular], rtol=1e-10)
         # near a singularity both lose a digit for each digit of kappa, and no more: some 1,000 roundings
         near = np.isfinite(kappa)
-        assert (np.abs(ours / kappa - 1.0)[near] <= 2e-13 * kappa[near]).all()
+        assert (np.abs(own / kappa - 1.0)[near] <= 2e-13 * kappa[near]).all()
         assert (np.abs(arms / torque - 1.0)[near] <= 2e-13 * kappa[near]).all()
 
 

@@ -200,7 +200,7 @@ def test_a_pose_out_of_reach_is_refused() -> None:
         PLACE(np.stack([CENTRE, CENTRE + np.array([0, 0, 150.0])]))
 
 
-def test_frames_put_their_axes_where_they_are_told() -> None:
+def test_frames_put_their_axes_where_they_are_reported() -> None:
     frame = frames(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([1.0, 2.0, 3.0]))
     np.testing.assert_array_equal(frame, [[0, 0, 1, 1], [1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 0, 1]])
     for i in range(3):

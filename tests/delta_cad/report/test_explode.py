@@ -125,10 +125,10 @@ def test_no_two_parts_of_the_machine_meet_when_it_is_apart(page: Page, built: Bu
 def test_the_drive_alone_comes_apart_too_and_screws_leave_their_plates(
     best_assembly: Assembly, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: dict[int, np.ndarray] = {}
+    reported: dict[int, np.ndarray] = {}
     taken: dict[str, np.ndarray] = {}
     monkeypatch.setattr(views, "VIEWS", ("exploded",))
-    monkeypatch.setattr(Sheet, "balloons", lambda _, points: told.update(points))
+    monkeypatch.setattr(Sheet, "balloons", lambda _, points: reported.update(points))
 
     def kept(*given: Any) -> dict[str, np.ndarray]:
         taken.update(exploded_chain(*given))
@@ -139,12 +139,12 @@ def test_the_drive_alone_comes_apart_too_and_screws_leave_their_plates(
     views.write_views(best_assembly, meshes, tmp_path, Stage((270.0, 220.0), (0.0, 0.0), 57.0, 37.5))
     shown = {o.name: o for o in best_assembly.occurrences if o.name in taken}
     items = items_of(best_assembly)
-    assert told.keys() == {items[o.part.piece_of or o.part.number] for o in shown.values()}
+    assert reported.keys() == {items[o.part.piece_of or o.part.number] for o in shown.values()}
     poses, boxes = best_assembly.poses(best_assembly.home_mm), {}
     for name, o in shown.items():
         points = meshes[o.part.number].vertices @ poses[name][:3, :3].T + poses[name][:3, 3] + taken[name]
         boxes[name] = points.min(axis=0), points.max(axis=0)
-    for item, at in told.items():  # on a part of that item
+    for item, at in reported.items():  # on a part of that item
         own = [boxes[n] for n, o in shown.items() if items[o.part.piece_of or o.part.number] == item]
         assert any((low - 1e-6 <= at).all() and (at <= high + 1e-6).all() for low, high in own)
     meeting = [

@@ -34,7 +34,7 @@ def test_a_check_without_figures_has_its_verdict() -> None:
     assert line(CheckResult("x", False, None, 2.0, "mm")).margin == ""
 
 
-def test_numbers_are_told_with_their_units() -> None:
+def test_numbers_are_reported_with_their_units() -> None:
     assert with_unit(0.38921, "N m") == "0.3892 N m"
     assert with_unit(4.376522e-05) == "0.00004377"
     assert with_unit(-0.0000048, "N m", 3) == "-0.0000048 N m"
@@ -59,7 +59,7 @@ def test_what_binds_is_closest_as_a_share_of_its_limit() -> None:
     assert "gap a / b (2×)" in [one.words for one in every(results)]
 
 
-def test_what_is_asked_comes_in_its_order() -> None:
+def test_what_is_required_comes_in_its_order() -> None:
     results = [CheckResult(name, True, 1.0, 2.0, "") for name in ("kappa", "odd", "envelope width", "reach")]
     assert [one.words.split(",")[0].split(":")[0] for one in requirements(results)] == [
         "Reach",

@@ -18,8 +18,7 @@ from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.placement import LINKS, LinkPlacement
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
 from delta_cad.report.fields import Handle
-from delta_cad.report.page import ASSETS
-from delta_cad.report.scene import mechanism
+from delta_cad.report.page import ASSETS, mechanism
 
 INERTIA = HandleInertia(0.071, 0.0043, 0.0011, 3.1e-4)
 POSES = 60
@@ -67,8 +66,8 @@ def test_every_link_is_where_the_assembly_has_it(
     frames = placement(positions)
     assert set(found[0]) == set(LINKS) == set(frames)
     for link in LINKS:
-        ours = np.array([one[link] for one in found]).reshape(-1, 4, 4)
-        assert np.abs(ours - frames[link]).max() < EXACT, link
+        own = np.array([one[link] for one in found]).reshape(-1, 4, 4)
+        assert np.abs(own - frames[link]).max() < EXACT, link
 
 
 def test_the_figures_there_are_the_mechanisms(
@@ -90,8 +89,8 @@ def test_the_figures_there_are_the_mechanisms(
         ("friction", friction(g, p, rubs)),
         ("position_step", 1000.0 * position_step(g, p, count)),
     ):
-        ours = np.array([one[name] for one in found])
-        assert np.abs(ours - expected).max() < EXACT * np.abs(expected).max(), name
+        own = np.array([one[name] for one in found])
+        assert np.abs(own - expected).max() < EXACT * np.abs(expected).max(), name
 
 
 def test_out_of_reach_there_is_nothing(script: Any, placement: LinkPlacement, best_dimensions: Dimensions) -> None:

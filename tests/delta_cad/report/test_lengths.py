@@ -72,7 +72,7 @@ def test_figures_are_the_mechanisms(lengths: Lengths) -> None:
     assert "effective mass" not in {reading.words for reading in readings(lengths, 3.0, None, p)}
 
 
-def test_out_of_reach_is_told(lengths: Lengths) -> None:
+def test_out_of_reach_is_reported(lengths: Lengths) -> None:
     short = replace(lengths, forearm_length_mm=80.0)  # the centre, not the corners
     assert not short.reaches(short.positions_mm())
     assert {r.worst for r in readings(short, 3.0, None, short.centre_mm)} == {"out of reach"}

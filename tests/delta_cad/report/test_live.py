@@ -76,17 +76,17 @@ def test_it_is_ready_and_shows_the_machine(live: Any) -> None:
 def test_a_slider_moves_the_machine_and_its_figures(live: Any, page: Page) -> None:
     from delta_cad.mechanism import DeltaGeometry
 
-    before, told = picture(live), figures(live)
+    before, reported = picture(live), figures(live)
     data = page.data()
     m, high = data["mechanism"], data["cube"]["bottom_mm"] + 2.0 * data["cube"]["half_mm"]
     slide(live, "pose-z", high + 50.0)  # the slider ends at the cube's top
     lengths = [m[f"{name}_mm"] / 1000.0 for name in ("base_radius", "platform_radius", "upper_arm", "forearm")]
     kappa = float(conditioning(DeltaGeometry(*lengths), np.array([0.0, 0.0, high / 1000.0])))
     assert float(figures(live)["conditioning"]) == pytest.approx(kappa, rel=1e-3)
-    assert figures(live) != told
+    assert figures(live) != reported
     assert np.abs(picture(live) - before).mean() > 1.0
     live.click("#home")
-    assert figures(live) == told
+    assert figures(live) == reported
     assert np.abs(picture(live) - before).mean() < 0.5
 
 
@@ -94,8 +94,8 @@ def test_a_worst_place_is_shown_where_a_check_names_one(live: Any, built: Built)
     checks = json.loads((built.folder / "checks.json").read_text())["checks"]
     x, y, z = next(check["worst_pose_mm"] for check in checks if check["name"] == "torque with gravity")
     live.locator("#figures tr", has_text="weight together").locator("button").click()
-    told = [float(live.locator(f"#told-{axis}").text_content()) for axis in "xyz"]
-    assert told == pytest.approx([x, y, z], abs=0.0501)
+    reported = [float(live.locator(f"#told-{axis}").text_content()) for axis in "xyz"]
+    assert reported == pytest.approx([x, y, z], abs=0.0501)
     live.click("#home")
 
 
@@ -232,6 +232,6 @@ def test_drawings_are_linked_from_the_parts_and_lead_there(live: Any, built: Bui
     assert {link.removeprefix("drawings/") for link in links} == made
 
 
-def test_it_said_nothing_and_asked_for_nothing_else(live: Any, said: list[str], built: Built) -> None:
+def test_it_said_nothing_and_requested_nothing_else(live: Any, said: list[str], built: Built) -> None:
     assert live.evaluate("document.body.dataset.ready") == "model"
     assert said == [(built.folder / "report.html").as_uri()]

@@ -15,7 +15,7 @@ from delta_cad.checks.range.feel import poor_verdict
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.reading import ReadError
 from delta_cad.design import design_hash, load_design
-from delta_cad.report.page import FILE_NAME, SOUGHT, VENDOR, write_report
+from delta_cad.report.page import FILE_NAME, SEARCHED, VENDOR, write_report
 from delta_cad.report.subject import Subject
 from tests.committed import Built
 from tests.delta_cad.export.machine import make_assembly, make_parts
@@ -53,7 +53,7 @@ def test_names_and_texts_of_others_do_no_harm(subject: Subject, folder: Path) ->
     assert f"verified: {BAD}." in next(e.text for e in found.all("section", id="proof"))
 
 
-def test_only_its_own_scripts_may_run_and_nothing_be_asked_elsewhere(page: Page) -> None:
+def test_only_its_own_scripts_may_run_and_nothing_be_required_elsewhere(page: Page) -> None:
     (policy,) = page.all("meta", **{"http-equiv": "Content-Security-Policy"})
     rules = dict(rule.strip().split(" ", 1) for rule in policy.attributes["content"].split(";"))
 
@@ -92,7 +92,7 @@ def test_it_holds_the_model_once_and_is_small(page: Page, built: Built) -> None:
 
 def test_its_figures_are_those_of_the_checks(page: Page, built: Built) -> None:
     checks = {check["name"]: check for check in json.loads((built.folder / "checks.json").read_text())["checks"]}
-    told = {cells[0]: cells for cells in page.rows("figures") if len(cells) == 6}
+    reported = {cells[0]: cells for cells in page.rows("figures") if len(cells) == 6}
     for words, name in (
         ("Joint torque, force and weight together", "torque with gravity"),
         ("Swept outline, depth", "envelope depth"),
@@ -102,7 +102,7 @@ def test_its_figures_are_those_of_the_checks(page: Page, built: Built) -> None:
         ("Shoulder, lowest", "shoulder min"),
         ("Drive torque, continuous", "drive torque"),
     ):
-        check, (_, value, limit, margin, verdict, at) = checks[name], told[words]
+        check, (_, value, limit, margin, verdict, at) = checks[name], reported[words]
         assert float(value.split()[0]) == pytest.approx(check["value"], rel=5e-4)
         assert float(limit.split()[1]) == pytest.approx(check["limit"], rel=5e-4)
         assert limit[0] == ("≤" if check["value"] < check["limit"] else "≥")
@@ -156,7 +156,7 @@ def test_what_fails_comes_first_and_out_of_reach_there_are_no_maps(subject: Subj
     assert not any(e.attributes.get("id") == "maps" for e in found.elements)
 
 
-def test_a_certificate_beside_it_is_told_with_the_command_that_replays_it(subject: Subject, folder: Path) -> None:
+def test_a_certificate_next_to_it_is_reported_with_the_command_that_replays_it(subject: Subject, folder: Path) -> None:
     limits = {"torque_max_N_m": 0.39, "force_N": 3.0, "kappa_max": 2.27}
     findings = [{"condition": "kappa", "verdict": "proved"}, {"condition": "torque", "verdict": "refuted"}]
     data = {"schema": "delta-certificate/1", "design_hash": design_hash(subject.design), "boxes": 12, "limits": limits}
@@ -171,11 +171,11 @@ def test_a_certificate_beside_it_is_told_with_the_command_that_replays_it(subjec
     assert "optimizer certify" in proof.text
 
 
-def test_how_it_was_found_is_a_page_beside_it(subject: Subject, folder: Path) -> None:
+def test_how_it_was_found_is_a_page_next_to_it(subject: Subject, folder: Path) -> None:
     assert "How it was found" not in [e.text for e in written(subject, folder).all("a")]
-    (folder / SOUGHT).write_text("")
+    (folder / SEARCHED).write_text("")
     (link,) = [e for e in written(subject, folder).all("a") if e.text == "How it was found"]
-    assert link.attributes["href"] == SOUGHT
+    assert link.attributes["href"] == SEARCHED
 
 
 def test_the_same_machine_gives_the_same_bytes(subject: Subject, folder: Path) -> None:

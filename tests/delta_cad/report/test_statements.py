@@ -22,7 +22,7 @@ def proof(subject: Subject) -> dict[str, Any]:
     """A certificate's data, all but its leaves."""
     required = subject.design.requirements.model_dump()
     limits = Limits.stated(required)
-    findings = [{"condition": limit.name, "verdict": "proved", "limit": limit.told()} for limit in limits]
+    findings = [{"condition": limit.name, "verdict": "proved", "limit": limit.thresholds()} for limit in limits]
     return {
         "schema": "delta-certificate/1",
         "verdict": "proved",
@@ -54,7 +54,7 @@ def test_it_tells_each_limit_in_the_units_of_people(subject: Subject, proof: dic
     assert found["open"][0].endswith(": undecided")
 
 
-def test_a_tolerance_is_told_in_mm(subject: Subject, proof: dict[str, Any], tmp_path: Path) -> None:
+def test_a_tolerance_is_reported_in_mm(subject: Subject, proof: dict[str, Any], tmp_path: Path) -> None:
     found = certificate(subject.design, written(tmp_path, proof | {"tolerance_m": 4e-5}))
     assert "within 0.04 mm of the drawn one" in found["words"]
 

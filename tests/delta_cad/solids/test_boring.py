@@ -58,7 +58,7 @@ def test_records_say_how_a_bore_is_made() -> None:
 
 
 def test_bores_on_one_axis_count_once() -> None:
-    up, down, beside = (along_z(3.0, (x, 0), z) for x, z in ((0, (0, 5)), (0, (9, 5)), (1, (0, 5))))
-    assert [axes([up]), axes([up, down]), axes([up, down, beside]), axes([up, along_y(3.0, (0, 0), (0, 5))])] == [
+    up, down, adjacent = (along_z(3.0, (x, 0), z) for x, z in ((0, (0, 5)), (0, (9, 5)), (1, (0, 5))))
+    assert [axes([up]), axes([up, down]), axes([up, down, adjacent]), axes([up, along_y(3.0, (0, 0), (0, 5))])] == [
         1, 1, 2, 2,
     ]  # fmt: skip

@@ -49,7 +49,7 @@ def test_what_stands_under_the_base_is_stated_and_has_its_holes(mounting: str | 
     ]
 
 
-def test_a_sleeve_goes_over_its_hole_and_beside_every_foot() -> None:
+def test_a_sleeve_goes_over_its_hole_and_next_to_every_foot() -> None:
     d = of_panel()
     part = make_mount_sleeve(d)
     ring = pi / 4 * (10.0**2 - 5.5**2)

@@ -94,11 +94,11 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     share = inner / top
     solid |= rim & (np.hypot(out - top, aside) <= 5.0)
     solid |= web & round_cone(out, aside, (share * top, 0), bar, (top, 0), bar)
-    beside, beyond = aside - cable, top - out
-    solid |= (y >= web0) & (y <= y1) & (np.abs(beside) <= 3.2) & (beyond >= 0) & (beyond <= 6.0)
+    adjacent, beyond = aside - cable, top - out
+    solid |= (y >= web0) & (y <= y1) & (np.abs(adjacent) <= 3.2) & (beyond >= 0) & (beyond <= 6.0)
     solid |= web & (aside > 0) & rounded_corner(off_hub, aside - bar)
     solid |= web & rounded_corner(aside - bar, beyond - 6.0)
-    slit = (np.hypot(beside, y - c.end_y_mm[0]) < 0.5) | (np.abs(beside) < 0.5) & (y > c.end_y_mm[0])
+    slit = (np.hypot(adjacent, y - c.end_y_mm[0]) < 0.5) | (np.abs(adjacent) < 0.5) & (y > c.end_y_mm[0])
     empty |= slit & (beyond > -0.5) & (beyond < 6.5)
     # the other end: the cable runs on along the rim's tangent into the carriage's pocket
     out, along = x * np.cos(high) + z * np.sin(high) - pitch, -x * np.sin(high) + z * np.cos(high)

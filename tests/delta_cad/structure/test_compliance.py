@@ -169,7 +169,7 @@ def test_the_strands_are_two_springs() -> None:
         ((31.0, 24.0, 91.0, 141.4), 67.2, 84.1, 53.0, 26.0),
     ],
 )
-def test_other_lengths_with_arms_of_square_tube_beside_the_study(
+def test_other_lengths_with_arms_of_square_tube_next_to_the_study(
     lengths_mm: tuple[float, ...], low_mm: float, side_mm: float, centre: float, worst: float
 ) -> None:
     """Cross-bars of 8 mm, a platform of 5 mm, arms of 15 x 15 x 1.5; softest N/mm at 45 mm over the wrists."""

@@ -159,7 +159,7 @@ def test_a_stepped_plate_lies_between_its_thick_and_its_thin_one() -> None:
 
 CENTRE = np.array([[0.0, 0.0, 107.535]])  # on the axis, where no rod leans along its shoulder's axis
 ACROSS = radians(30.0)  # of the strands, a round figure in place of the machine's
-BORNE = {
+CARRIED = {
     "rod": 6.0,
     "axial": 8.0,
     "cable": 12.0,
@@ -238,7 +238,7 @@ def given(chain: int = 1) -> PartLoads:
     """Loads of one chain; the others bear nothing."""
     place = np.zeros((1, 3))
     place[0, chain] = 1.0
-    return PartLoads(radial=place[..., None] * RADIAL, **{name: value * place for name, value in BORNE.items()})
+    return PartLoads(radial=place[..., None] * RADIAL, **{name: value * place for name, value in CARRIED.items()})
 
 
 @cache

@@ -153,8 +153,8 @@ WEAK = {
 def test_the_committed_machine_bears_its_force() -> None:
     found = weakest(allowables(committed()))
     assert all(found.values())
-    beside = {"ball joint", "cable's slack strand", "shoulder bearing", "shoulder bearing life"}
-    assert set(WEAK) | beside == set(found)
+    adjacent = {"ball joint", "cable's slack strand", "shoulder bearing", "shoulder bearing life"}
+    assert set(WEAK) | adjacent == set(found)
 
 
 @pytest.mark.parametrize("part", WEAK)

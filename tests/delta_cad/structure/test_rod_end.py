@@ -21,7 +21,7 @@ from tests.delta_cad.dimensions.edited import edited
 from tests.delta_cad.structure.machines import committed
 from tests.delta_cad.structure.seat_model import Seat, meshed_together
 
-ASKED = 0.15
+REQUIRED = 0.15
 WITHIN_RAD = 0.46  # beyond what the contact reaches at rest
 METAL, METAL_POISSON = 70e3, 0.3
 
@@ -60,7 +60,7 @@ def test_a_ball_joint_gives_as_its_formula_says(ball_mm: float, tmp_path: Path) 
     for force in (-0.1 * preload, 0.1 * preload):
         moved = seat.resting_mm(np.array([force, preload]), clearance, rest)
         found.append(force / (moved - rest)[0])
-    assert found == pytest.approx([beam_model(d).joint_N_mm] * 2, rel=ASKED)
+    assert found == pytest.approx([beam_model(d).joint_N_mm] * 2, rel=REQUIRED)
     assert min(found) >= 500.0
     # the contact is a ring about the grease pocket, no wider than the formula has it, and rubs in no longer an arm
     force = seat.forces(rest, clearance)

@@ -12,8 +12,8 @@ from delta_cad.design import Design
 from delta_cad.mechanism.chains import chain_positions
 from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.fit import FitError, Noise, fit, poses_needed
-from haptics.calibration.identifiable import unobservable
 from haptics.calibration.poses import Poses
+from haptics.calibration.record import unobservable
 from haptics.calibration.unknowns import COUNT, NAMES, ZERO, Unknowns, nominal, sigmas
 from tests.haptics.calibration.devices import WAVE, cube_points, made, measured, readings
 
@@ -115,7 +115,7 @@ def test_a_tracker_has_a_frame_of_its_own(best: Design) -> None:
     assert any({"height_offset_0", "height_offset_1", "height_offset_2"} <= set(one.names) for one in lost)
 
 
-def test_what_cannot_be_told_apart_is_named(best: Design) -> None:
+def test_what_cannot_be_distinguished_is_named(best: Design) -> None:
     rng = np.random.default_rng(6)
     found = fit(best.geometry, measured(made(best, rng), cube_points(best, rng, 40), rng), noise=NOISE)
     lost = [one for one in unobservable(found) if one.never]

@@ -13,7 +13,7 @@ from haptics.calibration.poses import Poses, poses_text
 from haptics.calibration.record import load_calibration
 from haptics.commands.cli import main
 from tests.committed import BEST
-from tests.designs import hanging
+from tests.designs import below_elbows
 from tests.haptics.calibration.devices import cube_points, made, measured
 from tests.haptics.calibration.test_accuracy import on_a_line
 
@@ -62,12 +62,12 @@ def test_a_platform_that_hangs_is_refused_as_everywhere(
     poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "hanging.json"
-    path.write_text(json.dumps(hanging()))
+    path.write_text(json.dumps(below_elbows()))
     assert ran(tmp_path, poses, "--design", str(path))[0] == 2
-    told = capsys.readouterr().err
-    assert told.startswith("hanging.json: cube.bottom_height_mm = 34.5: must have the assembly mode det S > 0")
-    assert "also at (0.0, 0.0, 40.7) mm" in told
-    assert told.count("\n") == 1
+    reported = capsys.readouterr().err
+    assert reported.startswith("hanging.json: cube.bottom_height_mm = 34.5: must have the assembly mode det S > 0")
+    assert "also at (0.0, 0.0, 40.7) mm" in reported
+    assert reported.count("\n") == 1
 
 
 def test_bad_input_is_one_line(poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,7 @@ from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
 from tests.committed import BEST, Built, changed
-from tests.designs import hanging
+from tests.designs import below_elbows
 from tests.terminal import said
 
 
@@ -51,12 +51,12 @@ def test_point_masses_need_no_build(capsys: pytest.CaptureFixture[str]) -> None:
 def test_point_masses_do_not_hide_a_platform_below_its_elbows(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "hanging.json").write_text(json.dumps(hanging()))
+    (tmp_path / "hanging.json").write_text(json.dumps(below_elbows()))
     assert call("gravity", "--design", tmp_path / "hanging.json", "--point-masses", "60,50,20") == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.startswith("hanging.json: cube.bottom_height_mm = 34.5: must have the assembly mode det S > 0")
-    assert told.err.count("\n") == 1
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    assert reported.err.startswith("hanging.json: cube.bottom_height_mm = 34.5: must have the assembly mode det S > 0")
+    assert reported.err.count("\n") == 1
 
 
 def test_more_than_the_drive_holds_is_exit_1(capsys: pytest.CaptureFixture[str]) -> None:

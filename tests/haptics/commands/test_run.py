@@ -72,7 +72,7 @@ def test_a_board_is_driven(best: Design, weights: Path, capsys: pytest.CaptureFi
     assert (code, facts["lost"], facts["ticks"]) == (0, None, 301)
 
 
-def test_a_fault_is_told_and_exits_1(weights: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_fault_is_reported_and_exits_1(weights: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     angles = np.zeros((900, 3)) + 1e-5 * (np.arange(900) % 2)[:, None]
     angles[700] = np.nan
     bad = tmp_path / "bad.csv"
@@ -128,7 +128,7 @@ def test_ctrl_c_ends_it_with_force_zero(best: Design, weights: Path) -> None:
         assert not up.board.connected
 
 
-def test_a_board_that_goes_away_is_told(best: Design, weights: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_board_that_goes_away_is_reported(best: Design, weights: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with served(scene_machine(best)) as up:
         real, count = up.device.read, 0
 

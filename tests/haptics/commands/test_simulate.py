@@ -45,10 +45,10 @@ def call(best: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calla
 
 
 def refused(capsys: pytest.CaptureFixture[str]) -> str:
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    return told.err
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    assert reported.err.count("\n") == 1
+    return reported.err
 
 
 @pytest.mark.quick(1)
@@ -99,13 +99,13 @@ def test_text_and_csv_say_what_was_simulated(
     from pyarrow import parquet
 
     assert call("--scene", "home", "--out", tmp_path / "there") == 0
-    told = capsys.readouterr().out
-    assert "no parquet" not in told
+    reported = capsys.readouterr().out
+    assert "no parquet" not in reported
     scene = home(scene_machine(best), delay=0.5e-3)
     for promise in scene.promises:
-        assert f"kept      {promise.text}\n" in told
+        assert f"kept      {promise.text}\n" in reported
     for run in scene.runs:
-        assert run.facts["verdict"] in told
+        assert run.facts["verdict"] in reported
         path = tmp_path / "there" / f"{best.name}-home" / "series" / f"{run.name}.csv"
         read = np.genfromtxt(path, delimiter=",", names=True)
         assert read.dtype.names == tuple(run.series)
@@ -159,19 +159,19 @@ def test_a_handle_that_is_flung_away_is_written_and_exit_1(
     assert "fault: " in capsys.readouterr().out
 
 
-def test_the_delay_is_told_as_it_was_given(
+def test_the_delay_is_reported_as_it_was_given(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[float] = []
+    required: list[float] = []
 
     def nothing(_: MachineModel, delay: float, seed: int) -> Scene:
-        asked.append(delay)
+        required.append(delay)
         return Scene("home", "", [], {"seen": seed}, [Promise("", True)], [])
 
     monkeypatch.setattr("haptics.scenes.home.home", nothing)
     assert call("--scene", "home", "--delay", "0.33", "--json") == 0
     assert json.loads(capsys.readouterr().out)["assumptions"]["delay_s"] == pytest.approx(0.33e-3)
-    assert asked == pytest.approx([0.33e-3])
+    assert required == pytest.approx([0.33e-3])
 
 
 @pytest.mark.parametrize("scene", ["wall", "noise"])
@@ -187,10 +187,10 @@ def test_options_choose_the_loop(
     monkeypatch.setattr(f"haptics.scenes.{scene}.{scene}", nothing)
     assert call("--scene", scene, "--rate", "4000", "--drive-damping", "0.62", "--json") == 0
     assert call("--scene", scene, "--json") == 0
-    told = capsys.readouterr().out
+    reported = capsys.readouterr().out
     assert loops == [at_rate(4000.0, DAMPED), BOARD if scene == "noise" else None]
-    assert at_rate(4000.0, DAMPED).label in told
-    assert (BOARD.label in told) == (scene == "noise")
+    assert at_rate(4000.0, DAMPED).label in reported
+    assert (BOARD.label in reported) == (scene == "noise")
 
 
 def test_the_paper_s_figures_are_of_its_machine_or_another(
@@ -235,8 +235,8 @@ def test_pictures_without_matplotlib_are_refused_before_anything_is_simulated(
 def test_a_scene_loads_of_scipy_what_it_needs() -> None:
     """Signals and optimization are of other commands, and take 50 MB: a tenth of what the longest scene takes."""
     code = "import sys, haptics.scenes.resistance; print({'scipy.signal', 'scipy.optimize'} & set(sys.modules))"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout == "set()\n"
+    reported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert reported.stdout == "set()\n"
 
 
 def test_labels_keep_apart_and_inside() -> None:

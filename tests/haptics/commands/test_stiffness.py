@@ -54,9 +54,9 @@ def test_table_and_file(
 ) -> None:
     assert quick
     assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new") == 0
-    told = capsys.readouterr()
-    assert "largest stable wall in the paper loop, N/mm" in told.out
-    assert told.err == ""
+    reported = capsys.readouterr()
+    assert "largest stable wall in the paper loop, N/mm" in reported.out
+    assert reported.err == ""
     (file,) = (tmp_path / "new").iterdir()
     assert file.name == "synthesized-stiffness.json"
     facts = json.loads(file.read_text())
@@ -75,9 +75,9 @@ def test_a_default_wall_that_oscillates_is_exit_1_and_says_with_whom(
 ) -> None:
     quick["light"] = 900.0
     assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 1
-    told = capsys.readouterr()
-    assert told.err.count("light") == 3
-    shaken = json.loads(told.out)["default_wall_oscillates_with"]
+    reported = capsys.readouterr()
+    assert reported.err.count("light") == 3
+    shaken = json.loads(reported.out)["default_wall_oscillates_with"]
     assert shaken == [{"axis": axis, "hand": "light"} for axis in "xyz"]
 
 

@@ -42,7 +42,7 @@ limits = triples(0.5, 1.0)
 
 @PROPERTY
 @given(triples(-2.0, 2.0), pushes, triples(0.0, 1.0))
-def test_no_joint_exceeds_its_limit_whatever_is_asked(gravity, push, limit):
+def test_no_joint_exceeds_its_limit_whatever_is_required(gravity, push, limit):
     torque, factor = saturated(gravity, push, limit)
     assert (np.abs(torque) <= limit).all()
     assert 0.0 <= factor <= 1.0
@@ -50,7 +50,7 @@ def test_no_joint_exceeds_its_limit_whatever_is_asked(gravity, push, limit):
 
 @PROPERTY
 @given(gravities, pushes, limits)
-def test_direction_is_kept_and_the_factor_is_told(gravity, push, limit):
+def test_direction_is_kept_and_the_factor_is_reported(gravity, push, limit):
     torque, factor = saturated(gravity, push, limit)
     # gravity is whole, and the rest is factor times what was asked: a sum and a product, each rounded
     np.testing.assert_allclose(torque - gravity, factor * push, rtol=0, atol=4 * EPS)

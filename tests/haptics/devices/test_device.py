@@ -65,7 +65,7 @@ def test_it_stops_after_so_many_ticks(ticks: int) -> None:
     assert device.closed == 1
 
 
-def test_it_stops_when_told() -> None:
+def test_it_stops_when_reported() -> None:
     device = FakeDevice(ANGLES)
     assert len(run(device, holding, until=lambda sample: sample.time > 0.0).time) == 2
     assert device.closed == 1
@@ -191,7 +191,7 @@ def test_the_device_of_run_is_that_of_simulate(machine: MachineModel, rate_Hz: f
     near = host.drive(device, ticks=ticks, until=lambda _: touched.append(host.memory.work[TOUCHED]) is not None)
     still = np.zeros((ticks, 3))
     clock = timing(loop.period, loop.delay + reading_age(machine, loop), device.steps)
-    told = simulate(
+    reported = simulate(
         real_plant(machine, loop),
         controller,
         laws,
@@ -202,8 +202,8 @@ def test_the_device_of_run_is_that_of_simulate(machine: MachineModel, rate_Hz: f
         push=still,
         count=0.0,
     )
-    np.testing.assert_allclose(near.torques, told.torque, atol=1e-9)
-    assert np.ptp(told.position, axis=0).max() > 2e-3
+    np.testing.assert_allclose(near.torques, reported.torque, atol=1e-9)
+    assert np.ptp(reported.position, axis=0).max() > 2e-3
     assert 0 < sum(touched) < ticks
 
 
@@ -391,7 +391,7 @@ def test_a_log_appears_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.M
 # ---- disturbances ----
 
 
-def test_disturbances_come_when_they_are_told_to() -> None:
+def test_disturbances_come_when_they_are_ordered_to() -> None:
     disturbances = {
         1: invalid(0),
         2: jumped(1, 0.5),

@@ -55,16 +55,16 @@ def test_a_session_that_is_sent_again_moves_nothing() -> None:
     """The same number from the same address, HELLO first, as a recorder on the line would have it."""
     motors = FakeDevice([[0.1, 0.2, 0.3]] * 500)
     board = Board(motors, 1e-3, 0.8, 16384)
-    told = [hello(1)]
-    newest = decode(board.received(told[0], "host") or b"").sequence
+    reported = [hello(1)]
+    newest = decode(board.received(reported[0], "host") or b"").sequence
     for n in range(2, 7):
-        told.append(encode(Packet(PacketKind.COMMAND, 1, n, newest, 0, (0.1, 0.1, 0.1))))
-        board.received(told[-1], "host")
+        reported.append(encode(Packet(PacketKind.COMMAND, 1, n, newest, 0, (0.1, 0.1, 0.1))))
+        board.received(reported[-1], "host")
         newest = decode(board.tick() or b"").sequence
     assert np.all(motors.written[-1] == 0.1)
     board.end()
     begun = len(motors.written)
-    for data in told:
+    for data in reported:
         board.received(data, "host")
         board.tick()
     assert (board.sessions, board.counts["FOREIGN"]) == (2, 5)

@@ -207,7 +207,7 @@ def test_a_late_command_is_applied_if_it_is_the_newest() -> None:
     np.testing.assert_array_equal(motors.written[-1], [0.1, 0.2, 0.3])
 
 
-def test_the_watchdog_cuts_the_torque_until_it_is_told_otherwise() -> None:
+def test_the_watchdog_cuts_the_torque_until_it_is_reported_otherwise() -> None:
     far, motors = scripted()
     wire = Wire(far)
     device = remote(wire, watchdog=5e-3)
@@ -411,7 +411,7 @@ def test_a_watchdog_that_is_none_is_refused(watchdog: float) -> None:
         remote(Wire(board()), watchdog=watchdog)
 
 
-def test_a_reason_of_a_later_board_is_told_by_its_number() -> None:
+def test_a_reason_of_a_later_board_is_reported_by_its_number() -> None:
     wire = Wire(board(), down=lambda _n, _data: [encode(Packet(PacketKind.REFUSED, 77, 1, 0, 0, (9, 1)))])
     with pytest.raises(DeviceRefusedError, match="reason 9"):
         remote(wire)

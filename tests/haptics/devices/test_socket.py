@@ -214,8 +214,8 @@ def test_a_paced_server_ticks_by_the_clock() -> None:
 
 
 def test_it_can_be_stopped_and_says_bye() -> None:
-    asked = iter([False] * 5 + [True] * 100)
-    _, _, replies, _ = served([HELLO], patience=1.0, stop=lambda: next(asked))
+    required = iter([False] * 5 + [True] * 100)
+    _, _, replies, _ = served([HELLO], patience=1.0, stop=lambda: next(required))
     assert replies[0].kind is PacketKind.WELCOME
     assert replies[-1].kind is PacketKind.BYE
 
@@ -259,9 +259,9 @@ def test_the_command_serves_the_design(masses: Path) -> None:
         recording = run(device, wavy, ticks=20)
         assert len(recording.time) == 20
         # the zero torque at the end is one more, or two; a busy machine may make a COMMAND late
-        told = re.fullmatch(r"1 sessions, (\d+) commands served; dropped: .+\n", process.stdout.read())
-        assert told
-        assert 20 <= int(told[1]) <= 22
+        reported = re.fullmatch(r"1 sessions, (\d+) commands served; dropped: .+\n", process.stdout.read())
+        assert reported
+        assert 20 <= int(reported[1]) <= 22
     assert process.returncode == 0
 
 
@@ -285,9 +285,9 @@ def test_ctrl_c_on_the_command_says_what_it_did(masses: Path) -> None:
         out, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert out == ""
-    told = re.fullmatch(r"interrupted; 1 sessions, (\d+) commands served; dropped: .*\b1 SHORT\b.*\n", said(err))
-    assert told, err
-    assert 20 <= int(told[1]) <= 22
+    reported = re.fullmatch(r"interrupted; 1 sessions, (\d+) commands served; dropped: .*\b1 SHORT\b.*\n", said(err))
+    assert reported, err
+    assert 20 <= int(reported[1]) <= 22
 
 
 def test_ctrl_c_before_any_host(

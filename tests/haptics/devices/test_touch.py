@@ -55,16 +55,16 @@ class Watched(SimulatedDevice):
 def host() -> Host:
     known = model(GEOMETRY, MASSES, DESIGN.requirements.gravity_m_s2)
     controller = Controller(known, low_pass(1e-3, 100.0), LIMITS, np.inf)
-    ours = Host(controller, axis_wall("+x", HOME[0] + FACE, stiffness=500.0, damping=1.0))
-    ours.enable()
-    return ours
+    own = Host(controller, axis_wall("+x", HOME[0] + FACE, stiffness=500.0, damping=1.0))
+    own.enable()
+    return own
 
 
 def crossings(told: Any) -> int:
     return int(np.count_nonzero(np.diff(np.asarray(told, dtype=int))))
 
 
-def test_the_simulated_device_is_told_of_each_tick() -> None:
+def test_the_simulated_device_is_reported_of_each_tick() -> None:
     device = Watched()
     host().drive(device, ticks=TICKS)
     inside = np.array(device.depth) > 0.0

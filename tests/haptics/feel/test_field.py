@@ -206,11 +206,11 @@ def test_no_ripple_of_joints_is_felt_as_more(machine: MachineModel, positions: n
     rng = np.random.default_rng(7)
     for k, p in enumerate(positions):
         held = gravity_torque(machine.geometry, MASSES, p, GRAVITY)
-        for told, torque in (
+        for reported, torque in (
             (field["ripple_still"][k], held),
             (field["ripple_force"][k], np.full(3, DRIVE.continuous)),
         ):
             within = DRIVE.ripple * np.abs(torque) + DRIVE.cogging
             drawn = within * np.vstack([rng.uniform(-1.0, 1.0, (500, 3)), rng.choice([-1.0, 1.0], (100, 3))])
             force = np.linalg.norm(np.linalg.solve(jacobian(machine.geometry, p).T, drawn.T), axis=0)
-            assert force.max() == pytest.approx(told)
+            assert force.max() == pytest.approx(reported)

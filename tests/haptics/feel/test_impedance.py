@@ -91,5 +91,5 @@ def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
 def test_the_simulated_loop_has_that_impedance(machine: MachineModel, name: str, wall: bool, frequency: float) -> None:
     place = plane_at(machine, name)
     known = WallStability(machine).at_handle().frequency / (2.0 * np.pi)
-    told = np.interp(frequency, known, place.upper if wall else place.lower)
-    assert simulated(machine, place, frequency, wall) == pytest.approx(told, rel=0.03)
+    reported = np.interp(frequency, known, place.upper if wall else place.lower)
+    assert simulated(machine, place, frequency, wall) == pytest.approx(reported, rel=0.03)

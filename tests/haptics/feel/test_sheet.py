@@ -24,8 +24,7 @@ from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.feel.holds import hold_facts, hold_markdown, holds
 from haptics.feel.loop_page import quantum_bound
 from haptics.feel.loops import DEFINITIONS, LoopSheet, loop_sheet
-from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
-from haptics.feel.reference_devices import reference_devices
+from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values, reference_devices
 from haptics.feel.sheet import (
     HARD,
     MASS_ERROR,
@@ -86,7 +85,7 @@ def test_summary_is_of_the_cube(machine: MachineModel, found: Feel) -> None:
         assert found.summaries[f"mass_{axis}"].worst[0] <= heaviest.worst[0]
 
 
-def test_the_wall_that_is_told_is_the_one_that_the_tick_renders(machine: MachineModel, found: Feel) -> None:
+def test_the_wall_that_is_reported_is_the_one_that_the_tick_renders(machine: MachineModel, found: Feel) -> None:
     """In the direction in which it renders least, with the cap that `firmware` writes: asked for 1000 N/mm."""
     assert found.slices["wall"].shape == found.positions.shape[:-1]
     assert found.summaries["wall"].worst[0] >= 2000.0
@@ -94,7 +93,7 @@ def test_the_wall_that_is_told_is_the_one_that_the_tick_renders(machine: Machine
     rng = np.random.default_rng(2)
     places = [(found.summaries["wall"].worst[1], found.summaries["wall"].worst[0])]
     places += [(found.positions[k], found.slices["wall"][k]) for k in ((0, 20, 20), (1, 3, 30), (2, 40, 0))]
-    for p, told in places:
+    for p, reported in places:
         theta, out, least = inverse_kinematics(machine.geometry, p), np.zeros(3), np.inf
         columns = jacobian(machine.geometry, p)
         worst = np.linalg.eigh(columns @ columns.T)[1][:, 2]
@@ -103,7 +102,7 @@ def test_the_wall_that_is_told_is_the_one_that_the_tick_renders(machine: Machine
             memory, wall = fresh(controller), VirtualWall(1e6, p + 1e-4 * n, tuple(n))
             tick(controller, memory, law_table(wall), 0.0, theta, theta, ALL_FRESH, out)
             least = min(least, float(memory.work[FORCE] @ n) / 1e-4)
-        assert least == pytest.approx(told, rel=1e-6)
+        assert least == pytest.approx(reported, rel=1e-6)
 
 
 def test_whether_the_handle_stays(machine: MachineModel, found: Feel) -> None:
@@ -141,10 +140,10 @@ def test_whether_it_buzzes(found: Feel) -> None:
     assert "x with the light hand" in shaken.text
     calm, still = NoiseFigures(0.01, 1e-8, True), NoiseFigures(0.005, 1e-9, True)
     for most, short in ((calm, "No."), (replace(calm, force=0.06), "Yes."), (replace(calm, motion=6e-8), "Finely")):
-        told = buzzes(replace(loop, noise={"centre": NoiseRange(still, most, 1e-5, 0.1)}), summaries)
-        assert told.short.startswith(short)
-        assert told.good == (short == "No.")
-        assert ("19.3 bits, or a structure that damps 10 %" in told.text) == (short == "Finely")
+        reported = buzzes(replace(loop, noise={"centre": NoiseRange(still, most, 1e-5, 0.1)}), summaries)
+        assert reported.short.startswith(short)
+        assert reported.good == (short == "No.")
+        assert ("19.3 bits, or a structure that damps 10 %" in reported.text) == (short == "Finely")
     felt = buzzes(replace(loop, noise={"centre": NoiseRange(still, replace(calm, motion=3e-8), 1e-5, 0.1)}), summaries)
     assert felt.short.startswith("Finely")  # within the limit of this project, above the threshold of a study
     assert "up to 3.0 times" in felt.text
@@ -160,9 +159,9 @@ def test_both_walls_stand_side_by_side_with_their_conditions(found: Feel) -> Non
     assert [one["loop"] for one in facts["walls"]] == [BOARD.label, DAMPED.label]
     for one, walls in zip(facts["walls"], (found.loop.walls, found.loop.other), strict=True):
         for axis, wall in walls.axes.items():
-            told = one["axes"][axis]
-            assert told["worst_N_per_mm"] == 1e-3 * wall.worst
-            row = f"{told['own_N_per_mm']:13.2f}{told['passive_N_per_mm']:10.2f}{told['worst_N_per_mm']:12.2f}"
+            reported = one["axes"][axis]
+            assert reported["worst_N_per_mm"] == 1e-3 * wall.worst
+            row = "{own_N_per_mm:13.2f}{passive_N_per_mm:10.2f}{worst_N_per_mm:12.2f}".format(**reported)
             assert row in page
             assert row in text
         assert f"{walls.loop.label}: walls at the centre" in text
@@ -256,9 +255,9 @@ def test_a_plane_of_gains_is_drawn(found: Feel) -> None:
     assert len(figure.axes) == 4
     assert figure.axes[0].get_ylabel() == "largest stable stiffness, N/mm"
     (legend,) = figure.legends
-    told = {text.get_text() for text in legend.get_texts()}
-    assert {"1 kHz", "8 kHz"} <= told
-    assert sum(one.startswith("passive with any passive hand") for one in told) == 2  # and whose loop that is
+    reported = {text.get_text() for text in legend.get_texts()}
+    assert {"1 kHz", "8 kHz"} <= reported
+    assert sum(one.startswith("passive with any passive hand") for one in reported) == 2  # and whose loop that is
     impedance(found.loop, "device").canvas.draw()
 
 
@@ -282,7 +281,7 @@ def test_page_and_facts_tell_the_same(found: Feel) -> None:
         assert row.shown in page
 
 
-def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: MachineModel, found: Feel) -> None:
+def test_the_force_next_to_other_devices_is_what_the_controller_gives(machine: MachineModel, found: Feel) -> None:
     """For a moment the supervisor's limit of this design decides, for ever the motors' heat."""
     from haptics.loop.assumptions import default_controller
 
@@ -349,8 +348,8 @@ def test_files_and_table(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 0
-    told = capsys.readouterr()
-    assert told.out.startswith("synthesized: what it will feel like")
+    reported = capsys.readouterr()
+    assert reported.out.startswith("synthesized: what it will feel like")
     (folder,) = tmp_path.iterdir()
     assert folder.name == "synthesized-feel"
     assert {file.name for file in folder.glob("[!.]*")} == {"feel.md", "feel.json", *(f"{name}.png" for name in DRAWN)}
@@ -424,10 +423,10 @@ def test_bad_input_is_one_line_and_exit_2(
 ) -> None:
     monkeypatch.chdir(tmp_path)  # where no best.json stands
     assert call("feel", *more, "--out", tmp_path / "new") == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.count("\n") == 1
-    assert message in told.err
+    reported = capsys.readouterr()
+    assert reported.out == ""
+    assert reported.err.count("\n") == 1
+    assert message in reported.err
     assert not (tmp_path / "new").exists()
 
 
@@ -439,6 +438,6 @@ def test_what_the_mechanism_refuses_is_exit_2(
 
     monkeypatch.setattr(haptics.feel.sheet, "feel", refused)
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new") == 2
-    told = capsys.readouterr()
-    assert told.err.startswith(f"{BEST}: cube: ")
+    reported = capsys.readouterr()
+    assert reported.err.startswith(f"{BEST}: cube: ")
     assert not (tmp_path / "new").exists()

@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import interpn
 
 from delta_cad.design import Design, design_hash
-from haptics.feel.structure import first_resonance, force_bandwidth, held_force
+from haptics.feel.loops import first_resonance, force_bandwidth, held_force
 from haptics.loop.choice import BOARD
 from haptics.loop.hardware import STIFFER, compliance, real_plant, structure_text
 from haptics.loop.linear import linearise

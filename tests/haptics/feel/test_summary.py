@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
-from haptics.feel.reference_devices import LABELS, reference_devices
+from haptics.feel.page import LABELS, reference_devices
 from haptics.feel.sheet import cube_points
 from haptics.feel.summary import QUANTITIES, summarise
 from tests.haptics.scene_machine import scene_machine

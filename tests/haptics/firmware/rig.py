@@ -132,14 +132,14 @@ def _run(controller, known, memory, laws, now, theta, request, signal, fresh, to
     supervisor, made = memory.supervisor, np.zeros((ROWS, 3))
     out = np.zeros(3)
     for k in range(now.shape[0]):
-        asked = request[k]
-        if asked == ENABLED:
+        required = request[k]
+        if required == ENABLED:
             supervisor[REQUEST] = ENABLE
-        elif asked == DISABLED:
+        elif required == DISABLED:
             supervisor[REQUEST] = DISABLE
-        elif asked == WAS_RESET:
+        elif required == WAS_RESET:
             supervisor[REQUEST] = RESET
-        elif asked == SPOKEN:
+        elif required == SPOKEN:
             supervisor[HEARD] = min(now[k], supervisor[NOW])
         supervisor[SIGNALS] = float(signal[k])
         if known.forearm_length > 0.0:
@@ -251,6 +251,6 @@ def replay(program: Path, recorded: Recorded, real: str = "f8") -> tuple[np.ndar
     bare = program.suffix == ".elf"
     ended = emulate(program) if bare else subprocess.run([program], cwd=folder, timeout=600).returncode
     assert ended == 0
-    told, kind = (folder / "replay.out").read_bytes(), answer_type(real)
+    reported, kind = (folder / "replay.out").read_bytes(), answer_type(real)
     end = len(readings) * kind.itemsize
-    return np.frombuffer(told[:end], kind), told[end:]
+    return np.frombuffer(reported[:end], kind), reported[end:]

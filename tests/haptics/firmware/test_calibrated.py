@@ -129,6 +129,6 @@ def test_the_command_takes_the_file_of_this_design_alone(
     path.write_text(json.dumps({**to_dict(calibration), "design_sha256": "0" * 64}))
     capsys.readouterr()
     assert main(command) == 2
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert "design_sha256" in told
+    reported = capsys.readouterr().err
+    assert reported.count("\n") == 1
+    assert "design_sha256" in reported

@@ -105,10 +105,10 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
     chosen = foaw(1e-3, 3.8e-4, 8) if estimator == "foaw" else None
     controller = default_controller(machine, estimator=chosen, joint_speed=60.0)
     library = compiled(controller, tmp_path / "controller")
-    ours = fresh(controller)
+    own = fresh(controller)
     theirs = np.frombuffer(bytearray(b"\x07" * memory_type(controller).itemsize), memory_type(controller))[0]
     library.delta_start(pointer(theirs))
-    assert np.array_equal(flat(theirs), np.concatenate([ours.filters.ravel(), ours.supervisor, ours.work.ravel()]))
+    assert np.array_equal(flat(theirs), np.concatenate([own.filters.ravel(), own.supervisor, own.work.ravel()]))
     time, theta = readings(machine, 6000, 4)
     theta = np.ascontiguousarray(theta)
     out, c_out = np.zeros(3), np.zeros(3)
@@ -116,23 +116,23 @@ def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path
     for k in range(len(time)):
         if k % 500 == 0:  # the operator tries again and again
             request = RESET if k % 1000 else ENABLE
-            ours.supervisor[REQUEST] = request
+            own.supervisor[REQUEST] = request
             (library.delta_reset if request == RESET else library.delta_enable)(pointer(theirs))
         # two ticks are left out, four are too many
         held = FRESH_BUT if k % 750 in (7, 8) or k % 3000 > 2995 else ALL_FRESH
-        bits = tick(controller, ours, LAWS, time[k], theta[k], theta[k], held, out)
+        bits = tick(controller, own, LAWS, time[k], theta[k], theta[k], held, out)
         c_bits = c_tick(library, theirs, time[k], theta[k], held, c_out)
         assert bits == c_bits, f"tick {k}"
         assert np.array_equal(out, c_out), f"tick {k}"
         seen |= bits
         rendered += bool(np.abs(out).max() > 0.06)
-        assert library.delta_touched(pointer(theirs)) == ours.work[TOUCHED], f"tick {k}"
-        met += int(ours.work[TOUCHED])
-        inside = capped_force(controller.walls, ours.work, LAWS, *ours.work[POSITION], 0.0, 0.0, 0.0)[3]
+        assert library.delta_touched(pointer(theirs)) == own.work[TOUCHED], f"tick {k}"
+        met += int(own.work[TOUCHED])
+        inside = capped_force(controller.walls, own.work, LAWS, *own.work[POSITION], 0.0, 0.0, 0.0)[3]
         off = library.delta_state(pointer(theirs)) in (State.DISABLED, State.FAULT)
         assert library.delta_touched(pointer(theirs)) == (0.0 if off else inside), f"tick {k}"
         let_go += off and inside
-    left = np.concatenate([ours.filters.ravel(), ours.supervisor, ours.work.ravel()])
+    left = np.concatenate([own.filters.ravel(), own.supervisor, own.work.ravel()])
     assert np.array_equal(flat(theirs), left, equal_nan=True)
     assert seen.bit_count() >= 5  # the run met faults
     assert rendered > 500  # and rendered force
@@ -170,12 +170,12 @@ class Twins:
         for _ in range(ticks):
             self.now += 1e-3
             theta = self.theta + 4e-4 * math.sin(60.0 * self.now)
-            ours = self.host(Reading(theta, self.now, self.flags))
+            own = self.host(Reading(theta, self.now, self.flags))
             bits = c_tick(self.library, self.memory, self.now, theta, ALL_FRESH, out)
             assert bits == self.host.bits
-            assert np.array_equal(out, ours)
-            ours = self.host.memory
-            assert np.array_equal(flat(self.memory)[ours.filters.size : -ours.work.size], ours.supervisor)
+            assert np.array_equal(out, own)
+            own = self.host.memory
+            assert np.array_equal(flat(self.memory)[own.filters.size : -own.work.size], own.supervisor)
         return out
 
     @property

@@ -284,8 +284,12 @@ def test_a_command_acts_once_and_within_its_limits(tmp_path: Path) -> None:
     def after(*packets: bytes) -> Line:
         return board(program, [*begin, *packets])[-1]
 
-    told = after(command(2, 2), tick)
-    assert (told.ampere, told.damping, told.dropped) == ((1.6, -1.6, 0.5), 0.75, 0)  # 0.8 N m at most, a wall touched
+    reported = after(command(2, 2), tick)
+    assert (reported.ampere, reported.damping, reported.dropped) == (
+        (1.6, -1.6, 0.5),
+        0.75,
+        0,
+    )  # 0.8 N m at most, a wall touched
     again = after(command(2), command(2, torque=0.5), tick)  # the same number once more: dropped
     assert (again.ampere[2], again.damping, again.dropped) == (0.5, 0.25, 1)
     assert after(command(3), command(2, torque=0.5), tick).dropped == 1  # an older one

@@ -24,8 +24,7 @@ from haptics.devices.link import UdpLink
 from haptics.devices.protocol import Packet, PacketKind, Reason, decode, encode
 from haptics.devices.remote import RemoteDevice
 from haptics.devices.simulated import SimulatedDevice
-from haptics.firmware.device import STEPS
-from haptics.firmware.project import firmware, write_firmware
+from haptics.firmware.project import STEPS, firmware, write_firmware
 from haptics.loop.assumptions import encoder_count
 from haptics.loop.choice import DAMPED
 from haptics.loop.hardware import board_controller, real_plant
@@ -70,11 +69,11 @@ def test_a_bare_cortex_m7_starts_up_by_itself(machine: MachineModel, tmp_path: P
     parts = [folder / "cortex-m" / name for name in ("alone.c", "start.c", "semihosting.c")]
     image = compile_bare(folder, "m7", *parts, folder / "delta_run.c", *(folder / name for name in COMMON))
     assert emulate(image) == 0
-    told = np.fromfile(
+    reported = np.fromfile(
         folder / "alone.out", np.dtype([("event", "i4"), ("joint", "i4"), ("value", "f8"), ("bound", "f8")])
     )
-    assert told["event"][-1] == 2  # ready
-    assert told["joint"][-2] == Step.READY
+    assert reported["event"][-1] == 2  # ready
+    assert reported["joint"][-2] == Step.READY
 
 
 @pytest.mark.slow
@@ -169,9 +168,9 @@ def test_our_host_renders_on_it_and_its_stop_stops(
             process.send_signal(signal.SIGUSR1)
         return bool(host.supervisor.memory[LATCHED]) or len(seen) > 20_000
 
-    told = host.drive(RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0), until=until)
+    reported = host.drive(RemoteDevice(UdpLink("127.0.0.1", port), timeout=5.0), until=until)
     assert State.ACTIVE in seen
-    assert np.abs(told.torques).max() > 0.02
+    assert np.abs(reported.torques).max() > 0.02
     assert int(host.supervisor.memory[LATCHED]) == FaultCode.EMERGENCY_STOP.bit
     assert 6000 <= len(seen) < 20_000
 
@@ -275,8 +274,8 @@ def test_a_tick_that_comes_late_counts_for_all_its_time(folder: Path, tmp_path: 
     sources = [str(tmp_path / "late.c"), *(str(folder / name) for name in ("delta_board.c", "delta_joints.c"))]
     command = [tool("gcc"), *FLAGS, f"-I{folder}", *sources, "-o", str(tmp_path / "late"), "-lm"]
     subprocess.run(command, check=True)
-    told = subprocess.run([tmp_path / "late"], capture_output=True, text=True, check=True).stdout.split()
-    assert [float(word) > 0.0 for word in told] == [False, True, True, True, False, False, False]
+    reported = subprocess.run([tmp_path / "late"], capture_output=True, text=True, check=True).stdout.split()
+    assert [float(word) > 0.0 for word in reported] == [False, True, True, True, False, False, False]
 
 
 def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str], int]) -> None:
@@ -342,8 +341,8 @@ def test_what_is_wrong_is_dropped_or_refused(board: tuple[subprocess.Popen[str],
         while bye is not None and bye.kind is not PacketKind.BYE:
             bye = answer(first, 2.0)
         assert bye is not None
-    told = process.communicate(timeout=30)[0]
-    sessions, served, _, dropped = (int(part.split()[0]) for part in told.split(", "))
+    reported = process.communicate(timeout=30)[0]
+    sessions, served, _, dropped = (int(part.split()[0]) for part in reported.split(", "))
     assert (sessions, served) == (1, 1)
     assert dropped == 9  # an empty one does not count
 
@@ -369,10 +368,10 @@ def test_the_stop_is_pressed_and_released_as_often_as_one_likes(board: tuple[sub
 def test_the_figures_of_the_drive_damp_the_joint_as_the_model_does(machine: MachineModel, folder: Path) -> None:
     """What a port makes of them, share k_t^2 / R through the ratio, is what the walls are computed with."""
     lines = [line.split()[1:3] for line in (folder / "delta_device.h").read_text().splitlines() if " DELTA_" in line]
-    told = {name: float(value) for name, value in (line for line in lines if len(line) == 2)}
-    short = (told["DELTA_RATIO"] * told["DELTA_TORQUE_CONSTANT"]) ** 2 / told["DELTA_RESISTANCE_OHM"]
+    reported = {name: float(value) for name, value in (line for line in lines if len(line) == 2)}
+    short = (reported["DELTA_RATIO"] * reported["DELTA_TORQUE_CONSTANT"]) ** 2 / reported["DELTA_RESISTANCE_OHM"]
     par = real_plant(machine, DAMPED)
-    more = told["DELTA_CONTACT_DAMPING"] - told["DELTA_DAMPING"]
+    more = reported["DELTA_CONTACT_DAMPING"] - reported["DELTA_DAMPING"]
     assert more * short == pytest.approx(par.contact_damping, rel=1e-12)
-    ampere = told["DELTA_TORQUE_CONSTANT"] * told["DELTA_RATIO"] * machine.drive.efficiency
-    assert told["DELTA_AMPERE_PER_N_M"] == pytest.approx(1.0 / ampere, rel=1e-12)
+    ampere = reported["DELTA_TORQUE_CONSTANT"] * reported["DELTA_RATIO"] * machine.drive.efficiency
+    assert reported["DELTA_AMPERE_PER_N_M"] == pytest.approx(1.0 / ampere, rel=1e-12)

@@ -37,8 +37,8 @@ def library(machine: MachineModel, folder: Path, precision: Precision, absolute:
     files = sources(controller, "x", precision, start_up(machine, PERIOD, absolute=absolute))
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    told = ("-fPIC", "-shared", str(folder / "delta_controller.c"), "-o", str(folder / "x.so"), "-lm")
-    subprocess.run([tool("gcc"), *FLAGS, *told], check=True)
+    reported = ("-fPIC", "-shared", str(folder / "delta_controller.c"), "-o", str(folder / "x.so"), "-lm")
+    subprocess.run([tool("gcc"), *FLAGS, *reported], check=True)
     loaded = ctypes.CDLL(str(folder / "x.so"))
     loaded.delta_startup_tick.restype = ctypes.c_longlong
     loaded.delta_startup_tick.argtypes = [
@@ -105,10 +105,10 @@ def test_single_precision_finds_the_same(machine: MachineModel, tmp_path: Path) 
         loaded.delta_startup_tick(memory.ctypes.data, sample.time, theta.ctypes.data, FRESH, out.ctypes.data)
         device.write(out.astype(float))
     assert loaded.delta_startup_step(place) == Step.READY == ended.step
-    told, known = memory[: START.dtype(MIXED).itemsize].view(START.dtype(MIXED))[0], ended.memory.start
+    reported, known = memory[: START.dtype(MIXED).itemsize].view(START.dtype(MIXED))[0], ended.memory.start
     # a step may end a tick sooner or later, a fortieth of a pulse
-    assert told["gains"] == pytest.approx(known[r.GAINS : r.GAINS + 3], abs=0.05)
-    assert told["offset"] == pytest.approx(known[r.OFFSET : r.OFFSET + 3] - off, abs=1e-6)
+    assert reported["gains"] == pytest.approx(known[r.GAINS : r.GAINS + 3], abs=0.05)
+    assert reported["offset"] == pytest.approx(known[r.OFFSET : r.OFFSET + 3] - off, abs=1e-6)
 
 
 def test_header_and_guide_name_every_step_and_refusal(machine: MachineModel) -> None:

@@ -68,8 +68,8 @@ def test_each_operator_is_python_s_own(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     for a, b, k in zip(rng.uniform(-1.0, 1.0, 300), rng.uniform(-1.0, 1.0, 300), rng.integers(0, 6, 300), strict=True):
         out = np.zeros(PLACES)
-        told = run(a, b, int(k), out.ctypes.data)
+        reported = run(a, b, int(k), out.ctypes.data)
         with np.errstate(divide="ignore"):
             expected = np.zeros(PLACES)
-            assert told == _everything.py_func(np.float64(a), np.float64(b), int(k), expected)
+            assert reported == _everything.py_func(np.float64(a), np.float64(b), int(k), expected)
         np.testing.assert_allclose(out, expected, rtol=0, atol=3e-16)  # a cube is a product here, a power there

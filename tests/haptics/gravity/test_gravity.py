@@ -50,12 +50,12 @@ def test_it_is_what_the_solids_ask_for(best_assembly: Assembly) -> None:
     home = np.array(best_assembly.home_mm)
     p_mm = home + rng.uniform(-30.0, 30.0, (20, 3))
     for g in (DOWN, np.array([3.0, -5.0, -7.0])):
-        ours = gravity_torque(geometry, masses, p_mm / 1000.0, g)
+        own = gravity_torque(geometry, masses, p_mm / 1000.0, g)
         # not in ours: the solids' centres off the chain's plane and off the rods' axes, below 1 um by symmetry
-        assert ours == pytest.approx(holding_torque(best_assembly, even, p_mm, g), abs=2e-6)
+        assert own == pytest.approx(holding_torque(best_assembly, even, p_mm, g), abs=2e-6)
         # nor the pinion's two set screws, at a right angle, which turn about the motor's axis: 19 uN m of some 50 mN m
         unbalance = best_assembly.placement.drive_ratio * pinion[0] * off_axis * np.linalg.norm(g)
-        beyond = np.abs(ours - holding_torque(best_assembly, bodies, p_mm, g)).max()
+        beyond = np.abs(own - holding_torque(best_assembly, bodies, p_mm, g)).max()
         assert 0.5 * unbalance < beyond < unbalance + 2e-6
         assert unbalance < 25e-6
 

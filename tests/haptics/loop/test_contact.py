@@ -75,21 +75,21 @@ def test_where_the_handle_is_not_known_no_wall_is_touched(controller: Controller
 def test_without_force_no_wall_is_touched(machine: MachineModel, controller: Controller) -> None:
     """Inside a wall all the time: off before enabling, after disabling, and after a fault until it is over."""
     memory, wall = fresh(controller), law_table(axis_wall("+x", machine.centre[0] - 1e-3, stiffness=1e3))
-    theta, told = inverse_kinematics(machine.geometry, machine.centre), []
+    theta, reported = inverse_kinematics(machine.geometry, machine.centre), []
     stop = FaultCode.EMERGENCY_STOP.bit
     for k, (request, signal) in enumerate(
         [(0, 0), (ENABLE, 0), (0, 0), (DISABLE, 0), (0, 0), (ENABLE, 0), (0, stop), (0, 0), (RESET, 0), (ENABLE, 0)]
     ):
         memory.supervisor[REQUEST], memory.supervisor[SIGNALS] = request, float(signal)
         tick(controller, memory, wall, k * T, theta, theta, ALL_FRESH, np.zeros(3))
-        told.append(memory.work[TOUCHED])
-    assert told == [0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+        reported.append(memory.work[TOUCHED])
+    assert reported == [0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 
 
 @pytest.fixture(scope="module")
 def floating(machine: MachineModel) -> MachineModel:
-    asked = machine.design.requirements.model_copy(update={"gravity_m_s2": (0.0, 0.0, 0.0)})
-    return replace(machine, design=machine.design.model_copy(update={"requirements": asked}))
+    required = machine.design.requirements.model_copy(update={"gravity_m_s2": (0.0, 0.0, 0.0)})
+    return replace(machine, design=machine.design.model_copy(update={"requirements": required}))
 
 
 def smooth(par: Plant) -> Plant:
@@ -116,9 +116,9 @@ def test_the_handle_slows_down_as_the_drives_damp(floating: MachineModel, inside
         return expm(-seconds * viscous * np.linalg.solve(here.mass, back.T @ back))
 
     damped = par.in_contact.viscous if inside else par.viscous
-    told = slowed(damped, (ticks - 2.5) * T) @ slowed(par.viscous, 1.5 * T) @ v
+    reported = slowed(damped, (ticks - 2.5) * T) @ slowed(par.viscous, 1.5 * T) @ v
     # neither J nor M changes by 0.1 % over the 10 um on which the handle moves; masses that turn push by v^2
-    assert run.velocity[-1] - v == pytest.approx(told - v, rel=0.01, abs=1e-7)
+    assert run.velocity[-1] - v == pytest.approx(reported - v, rel=0.01, abs=1e-7)
 
 
 CYCLES = (1e-3, 5e-3, 0.02, 0.1)

@@ -77,9 +77,9 @@ def test_a_slower_filter_of_the_encoder_leaves_less_noise() -> None:
         lag = 100e-6 / 4.0 / sensing  # settled to 2 % within four time constants
         pole = np.exp(-step / lag)
         read = lfilter([1.0 - pole], [1.0, -pole], driven)[::every]
-        told = sensor_errors(fine, replace(BOARD, sensing=sensing))
+        reported = sensor_errors(fine, replace(BOARD, sensing=sensing))
         spread[sensing] = read.std()
-        assert told.kept == pytest.approx(np.corrcoef(read[1:], read[:-1])[0, 1], abs=0.02)
+        assert reported.kept == pytest.approx(np.corrcoef(read[1:], read[:-1])[0, 1], abs=0.02)
     ratio = sensor_errors(fine).noise / sensor_errors(fine, PAPER).noise
     assert ratio == pytest.approx(spread[0.25] / spread[1.0], rel=0.03)
     assert reading_age(fine) - reading_age(fine, PAPER) == pytest.approx(75e-6)  # three time constants more of 25 us

@@ -60,15 +60,15 @@ def test_effective_mass_and_friction_are_least_among_motions_of_that_speed() -> 
     assert here.smallest_mass <= min(some) < 1.02 * here.smallest_mass  # 500 directions come within some degrees
 
 
-def transition(par, hand: Hand, K: float, delay: int, standing: float) -> np.ndarray:
+def transition(par, hand: Hand, K: float, delay: int, static: float) -> np.ndarray:
     """One period of the true sampled loop at its equilibrium, by differences: state, last angles, commands under way.
 
-    Wall along NORMAL with the force `standing` at rest, velocity by differences of the angles, gravity compensated.
+    Wall along NORMAL with the force `static` at rest, velocity by differences of the angles, gravity compensated.
     """
     B = 6.0
     gravity = np.array([par.gravity_x, par.gravity_y, par.gravity_z])
     rest = inverse_kinematics(GEOMETRY, POSE)
-    room, push = np.zeros((13, STATES)), -standing * NORMAL
+    room, push = np.zeros((13, STATES)), -static * NORMAL
 
     def command(theta: np.ndarray, before: np.ndarray) -> np.ndarray:
         from delta_cad.mechanism import forward_kinematics
@@ -77,7 +77,7 @@ def transition(par, hand: Hand, K: float, delay: int, standing: float) -> np.nda
         J = jacobian(GEOMETRY, p)
         along = NORMAL @ (p - POSE)
         rate = NORMAL @ (J @ (theta - before)) / T
-        force = (standing - K * along - B * rate) * NORMAL
+        force = (static - K * along - B * rate) * NORMAL
         return J.T @ force + gravity_torque(GEOMETRY, MASSES, p, gravity)
 
     def step(full: np.ndarray) -> np.ndarray:
@@ -102,11 +102,11 @@ def test_joint_loop_is_the_true_sampled_plant_at_rest(delay: int) -> None:
     loop = linearise(par, POSE).joint_loop(NORMAL, GRIP, Timing(T, delay * T), DIFFERENCE)
     for K in (1500.0, 6000.0):
         expected = np.sort(np.abs(np.linalg.eigvals(transition(par, GRIP, K, delay, 0.0))))
-        ours = np.sort(np.abs(loop.eigenvalues(K, 6.0)))
-        n = min(len(ours), len(expected))
+        own = np.sort(np.abs(loop.eigenvalues(K, 6.0)))
+        n = min(len(own), len(expected))
         # differences of 1e-6 m: cubic terms 1e-9, rounding 1e-10; zeros of the memory to the root of it
-        np.testing.assert_allclose(ours[-n:], expected[-n:], atol=2e-4)
-        assert ours[-1] == pytest.approx(expected[-1], abs=1e-7)
+        np.testing.assert_allclose(own[-n:], expected[-n:], atol=2e-4)
+        assert own[-1] == pytest.approx(expected[-1], abs=1e-7)
 
 
 def test_what_is_left_out_moves_the_limit_little() -> None:
@@ -114,9 +114,9 @@ def test_what_is_left_out_moves_the_limit_little() -> None:
     par = plant(GEOMETRY, MASSES, (0.0, 0.0, -9.81), viscous=3e-4)
     limit = linearise(par, POSE).joint_loop(NORMAL, GRIP, Timing(T, T), DIFFERENCE).stiffness_limit(6.0)
     assert monotone(limit)
-    for standing in (-3.0, 0.0, 3.0):
+    for static in (-3.0, 0.0, 3.0):
         radii = [
-            np.abs(np.linalg.eigvals(transition(par, GRIP, share * limit.value, 1, standing))).max()
+            np.abs(np.linalg.eigvals(transition(par, GRIP, share * limit.value, 1, static))).max()
             for share in (0.98, 1.02)
         ]
         assert radii[0] < 1.0 < radii[1]

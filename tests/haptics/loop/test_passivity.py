@@ -62,9 +62,9 @@ def test_whole_delays_are_the_condition_as_published(estimator: LinearEstimator,
     z = np.exp(1j * w * T)
     wall = (2500.0 + 12.0 * estimator.response(z)) * z**-whole
     published = T / 2 / (1 - np.cos(w * T)) * ((1 - 1 / z) * wall).real
-    ours = friction_demand(w, Timing(T, whole * T), estimator, 2500.0, 12.0)
+    own = friction_demand(w, Timing(T, whole * T), estimator, 2500.0, 12.0)
     # at 1 rad/s rounding of 1 - cos is 1e-16 / 1e-6
-    np.testing.assert_allclose(ours, np.maximum(published, 0.0), rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(own, np.maximum(published, 0.0), rtol=1e-8, atol=1e-8)
 
 
 def cut_into_pieces(w: float, timing: Timing, estimator: LinearEstimator, K: float, B: float, pieces: int) -> float:
@@ -94,9 +94,9 @@ def cut_into_pieces(w: float, timing: Timing, estimator: LinearEstimator, K: flo
 def test_fractions_and_lag_against_a_hold_cut_into_pieces(timing: Timing, estimator: LinearEstimator) -> None:
     for w in (30.0, 700.0, 1900.0, 3100.0):
         expected = cut_into_pieces(w, timing, estimator, 3000.0, 4.0, 200)
-        ours = float(friction_demand(np.array(w), timing, estimator, 3000.0, 4.0))
+        own = float(friction_demand(np.array(w), timing, estimator, 3000.0, 4.0))
         # midpoints of 200 pieces: (1/200)^2 of the fastest lag's (T / 4e-4)^2, against the wall's K T = 3 N s/m
-        assert ours == pytest.approx(expected, rel=2e-4, abs=1e-4)
+        assert own == pytest.approx(expected, rel=2e-4, abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -223,8 +223,8 @@ def test_a_rigid_axis_has_the_known_condition(
 ) -> None:
     found = largest(handle(axis(0.2, friction), ONE, np.ones(1), timing), estimator, damping)
     for share, passive in ((0.985, True), (1.015, False)):
-        asked = required_friction(timing, estimator, share * found, damping).friction
-        assert (asked <= friction) == passive
+        required = required_friction(timing, estimator, share * found, damping).friction
+        assert (required <= friction) == passive
     if damping == 0.0 and timing.delay == 0.0:
         assert found == pytest.approx(2.0 * friction / T8, rel=0.015)  # b > K T / 2
 
@@ -262,12 +262,12 @@ def taken(inverse, damping, stiffness, push, see, place, K, B, pole, period, sha
     n, dt = len(place), period / STEPS
     cycle = (len(shape) - 1) // STEPS
     q, v, q1, v1 = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    asked = power = seen = speed = 0.0
+    required = power = seen = speed = 0.0
     waited -= waited % cycle
     for k in range(waited + cycle):
         before, seen = seen, np.dot(see, q)
         speed = pole * speed + (1.0 - pole) * (seen - before) / period
-        held, asked = asked, -K * seen - B * speed
+        held, required = required, -K * seen - B * speed
         for s in range(STEPS):
             i = (k % cycle) * STEPS + s
             a = inverse @ (place * shape[i] + push * held - damping @ v - stiffness @ q)

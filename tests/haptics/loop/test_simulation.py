@@ -159,8 +159,8 @@ def test_a_torque_arrives_after_its_delay(machine: MachineModel, delay: float) -
 @pytest.mark.parametrize("substeps", [1, 2, 5])
 def test_a_delay_is_kept_whatever_the_steps(machine: MachineModel, delay: float, substeps: int) -> None:
     """A rigid mass without friction, pushed from `first T + delay` on, has the velocity of the time since then."""
-    asked = machine.design.requirements.model_copy(update={"gravity_m_s2": (0.0, 0.0, 0.0)})
-    floating = replace(machine, design=machine.design.model_copy(update={"requirements": asked}))
+    required = machine.design.requirements.model_copy(update={"gravity_m_s2": (0.0, 0.0, 0.0)})
+    floating = replace(machine, design=machine.design.model_copy(update={"requirements": required}))
     bare = nominal_plant(floating)._replace(coulomb=0.0, viscous=0.0, current_lag=0.0)
     laws, ticks = law_table(ConstantForce([1e-2, 0.0, 0.0])), 12
     unbounded = {"slew": 1e9, "ramp": 1e-9, "ramp_power": 1e9}
@@ -168,9 +168,9 @@ def test_a_delay_is_kept_whatever_the_steps(machine: MachineModel, delay: float,
     record = simulate(bare, controller, laws, timing(1e-3, delay, substeps), HOME, **still(ticks))
     first = int(np.argmax(np.abs(record.torque).max(axis=1) > 0.0))
     assert np.ptp(record.torque[first:], axis=0) == pytest.approx(np.zeros(3), abs=1e-7)
-    told = (np.arange(ticks) - first) * 1e-3 - delay
+    reported = (np.arange(ticks) - first) * 1e-3 - delay
     mass = linearise(bare, HOME).mass
-    gained = np.linalg.solve(mass, np.array([1e-2, 0.0, 0.0]))[0] * np.maximum(told, 0.0)
+    gained = np.linalg.solve(mass, np.array([1e-2, 0.0, 0.0]))[0] * np.maximum(reported, 0.0)
     assert record.velocity[:, 0] == pytest.approx(gained, rel=1e-3, abs=1e-9)
 
 

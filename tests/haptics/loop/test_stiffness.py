@@ -56,21 +56,21 @@ def below(limit: float) -> Predicate:
 @pytest.mark.parametrize("limit", [60.0, 800.0, 7000.0, 49e3])
 @pytest.mark.parametrize("guess", [1.0, 500.0, 8000.0, 1e6])
 def test_an_edge_is_found_from_any_guess(limit: float, guess: float) -> None:
-    asked: list[float] = []
+    required: list[float] = []
 
     def stands(stiffness: float) -> bool:
-        asked.append(stiffness)
+        required.append(stiffness)
         return stiffness <= limit
 
     found = edge(stands, End(guess, SOME))
     assert limit / (1.0 + TOLERANCE) <= found.stiffness <= limit
     assert not found.open
     assert found.corner == SOME
-    assert FLOOR <= min(asked) <= max(asked) <= CEILING
-    assert len(asked) == len(set(asked)) <= 24  # 17 strides of 1.5 from end to end, 4 halvings and the first
+    assert FLOOR <= min(required) <= max(required) <= CEILING
+    assert len(required) == len(set(required)) <= 24  # 17 strides of 1.5 from end to end, 4 halvings and the first
 
 
-def test_edges_beyond_what_is_asked() -> None:
+def test_edges_beyond_what_is_required() -> None:
     assert edge(below(0.9 * FLOOR), End(3000.0, SOME)).stiffness == 0.0
     beyond = edge(below(2.0 * CEILING), End(3000.0, SOME))
     assert (beyond.stiffness, beyond.open) == (CEILING, True)
@@ -100,15 +100,15 @@ def test_a_range_ends_at_its_extreme_cases_whoever_they_are(lowest: int, highest
 
 
 def test_cases_far_from_an_end_are_not_simulated() -> None:
-    asked: set[Corner] = set()
+    required: set[Corner] = set()
 
     def case(corner: Corner) -> Predicate:
-        asked.add(corner)
+        required.add(corner)
         return below(2000.0)
 
     simulated_range(LINEAR, case)
-    assert LINEAR[3].corner not in asked  # 18 times the lowest, less than a third of the highest
-    assert asked == {end.corner for end in LINEAR if end.stiffness <= RIVAL * 500.0 or end.stiffness * RIVAL >= 30e3}
+    assert LINEAR[3].corner not in required  # 18 times the lowest, less than a third of the highest
+    assert required == {end.corner for end in LINEAR if end.stiffness <= RIVAL * 500.0 or end.stiffness * RIVAL >= 30e3}
 
 
 def test_the_protocol_and_the_bisection_find_a_known_limit(machine: MachineModel) -> None:
@@ -211,7 +211,7 @@ def test_later_torques_and_grasps_that_damp_less_bear_less(machine: MachineModel
     assert not usual(4500.0)  # a third more than the linear limit of 3.43 N/mm
 
 
-def test_what_is_asked_for_reaches_the_loop(machine: MachineModel) -> None:
+def test_what_is_requested_reaches_the_loop(machine: MachineModel) -> None:
     """Period, delay and damping: the linear limits move as the theory of a sampled spring has it."""
 
     def nominal(**given: Any) -> float:
@@ -237,9 +237,9 @@ def test_facts_and_text_tell_the_same(simulated: Stiffness) -> None:
         row = next(line for line in text.splitlines() if line.startswith(f"{axis}  "))
         assert f"{paper:7.1f}{found['simulated_N_per_mm']['protocol']:11.1f}" in row
         assert f"{found['linear_N_per_mm']['nominal']:9.2f}" in row
-        asked = found["simulated_N_per_mm"]["asked"]
-        assert asked[0] == [pytest.approx(1.1), True]
-        assert np.diff([stiffness for stiffness, _ in asked[:5]]) == pytest.approx([0.2] * 4)
+        required = found["simulated_N_per_mm"]["asked"]
+        assert required[0] == [pytest.approx(1.1), True]
+        assert np.diff([stiffness for stiffness, _ in required[:5]]) == pytest.approx([0.2] * 4)
     lowest = [axis["simulated_N_per_mm"]["lowest"] for axis in facts["axes"].values()]
     assert {(end["hand"], end["friction"], end["delay_ms"]) for end in lowest} == {("firm", "least", 1.0)}
     assert max(map(len, text.splitlines())) <= 120

@@ -75,8 +75,8 @@ def test_four_walls_differ(machine: MachineModel, axis: str) -> None:
     own = rigid.passive()
     assert own == pytest.approx(WallStability(machine, little, normal=AXES[axis]).passive(), rel=0.02)
     for share, passive in ((0.98, True), (1.02, False)):
-        asked = required_friction(rigid.timing, rigid.estimator, share * own, 0.0).friction
-        assert (asked <= rigid.friction) == passive
+        required = required_friction(rigid.timing, rigid.estimator, share * own, 0.0).friction
+        assert (required <= rigid.friction) == passive
 
 
 def test_a_limit_is_where_the_eigenvalues_leave_the_circle(machine: MachineModel) -> None:
@@ -186,19 +186,19 @@ T = 1e-3
     ("limit", "protocol"), [(4950.0, 4900.0), (1100.0, 1100.0), (1299.0, 1100.0), (4499.0, 4300.0)]
 )
 def test_protocol_and_bisection(limit: float, protocol: float) -> None:
-    asked: list[float] = []
+    required: list[float] = []
 
     def stable(K: float) -> bool:
-        asked.append(K)
+        required.append(K)
         return limit >= K
 
     found = search(stable, tolerance=1.0)
     assert found.protocol == protocol
     assert limit - 1.0 <= found.bisection <= limit
-    assert [K for K, _ in found.history] == asked
+    assert [K for K, _ in found.history] == required
     assert all(answer == (limit >= K) for K, answer in found.history)
-    assert asked[:2] == [1100.0, 1300.0]
-    assert len(set(asked)) == len(asked)
+    assert required[:2] == [1100.0, 1300.0]
+    assert len(set(required)) == len(required)
     assert not found.ceiling_reached
 
 
@@ -277,21 +277,23 @@ def test_it_is_seven_tenths_of_what_is_computed_over_the_cube(machine: MachineMo
             pose = machine.centre + machine.half_side * rng.uniform(-1.0, 1.0, 3)
             normal = rng.normal(size=3)
             normal /= np.linalg.norm(normal)
-            ours, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
+            project, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
             assert 0.5 * loop.damping < damping <= loop.damping
             # the eigenvalues are the other method: damping that is rendered late bears a little more than the form says
             # on a rigid device, up to 6 % where it is most of it; cable and structure in series give 1 to 4 % back
             there, late = replace(loop, damping=damping), loop.delays[2] * loop.period
             rigid = WallStability(machine, there, pose, normal, place=0, delay=late, rigid=True)
-            found = ours / (STABILITY_MARGIN * rigid.stable(FREE))
+            found = project / (STABILITY_MARGIN * rigid.stable(FREE))
             # What is computed is late by the filter and by half a sample of its difference: at the frequency w of mass
             # and wall it damps by cos(w late), which the form does not have. It is all of the board loop's damping.
             computed = damping / (cap.friction / float(np.square(rigid.here.jacobian.T @ normal).sum()) + damping)
-            turned = ours / STABILITY_MARGIN / rigid.here.effective_mass(normal) * (cap.late + loop.period / 2.0) ** 2
+            turned = (
+                project / STABILITY_MARGIN / rigid.here.effective_mass(normal) * (cap.late + loop.period / 2.0) ** 2
+            )
             most = 1.0 / (1.0 - computed * turned / 2.0)
             assert 0.94 < found < most * BRACKET
             assert loop is not BOARD or found > most
-            assert ours == pytest.approx(STABILITY_MARGIN * computed_wall(machine, pose, normal, there), rel=0.05)
+            assert project == pytest.approx(STABILITY_MARGIN * computed_wall(machine, pose, normal, there), rel=0.05)
 
 
 def test_the_proven_cap_holds_between_the_poses_that_were_tried(machine: MachineModel) -> None:

@@ -102,11 +102,11 @@ class WholeLoop:
             link(hand.grasp_stiffness, hand.grasp_damping, (6, -one), (9, one))
             link(hand.stiffness, hand.damping, (9, one))
         self.size = size = 2 * n + 3
-        rate, asked = np.zeros((size, size)), np.zeros((size, 3))
+        rate, required = np.zeros((size, size)), np.zeros((size, 3))
         rate[:n, n : 2 * n] = np.eye(n)
         rate[n : 2 * n] = np.linalg.solve(mass, np.hstack([-stiffness, -damping, np.eye(n)[:, 3:6]]))
-        rate[2 * n :, 2 * n :], asked[2 * n :] = -one / par.current_lag, one / par.current_lag
-        ways = np.block([[rate, asked], [np.zeros((3, size + 3))]])
+        rate[2 * n :, 2 * n :], required[2 * n :] = -one / par.current_lag, one / par.current_lag
+        ways = np.block([[rate, required], [np.zeros((3, size + 3))]])
         moved, seen = expm(period * ways), expm((period - age) * ways)[:3]
         self.moves, self.pushes = moved[:size, :size], moved[:size, size:]
         self.sees, self.sees_push = self.seen @ seen[:, :size], self.seen @ seen[:, size:]
@@ -174,9 +174,9 @@ def test_the_largest_wall(machine: MachineModel, place: str, normal: np.ndarray,
     other = WholeLoop(
         machine, real_plant(machine, DAMPED), p, normal, held, loop.period, loop.corner, lag(loop, machine)
     )
-    told = WallStability(machine, loop, p, normal).stable(HANDS[hand] if hand else FREE)
+    reported = WallStability(machine, loop, p, normal).stable(HANDS[hand] if hand else FREE)
     # 2 % is asked; the two agree to the 0.1 % that the search for the limit leaves
-    assert other.radius(0.997 * told, loop.damping) < 1.0 < other.radius(1.003 * told, loop.damping)
+    assert other.radius(0.997 * reported, loop.damping) < 1.0 < other.radius(1.003 * reported, loop.damping)
 
 
 @pytest.mark.parametrize(
@@ -189,14 +189,14 @@ def test_what_noise_commands_and_moves(machine: MachineModel, place: str, normal
     other = WholeLoop(
         machine, real_plant(machine, DAMPED), p, normal, held, DAMPED.period, DAMPED.corner, lag(DAMPED, machine)
     )
-    told = NoisyLoop(machine, DAMPED, p, held or FREE, noise=UNKNOWN_NOISE, kept=0.0, normal=normal).figures(
+    reported = NoisyLoop(machine, DAMPED, p, held or FREE, noise=UNKNOWN_NOISE, kept=0.0, normal=normal).figures(
         3000.0, 2.0
     )
     force, ways = other.shaken(3000.0, 2.0, UNKNOWN_NOISE, 24_000, MANY, 3000)
-    assert force == pytest.approx(told.force, rel=0.02)
+    assert force == pytest.approx(reported.force, rel=0.02)
     narrow = in_band(ways, DAMPED.period).reshape(-1, 3, MANY).swapaxes(1, 2).reshape(-1, 3)
     moved = np.sqrt(np.linalg.eigvalsh(narrow.T @ narrow / len(narrow))[-1])
-    assert moved == pytest.approx(told.motion, rel=0.02)
+    assert moved == pytest.approx(reported.motion, rel=0.02)
 
 
 @pytest.mark.parametrize(("share", "loss", "as_read"), [(1.78, LOSS[0], True), (4.0, 0.1, False), (8.0, LOSS[0], True)])
@@ -206,12 +206,12 @@ def test_what_noise_moves_where_the_knob_rings(machine: MachineModel, share: flo
     par, kept = structured(plain, share * plain.structure_stiffness, loss), errors.kept if as_read else 0.0
     other = WholeLoop(machine, par, machine.centre, x, None, DAMPED.period, DAMPED.corner, lag(DAMPED, machine))
     barely = Hand(mass=0.0, damping=0.05, stiffness=1.0)  # keeps it from wandering along the wall
-    told = NoisyLoop(machine, DAMPED, hand=barely, noise=errors.noise, kept=kept, normal=x, par=par).figures(
+    reported = NoisyLoop(machine, DAMPED, hand=barely, noise=errors.noise, kept=kept, normal=x, par=par).figures(
         5000.0, DAMPED.damping
     )
     force, ways = other.shaken(5000.0, DAMPED.damping, errors.noise, 24_000, MANY, 3000, kept)
-    assert force == pytest.approx(told.force, rel=0.02)
+    assert force == pytest.approx(reported.force, rel=0.02)
     narrow = in_band(ways, DAMPED.period).reshape(-1, 3, MANY).swapaxes(1, 2).reshape(-1, 3)
     moved = np.sqrt(np.linalg.eigvalsh(narrow.T @ narrow / len(narrow))[-1])
-    assert moved == pytest.approx(told.motion, rel=0.03)  # a narrow line: the estimate deviates by 1 %
+    assert moved == pytest.approx(reported.motion, rel=0.03)  # a narrow line: the estimate deviates by 1 %
     assert (moved <= MOTION) == (not as_read or share == 8.0)

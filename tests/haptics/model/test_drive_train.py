@@ -140,21 +140,21 @@ def test_a_stop_holds_and_never_pulls() -> None:
 def test_ripple_and_cogging_are_waves_over_the_rotors_angle() -> None:
     par = plant(GEOMETRY, MASSES, FLOATING)
     waves = {"ripple": 0.02, "ripple_per_rad": 125.0, "cogging": 3e-3, "cogging_per_rad": 48.0}
-    asked = np.array([0.1, -0.2, 0.15])
+    required = np.array([0.1, -0.2, 0.15])
     for p in (HOME, np.array([0.01, 0.02, 0.1])):
         theta = inverse_kinematics(GEOMETRY, p) + PHASE * np.arange(3) / np.array([[125.0], [48.0]])
-        given = asked * (1.0 + 0.02 * np.sin(125.0 * theta[0])) + 3e-3 * np.sin(48.0 * theta[1])
-        found = acceleration(par._replace(**waves), state_of(p), asked)
+        given = required * (1.0 + 0.02 * np.sin(125.0 * theta[0])) + 3e-3 * np.sin(48.0 * theta[1])
+        found = acceleration(par._replace(**waves), state_of(p), required)
         assert found == pytest.approx(acceleration(par, state_of(p), given), rel=1e-9)
 
 
 def test_a_lagging_torque_moves_the_handle_to_the_order_of_the_step() -> None:
     """The torques within a step are those of its beginning, middle and end: the fourth order is kept."""
-    par, asked = plant(GEOMETRY, MASSES, FLOATING, current_lag=1e-3), np.array([0.1, 0.05, -0.1])
+    par, required = plant(GEOMETRY, MASSES, FLOATING, current_lag=1e-3), np.array([0.1, 0.05, -0.1])
 
     def speed(steps: int) -> np.ndarray:
         state = state_of(HOME)
-        advance(par, FREE, HOME, ZERO, asked, 2e-3, steps, state, np.zeros((13, STATES)))
+        advance(par, FREE, HOME, ZERO, required, 2e-3, steps, state, np.zeros((13, STATES)))
         return state[3:6]
 
     exact = speed(400)
@@ -164,9 +164,9 @@ def test_a_lagging_torque_moves_the_handle_to_the_order_of_the_step() -> None:
 
 
 def test_a_current_follows_in_closed_form_whatever_the_step() -> None:
-    par, asked = plant(GEOMETRY, MASSES, FLOATING, current_lag=5e-5), np.array([0.1, 0.2, -0.1])
+    par, required = plant(GEOMETRY, MASSES, FLOATING, current_lag=5e-5), np.array([0.1, 0.2, -0.1])
     for steps in (1, 3, 50):  # four lags in a step: too stiff for the Runge-Kutta steps
         state = state_of(HOME)
-        advance(par, FREE, HOME, ZERO, asked, 2e-4, steps, state, np.zeros((13, STATES)))
-        assert state[MOTOR : MOTOR + 3] == pytest.approx(asked * (1.0 - np.exp(-4.0)), rel=1e-12)
+        advance(par, FREE, HOME, ZERO, required, 2e-4, steps, state, np.zeros((13, STATES)))
+        assert state[MOTOR : MOTOR + 3] == pytest.approx(required * (1.0 - np.exp(-4.0)), rel=1e-12)
     assert np.all(state[ROTOR_RATE : ROTOR_RATE + 3] == 0.0)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from haptics.commands.cli import main
-from tests.designs import changed, hanging
+from tests.designs import below_elbows, changed
 
 
 def pocket() -> dict[str, Any]:
@@ -22,7 +22,7 @@ def pocket() -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("data", "named"),
     [
-        (hanging(), "assembly mode det S > 0"),
+        (below_elbows(), "assembly mode det S > 0"),
         (pocket(), "within reach at every position"),
     ],
 )

@@ -152,6 +152,6 @@ def test_a_torque_may_be_held_as_long_as_its_integration_says(motor: Motor) -> N
     assert hold_time(heat, 2.0 * heat.continuous, heat.ambient) == 0.0
 
 
-def test_without_thermal_data_no_time_is_told() -> None:
+def test_without_thermal_data_no_time_is_reported() -> None:
     with pytest.raises(ValueError, match="not known"):
         hold_time(motor_heat(UNKNOWN[0], DRIVE), 1.0, 1.0)

@@ -165,9 +165,9 @@ def test_friction_does_not_creep_under_vibration() -> None:
 
 def test_the_motors_follow_with_their_lag() -> None:
     par = plant(GEOMETRY, MASSES, current_lag=1e-3)
-    asked = np.array([0.1, 0.2, -0.1])
-    state = run(par, state_of(HOME), 2e-3, 40, torque=asked)
-    assert state[9:12] == pytest.approx(asked * (1.0 - np.exp(-2.0)), rel=1e-6)
+    required = np.array([0.1, 0.2, -0.1])
+    state = run(par, state_of(HOME), 2e-3, 40, torque=required)
+    assert state[9:12] == pytest.approx(required * (1.0 - np.exp(-2.0)), rel=1e-6)
 
 
 def test_a_hand_is_a_mass_a_spring_and_a_damper() -> None:

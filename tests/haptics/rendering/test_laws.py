@@ -86,7 +86,7 @@ def test_settings_of_the_paper(name, plateau, r1):
     np.testing.assert_allclose(far, (-plateau, 0, 0), rtol=1e-12, atol=1e-15)  # rounding
 
 
-def test_applied_damping_takes_the_place_of_the_one_asked_for():
+def test_applied_damping_takes_the_place_of_the_one_requested():
     setting = PAPER_SETTINGS["k0.4"]
     state = (0.02, 0, 0), (0, 0.1, 0)
     assert force(setting, *state)[1] == -500.0 * 0.1

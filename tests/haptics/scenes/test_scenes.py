@@ -56,7 +56,7 @@ def by_the_paper(setting: str, p: np.ndarray, v: np.ndarray, middle: np.ndarray,
 
 
 @pytest.mark.slow
-def test_the_force_asked_for_is_that_of_the_paper(machine: MachineModel, led: Scene) -> None:
+def test_the_force_requested_is_that_of_the_paper(machine: MachineModel, led: Scene) -> None:
     assert len(led.runs) == 16
     for run in led.runs[::5]:
         r = run.recording
@@ -87,7 +87,7 @@ def test_at_rest_at_the_corners_the_motors_give_the_law(machine: MachineModel, l
 
 
 @pytest.mark.slow
-def test_damping_is_capped_and_both_figures_are_told(led: Scene) -> None:
+def test_damping_is_capped_and_both_figures_are_reported(led: Scene) -> None:
     for setting in led.facts["settings"].values():
         assert setting["damping_asked_N_s_per_m"] == 500.0
         assert setting["damping_applied_N_s_per_m"] == pytest.approx(setting["damping_limit_N_s_per_m"] / 2.0)
@@ -154,22 +154,24 @@ def run_of(scene: Scene, damping: float, *, capped: bool) -> SceneRun:
 
 def test_capped_it_comes_home_and_uncapped_it_is_a_limit_cycle(released: Scene) -> None:
     assert released.kept
-    capped, asked = run_of(released, 500.0, capped=True), run_of(released, 500.0, capped=False)
+    capped, required = run_of(released, 500.0, capped=True), run_of(released, 500.0, capped=False)
     assert capped.facts["damping_applied_N_s_per_m"] < released.facts["damping_limit_N_s_per_m"]
     assert capped.facts["settling_s"] < 1.0
     assert not capped.facts["limit_cycle"]
-    assert asked.facts["limit_cycle"]
-    assert "limit cycle" in asked.facts["verdict"]
+    assert required.facts["limit_cycle"]
+    assert "limit cycle" in required.facts["verdict"]
     # a look of its own at the last second: the strongest line of the force's spectrum, and its range
-    force = asked.recording.force[-1000:]
+    force = required.recording.force[-1000:]
     spectrum = np.abs(np.fft.rfft((force - force.mean(axis=0)) * np.hanning(1000)[:, None], axis=0)).sum(axis=1)
-    assert asked.facts["frequency_Hz"] == pytest.approx(int(np.argmax(spectrum)), rel=0.15)  # it is not quite periodic
+    assert required.facts["frequency_Hz"] == pytest.approx(
+        int(np.argmax(spectrum)), rel=0.15
+    )  # it is not quite periodic
     assert (
         0.8 * np.ptp(force, axis=0).max()
-        < asked.facts["force_swing_N"]
+        < required.facts["force_swing_N"]
         < 2.0 * np.linalg.norm(force, axis=1).max() * 1.1
     )
-    assert asked.facts["share_of_time_at_force_limit"] > 0.9
+    assert required.facts["share_of_time_at_force_limit"] > 0.9
 
 
 def test_settling_and_overshoot_are_what_the_series_say(released: Scene) -> None:
@@ -239,10 +241,10 @@ def test_a_ringing_in_the_dead_zone_is_named_with_its_own_figures(
     seen = size > 20e-6  # half a count is some 15 um
     assert facts["rings"] == seen
     assert facts["verdict"] == "comes home" + (", rings in the dead zone" if seen else "")
-    told = [text for text in scene.discussion if text.startswith("With 5.0 N s/m the handle still rings")]
-    assert len(told) == seen
+    reported = [text for text in scene.discussion if text.startswith("With 5.0 N s/m the handle still rings")]
+    assert len(reported) == seen
     if seen:
-        assert f"{facts['swing_um']:.0f} um at {rate:.0f} Hz" in told[0]
+        assert f"{facts['swing_um']:.0f} um at {rate:.0f} Hz" in reported[0]
 
 
 def test_an_ideal_damper_takes_its_time(machine: MachineModel) -> None:
@@ -301,7 +303,7 @@ def test_the_same_seed_gives_the_same_series(machine: MachineModel, released: Sc
 
 
 @pytest.mark.slow
-def test_a_device_too_weak_for_its_corners_is_told(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_device_too_weak_for_its_corners_is_reported(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
     """Motors of half the torque: the saturation serves gravity first and the corners miss 3 N."""
     import haptics.scenes.bench as module
 

@@ -43,8 +43,8 @@ def test_a_figure_without_bound_has_no_row_of_numbers(tmp_path: Path) -> None:
         "shoulder_min": -np.pi,
         "shoulder_max": np.pi,
     }
-    told = [one._replace(value=odd.get(name, one.value), position=(0.0, 0.0, 0.1)) for name, one in worst.items()]
-    found = {b.figure.name: b.proved for b in bounds(g, cube, told) if b.figure.threshold}
+    reported = [one._replace(value=odd.get(name, one.value), position=(0.0, 0.0, 0.1)) for name, one in worst.items()]
+    found = {b.figure.name: b.proved for b in bounds(g, cube, reported) if b.figure.threshold}
     assert "kappa" not in found
     assert [name for name, proved in found.items() if proved is None] == [
         "torque", "lean", "shoulder_min", "shoulder_max",

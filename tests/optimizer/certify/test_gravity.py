@@ -37,8 +37,8 @@ NUMERIC_N_M = 2e-9
 def design_with(drive: str = "capstan", gravity: tuple[float, ...] = (0.0, 0.0, -9.81), **requirements: Any) -> Design:
     motor = "maxon-re30-310007" if drive == "capstan" else "maxon-ec60flat-408057"
     data = minimal()
-    asked = data["requirements"] | {"gravity_m_s2": list(gravity)} | requirements
-    return design_from_dict(data | {"requirements": asked, "hardware": {"drive": drive, "motor": motor}})
+    required = data["requirements"] | {"gravity_m_s2": list(gravity)} | requirements
+    return design_from_dict(data | {"requirements": required, "hardware": {"drive": drive, "motor": motor}})
 
 
 def masses_file(path: Path, bodies: dict[str, Any], home: Any = (0.0, 0.0, 94.612), **more: Any) -> Path:
@@ -111,12 +111,12 @@ def test_of_three_alike_chains_nothing_is_added_to_it(tmp_path: Path, gravity: t
         np.testing.assert_allclose(most, np.abs(oracle(design, bodies, points)), atol=10.0 * NUMERIC_N_M)
 
 
-def test_it_holds_for_a_rod_whose_centre_is_beside_its_line(tmp_path: Path) -> None:
+def test_it_holds_for_a_rod_whose_centre_is_next_to_its_line(tmp_path: Path) -> None:
     """Free to turn, it hangs (or stands) so that its energy is least (or most): -+ m e |g x s| / L_B more."""
     rng, design = np.random.default_rng(4), design_with(gravity=(3.0, -5.0, -7.0))
     g, points, nothing = np.array([3.0, -5.0, -7.0]), points_of(200, rng), {"mass_kg": 0.0, "centre_m": [0.0, 0.0, 0.0]}
-    mass, along, beside = 0.1, 0.05, np.array([0.006, 0.008])
-    rod = {"mass_kg": mass, "centre_m": [along, *beside]}
+    mass, along, adjacent = 0.1, 0.05, np.array([0.006, 0.008])
+    rod = {"mass_kg": mass, "centre_m": [along, *adjacent]}
     bodies = dict.fromkeys(NEEDED, nothing) | {"rod_1_0": rod}
     masses = held(tmp_path, design, bodies)
     assert masses.carried_mass == pytest.approx(mass * 0.05 / 0.112079, rel=1e-11)
@@ -126,7 +126,7 @@ def test_it_holds_for_a_rod_whose_centre_is_beside_its_line(tmp_path: Path) -> N
 
     def energy(p: np.ndarray) -> np.ndarray:
         s = forearm_vectors(design.geometry, p)[..., 1, :]
-        return mass * float(np.hypot(*beside)) * np.linalg.norm(np.cross(g, s), axis=-1) / 0.112079
+        return mass * float(np.hypot(*adjacent)) * np.linalg.norm(np.cross(g, s), axis=-1) / 0.112079
 
     h = 1e-6
     gradient = np.stack([energy(points + h * e) - energy(points - h * e) for e in np.eye(3)], axis=-1) / (2.0 * h)
@@ -227,7 +227,7 @@ def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
         ("torque", 0.8 * (1 - 1e-9)),
     ],
 )
-def test_a_share_that_is_laxer_than_told_is_refused(field: str, forged: float | None) -> None:
+def test_a_share_that_is_looser_than_reported_is_refused(field: str, forged: float | None) -> None:
     design, share = shares()
     certificate = certify(design, gravity=share)
     with pytest.raises(CertificateError, match=r"^torque: "):

@@ -63,7 +63,7 @@ def near(design: Design, worst: list[WorstFigure], side: float) -> tuple[Design,
     Returns:
         The design, and the figures that are bounded.
     """
-    asked: dict[str, Any] = {}
+    demand: dict[str, Any] = {}
     bounded = set()
     for one in worst:
         names = [field.name for field in one.limit.fields_] or ["joint_torque_N_m"]
@@ -71,9 +71,9 @@ def near(design: Design, worst: list[WorstFigure], side: float) -> tuple[Design,
             continue  # the torque without gravity has the same field as that with it, and is less
         size = abs(one.value) if one.figure.relative else max(abs(one.value), ANGLE)
         value = one.value + side * NEAR * size * (1.0 if one.figure.upper else -1.0)
-        asked[names[one.limit.figures.index(one.figure)]] = value * one.figure.scale
+        demand[names[one.limit.figures.index(one.figure)]] = value * one.figure.scale
         bounded.add(one.figure.name or one.limit.name)
-    required = design.requirements.model_copy(update=asked)
+    required = design.requirements.model_copy(update=demand)
     return design.model_copy(update={"requirements": required}), bounded
 
 
@@ -126,8 +126,8 @@ def test_every_command_has_the_same_verdict_next_to_a_limit(seed: int, count: in
             continue
         done += 1
         for side in (1.0, -1.0):
-            asked, bounded = near(design, worst, side)
-            said = verdicts(asked, path)
+            demand, bounded = near(design, worst, side)
+            said = verdicts(demand, path)
             assert len(bounded) == 10
             for command, found in said.items():
                 assert {name: found[name] for name in bounded} == dict.fromkeys(bounded, side > 0.0), command
@@ -165,11 +165,11 @@ def test_without_the_compiler_the_search_decides_and_says_so(monkeypatch: pytest
     """As with an installation that has no numba: the same verdicts, which nothing proved."""
     design = design_from_dict(minimal())
     tight = {"kappa_max": 2.26, "lean_max_deg": 28.0, "shoulder_max_deg": 65.0, "shoulder_min_deg": -45.0}
-    asked = design.model_copy(update={"requirements": design.requirements.model_copy(update=tight)})
-    proved = limit_rows(asked)
+    demand = design.model_copy(update={"requirements": design.requirements.model_copy(update=tight)})
+    proved = limit_rows(demand)
     monkeypatch.setattr(judgement, "find_spec", lambda _: None)
     monkeypatch.setattr(judgement, "prove", None)
-    searched = limit_rows(asked)
+    searched = limit_rows(demand)
     assert [(row.quantity, row.holds, row.value) for row in searched] == [
         (row.quantity, row.holds, pytest.approx(row.value, rel=1e-9)) for row in proved
     ]

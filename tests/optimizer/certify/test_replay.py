@@ -58,7 +58,7 @@ def sampled(g, condition, p):
 @pytest.mark.parametrize("condition", ["reach", "assembly_mode", "torque", "shoulder", "lean"])
 @pytest.mark.parametrize("size", [0.0, 1e-5, 1e-3, 5e-3])
 def test_margins_bound_the_samples_and_are_nearly_reached(size, condition):
-    told = 0
+    reported = 0
     for g, low, high, p in boxes(size, 30):
         found = LIMITS[condition].interval_margins(SlopePose(g, low[None], high[None]), exactly)
         exact = sampled(g, condition, p)
@@ -66,14 +66,14 @@ def test_margins_bound_the_samples_and_are_nearly_reached(size, condition):
             below, above, values = margin.box.lo[0], margin.box.hi[0], exact[:, k]
             if np.isnan(below):
                 continue
-            told += 1
+            reported += 1
             room = 1e-12 * np.abs(values).max() + 1e-15  # the NumPy figures round too
             assert (values >= below - room).all()
             assert (values <= above + room).all()
             if 0.0 < size <= 1e-5:
                 # boxes of 0.01 mm are linear, and the corners are among the samples
                 assert values.min() - below <= 0.05 * (above - below) + room
-    assert told > 10
+    assert reported > 10
 
 
 def test_definite_matrices():

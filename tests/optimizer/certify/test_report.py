@@ -11,11 +11,11 @@ from tests.committed import BEST
 
 
 @pytest.mark.parametrize("degrees", [*range(1, 90), 65.5, 27.1])
-def test_a_limit_in_degrees_is_told_as_it_was_given(degrees: float) -> None:
+def test_a_limit_in_degrees_is_reported_as_it_was_given(degrees: float) -> None:
     """It is rounded to its strict side in radians by two doubles at least: never to more than was given."""
     design = load_design(BEST)
-    asked = design.requirements.model_copy(update={"lean_max_deg": degrees, "shoulder_min_deg": -degrees})
-    limits = limits_of(design.model_copy(update={"requirements": asked}), None)
+    required = design.requirements.model_copy(update={"lean_max_deg": degrees, "shoulder_min_deg": -degrees})
+    limits = limits_of(design.model_copy(update={"requirements": required}), None)
     (lean,), (shoulder_min, _) = (limits[name].figures for name in ("lean", "shoulder"))
     assert rounded(limits["lean"].bound(lean) * lean.scale, True) == f"{degrees:g}"
     assert rounded(limits["shoulder"].bound(shoulder_min) * shoulder_min.scale, False) == f"{-degrees:g}"

@@ -49,9 +49,9 @@ def machine(ratio: float) -> Candidate:
 
 
 def bound_of(one: Candidate) -> Bound:
-    told: list[str] = []
+    reported: list[str] = []
     family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
-    return bounded(family, one.side_mm, lambda: len(told) >= INTERVALS, told.append)
+    return bounded(family, one.side_mm, lambda: len(reported) >= INTERVALS, reported.append)
 
 
 def as_large(bound_mm: float, share: float, near: Candidate) -> int:
@@ -123,11 +123,11 @@ def test_an_interval_is_halved_across_what_is_wider() -> None:
 
 def test_an_interval_has_the_torque_of_the_widest_pinion_that_its_outline_leaves_room_for() -> None:
     """A sector takes half its radius of the base radius; with its arm that is within the outline, or it is none."""
-    asked = brief_from_dict({**BRIEF.model_dump(exclude_none=True), "name": "p"})
-    task = asked.requirements.model_copy(update={"peak_force_N": 8.0})
-    asked = asked.model_copy(update={"requirements": task})
+    required = brief_from_dict({**BRIEF.model_dump(exclude_none=True), "name": "p"})
+    task = required.requirements.model_copy(update={"peak_force_N": 8.0})
+    required = required.model_copy(update={"requirements": task})
     pulled = replace(KNOWN, pull_N=20.0)
-    family = Family(asked, machine(4.8), {(MOTOR, "capstan"): pulled})
+    family = Family(required, machine(4.8), {(MOTOR, "capstan"): pulled})
     part, rng, wide = Interval(MOTOR, "capstan", (4.5, 5.5), (88.0, 94.0)), np.random.default_rng(1), 0
     far = family._strongest(part)
     reach = Outline(270.0, 220.0, 50.0, family._overhead).reach_max_mm
@@ -137,7 +137,7 @@ def test_an_interval_has_the_torque_of_the_widest_pinion_that_its_outline_leaves
         if one.base_radius_mm + arm > reach:
             continue
         wide += wider > 0.3
-        assert continuous_torque_N_m(asked, one, pulled) <= continuous_torque_N_m(asked, far, pulled)
+        assert continuous_torque_N_m(required, one, pulled) <= continuous_torque_N_m(required, far, pulled)
     assert wide > 50
 
 
@@ -161,11 +161,11 @@ def test_what_is_stopped_tells_what_is_proved() -> None:
 
 @pytest.mark.parametrize("close", [0.12, 1e-3])
 def test_time_that_is_enough_ends_a_bound_that_is_close_alone(close: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    one, told = machine(4.8), list[str]()
+    one, reported = machine(4.8), list[str]()
     monkeypatch.setattr("optimizer.codesign.bound.CLOSE", close)
     family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
-    found = bounded(family, one.side_mm, lambda: len(told) >= 4, told.append, lambda: True)
-    assert (len(told) < 4) is (close > 0.1)
+    found = bounded(family, one.side_mm, lambda: len(reported) >= 4, reported.append, lambda: True)
+    assert (len(reported) < 4) is (close > 0.1)
     assert (found.gap <= close) is (close > 0.1)
 
 
@@ -186,7 +186,7 @@ def test_the_thread_whose_waiting_for_a_processor_does_not_count_does_half_of_th
     assert own >= len(by) / 2
 
 
-def test_a_machine_is_one_of_its_family_whatever_others_were_taught() -> None:
+def test_a_machine_is_one_of_its_family_whatever_others_were_corrected() -> None:
     one = machine(4.8)
     radius = one.lengths_mm[2]
     updated = KNOWN.raised("base_radius", radius + 1.0, "").with_chains_apart(
@@ -198,7 +198,7 @@ def test_a_machine_is_one_of_its_family_whatever_others_were_taught() -> None:
     assert relaxed.least("platform_radius") <= one.lengths_mm[3]
 
 
-def test_what_lies_between_a_machine_and_its_bound_is_told_in_parts() -> None:
+def test_what_lies_between_a_machine_and_its_bound_is_reported_in_parts() -> None:
     one = machine(4.8)
     family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
     losses = dict(family.losses(one.side_mm, 1.05 * one.side_mm))

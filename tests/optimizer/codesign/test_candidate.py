@@ -36,7 +36,7 @@ def test_an_outline_is_estimated_at_what_elbows_and_motors_take_to_a_tenth(best:
     assert size <= one.bound <= size + 0.1
 
 
-def test_loads_alone_tell_what_is_borne_of_them() -> None:
+def test_loads_alone_tell_what_is_carried_of_them() -> None:
     found = estimates(design_from_dict(changed(requirements__peak_force_N=12.0, hardware__platform_thickness_mm=11.0)))
     margins = {one.reason.key: one.reason.margin for one in found}
     assert ("motor shaft", "load") in margins

@@ -31,13 +31,13 @@ def test_it_comes_from_the_committed_requirements() -> None:
 
 
 def test_it_states_all_that_the_requirements_ask() -> None:
-    asked, stated = load_brief(TASK), load_design(COMMITTED).requirements
-    for part in (asked.requirements, asked.feel):
+    required, stated = load_brief(TASK), load_design(COMMITTED).requirements
+    for part in (required.requirements, required.feel):
         for name, value in part.model_dump(exclude_none=True).items():
             assert getattr(stated, name) == pytest.approx(value), name
 
 
-def test_its_build_passes_and_keeps_what_is_asked_of_the_hand(committed: Built) -> None:
+def test_its_build_passes_and_keeps_what_is_required_of_the_hand(committed: Built) -> None:
     record = committed.record
     assert (committed.code, record["failed"]) == (0, [])
     found = {check["name"]: check["value"] for check in record["checks"]}

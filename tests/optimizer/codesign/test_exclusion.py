@@ -82,13 +82,13 @@ def test_no_lengths_that_a_search_finds_are_excluded(motor: str, drive: str, rat
         (brief(240, 200, cube_side_mm=150), "requirements.cube_side_mm", 150.0),
     ],
 )
-def test_what_is_excluded_is_told_with_field_bound_and_family(given: DesignBrief, field: str, asked: float) -> None:
-    told = excluded(given)
-    assert told.startswith(f"{field} ")
-    bound = float(re.findall(r"must be [<>] ([0-9.]+)", told)[0])
-    assert bound > asked if "> " in told else bound < asked
+def test_what_is_excluded_is_reported_with_field_bound_and_family(given: DesignBrief, field: str, asked: float) -> None:
+    reported = excluded(given)
+    assert reported.startswith(f"{field} ")
+    bound = float(re.findall(r"must be [<>] ([0-9.]+)", reported)[0])
+    assert bound > asked if "> " in reported else bound < asked
     for words in ("three equal chains at 120 degrees", "any motor of the catalogue", "at least 21 mm wide"):
-        assert words in told
+        assert words in reported
     if field.endswith("cube_side_mm"):  # a little more than the bound is excluded, too, and a good deal less is not
         task = given.requirements
         for side, none in ((bound * 1.001, True), (0.75 * bound, False)):

@@ -53,15 +53,15 @@ def test_where_a_search_may_begin_comes_back(tmp_path: Path) -> None:
         .with_chains_apart(46.0, 40.0, 1.0 / 3.0, "chains")
     )
     choice = Selection("maxon-re30-310007", "capstan", 4.8, 46.0, {"tube": "cfrp-6x4"}, 0.1)
-    asked = [None, Start(choice, LENGTHS, Corrections(reference())), Start(choice, LENGTHS, updated)]
+    required = [None, Start(choice, LENGTHS, Corrections(reference())), Start(choice, LENGTHS, updated)]
     journal = Journal(tmp_path / "j.jsonl", KEY, False)
-    for k, one in enumerate(asked):
+    for k, one in enumerate(required):
         assert journal.memoize("possible", k, lambda one=one: one, Start | None) == one
     journal.close()
     again = Journal(tmp_path / "j.jsonl", KEY, True)
-    found = [again.memoize("possible", k, lambda: pytest.fail("kept"), Start | None) for k in range(len(asked))]
-    assert found == asked
-    assert repr(found) == repr(asked)  # by which further steps are told apart
+    found = [again.memoize("possible", k, lambda: pytest.fail("kept"), Start | None) for k in range(len(required))]
+    assert found == required
+    assert repr(found) == repr(required)  # by which further steps are told apart
 
 
 def test_checks_and_weights_come_back(tmp_path: Path) -> None:

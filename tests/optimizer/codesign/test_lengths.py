@@ -23,12 +23,12 @@ from tests.committed import ROOT
 
 CHOICE = Selection("maxon-re30-310007", "capstan", 4.8, 50.0)
 CORRECTIONS = Corrections(replace(reference(), own=True))
-ASKED = {"force_N": 3.0, "clearance_min_mm": 2.0}
+REQUIRED = {"force_N": 3.0, "clearance_min_mm": 2.0}
 FELT = {"kappa_max": 2.27, "effective_mass_max_kg": 0.4}
 
 
 def brief(requirements: dict[str, float], felt: dict[str, float] = FELT, **tables: object) -> DesignBrief:
-    return brief_from_dict({"name": "b", "requirements": ASKED | requirements, "feel": felt} | tables, "b")
+    return brief_from_dict({"name": "b", "requirements": REQUIRED | requirements, "feel": felt} | tables, "b")
 
 
 def largest(width: float = 270.0, depth: float = 220.0, **felt: float) -> Found:
@@ -40,9 +40,9 @@ def largest(width: float = 270.0, depth: float = 220.0, **felt: float) -> Found:
 
 
 def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
-    asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "peak_force_N": 8.0})
+    required = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "peak_force_N": 8.0})
     pulled = replace(CORRECTIONS, pull_N=20.0)
-    narrow, wide = (continuous_torque_N_m(asked, CHOICE.with_(wider_mm=more), pulled) for more in (0.0, 0.5))
+    narrow, wide = (continuous_torque_N_m(required, CHOICE.with_(wider_mm=more), pulled) for more in (0.0, 0.5))
     sector = round(8.0 * 4.8, 1), round(8.5 * 4.8, 1)
     held = pulled.held_torque_N_m
     assert narrow == pytest.approx(held + (20.0 * sector[0] / 1e3 - held) * 3.0 / 8.0)
@@ -51,15 +51,15 @@ def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
 
 
 def test_lengths_far_from_those_that_were_weighed_are_held_to_the_weight_of_their_own_arms() -> None:
-    asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 6.0})
+    required = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 6.0})
     far = replace(CORRECTIONS.mass_estimate, upper_arm_mm=35.0)
-    found = best_lengths(asked, CHOICE, Corrections(far))
+    found = best_lengths(required, CHOICE, Corrections(far))
     assert found is not None
     own = replace(
         far, gravity_torque_N_m=Corrections(far).at_arm_length(found.lengths_mm[0]).mass_estimate.gravity_torque_N_m
     )
-    unmemoized = best_lengths(asked, CHOICE, Corrections(replace(own, own=False)), found.lengths_mm)
-    unheeded = best_lengths(asked, CHOICE, Corrections(replace(far, own=False)), found.lengths_mm)
+    unmemoized = best_lengths(required, CHOICE, Corrections(replace(own, own=False)), found.lengths_mm)
+    unheeded = best_lengths(required, CHOICE, Corrections(replace(far, own=False)), found.lengths_mm)
     assert unmemoized is not None
     assert unheeded is not None
     assert found.side_mm == pytest.approx(unmemoized.side_mm, rel=1e-2)
@@ -68,10 +68,10 @@ def test_lengths_far_from_those_that_were_weighed_are_held_to_the_weight_of_thei
 
 def test_the_largest_cube_is_the_proven_one() -> None:
     """The masses follow the lengths; with those of what was found, branch and bound finds no more than 0.2 % more."""
-    asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0})
+    required = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0})
     found = largest()
     inertia = CORRECTIONS.mass_estimate.inertia(found.lengths_mm[0], found.lengths_mm[1], CHOICE.ratio)
-    proof = prove_optimum(step_problem(to_requirements(asked, CHOICE, CORRECTIONS, inertia), 2), gap=1e-3)
+    proof = prove_optimum(step_problem(to_requirements(required, CHOICE, CORRECTIONS, inertia), 2), gap=1e-3)
     assert proof.bound is not None
     assert found.side_mm / 2.0 <= proof.bound * (1.0 + 1e-9)
     assert found.side_mm / 2.0 >= proof.bound * (1.0 - 2e-3)
@@ -82,11 +82,11 @@ def test_every_start_comes_to_the_same_cube() -> None:
 
     From the last design that held they go on; the margins there were 0.9 and 1.2 short.
     """
-    asked, choice = load_brief(ROOT / "joystick.toml"), CHOICE.with_(ratio=6.0)
-    rotor = motor_of(asked, choice.motor).rotor_inertia_kg_m2 * 6.0**2
+    required, choice = load_brief(ROOT / "joystick.toml"), CHOICE.with_(ratio=6.0)
+    rotor = motor_of(required, choice.motor).rotor_inertia_kg_m2 * 6.0**2
     at = replace(reference(), masses=replace(reference().masses, rotor_inertia=rotor), ratio=6.0)
     inertia = at.inertia(at.upper_arm_mm, at.forearm_mm, 6.0)
-    problem = step_problem(to_requirements(asked, choice, Corrections(at), inertia), 2)
+    problem = step_problem(to_requirements(required, choice, Corrections(at), inertia), 2)
     endings = sqp.search(problem, sqp.start_points(problem, 0, 3)).endings
     assert all(one.converged for one in endings), [one.reason for one in endings]
     assert [one.level for one in endings] == pytest.approx([endings[0].level] * 3, rel=1e-5)
@@ -94,13 +94,13 @@ def test_every_start_comes_to_the_same_cube() -> None:
 
 def test_behind_a_panel_the_cube_is_as_large_as_its_own_lever_allows() -> None:
     """No couple index gives a larger one: of each tried the cube is what it leaves, or what it holds."""
-    asked, per_mm = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}), 0.006
-    found = best_lengths(asked, CHOICE, replace(CORRECTIONS, couple_per_mm=per_mm))
+    required, per_mm = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}), 0.006
+    found = best_lengths(required, CHOICE, replace(CORRECTIONS, couple_per_mm=per_mm))
     assert found is not None
     sides: list[float] = []
     for index in (0.5, 0.56, 0.6, 0.64, 0.7):
         held = index / per_mm - KNOB_MM
-        other = best_lengths(asked, CHOICE, replace(CORRECTIONS, couple_index_min=index, side_most_mm=held))
+        other = best_lengths(required, CHOICE, replace(CORRECTIONS, couple_index_min=index, side_most_mm=held))
         sides.append(0.0 if other is None else other.side_mm)
         assert sides[-1] <= held
     assert max(sides) <= found.side_mm * 1.002
@@ -125,8 +125,8 @@ def test_more_room_and_more_mass_buy_a_larger_cube() -> None:
 @pytest.mark.slow
 def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     """Once the outline is found for a cube, that outline's largest cube is the same again."""
-    asked = brief({"cube_side_mm": 80.0}, goal={"minimize": "outline"})
-    found = best_lengths(asked, CHOICE, CORRECTIONS)
+    required = brief({"cube_side_mm": 80.0}, goal={"minimize": "outline"})
+    found = best_lengths(required, CHOICE, CORRECTIONS)
     assert found is not None
     assert found.side_mm == 80.0
     # eq. (1) and what the hardware takes beyond: width and depth are what is ranked
@@ -140,14 +140,14 @@ def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     assert 80.0 <= back.side_mm <= 80.0 * 1.003
 
 
-def test_hardware_that_takes_less_beside_the_chains_beats_a_shorter_reach() -> None:
+def test_hardware_that_takes_less_next_to_the_chains_beats_a_shorter_reach() -> None:
     """A score to beat is a sum of width and depth: with more overhead it takes a shorter reach, or cannot be beaten."""
-    asked = brief({"cube_side_mm": 40.0}, goal={"minimize": "outline"})
-    slim = best_lengths(asked, CHOICE, CORRECTIONS)
+    required = brief({"cube_side_mm": 40.0}, goal={"minimize": "outline"})
+    slim = best_lengths(required, CHOICE, CORRECTIONS)
     assert slim is not None
-    assert best_lengths(asked, CHOICE, CORRECTIONS, slim.lengths_mm, beats=1.01 * slim.score) is not None
+    assert best_lengths(required, CHOICE, CORRECTIONS, slim.lengths_mm, beats=1.01 * slim.score) is not None
     bulky = replace(CORRECTIONS, overhead_mm=(40.0, 40.0))
-    assert best_lengths(asked, CHOICE, bulky, slim.lengths_mm, beats=1.01 * slim.score) is None
+    assert best_lengths(required, CHOICE, bulky, slim.lengths_mm, beats=1.01 * slim.score) is None
 
 
 def test_a_small_cube_has_lengths_though_the_first_outline_that_is_tried_leaves_its_parts_no_room() -> None:

@@ -29,10 +29,12 @@ NEAR = 0.04  # share by which an estimate may be off; parts as made differ in cl
 
 
 def brief(**hardware: Any) -> DesignBrief:
-    asked = {"cube_side_mm": 80.0, "force_N": 3.0, "clearance_min_mm": 2.0}
+    required = {"cube_side_mm": 80.0, "force_N": 3.0, "clearance_min_mm": 2.0}
     goal = {"minimize": "cost"}
     felt = {"kappa_max": 2.27, "effective_mass_max_kg": 0.4}
-    return brief_from_dict({"name": "b", "requirements": asked, "feel": felt, "goal": goal, "hardware": hardware}, "b")
+    return brief_from_dict(
+        {"name": "b", "requirements": required, "feel": felt, "goal": goal, "hardware": hardware}, "b"
+    )
 
 
 def estimate(d: Dimensions) -> float:
@@ -65,8 +67,8 @@ def test_a_price_grows_with_motor_and_lengths_and_falls_without_encoders() -> No
     price = price_EUR(task, choice, lengths)
     assert price_EUR(task, choice.with_(motor="maxon-re25-118752"), lengths) == pytest.approx(price - 3 * 70.0)
     assert price_EUR(task, choice, (101.0, *lengths[1:])) > price
-    told = choice.with_entry("encoder_at", "motor")
-    assert price - price_EUR(task, told, lengths) == pytest.approx(3 * row_EUR(task, choice))
+    reported = choice.with_entry("encoder_at", "motor")
+    assert price - price_EUR(task, reported, lengths) == pytest.approx(3 * row_EUR(task, choice))
 
 
 def row_EUR(task: DesignBrief, choice: Selection) -> float:
@@ -110,7 +112,7 @@ class Cheap(Search):
 def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two motors and two encoders: the cheaper of each is found, and its price is that of the build."""
     monkeypatch.setattr(search_module, "effective_mass_kg", lambda _: 1.0)
-    asked = brief(
+    required = brief(
         motor=["maxon-re30-310007", "faulhaber-3257g024cr"], drive="capstan", encoder=["as5048a-board", "mt6825-board"]
     )
     passed = [CheckResult("a", True, 1.0, 2.0, "")]
@@ -120,7 +122,7 @@ def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytes
         assert search.built_candidate is not None
         return Outcome(design, passed, {}, None, (), -1.1 * search.built_candidate.score)
 
-    search = Cheap(asked, build, lambda _: passed, reference())
+    search = Cheap(required, build, lambda _: passed, reference())
     best = search.best()
     assert best is not None
     candidate, outcome = best
@@ -129,7 +131,7 @@ def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytes
     assert -candidate.score == outcome.cost_EUR
     assert search.dearer == pytest.approx(1.1)
     default = Selection("maxon-re30-310007", "capstan", 4.8, 50.0)
-    assert -candidate.score / 1.1 < price_EUR(asked, default, candidate.lengths_mm)
+    assert -candidate.score / 1.1 < price_EUR(required, default, candidate.lengths_mm)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +144,7 @@ def test_what_is_reported_of_a_build_ranks_it(
     """The likelier motor turns out worse as a machine than by its lengths: the other one is the answer."""
     monkeypatch.setattr(search_module, "effective_mass_kg", lambda _: 1.0)
     motors = ["maxon-re30-310007", "faulhaber-3257g024cr"]
-    asked = brief(motor=motors, drive="capstan").model_copy(update={"goal": Goal(minimize=objective)})  # type: ignore[arg-type]
+    required = brief(motor=motors, drive="capstan").model_copy(update={"goal": Goal(minimize=objective)})  # type: ignore[arg-type]
     at = {motors[0]: (1.0, 1.2), motors[1]: (1.05, 1.0)}  # estimate, and what its build reports for each
 
     class Known(Search):
@@ -162,7 +164,7 @@ def test_what_is_reported_of_a_build_ranks_it(
         value = at[design.hardware.motor][1]
         return Outcome(design, [CheckResult(name, True, value, 9.0, unit) for name in names], {}, None, ())
 
-    search = Known(asked, build, lambda _: [], reference())
+    search = Known(required, build, lambda _: [], reference())
     best = search.best()
     assert best is not None
     assert best[0].choice.motor == motors[1]
@@ -170,7 +172,7 @@ def test_what_is_reported_of_a_build_ranks_it(
 
 
 def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = brief().model_copy(update={"goal": Goal(minimize="outline")})
+    required = brief().model_copy(update={"goal": Goal(minimize="outline")})
     lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
     candidate = Candidate(
         cast(Design, None),
@@ -181,10 +183,13 @@ def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.M
     )
     gains = {"feel.kappa_max": 1.9 * RESOLUTION * 400.0, "requirements.force_N": 0.9 * RESOLUTION * 400.0}
 
-    def sought(task: DesignBrief, *_: object) -> Found:
-        more = (asked.feel.kappa_max != task.feel.kappa_max, asked.requirements.force_N != task.requirements.force_N)
+    def searched(task: DesignBrief, *_: object) -> Found:
+        more = (
+            required.feel.kappa_max != task.feel.kappa_max,
+            required.requirements.force_N != task.requirements.force_N,
+        )
         return Found(lengths, -400.0 + sum(gain for gain, eased in zip(gains.values(), more, strict=True) if eased))
 
-    monkeypatch.setattr("optimizer.codesign.relaxation.best_lengths", sought)
-    (one,) = costs(asked, candidate, Corrections(reference()))
+    monkeypatch.setattr("optimizer.codesign.relaxation.best_lengths", searched)
+    (one,) = costs(required, candidate, Corrections(reference()))
     assert (one.field, one.gain) == ("feel.kappa_max", pytest.approx(gains["feel.kappa_max"]))

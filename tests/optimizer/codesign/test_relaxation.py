@@ -37,12 +37,12 @@ def told(monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[Des
     return minimal_relaxations(Search(task))
 
 
-def test_each_limit_that_would_be_enough_is_told_with_how_much_the_least_change_first(
+def test_each_limit_that_would_be_enough_is_reported_with_how_much_the_least_change_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def able(task: DesignBrief) -> bool:
-        asked = task.requirements
-        return (asked.envelope_width_mm or 0.0) >= 151.0 or asked.force_N <= 1.2
+        required = task.requirements
+        return (required.envelope_width_mm or 0.0) >= 151.0 or required.force_N <= 1.2
 
     found = told(monkeypatch, brief({"kappa_max": 2.27}), able)
     assert [one.fields[0] for one in found] == ["requirements.envelope_width_mm", "requirements.force_N"]
@@ -75,7 +75,7 @@ def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest
     assert 2.5 / FINE < one.enough[0] <= 2.5
 
 
-def test_a_limit_that_is_in_nobodys_way_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_limit_that_is_in_nobodys_way_is_not_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     found = told(
         monkeypatch, brief({"effective_mass_max_kg": 0.1}), lambda task: task.feel.effective_mass_max_kg > 0.25
     )
@@ -113,8 +113,8 @@ def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_
     """A cube too large for any force and a force too large for any cube; what it may weigh is in nobody's way."""
 
     def able(task: DesignBrief) -> bool:
-        asked = task.requirements
-        return (asked.cube_side_mm or 0.0) <= 120.0 / MOST and asked.force_N <= 22.0 / MOST
+        required = task.requirements
+        return (required.cube_side_mm or 0.0) <= 120.0 / MOST and required.force_N <= 22.0 / MOST
 
     task = brief({"effective_mass_max_kg": 0.5}, cube_side_mm=110.0, force_N=20.0)
     (one,) = told(monkeypatch, task, able)
@@ -129,7 +129,7 @@ def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_
     assert told(monkeypatch, task, lambda _: False) == []
 
 
-def test_a_clearance_gives_where_more_is_asked_than_is_usual(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_clearance_gives_where_more_is_required_than_is_usual(monkeypatch: pytest.MonkeyPatch) -> None:
     """Screws keep 2.4 mm in any machine: 3 mm are too much, and what is usual is nobody's to give."""
     (one,) = told(monkeypatch, brief(clearance_min_mm=3.0), lambda task: task.requirements.clearance_min_mm <= 2.4)
     assert one.fields == ("requirements.clearance_min_mm",)

@@ -27,8 +27,8 @@ from tests.delta_cad.report.reading import Page
 
 
 def brief(**tables: dict[str, Any]) -> DesignBrief:
-    asked = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0} | tables.pop("requirements", {})
-    return brief_from_dict({"name": "b", "requirements": asked, **tables})
+    required = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0} | tables.pop("requirements", {})
+    return brief_from_dict({"name": "b", "requirements": required, **tables})
 
 
 def test_a_height_is_that_of_the_solids_with_the_handle_at_the_top(
@@ -46,7 +46,7 @@ def test_a_height_is_that_of_the_solids_with_the_handle_at_the_top(
     assert height_mm(best_dimensions) == pytest.approx(max(ends) - min(ends), abs=1e-3)
 
 
-def test_a_force_takes_all_of_the_torque_beside_the_weight_somewhere_and_no_more_anywhere(
+def test_a_force_takes_all_of_the_torque_next_to_the_weight_somewhere_and_no_more_anywhere(
     best: Design, best_assembly: Assembly
 ) -> None:
     """Against torques on a grid over the cube, by the weight of all bodies and the worst direction of a force."""
@@ -64,7 +64,9 @@ def test_a_force_takes_all_of_the_torque_beside_the_weight_somewhere_and_no_more
     assert force_N(best, masses, 1e-6) == 0.0
 
 
-def test_all_that_is_always_told_is_known_of_a_machine_without_limits(best: Design, best_assembly: Assembly) -> None:
+def test_all_that_is_always_reported_is_known_of_a_machine_without_limits(
+    best: Design, best_assembly: Assembly
+) -> None:
     bare = best.requirements.model_copy(
         update=dict.fromkeys(("effective_mass_max_kg", "friction_max_N", "stiffness_min_N_mm", "peak_force_N"))
     )
@@ -106,7 +108,7 @@ def test_every_limit_of_a_figure_is_a_field_of_the_requirements_and_of_one_figur
 
 
 BAD = "<b>&'\""
-TOLD: dict[str, Any] = dict.fromkeys(one.key for one in FIGURES) | {
+REPORTED: dict[str, Any] = dict.fromkeys(one.key for one in FIGURES) | {
     "name": BAD,
     "outline_mm": [248.3, 219.9],
     "cube_side_mm": 82.52,
@@ -148,7 +150,7 @@ def page(
 ) -> Page:
     log = SearchLog(31, posed, [], {f"weak {BAD}": "too weak"})
     cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
-    facts = TOLD | told | {"objective": objective}
+    facts = REPORTED | told | {"objective": objective}
     return Page(DesignReport(BRIEF, facts, log, why, [], cost, bound).html())
 
 

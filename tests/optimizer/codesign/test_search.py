@@ -87,14 +87,14 @@ def test_what_fails_where_it_moves_is_not_built(monkeypatch: pytest.MonkeyPatch)
     assert corrections.least("base_radius") == 31.0  # 0.5 mm more, the second time 1 mm
 
 
-def test_a_machine_is_told_by_the_ratio_that_small_steps_came_to(monkeypatch: pytest.MonkeyPatch) -> None:
-    paper, told = Paper({MOTORS[0]: [[PASSED]]}), list[str]()
+def test_a_machine_is_reported_by_the_ratio_that_small_steps_came_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    paper, reported = Paper({MOTORS[0]: [[PASSED]]}), list[str]()
     search = searched(paper, {MOTORS[0]: [83.0]}, monkeypatch)
-    search.tell = search.report = told.append
+    search.tell = search.report = reported.append
     monkeypatch.setattr(search, "_polished", lambda one: replace(one, choice=one.choice.with_(ratio=4.86)))
     assert search.best() is not None
-    assert f"83.00 mm with {MOTORS[0]} at 4.86:1 passes every check" in told
-    assert not any("at 5:1" in line for line in told)
+    assert f"83.00 mm with {MOTORS[0]} at 4.86:1 passes every check" in reported
+    assert not any("at 5:1" in line for line in reported)
 
 
 def test_what_only_has_to_pass_is_built_at_the_first_ratio_that_does(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -172,7 +172,7 @@ def test_a_solid_that_the_kernel_does_not_make_is_tried_a_little_farther_out(mon
     assert all(0.05 < b - a < 0.5 for a, b in pairwise(radii))
 
 
-def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tiny_cube_is_no_answer_unless_it_is_requested(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lengths that leave less than is of use; the rough look keeps them: another ratio may leave more."""
     side = LEAST_SIDE_MM / 2.0
     lengths = Found((90.0, 140.0, 32.0, 22.0, 70.0, side / 2.0), side)
@@ -240,7 +240,7 @@ def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pyt
     assert search._polished(start) is start  # it is built as it is
 
 
-def test_what_a_machine_that_came_to_nothing_was_taught_is_not_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_machine_that_came_to_nothing_was_corrected_is_not_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """By closed forms 4.9:1 is better; its solids ask for a longer base, and leave less."""
     search = Search(brief())
     key = MOTORS[0], "capstan"
@@ -334,7 +334,9 @@ def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.M
     assert taken == [pytest.approx(2.3328e-3), 4e-4]
 
 
-def test_a_clearance_that_no_machine_has_is_told_before_anything_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_clearance_that_no_machine_has_is_reported_before_anything_is_estimated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(module, "best_lengths", lambda *_: pytest.fail("was estimated"))
     search = Search(brief(clearance_min_mm=2.5))
     assert search.best() is None

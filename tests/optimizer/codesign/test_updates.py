@@ -165,7 +165,7 @@ def test_another_part_is_the_next_that_may_be_used() -> None:
         from_refusals(allowed, choice, KNOWN, [reason])
 
 
-def test_widths_are_taken_to_the_side_that_is_asked() -> None:
+def test_widths_are_taken_to_the_side_that_is_required() -> None:
     for bound, width in ((57.43, 57.5), (48.19, 48.1)):
         reason = estimate("rod_spring", "length", "why", "mechanism.parallelogram_width_mm", 54.0, bound)
         assert from_refusals(brief(), CHOICE, KNOWN, [reason])[0].width_mm == width
@@ -282,11 +282,11 @@ def test_a_step_is_doubled_where_it_did_not_part_the_same_two_parts() -> None:
         (failed("effective mass", None, None), "effective mass: not proved"),
     ],
 )
-def test_a_lesson_is_told_in_figures_of_people(result: CheckResult, told: str) -> None:
+def test_a_lesson_is_reported_in_figures_of_people(result: CheckResult, told: str) -> None:
     assert from_checks(candidate(), KNOWN, [result]).why[-1] == told
 
 
-def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
+def test_rods_that_fold_onto_a_motor_are_required_to_unfold() -> None:
     angle = (ELBOW_FIELD, 33.31)  # which more lengths than the height in the field may give
     reason = estimate("rod_tube", "beside the drive", "why", "cube.bottom_height_mm", 57.0, 65.0, angle=angle)
     long = KNOWN.raised("upper_arm_length", 80.0, "").raised("base_radius", 30.0, "")
@@ -357,7 +357,7 @@ def test_a_check_that_teaches_nothing_ends_the_choice() -> None:
         from_checks(candidate(), KNOWN, [failed("parts attached", 1.0, 0.0)])
 
 
-def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     design = load_design(Path(BEST))
     assert too_soft(design) is None
     knob = SimpleNamespace(softest=SimpleNamespace(stiffness_N_mm=np.array([[20.0, 14.5], [31.0, 17.0]])))
@@ -426,8 +426,8 @@ def test_room_that_keys_leave_is_learnt_where_the_base_radius_was_made_for_them(
     left = CheckResult("chains apart", True, -1.25, 0.0, "mm")
     interferences = KNOWN.with_chains_apart(width + 2.0, radius - 2.0 * NARROWER - 1.0, 1.0, "of another width")
     assert interferences.least_radius_mm(width) == pytest.approx(radius)
-    closer, spare = with_room(one, interferences, [left])
-    assert spare == 1.25
+    closer, reserve = with_room(one, interferences, [left])
+    assert reserve == 1.25
     assert closer.least_radius_mm(width) == pytest.approx(radius - 1.25)
     for known, found in (
         (KNOWN, left),

@@ -145,16 +145,16 @@ def test_an_estimate_that_was_cut_off_is_no_refusal(monkeypatch: pytest.MonkeyPa
 
 def test_a_step_ends_between_the_starts_of_its_lengths() -> None:
     """The time is over while lengths are sought: after one more start of SQP it ends."""
-    search, asked = Search(brief()), [0]
+    search, required = Search(brief()), [0]
 
     def stop() -> bool:
-        asked[0] += 1
-        return asked[0] > 1
+        required[0] += 1
+        return required[0] > 1
 
     search.stop = stop
     with pytest.raises(OutOfTimeError):
         search._estimate(Selection(MOTORS[0], "capstan", 5.0, 50.0))
-    assert asked == [2]
+    assert required == [2]
 
 
 @pytest.mark.parametrize("error", [NoProgressError("too soft"), InconclusiveError("no agreement")])

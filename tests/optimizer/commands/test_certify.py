@@ -32,8 +32,8 @@ def test_a_certificate_is_written_where_it_is_wanted_and_verify_says_what_it_is_
     assert [f.name for f in out.parent.iterdir()] == ["certificate.json"]
     assert capsys.readouterr().err == ""
     assert call("verify", out, "--design", BEST, "--json") == 1
-    told = json.loads(capsys.readouterr().out)
-    assert (told["holds"], told["gravity_counted_in"]) == (False, False)
+    reported = json.loads(capsys.readouterr().out)
+    assert (reported["holds"], reported["gravity_counted_in"]) == (False, False)
 
 
 def test_proved_bounds_hold_and_are_a_hundred_thousandth_from_what_is_attained(
@@ -42,7 +42,7 @@ def test_proved_bounds_hold_and_are_a_hundred_thousandth_from_what_is_attained(
     """Adversarial: 200,000 points inside, on faces, on edges; and the attained value is attained at its point."""
     path = changed(tmp_path)
     assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
+    reported = json.loads(capsys.readouterr().out)
     design = load_design(path)
     g, rng = design.geometry, np.random.default_rng(0)
     p = rng.uniform(-1.0, 1.0, (200_000, 3))
@@ -50,7 +50,7 @@ def test_proved_bounds_hold_and_are_a_hundred_thousandth_from_what_is_attained(
     for _ in range(2):
         p[k[: len(p) // 2], rng.integers(0, 3, len(p) // 2)] = rng.choice([-1.0, 1.0], len(p) // 2)
     p = np.array([0.0, 0.0, 0.094612]) + 0.0375 * p
-    rows = {row["figure"]: row for row in told["conditions"]}
+    rows = {row["figure"]: row for row in reported["conditions"]}
     figures = {
         "kappa": (conditioning(g, p), lambda q: conditioning(g, q)),
         "torque, no gravity": (worst_joint_torque(g, p, 3.0).max(-1), lambda q: worst_joint_torque(g, q, 3.0).max(-1)),
@@ -71,20 +71,20 @@ def test_weight_of_a_build_is_taken_off_and_checked(tmp_path: Path, capsys: pyte
     path = changed(tmp_path, kappa_max=2.3)
     file, out = masses(tmp_path, load_design(path)), tmp_path / "c.json"
     assert call("certify", "--design", path, "--out", out, "--mass-properties", file, "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    gravity = told["gravity"]
+    reported = json.loads(capsys.readouterr().out)
+    gravity = reported["gravity"]
     assert gravity["source"] == "mass properties"
     assert gravity["mass_properties_sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
     carried = 0.01 + 6 * 0.01 * 0.02 / 0.112079
     assert gravity["carried_mass_kg"] == pytest.approx(carried, rel=1e-11)
-    rows = {row["condition"]: row for row in told["conditions"]}
+    rows = {row["condition"]: row for row in reported["conditions"]}
     row, alone = rows["holding_torque"], rows["torque"]
     assert row["verdict"] == "proved"
     assert row["limit"] == 0.8
     assert alone["attained"] < row["attained"] <= row["proved"] <= row["attained"] * (1.0 + 1.0001e-5)
     assert call("verify", out, "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["mass_properties_sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["mass_properties_sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
     lighter = json.loads(out.read_text())
     lighter["gravity"] |= {"mass_file_sha256": None, "reserve_N_m": 1e-3}
     lighter["limits"]["torque_max_N_m"] = 0.7989
@@ -114,7 +114,7 @@ def test_a_share_of_gravity_that_was_made_less_is_noticed(tmp_path: Path, capsys
         capsys.readouterr()
 
 
-def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
+def test_no_bound_is_reported_looser_than_the_limit_that_is_proved(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The bounds beside a proof keep some distance from the extreme: 1e-5, or a thousandth of a degree."""
@@ -137,11 +137,11 @@ def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
 
 
 @pytest.mark.slow
-def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tight_certificates_prove_what_was_not_required(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = changed(tmp_path), tmp_path / "c.json"
     assert call("certify", "--design", path, "--out", out, "--tight", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["tight"]
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["tight"]
     assert call("verify", out, "--design", path, "--json", "--without-gravity") == 0
     assert json.loads(capsys.readouterr().out)["proved"] == [
         "reach", "assembly_mode", "torque", "kappa", "lean", "shoulder", "elbow_angle", "friction", "position_step",
@@ -152,7 +152,7 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     again = json.loads(capsys.readouterr().out)
     assert again["limits"] == limits
     assert again["cube"]["half_side_m"] == 0.0375
-    rows = {row["figure"]: row for row in told["conditions"]}
+    rows = {row["figure"]: row for row in reported["conditions"]}
     assert limits["kappa_max"] == rows["kappa"]["proved"]
     assert limits["elbow_arm_min_m"] == pytest.approx(rows["elbow arm"]["proved"] / 1e3, rel=1e-14)
 
@@ -167,9 +167,9 @@ def test_refuted_design_exits_1_with_each_condition_its_excess_and_its_point(
     assert holds(err, "kappa 2.26769 -37.500 132.112 0.0677 2.2")
     assert holds(err, "shoulder -39.2403 9.24 -30")
     assert call("verify", out, "--json") == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told["holds"] is False
-    assert told["refuted"] == ["kappa", "lean", "shoulder"]
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["holds"] is False
+    assert reported["refuted"] == ["kappa", "lean", "shoulder"]
 
 
 @pytest.mark.slow
@@ -180,7 +180,7 @@ def test_a_cube_out_of_reach(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     data["mechanism"] |= {"base_radius_mm": 65.0, "platform_radius_mm": 40.0, "forearm_length_mm": 113.0}
     path.write_text(json.dumps(data | {"cube": {"bottom_height_mm": 30.7, "half_side_mm": 20.0}}))
     assert call("certify", "--design", path, "--out", out) == 1
-    told, err = capsys.readouterr()
+    reported, err = capsys.readouterr()
     found = re.match(
         r"design\.json: reach is refuted: a chain is (\S+) mm out of reach at \((.*)\) mm; assembly_mode", err
     )
@@ -192,9 +192,9 @@ def test_a_cube_out_of_reach(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     path.write_text(json.dumps(data | {"cube": {"bottom_height_mm": 31.0, "half_side_mm": 20.0}}))
     # exactly on the fold: neither, however many boxes
     assert call("certify", "--design", path, "--out", out, "--json", "--max-boxes", "20000") == 1
-    told, err = capsys.readouterr()
+    reported, err = capsys.readouterr()
     assert "reach is undecided in the box (" in err
-    assert json.loads(told)["verdict"] == "undecided"
+    assert json.loads(reported)["verdict"] == "undecided"
 
 
 def refused(tmp_path: Path, *arguments: str | Path) -> tuple[int, set[str]]:
@@ -248,8 +248,8 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
     )
     for arguments, words in cases:
         assert refused(tmp_path, *arguments) == (2, set()), arguments
-        told, err = capsys.readouterr()
-        assert told == ""
+        reported, err = capsys.readouterr()
+        assert reported == ""
         assert holds(err, words)
         assert err.count("\n") == 1
 
@@ -260,8 +260,8 @@ def test_a_proof_ends_with_its_time_and_says_what_it_reached(
     path = changed(tmp_path)
     monkeypatch.setattr(proving, "CHUNK", 5)
     assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--proof-minutes", "1e-9", "--json") == 1
-    told, err = capsys.readouterr()
-    assert "undecided" in {row["verdict"] for row in json.loads(told)["conditions"]}
+    reported, err = capsys.readouterr()
+    assert "undecided" in {row["verdict"] for row in json.loads(reported)["conditions"]}
     assert "the time was over after 5 boxes: raise --proof-minutes" in err
 
 

@@ -53,9 +53,9 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     folder = tmp_path_factory.mktemp("free")
     path = changed(folder)
     file = masses(folder, load_design(path), turning=2e-6)
-    with redirect_stdout(io.StringIO()) as told:
+    with redirect_stdout(io.StringIO()) as reported:
         assert call("certify", "--design", path, "--out", folder / "c.json", "--mass-properties", file, "--json") == 0
-    return {row["condition"]: row for row in json.loads(told.getvalue())["conditions"]}
+    return {row["condition"]: row for row in json.loads(reported.getvalue())["conditions"]}
 
 
 def asked(rows: dict[str, dict[str, Any]], room: float, names: Any = FIELDS) -> dict[str, float]:
@@ -64,25 +64,25 @@ def asked(rows: dict[str, dict[str, Any]], room: float, names: Any = FIELDS) -> 
     return {FIELDS[name]: rows[name]["attained"] * (1.0 + signs[name] * room) for name in names}
 
 
-def test_the_table_has_what_the_commands_can_be_asked() -> None:
+def test_the_table_has_what_the_commands_can_be_required() -> None:
     assert {"kappa", "lean", "elbow_angle", "couple_index", "friction", "position_step", "effective_mass"} <= set(
         FIELDS
     )
 
 
-def test_inspect_tells_them_whether_asked_or_not(
+def test_inspect_tells_them_whether_required_or_not(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], rows: dict[str, dict[str, Any]]
 ) -> None:
     found = on_a_grid(changed(tmp_path))
     for room, code, holds in ((None, 0, None), (0.01, 0, True), (-0.01, 1, False)):
         limits = {} if room is None else asked(rows, room, MEASURED.values())
         assert main(["inspect", "--design", str(changed(tmp_path, **limits)), "--json"]) == code
-        told = {row["quantity"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
+        reported = {row["quantity"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
         for name, condition in MEASURED.items():
-            assert told[name]["value"] == pytest.approx(found[condition], rel=1e-3)  # between points of the grid
-            assert told[name]["value"] == pytest.approx(rows[condition]["attained"], rel=1e-9)
-            assert (told[name]["unit"], told[name]["holds"]) == (rows[condition]["unit"], holds)
-            assert bool(told[name]["limit"]) is (room is not None)
+            assert reported[name]["value"] == pytest.approx(found[condition], rel=1e-3)  # between points of the grid
+            assert reported[name]["value"] == pytest.approx(rows[condition]["attained"], rel=1e-9)
+            assert (reported[name]["unit"], reported[name]["holds"]) == (rows[condition]["unit"], holds)
+            assert bool(reported[name]["limit"]) is (room is not None)
 
 
 def test_they_are_proved_or_refuted_and_replayed(
@@ -111,7 +111,7 @@ def test_they_are_proved_or_refuted_and_replayed(
         code = call("verify", tmp_path / "forged.json", *more)
         return code, capsys.readouterr().err
 
-    def laxer(condition: str, factor: float | None) -> Callable[[dict[str, Any]], object]:
+    def looser(condition: str, factor: float | None) -> Callable[[dict[str, Any]], object]:
         def change(other: dict[str, Any]) -> None:
             key = next(key for key in other["limits"] if key.startswith(condition))
             limit = other["limits"][key] = None if factor is None else factor * other["limits"][key]
@@ -124,7 +124,7 @@ def test_they_are_proved_or_refuted_and_replayed(
     for factor in (1.01, None):
         for condition in ("kappa", "couple_index"):
             code, err = forged(
-                laxer(condition, factor and (factor if condition == "kappa" else 1.0 / factor)), "--design", path
+                looser(condition, factor and (factor if condition == "kappa" else 1.0 / factor)), "--design", path
             )
             assert (code, condition in err) == (1, True)
     # less that rubs, and finer counts than the design's: proved as well, of another machine
@@ -137,13 +137,13 @@ def test_they_are_proved_or_refuted_and_replayed(
     path = changed(tmp_path, **asked(rows, -0.002))
     file = masses(tmp_path, load_design(path), turning=2e-6)
     assert call("certify", "--design", path, "--out", out, *weighed) == 1
-    told, err = capsys.readouterr()
+    reported, err = capsys.readouterr()
     for name in FIELDS:
         row = rows[name]
         found = re.search(rf"{name} is refuted: {re.escape(row['figure'])} is (\S+) ", err)
         assert found is not None
         assert float(found[1]) == pytest.approx(row["attained"], rel=2e-3)
-        assert re.search(rf"(?m)^{re.escape(row['figure'])} +refuted +[<>]= ", told)
+        assert re.search(rf"(?m)^{re.escape(row['figure'])} +refuted +[<>]= ", reported)
     assert call("verify", out, "--design", path, *weighed) == 1
     assert capsys.readouterr().err.count("confirmed") == len(FIELDS)
 
@@ -158,8 +158,8 @@ def test_one_is_proved_of_every_machine_within_a_tolerance(
     capsys.readouterr()
     path = changed(tmp_path, couple_index_min=0.99999 * index)
     assert call("certify", "--design", path, "--out", out, "--tolerance", "0.05") == 1
-    told, err = capsys.readouterr()
+    reported, err = capsys.readouterr()
     assert "not all proved (couple_index)" in err
-    need = re.search(r"0\.05 mm would need couple index >= (\S+)", told + err)
+    need = re.search(r"0\.05 mm would need couple index >= (\S+)", reported + err)
     assert need is not None
     assert 0.93 * index < float(need[1].rstrip(",;")) < index

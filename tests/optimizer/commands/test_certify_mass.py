@@ -22,9 +22,9 @@ def test_the_masses_of_the_build_are_taken_where_it_stands_in_this_folder(
     made = json.loads(masses(tmp_path, design, turning=2e-6).read_text()) | {"input_sha256": design_hash(design)}
     (place / "mass_properties.json").write_text(json.dumps(made))
     assert call("certify", "--design", path, "--out", tmp_path / "c.json") in (0, 1)
-    told, err = capsys.readouterr()
+    reported, err = capsys.readouterr()
     assert f"--mass-properties out/{design.name}/mass_properties.json: taken, as none was given" in err
-    assert "effective mass" in told
+    assert "effective mass" in reported
     other = changed(tmp_path, effective_mass_max_kg=9.0)  # of which that build is none
     assert call("certify", "--design", other, "--out", tmp_path / "c.json") in (0, 1)
     assert "taken" not in capsys.readouterr().err
@@ -36,8 +36,8 @@ def test_known_masses_make_a_row_and_a_tight_limit_though_nothing_asks_for_it(
     path, out = changed(tmp_path), tmp_path / "c.json"
     file = masses(tmp_path, load_design(path), turning=2e-6)
     assert call("certify", "--design", path, "--out", out, "--mass-properties", file, "--tight", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    row = next(row for row in told["conditions"] if row["condition"] == "effective_mass")
+    reported = json.loads(capsys.readouterr().out)
+    row = next(row for row in reported["conditions"] if row["condition"] == "effective_mass")
     assert (row["verdict"], row["limit"]) == ("not asked", None)
     assert json.loads(out.read_text())["limits"]["effective_mass_max_kg"] == row["proved"]
     assert call("verify", out, "--design", path, "--mass-properties", file) == 0

@@ -18,7 +18,7 @@ from tests.optimizer.certify.designs import call, changed, masses, redigested
 ROOMY = {"kappa_max": 2.35, "lean_max_deg": 29.0, "shoulder_min_deg": -45.0, "shoulder_max_deg": 70.0}
 
 
-def test_all_machines_within_a_tolerance_are_proved_replayed_and_the_largest_is_told(
+def test_all_machines_within_a_tolerance_are_proved_replayed_and_the_largest_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, out = changed(tmp_path, **ROOMY), tmp_path / "c.json"
@@ -49,7 +49,7 @@ def test_all_machines_within_a_tolerance_are_proved_replayed_and_the_largest_is_
 
 
 @pytest.mark.slow
-def test_the_committed_design_is_at_its_limits_and_is_told_what_gives_room(
+def test_the_committed_design_is_at_its_limits_and_is_reported_what_gives_room(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Its lean is 4 deg and its torque a tenth off their limits; the three others decide the size of its cube."""

@@ -46,9 +46,9 @@ def call(*arguments: str | Path) -> int:
 
 @pytest.mark.slow
 def test_design_file_is_the_last_step_and_passes_its_own_limits(done: tuple[Path, dict[str, Any]]) -> None:
-    out, told = done
+    out, reported = done
     design = load_design(out)
-    variables = told["steps"][2]["variables"]
+    variables = reported["steps"][2]["variables"]
     written = design.mechanism.model_dump() | design.cube.model_dump()
     for name, found in variables.items():
         assert written[name] == round(written[name], 3)  # whole micrometres, beside what was found
@@ -64,19 +64,19 @@ def test_design_file_is_the_last_step_and_passes_its_own_limits(done: tuple[Path
 
 
 def test_joystick_has_a_cube_of_84_mm_at_the_published_conditioning(done: tuple[Path, dict[str, Any]]) -> None:
-    _, told = done
-    last = told["steps"][2]
+    _, reported = done
+    last = reported["steps"][2]
     assert 2.0 * last["variables"]["half_side_mm"] >= 84.0
     assert last["max_kappa"] <= 2.27
     assert last["max_torque_N_m"] <= 0.8 - 0.11
 
 
 def test_json_has_the_contracts_names(done: tuple[Path, dict[str, Any]]) -> None:
-    _, told = done
-    assert [step["step"] for step in told["steps"]] == [1, 2, 3]
-    for step in told["steps"]:
+    _, reported = done
+    assert [step["step"] for step in reported["steps"]] == [1, 2, 3]
+    for step in reported["steps"]:
         assert {"method", "objective", "variables", "max_torque_N_m", "max_kappa", "proven_bound", "gap"} <= set(step)
-    assert told["steps"][0]["objective"] == told["steps"][0]["variables"]["half_side_mm"]
+    assert reported["steps"][0]["objective"] == reported["steps"][0]["variables"]["half_side_mm"]
 
 
 def test_text_says_step_lengths_and_ending(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -188,7 +188,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    whole, told = done
+    whole, reported = done
     out = tmp_path / "best.json"
     shown = []
 
@@ -208,7 +208,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
     assert load_design(out).provenance["steps"][-1]["status"] == "interrupted"  # type: ignore[index, call-overload]
     assert call(*command, "--resume") == 0
     resumed = json.loads(capsys.readouterr().out)
-    assert resumed == told
+    assert resumed == reported
     assert out.read_bytes() == whole.read_bytes()
     assert [f.name for f in tmp_path.iterdir()] == ["best.json"]
 

@@ -54,14 +54,14 @@ def test_what_was_found_stands_in_its_folder(
     monkeypatch.setattr(report, "certificate_of", certificate_of)
     finds(monkeypatch)
     assert call(file, "--out", tmp_path / "out", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["cube_side_mm"] == pytest.approx(86.33, abs=0.01)
-    assert told["outline_mm"] == [247.9, 219.5]
-    assert (told["verdict"], told["passed"]) == ("built", True)
-    assert told["binding"] == ["requirements.envelope_depth_mm", "feel.kappa_max"]  # limits of the file alone
-    assert 3.0 <= told["force_N"] < told["peak_force_N"]
-    assert told["friction_max_N"] > 0.0  # though no limit is set
-    folder = Path(told["folder"])
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["cube_side_mm"] == pytest.approx(86.33, abs=0.01)
+    assert reported["outline_mm"] == [247.9, 219.5]
+    assert (reported["verdict"], reported["passed"]) == ("built", True)
+    assert reported["binding"] == ["requirements.envelope_depth_mm", "feel.kappa_max"]  # limits of the file alone
+    assert 3.0 <= reported["force_N"] < reported["peak_force_N"]
+    assert reported["friction_max_N"] > 0.0  # though no limit is set
+    folder = Path(reported["folder"])
     design = load_design(folder / "design.json")
     assert design.provenance is not None
     assert design.provenance["command"] == "python -m optimizer design task.toml --seed 0"
@@ -144,7 +144,7 @@ def test_stopped_by_hand_the_best_machine_stays(
 
 @pytest.mark.usefixtures("paper_build")
 @pytest.mark.parametrize(("number", "listens"), [(signal.SIGINT, True), (signal.SIGINT, False), (signal.SIGTERM, True)])
-def test_stopped_while_the_bound_is_sought_the_machine_is_written(
+def test_stopped_while_the_bound_is_searched_the_machine_is_written(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, number: int, listens: bool
 ) -> None:
     def bounded(family: Family, side_mm: float, stop: Callable[[], bool], *_: object) -> Bound:
@@ -163,7 +163,7 @@ def test_stopped_while_the_bound_is_sought_the_machine_is_written(
 
 
 @pytest.mark.usefixtures("paper_build")
-def test_a_bound_that_says_nothing_is_not_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bound_that_says_nothing_is_not_reported(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "optimizer.codesign.bound.bounded", lambda family, side, *_: bound_of(family, 600.0 / side, side)
     )
@@ -184,15 +184,15 @@ def test_stopped_before_a_machine_there_is_none(
     monkeypatch.setattr(Search, "best", best)
     assert call(file, "--out", tmp_path / "out", "--seed", "3", "--minutes", "2.5", "--json") == 4
     said = capsys.readouterr()
-    told = json.loads(said.out)
-    assert (told["verdict"], told["passed"], told["cube_side_mm"]) == ("stopped", False, None)
-    assert "contradiction" not in told
+    reported = json.loads(said.out)
+    assert (reported["verdict"], reported["passed"], reported["cube_side_mm"]) == ("stopped", False, None)
+    assert "contradiction" not in reported
     again = f"python -m optimizer design {file} --out {tmp_path / 'out'} --seed 3 --minutes 2.5 --json --resume"
     assert said.err.splitlines()[-1] == again
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["synthesized.design.jsonl"]
 
 
-def test_what_cannot_be_is_told_with_every_reason(
+def test_what_cannot_be_is_reported_with_every_reason(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     def best(search: Search) -> None:
@@ -202,9 +202,9 @@ def test_what_cannot_be_is_told_with_every_reason(
     monkeypatch.setattr(relaxation, "minimal_relaxations", lambda _: [])
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
-    told = json.loads(said.out)
-    assert (told["verdict"], told["passed"], told["nearest"]) == ("infeasible", False, None)
-    assert told["contradiction"] == ["a capstan: too weak", "b direct: too wide"]
+    reported = json.loads(said.out)
+    assert (reported["verdict"], reported["passed"], reported["nearest"]) == ("infeasible", False, None)
+    assert reported["contradiction"] == ["a capstan: too weak", "b direct: too wide"]
     first = next(line for line in said.err.splitlines() if line.startswith("infeasible: task.toml: "))
     assert "exhausted search" in first
     assert said.err.count("too ") == 2
@@ -226,11 +226,11 @@ def test_a_machine_that_is_worse_than_a_default_that_was_left_out_is_poor(
 
 
 @pytest.mark.usefixtures("paper_build")
-def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
+def test_of_what_cannot_be_the_limits_are_reported_and_the_nearest_machine_is_built(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """A first change that is not enough is followed by a larger one, which knows why; another change does not."""
-    asked: list[tuple[float, float | None]] = []
+    required: list[tuple[float, float | None]] = []
     key, known = (CHOICE.motor, CHOICE.drive), Corrections(reference(), elbow_angle_deg=30.0)
     begun, other = (Corrections(reference(), elbow_angle_deg=20.0), Corrections(reference(), elbow_angle_deg=10.0))
 
@@ -254,12 +254,12 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
         ]
 
     def built(search: Search, choice: Selection, _: float, start: tuple[float, ...]) -> None:
-        asked.append((search.brief.requirements.force_N, search.brief.feel.kappa_max))
+        required.append((search.brief.requirements.force_N, search.brief.feel.kappa_max))
         assert (choice, start) == (CHOICE, LENGTHS)
-        if len(asked) == 1:
+        if len(required) == 1:
             assert search.corrections == {key: begun}
             search.corrections[key] = known
-        elif len(asked) == 2:
+        elif len(required) == 2:
             assert search.corrections == {key: other}
         else:
             assert search.corrections[key] is known
@@ -276,17 +276,20 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
-    told = json.loads(said.out)
-    assert told["verdict"] == "infeasible"
-    assert told["contradiction"] == ["requirements.force_N = 2 instead of 3", "feel.kappa_max = 2.4 instead of 2.27"]
-    assert told["nearest"]["folder"] == str(tmp_path / "out/synthesized-nearest")
+    reported = json.loads(said.out)
+    assert reported["verdict"] == "infeasible"
+    assert reported["contradiction"] == [
+        "requirements.force_N = 2 instead of 3",
+        "feel.kappa_max = 2.4 instead of 2.27",
+    ]
+    assert reported["nearest"]["folder"] == str(tmp_path / "out/synthesized-nearest")
     assert "the nearest machine stands in" in said.err
-    assert asked == [(2.0, 2.27), (3.0, 2.4), (pytest.approx(2.0 / 1.12), 2.27)]
+    assert required == [(2.0, 2.27), (3.0, 2.4), (pytest.approx(2.0 / 1.12), 2.27)]
     assert not list((tmp_path / "out").glob("*.jsonl"))
 
 
 @pytest.mark.parametrize("stopped", [True, False])
-def test_the_verdict_is_printed_before_the_nearest_machine_is_sought(
+def test_the_verdict_is_printed_before_the_nearest_machine_is_searched(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, stopped: bool
 ) -> None:
     """Ctrl-C then ends what comes after it, and the verdict stays."""
@@ -324,7 +327,7 @@ def test_an_interrupted_run_goes_on_from_its_journal(
     assert not list((tmp_path / "out").glob("*.jsonl"))
 
 
-def test_bad_input_is_told_before_anything_begins(tmp_path: Path, capsys) -> None:
+def test_bad_input_is_reported_before_anything_begins(tmp_path: Path, capsys) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text('name = "x"\n[requirements]\nforce_N = -1\n[hardware]\nmotor = "none"\n', encoding="utf-8")
     assert call(wrong, "--out", tmp_path / "out") == 2
@@ -448,7 +451,7 @@ def test_a_bound_leaves_the_time_that_the_end_of_a_build_took_before(
 
 
 @pytest.mark.usefixtures("paper_build")
-def test_a_build_whose_bound_was_sought_is_ended_whatever_the_time(
+def test_a_build_whose_bound_was_searched_is_ended_whatever_the_time(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """What is left are its last files, which take no longer than those of any other."""

@@ -62,7 +62,7 @@ def call(*arguments: str | Path) -> int:
 
 
 @pytest.mark.slow
-def test_folder_holds_everything_and_nothing_is_beside_it(done: tuple[Path, dict[str, Any]]) -> None:
+def test_folder_holds_everything_and_nothing_is_next_to_it(done: tuple[Path, dict[str, Any]]) -> None:
     folder, _ = done
     assert {path.name for path in folder.glob("[!.]*")} == FILES
     assert [path.name for path in folder.parent.iterdir()] == ["dashboard-joystick-front"]
@@ -70,13 +70,13 @@ def test_folder_holds_everything_and_nothing_is_beside_it(done: tuple[Path, dict
 
 @pytest.mark.slow
 def test_json_csv_and_page_say_the_same(done: tuple[Path, dict[str, Any]]) -> None:
-    folder, told = done
-    assert json.loads((folder / "front.json").read_text()) == told
-    points = [point for curve in told["curves"] for point in curve["points"]]
+    folder, reported = done
+    assert json.loads((folder / "front.json").read_text()) == reported
+    points = [point for curve in reported["curves"] for point in curve["points"]]
     with (folder / "front.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["max_kappa"]) for row in rows] == [point["max_kappa"] for point in points]
-    main = told["curves"][0]
+    main = reported["curves"][0]
     assert [point["half_side_mm"] for point in main["points"]] == pytest.approx(
         [36.0, 36.0 + 4 / 3, 36.0 + 8 / 3, 40.0]
     )
@@ -223,7 +223,7 @@ def test_bad_input_is_refused_in_one_line(task: Path, tmp_path: Path, capsys: py
     assert not (tmp_path / "c").exists()
 
 
-def test_folder_that_cannot_be_written_is_told(
+def test_folder_that_cannot_be_written_is_reported(
     task: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def run(*_: object) -> int:

@@ -99,7 +99,7 @@ def test_the_files_name_is_the_designs(tmp_path: Path) -> None:
     assert load_brief(tmp_path / "my arm.toml").name == "pocket"
 
 
-def test_a_file_is_replaced_only_if_that_is_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_is_replaced_only_if_that_is_required(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("mine", encoding="utf-8")
     assert call("init", "--out", path) == 2
@@ -170,14 +170,3 @@ def test_commands_tell_all_that_is_wrong_with_requirements(
         "r.toml: requirements.force_N",
         "r.toml: limits.kappa_max" if command == "atlas" else "r.toml: hardware.belt",
     ]
-
-
-def test_the_readme_has_every_field_with_its_meaning() -> None:
-    source = (ROOT / "optimizer" / "commands" / "presets" / "fields.toml").read_text(encoding="utf-8")
-    page = (ROOT / "optimizer" / "README.md").read_text(encoding="utf-8")
-    tables = re.findall(r"^\[(\w+)\]\s*# (.+)$", source, re.MULTILINE)
-    fields = re.findall(r"^# (\w+) = (.+?)  # (.+)$", source, re.MULTILINE)
-    assert (len(tables), len(fields) > 40) == (6, True)
-    missing = [name for name, text in tables if f"| **`[{name}]`** | | {text} |\n" not in page]
-    missing += [name for name, value, text in fields if f"| `{name}` | `{value}` | {text} |\n" not in page]
-    assert missing == []

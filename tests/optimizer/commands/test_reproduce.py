@@ -35,8 +35,8 @@ def test_command_writes_page_and_json_and_the_same_again(tmp_path: Path, capsys:
         assert sorted(f.name for f in (tmp_path / name / "new").iterdir()) == ["reproduce.json", "reproduce.md"]
     for name in ("reproduce.json", "reproduce.md"):
         assert (tmp_path / "a" / "new" / name).read_bytes() == (tmp_path / "b" / "new" / name).read_bytes()
-    told = json.loads((tmp_path / "a" / "new" / "reproduce.json").read_text())
-    assert (list(told["tables"]), told["seed"]) == (["8", "11"], 3)
+    reported = json.loads((tmp_path / "a" / "new" / "reproduce.json").read_text())
+    assert (list(reported["tables"]), reported["seed"]) == (["8", "11"], 3)
     assert call("reproduce", "--out", tmp_path / "a", "--tables", "8", *SMALL, "--json") == 0
     assert capsys.readouterr().out == (tmp_path / "a" / "reproduce.json").read_text()
 

@@ -27,9 +27,14 @@ class Whole(NamedTuple):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
     folder = tmp_path_factory.mktemp("whole")
-    asked = {"kappa_max": 2.5, "lean_max_deg": 28.0, "shoulder_min_deg": -45.0, "effective_mass_max_kg": 50.0}
-    asked |= {"couple_index_min": 0.1, "elbow_angle_min_deg": 10.0, "friction_max_N": 2.0, "position_step_max_mm": 0.2}
-    path = changed(folder, **asked)
+    required = {"kappa_max": 2.5, "lean_max_deg": 28.0, "shoulder_min_deg": -45.0, "effective_mass_max_kg": 50.0}
+    required |= {
+        "couple_index_min": 0.1,
+        "elbow_angle_min_deg": 10.0,
+        "friction_max_N": 2.0,
+        "position_step_max_mm": 0.2,
+    }
+    path = changed(folder, **required)
     file = masses(folder, load_design(path), turning=2e-6)
     assert call("certify", "--design", path, "--out", folder / "c.json", "--mass-properties", file) == 0
     data = json.loads((folder / "c.json").read_text())
@@ -65,16 +70,16 @@ def test_a_certificate_that_is_changed_is_refused_in_one_line(
     out.write_text(json.dumps(redigested(data) if case.get("fits", True) else data))
     more = ("--design", whole.design, "--mass-properties", whole.masses) if case.get("design") else ()
     assert call("verify", out, *more, "--json") == case["code"]
-    told, err = capsys.readouterr()
+    reported, err = capsys.readouterr()
     assert (err.count("\n"), err.count("c.json"), "\x1b" in err) == (1, 1, False)
     if case["code"] == 2:
-        assert (told, err.startswith(f"c.json: {case['says']}")) == ("", True), err
+        assert (reported, err.startswith(f"c.json: {case['says']}")) == ("", True), err
         assert case.get("names", "") in err or err.startswith("c.json: limits: inertia must have carried_mass_kg, ")
     else:
         assert case["says"] in err
         assert err.endswith("the certificate does not hold\n")
-        assert json.loads(told)["holds"] is False
-        assert case["says"] in json.loads(told)["reason"]
+        assert json.loads(reported)["holds"] is False
+        assert case["says"] in json.loads(reported)["reason"]
 
 
 Forged = Callable[[dict[str, Any]], dict[str, Any]]
@@ -135,9 +140,9 @@ def test_a_share_of_gravity_that_was_compared_with_nothing_is_not_enough(
         out.write_text(json.dumps(redigested(good)))
         capsys.readouterr()
         assert call("verify", out, "--design", path, "--json") == 1
-        told, err = capsys.readouterr()
+        reported, err = capsys.readouterr()
         assert "design.json states requirements.gravity_m_s2 = [0, 0, -9.81], and" in err
-        assert json.loads(told)["holds"] is False
+        assert json.loads(reported)["holds"] is False
         assert call("verify", out, "--design", path, "--as-recorded") == as_recorded
         assert call("verify", out, "--design", path, "--without-gravity") == 0
         if hand is not None:
@@ -155,8 +160,8 @@ def test_masses_of_another_design_are_refused_with_their_field(
     file.write_text(json.dumps(json.loads(file.read_text()) | {"input_sha256": "0" * 64}))
     for command in (("certify", "--out", tmp_path / "d.json"), ("verify", out)):
         assert call(*command, "--design", path, "--mass-properties", file) == 2
-        told, err = capsys.readouterr()
-        assert told == ""
+        reported, err = capsys.readouterr()
+        assert reported == ""
         assert err.startswith("mass_properties.json: input_sha256 = ")
     assert not (tmp_path / "d.json").exists()
 
@@ -211,8 +216,8 @@ def test_a_file_that_two_readers_could_read_differently_or_not_at_all_is_refused
     ):
         (tmp_path / "c.json").write_text(content)
         assert call("verify", tmp_path / "c.json") == 2
-        told, err = capsys.readouterr()
-        assert (told, err.count("\n")) == ("", 1)
+        reported, err = capsys.readouterr()
+        assert (reported, err.count("\n")) == ("", 1)
         assert words in err
     leaves = [whole.data["leaves"][0]] * (MOST_LEAVES + 1)
     (tmp_path / "c.json").write_text(json.dumps(redigested(whole.data | {"leaves": leaves})))

@@ -14,7 +14,7 @@ from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.requirements import Requirements, requirements_from_dict
 from optimizer.problem.step import step_problem
 from optimizer.synthesis.infeasible import explain
-from tests.designs import hanging
+from tests.designs import below_elbows
 
 DESIGNS, OF_EITHER_MODE = 1_000, 300
 LENGTHS = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length", "bottom_height", "half_side")
@@ -22,9 +22,9 @@ LENGTHS = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length
 
 def only(lengths: tuple[float, ...]) -> Requirements:
     """Requirements whose bounds hold one design, lengths in mm in the order of `LENGTHS`."""
-    asked = {"envelope_width_mm": 5000.0, "envelope_depth_mm": 5000.0, "force_N": 3.0, "joint_torque_N_m": 0.8}
+    required = {"envelope_width_mm": 5000.0, "envelope_depth_mm": 5000.0, "force_N": 3.0, "joint_torque_N_m": 0.8}
     bounds = {name: [value, value] for name, value in zip(LENGTHS, lengths, strict=True)}
-    return requirements_from_dict({"name": "one", "requirements": asked, "bounds_mm": bounds})
+    return requirements_from_dict({"name": "one", "requirements": required, "bounds_mm": bounds})
 
 
 def drawn(rng: np.random.Generator) -> tuple[tuple[float, ...], DeltaGeometry, Cube, float]:
@@ -63,8 +63,8 @@ def test_certificates_and_proven_optima_never_contradict_each_other() -> None:
     assert seen["undecided", "undecided"] < 5
 
 
-def test_a_hanging_platform_is_infeasible_for_its_assembly_mode_not_for_torque() -> None:
-    data = hanging()
+def test_a_platform_below_its_elbows_is_infeasible_for_its_assembly_mode_not_for_torque() -> None:
+    data = below_elbows()
     lengths = {key.removesuffix("_mm"): value for key, value in (data["mechanism"] | data["cube"]).items()}
     given = only(tuple(lengths[name] for name in LENGTHS))
     found = explain(given, step_problem(given, 2), None, seed=0)

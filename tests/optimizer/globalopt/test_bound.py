@@ -77,7 +77,7 @@ def test_the_other_methods_get_a_bound_and_their_own_gap(method: str) -> None:
             assert result.objective >= bound
 
 
-def test_without_being_asked_they_get_none() -> None:
+def test_without_being_required_they_get_none() -> None:
     record = run(method="sqp", steps=(1,))[0].record()
     assert record["proven_bound"] is record["gap"] is record["boxes"] is None
 
@@ -87,8 +87,8 @@ def test_without_being_asked_they_get_none() -> None:
 def test_a_run_that_was_stopped_is_taken_up_to_the_same_result(method: str, count: int) -> None:
     other: dict[str, Any] = {"method": method, "prove": True, "steps": (2, 3)}
     whole = [r.record() for r in run(**other)]
-    store, told = Memory(), []
-    part = run(**other, store=store, report=told.append, stop=lambda: len(told) >= count)
+    store, reported = Memory(), []
+    part = run(**other, store=store, report=reported.append, stop=lambda: len(reported) >= count)
     assert part[-1].status == "interrupted"
     assert part[-1].design_mm
     assert [r.record() for r in run(**other, store=store)] == whole
@@ -96,15 +96,15 @@ def test_a_run_that_was_stopped_is_taken_up_to_the_same_result(method: str, coun
 
 
 def test_progress_tells_best_and_bound() -> None:
-    told: list[Progress] = []
-    last = run(steps=(3,), report=told.append)[0]
-    assert {now.phase for now in told} == {"proof"}
-    assert math.isnan(told[0].best)
-    assert told[-1].best == last.objective
+    reported: list[Progress] = []
+    last = run(steps=(3,), report=reported.append)[0]
+    assert {now.phase for now in reported} == {"proof"}
+    assert math.isnan(reported[0].best)
+    assert reported[-1].best == last.objective
     assert last.proof is not None
-    assert told[-1].bound == last.proof.bound
-    assert [now.bound for now in told] == sorted(now.bound for now in told)
-    assert {now.total for now in told} == {Effort().boxes}
+    assert reported[-1].bound == last.proof.bound
+    assert [now.bound for now in reported] == sorted(now.bound for now in reported)
+    assert {now.total for now in reported} == {Effort().boxes}
 
 
 def test_the_bound_of_step_2_is_of_the_requirements_not_of_what_a_search_reached() -> None:

@@ -86,10 +86,10 @@ class Case:
         limits = [self.limits[kind] for kind in kinds]
         if any(kind.infinite_at_singularity for kind in kinds):  # as `Problem.pose_limits` does
             limits.append(AssemblyMode())
-        asked, room, pose = numbers(Limits.of(*limits)), np.empty((MOST, 6)), table()
+        required, room, pose = numbers(Limits.of(*limits)), np.empty((MOST, 6)), table()
         fill_lengths(box, pose)
         point = self.unit * self.side + np.array([0.0, 0.0, self.side])
-        return point_cuts(point[None], 0, asked, pose, np.empty((24, 6)), room, 0), room
+        return point_cuts(point[None], 0, required, pose, np.empty((24, 6)), room, 0), room
 
     def sample(self, count: int, seed: int) -> np.ndarray:
         """(count, 4) designs of the box, its corners among them."""

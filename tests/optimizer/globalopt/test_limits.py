@@ -194,11 +194,11 @@ def test_no_random_design_beats_the_bound_and_some_beat_one_that_is_wrong(case: 
 @pytest.mark.parametrize("case", SEARCHED, ids=named)
 def test_step_3(case: Limited) -> None:
     assert case.step_3 is not None
-    asked = given(case, *case.step_3)
-    problem = step_problem(asked, 3)
+    required = given(case, *case.step_3)
+    problem = step_problem(required, 3)
     found, others = (
         prove_optimum(problem, gap=1e-3),
-        prove_optimum(step_problem(asked, 3, without=case.without), gap=1e-3),
+        prove_optimum(step_problem(required, 3, without=case.without), gap=1e-3),
     )
     assert found.status == others.status == "proved"
     assert found.bound > others.objective  # the limit costs kappa
@@ -229,9 +229,9 @@ def test_synthesis_finds_the_same_optimum(case: Limited, method: str) -> None:
 @pytest.mark.slow
 def test_synthesis_finds_the_same_optimum_with_friction_and_position_step() -> None:
     cases = {case: case.bounds[0] for case in CASES[2:]}
-    asked = task(*WIDE, limits=LIMITS | {case.field: bound for case, bound in cases.items()}, joints=JOINTS)
-    proved = prove_optimum(step_problem(asked, 2), gap=1e-3)
-    result: Result = Run(asked, "sqp", 1, steps=(2,)).results()[0]
+    required = task(*WIDE, limits=LIMITS | {case.field: bound for case, bound in cases.items()}, joints=JOINTS)
+    proved = prove_optimum(step_problem(required, 2), gap=1e-3)
+    result: Result = Run(required, "sqp", 1, steps=(2,)).results()[0]
     assert result.feasible
     assert proved.objective * (1.0 - 1e-4) <= result.objective <= proved.bound
     g, cube = mechanism(np.array(result.design_mm) / MM_PER_M)
@@ -247,11 +247,11 @@ def test_a_limit_that_no_cube_keeps_is_named_as_impossible(case: Limited, method
     assert case.impossible is not None
     bound, half_side, conflict = case.impossible
     if half_side is None:
-        asked, numbers = given(case, bound, bounds=NARROW), [f"{bound:g}"]
+        required, numbers = given(case, bound, bounds=NARROW), [f"{bound:g}"]
     else:
-        asked = task(*NARROW, limits={case.field: bound}, half_side=half_side)
+        required = task(*NARROW, limits={case.field: bound}, half_side=half_side)
         numbers = [f"{bound:g}", f"{half_side[0]:g}"]
     with refuses(InfeasibleError, f"limits.{case.field}", *numbers) as caught:
-        Run(asked, method, 1, steps=(2,), prove=True).results()
+        Run(required, method, 1, steps=(2,), prove=True).results()
     assert set(caught.value.conflict) == conflict
     assert caught.value.proved

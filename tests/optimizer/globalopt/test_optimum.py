@@ -244,7 +244,7 @@ def test_without_boxes_and_without_a_design_nothing_is_said() -> None:
     assert found.bound == 100.0
 
 
-def test_it_stops_where_it_is_asked_to_and_tells_its_progress() -> None:
+def test_it_stops_where_it_is_required_to_and_tells_its_progress() -> None:
     told: list[Now] = []
     problem = TASKS["L_A free, step 3"]
     found = prove_optimum(problem, report=told.append, stop=lambda: len(told) >= 4)
@@ -357,18 +357,18 @@ def test_gravity_takes_its_share_of_the_torque() -> None:
     problem = TASKS["gravity, step 2"]
     f = figures_numpy(np.array(found.design_mm)[None] / MM_PER_M, half_surface(41))
     assert (3.0 * f.moment / f.determinant).max() == pytest.approx(0.3, rel=1e-3)
-    assert problem.pose_limits()["torque"].told() == pytest.approx(0.3, rel=1e-12)
+    assert problem.pose_limits()["torque"].thresholds() == pytest.approx(0.3, rel=1e-12)
 
 
-def test_what_is_certified_is_all_that_is_asked() -> None:
+def test_what_is_certified_is_all_that_is_required() -> None:
     limits = TASKS["all limits, step 3"].pose_limits(2.0)
     assert limits.names == ("reach", "assembly_mode", "torque", "kappa", "shoulder")
-    torque, shoulder = limits.get(Torque), limits["shoulder"].told()
+    torque, shoulder = limits.get(Torque), limits["shoulder"].thresholds()
     assert torque is not None
-    assert (torque.force, limits["kappa"].told()) == (3.0, 2.0)
+    assert (torque.force, limits["kappa"].thresholds()) == (3.0, 2.0)
     assert torque.torque_max == pytest.approx(0.7, rel=1e-12)
     assert shoulder == pytest.approx((math.radians(-40), math.radians(75)), rel=1e-15)
-    assert TASKS["all limits, step 3"].pose_limits(3.0)["kappa"].told() == 2.5
+    assert TASKS["all limits, step 3"].pose_limits(3.0)["kappa"].thresholds() == 2.5
     assert TASKS["table 4, step 1"].pose_limits().names == ("reach",)
 
 

@@ -67,11 +67,11 @@ SURROUNDINGS = (
 @pytest.mark.slow
 def test_processes_with_other_threads_and_memory_take_the_same_boxes(boxes: int) -> None:
     """Box for box and bit for bit."""
-    told = [
+    reported = [
         subprocess.run([sys.executable, "-c", CODE], env=os.environ | one, capture_output=True, text=True, check=True)
         for one in SURROUNDINGS
     ]
-    found = [json.loads(run.stdout) for run in told]
+    found = [json.loads(run.stdout) for run in reported]
     assert found == [found[0]] * len(found)
     assert found[0][0] == boxes
 

@@ -12,10 +12,10 @@ REFERENCES = Path(__file__).parents[2] / "references" / "rcim2018.json"
 
 def test_numbers_are_those_of_the_references() -> None:
     """Two transcripts of the same print: what the product ships and what the tests compare with."""
-    ours, theirs = json.loads(FILE.read_text()), json.loads(REFERENCES.read_text())
-    assert "Robotics and Computer-Integrated Manufacturing 51 (2018) 73-84" in ours.pop("source")
+    own, theirs = json.loads(FILE.read_text()), json.loads(REFERENCES.read_text())
+    assert "Robotics and Computer-Integrated Manufacturing 51 (2018) 73-84" in own.pop("source")
     assert theirs.pop("source").startswith("RCIM 51 (2018)")
-    assert ours == theirs
+    assert own == theirs
 
 
 def test_runs_are_all_rows_of_print_with_their_bounds() -> None:
@@ -35,13 +35,13 @@ def test_runs_are_all_rows_of_print_with_their_bounds() -> None:
             assert (problem.lower[k], problem.upper[k]) == (max(1.0, run.lower[k]), run.upper[k])
             assert (run.lower[k] < 1.0) == any(text.startswith(f"{letter} from 1 mm") for text in changed)
         assert any(text.startswith("L_A fixed at 82") for text in changed) == (run.lower[0] != run.upper[0])
-        asked = {"outline", "reach"} | ({"torque", "assembly_mode"} if run.step > 1 else set())
-        asked |= {"balls"} if run.lower[3] == 10.0 else set()  # with r of 20 mm and more they are apart
-        assert set(problem.constraints) - {"half_side"} == asked
+        required = {"outline", "reach"} | ({"torque", "assembly_mode"} if run.step > 1 else set())
+        required |= {"balls"} if run.lower[3] == 10.0 else set()  # with r of 20 mm and more they are apart
+        assert set(problem.constraints) - {"half_side"} == required
     assert published_runs((8,)) == tuple(run for run in runs if run.table == 8)
 
 
-def test_starts_outside_the_bounds_are_moved_and_told() -> None:
+def test_starts_outside_the_bounds_are_moved_and_reported() -> None:
     run = next(run for run in published_runs() if run.name == "table 10 row 2")
     problem, _ = problem_of(run)
     start, moved = start_within(run, problem)

@@ -77,9 +77,9 @@ def test_the_figures_of_every_published_design_are_those_of_the_equations(runs: 
         sampled = statics(design, points, 3.0)
         # ours is the polished maximum: never below a sample, and above it by what a grid of 2 mm misses
         three = (found.max_torque_N_m, found.max_kappa, found.max_kappa_frobenius)
-        for ours, least in zip(three, sampled, strict=True):
-            assert ours is not None
-            assert least * (1.0 - 1e-9) <= ours <= least * (1.0 + 1e-3)
+        for own, least in zip(three, sampled, strict=True):
+            assert own is not None
+            assert least * (1.0 - 1e-9) <= own <= least * (1.0 + 1e-3)
         assert sampled[0] < 0.8
         assert found.faults == ()
         checked += 1

@@ -25,7 +25,7 @@ from optimizer.problem.brief import (
     load_brief,
 )
 from optimizer.problem.requirements import Bounds, LimitTable, RequirementsError, load_requirements
-from optimizer.problem.validation import MOST_TOLD
+from optimizer.problem.validation import MOST_REPORTED
 from tests.committed import ROOT
 from tests.optimizer.problem.requirements import (
     COMMITTED,
@@ -123,8 +123,8 @@ def test_a_file_of_the_first_edition_is_a_brief_too(path: Path) -> None:
     assert new.objective == "cube_side"
     assert any("limits.joint_diameter_mm" in note for note in new.notes)
     unused = {"outline_overhead_mm", "joint_diameter_mm", "gravity_torque_N_m", "ball_diameter_mm"}
-    ours = {name: value for name, value in old.values.items() if value is not None and name != "shoulder_deg"}
-    assert new.values == {name: value for name, value in ours.items() if name not in unused}
+    own = {name: value for name, value in old.values.items() if value is not None and name != "shoulder_deg"}
+    assert new.values == {name: value for name, value in own.items() if name not in unused}
 
 
 def test_a_number_is_in_one_place_wherever_the_file_has_it() -> None:
@@ -260,7 +260,7 @@ def test_own_parts_are_named_from_where_the_design_stands(tmp_path: Path) -> Non
     assert by_hand.hardware_from(out, {})["catalogue"] == "../../task/parts"
 
 
-def test_all_that_is_wrong_is_told_at_once() -> None:
+def test_all_that_is_wrong_is_reported_at_once() -> None:
     found = lines_of_brief(
         {
             "name": "../up",
@@ -302,9 +302,9 @@ def test_all_that_is_wrong_is_told_at_once() -> None:
     )
 
 
-def test_a_file_of_faults_without_end_is_told_in_so_many_lines() -> None:
+def test_a_file_of_faults_without_end_is_reported_in_so_many_lines() -> None:
     found = lines_of_brief({"name": "d", "requirements": OUTLINE, "feel": {f"f{k}": k for k in range(1000)}})
-    assert len(found) == MOST_TOLD + 1
+    assert len(found) == MOST_REPORTED + 1
     assert "960" in found[-1]
 
 
@@ -321,7 +321,7 @@ def test_entries_of_the_hardware_are_those_of_a_design() -> None:
     assert {name: values[0] for name, values in given.choices.items() if name in every} == every
 
 
-def test_what_only_a_capstan_has_is_told_where_all_drives_are_direct() -> None:
+def test_what_only_a_capstan_has_is_reported_where_all_drives_are_direct() -> None:
     task = {"name": "b", "requirements": {"cube_side_mm": 60.0}}
     direct = brief_from_dict(task | {"hardware": {"drive": "direct", "capstan_ratio": 5.0}})
     (note,) = direct.notes

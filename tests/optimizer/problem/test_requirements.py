@@ -60,15 +60,15 @@ def test_defaults_are_filled_in_and_whole_numbers_are_lengths() -> None:
     assert given.step_3.half_side_mm is None
 
 
-def test_what_a_machine_must_bear_is_asked_where_it_is_stated() -> None:
+def test_what_a_machine_must_bear_is_required_where_it_is_stated() -> None:
     given = requirements_from_dict(first_edition())
     names = ("peak_force_N", "peak_torque_N_m", "stiffness_min_N_mm")
     assert [getattr(given.requirements, name) for name in names] == [None] * 3
     for numbers in ((9.0, 1.5, 8.0), (3.0, 0.8, 8.0)):  # a peak may be what holds for ever
         stated = first_edition()
         stated["requirements"] |= dict(zip(names, numbers, strict=True))
-        asked = requirements_from_dict(stated).requirements
-        assert tuple(getattr(asked, name) for name in names) == numbers
+        required = requirements_from_dict(stated).requirements
+        assert tuple(getattr(required, name) for name in names) == numbers
 
 
 def test_hash_sees_every_number_but_not_the_spelling_of_defaults() -> None:
@@ -82,10 +82,10 @@ def test_hash_sees_every_number_but_not_the_spelling_of_defaults() -> None:
 
 def test_hash_leaves_out_what_is_not_stated_and_sees_each_number_of_the_masses() -> None:
     """A limit that is added to the program changes no hash."""
-    asked = first_edition() | {"limits": {"effective_mass_max_kg": 0.4}, "inertia": INERTIA}
-    hashes = {requirements_hash(requirements_from_dict(data)) for data in (first_edition(), asked)}
+    required = first_edition() | {"limits": {"effective_mass_max_kg": 0.4}, "inertia": INERTIA}
+    hashes = {requirements_hash(requirements_from_dict(data)) for data in (first_edition(), required)}
     for name in INERTIA:
-        changed = asked | {"inertia": INERTIA | {name: 0.0123}}
+        changed = required | {"inertia": INERTIA | {name: 0.0123}}
         hashes.add(requirements_hash(requirements_from_dict(changed)))
     assert len(hashes) == 2 + len(INERTIA)
     text = json.dumps(requirements_from_dict(first_edition()).model_dump(mode="json", exclude_none=True))
@@ -94,7 +94,7 @@ def test_hash_leaves_out_what_is_not_stated_and_sees_each_number_of_the_masses()
     assert "effective_mass" not in text
 
 
-def test_an_effective_mass_is_asked_with_its_masses() -> None:
+def test_an_effective_mass_is_required_with_its_masses() -> None:
     given = requirements_from_dict(first_edition() | {"limits": {"effective_mass_max_kg": 0.4}, "inertia": INERTIA})
     assert given.limits.effective_mass_max_kg == 0.4
     assert given.values["inertia"] == HandleInertia(*INERTIA.values())
@@ -102,10 +102,10 @@ def test_an_effective_mass_is_asked_with_its_masses() -> None:
     assert requirements_from_dict(first_edition()).values["inertia"] is None
 
 
-def test_what_is_felt_of_the_joints_is_asked_with_what_they_are() -> None:
-    asked = {"friction_max_N": 0.7, "position_step_max_mm": "80 um"}
+def test_what_is_felt_of_the_joints_is_required_with_what_they_are() -> None:
+    required = {"friction_max_N": 0.7, "position_step_max_mm": "80 um"}
     joints = {"friction_N_m": "12 mN m", "ball_upright_N": 0.05, "encoder_count_deg": 0.022}
-    given = requirements_from_dict(first_edition() | {"limits": asked, "joints": joints})
+    given = requirements_from_dict(first_edition() | {"limits": required, "joints": joints})
     assert given.limits.position_step_max_mm == pytest.approx(0.08)
     assert given.values["friction"] == HandleFriction(0.012, 0.05, 0.0)
     assert given.values["encoder_count"] == pytest.approx(0.022 * math.pi / 180.0)
@@ -113,7 +113,7 @@ def test_what_is_felt_of_the_joints_is_asked_with_what_they_are() -> None:
     assert plain.values["friction"] is plain.values["encoder_count"] is None
 
 
-def test_all_faults_of_a_file_are_told_at_once() -> None:
+def test_all_faults_of_a_file_are_reported_at_once() -> None:
     data = first_edition() | {"speed": 1, "step_3": {"half_side_mm": 120}}
     data["requirements"] |= {"force_N": -1, "peak_torque_N_m": 0.7}
     del data["requirements"]["envelope_width_mm"]
@@ -133,7 +133,7 @@ def test_all_faults_of_a_file_are_told_at_once() -> None:
     ]
 
 
-def test_fields_of_the_second_edition_are_told_as_such() -> None:
+def test_fields_of_the_second_edition_are_reported_as_such() -> None:
     data = first_edition() | {"goal": {"maximize": "cube_side"}}
     data["requirements"] |= {"cube_side_mm": 75}
     found = lines_of_requirements(data)
@@ -151,7 +151,7 @@ def test_units_are_understood_in_the_first_edition_too() -> None:
     )
 
 
-def test_hardware_is_told_with_the_rest_and_may_have_units(tmp_path: Path) -> None:
+def test_hardware_is_reported_with_the_rest_and_may_have_units(tmp_path: Path) -> None:
     text = JOYSTICK.read_text(encoding="utf-8")
     path = tmp_path / "task.toml"
     path.write_text(f'{text}\n[hardware]\nsector_radius_mm = "4 cm"\n', encoding="utf-8")

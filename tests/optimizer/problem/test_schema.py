@@ -92,7 +92,7 @@ def test_every_bound_is_the_readers(change: int, schema: dict[str, Any]) -> None
     assert tried > 20
 
 
-def test_units_bounds_choices_and_what_is_old_are_told(schema: dict[str, Any]) -> None:
+def test_units_bounds_choices_and_what_is_old_are_reported(schema: dict[str, Any]) -> None:
     properties = schema["properties"]
     assert "[mm]" in properties["requirements"]["properties"]["cube_side_mm"]["description"]
     assert properties["requirements"]["properties"]["force_N"]["default"] == 3.0
@@ -119,7 +119,7 @@ def test_it_is_json_and_does_not_change_when_read(schema: dict[str, Any]) -> Non
 
 def test_it_takes_own_ids_where_a_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "cable.csv").write_text("id,diameter_mm,breaking_load_N\nmine,0.5,150\n", encoding="utf-8")
-    ours, known = brief_schema(), brief_schema(catalogue.own_parts(tmp_path))
+    own, known = brief_schema(), brief_schema(catalogue.own_parts(tmp_path))
     for hardware, accepted in (
         ({"cable": "mine"}, (False, False)),
         ({"cable": "mine", "catalogue": "parts"}, (True, True)),
@@ -128,4 +128,4 @@ def test_it_takes_own_ids_where_a_folder_is_named(tmp_path: Path) -> None:
         ({"catalogue": ""}, (False, False)),
     ):
         data = named({"requirements": CUBE, "hardware": hardware})
-        assert tuple(violations(schema, data, schema) == [] for schema in (ours, known)) == accepted, hardware
+        assert tuple(violations(schema, data, schema) == [] for schema in (own, known)) == accepted, hardware

@@ -103,10 +103,12 @@ def test_feasible_beats_better() -> None:
     assert (np.diff((start.violation > 0).astype(int)) >= 0).all()
 
 
-def test_every_generation_is_told_and_a_stop_ends_the_search() -> None:
-    told: list[tuple[int, int]] = []
-    found = evolve(STEP_3, 0, 8, 9, report=lambda n, total, _: told.append((n, total)), stop=lambda: len(told) == 2)
-    assert told == [(1, 9), (2, 9)]
+def test_every_generation_is_reported_and_a_stop_ends_the_search() -> None:
+    reported: list[tuple[int, int]] = []
+    found = evolve(
+        STEP_3, 0, 8, 9, report=lambda n, total, _: reported.append((n, total)), stop=lambda: len(reported) == 2
+    )
+    assert reported == [(1, 9), (2, 9)]
     assert len(found.history) == 2
     assert found.evaluations == 16
 

@@ -118,7 +118,7 @@ def test_step_3_against_a_brute_force_grid() -> None:
     )
 
 
-def test_every_limit_binds_where_it_is_asked() -> None:
+def test_every_limit_binds_where_it_is_required() -> None:
     limits = {"outline_radius_max_mm": 122, "kappa_max": 2.27, "lean_max_deg": 25, "gravity_torque_N_m": 0.1}
     problem = step_problem(task((80, 180), (30, 45), (20, 150), limits=limits), 2)
     best = sqp.search(problem, sqp.start_points(problem, 0, 2)).best
@@ -208,12 +208,14 @@ def test_nothing_free_is_only_checked() -> None:
     assert 1.0 / ending.level == pytest.approx(2.03, abs=0.01)
 
 
-def test_every_start_is_told_and_a_stop_leaves_out_the_rest() -> None:
-    told: list[tuple[int, int]] = []
+def test_every_start_is_reported_and_a_stop_leaves_out_the_rest() -> None:
+    reported: list[tuple[int, int]] = []
     problem = step_problem(task(), 1)
     starts = sqp.start_points(problem, 0, 3)
-    found = sqp.search(problem, starts, lambda done, total, _: told.append((done, total)), lambda: len(told) == 2)
-    assert told == [(1, 3), (2, 3)]
+    found = sqp.search(
+        problem, starts, lambda done, total, _: reported.append((done, total)), lambda: len(reported) == 2
+    )
+    assert reported == [(1, 3), (2, 3)]
     assert len(found.endings) == 2
 
 

@@ -168,7 +168,7 @@ def test_stop_gives_up_what_is_not_done(client: Client, grid: Grid) -> None:
     assert len(rows) == 2
 
 
-def test_a_lost_scheduler_and_a_worker_that_dies_again_and_again_are_told() -> None:
+def test_a_lost_scheduler_and_a_worker_that_dies_again_and_again_are_reported() -> None:
     lost: Any = SimpleNamespace(status="cancelled")
     assert cluster._reason(lost) == "the scheduler was lost"
     worker: Any = SimpleNamespace(address="tcp://127.0.0.1:1")

@@ -67,7 +67,7 @@ def test_stopped_and_resumed_is_as_unbroken(problem: Problem, tmp_path: Path) ->
     store.close()
     assert [t.method for t in first] == ["sqp"]
     store = Checkpoint(tmp_path / "kept", {}, resume=True)
-    told: list[str] = []
-    assert traces(problem, 1, lambda method, *_: told.append(method), store=store) == unbroken
+    reported: list[str] = []
+    assert traces(problem, 1, lambda method, *_: reported.append(method), store=store) == unbroken
     store.close()
-    assert told == ["ga"]
+    assert reported == ["ga"]

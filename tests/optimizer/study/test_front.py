@@ -220,7 +220,7 @@ def test_kappa_of_1_holds_in_no_cube(monkeypatch: pytest.MonkeyPatch) -> None:
     assert front.no_cube(joystick(), 0) is None
 
 
-def test_search_that_finds_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_search_that_finds_nothing_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(front.sqp, "search", lambda *_, **__: sqp.Search())
     monkeypatch.setattr(front, "explain", lambda *_: None)
     with refuses(FrontError, "--seed"):

@@ -72,7 +72,7 @@ def test_facts_are_json_without_numbers_that_are_none(trade: Trade) -> None:
     assert len(read["published"]) == 15
 
 
-def test_telling_points_are_the_ends_the_wanted_cube_the_knee_and_new_limits(trade: Trade) -> None:
+def test_reporting_points_are_the_ends_the_wanted_cube_the_knee_and_new_limits(trade: Trade) -> None:
     found = notable_points(trade)
     assert [point for _, point in found] == list(trade.main.points)
     assert found[0][0] == "smallest"
@@ -86,7 +86,7 @@ def test_page_tells_points_fronts_published_designs_and_pictures(trade: Trade) -
     text = page(record(trade, 0, published, []), 3.0, [("front.png", "the front")])
     tables = [part.splitlines() for part in text.split("\n\n") if part.startswith("| ")]
     shown = [[[cell.strip() for cell in line.strip("|").split("|")] for line in table[2:]] for table in tables]
-    fronts, points, beside = shown
+    fronts, points, adjacent = shown
     for cells, (what, point) in zip(points, notable_points(trade), strict=True):
         assert (cells[0], cells[-1]) == (what, ", ".join(point.active))
         expected = [2.0 * point.half_side, point.kappa, point.torque, *point.result.design_mm[:5]]
@@ -97,7 +97,7 @@ def test_page_tells_points_fronts_published_designs_and_pictures(trade: Trade) -
         assert cells[-1] == "this and that"
         assert cells[4] == cells[6] == cells[9] == ""  # nothing is proved, and torque binds nowhere
     assert (fronts[1][2], fronts[1][3], fronts[1][-1]) == ("0", "", "a and b")
-    for cells, found in zip(beside, published, strict=True):
+    for cells, found in zip(adjacent, published, strict=True):
         assert cells[0] == f"{found.run.table}, {found.run.row}"
         assert [float(cells[k]) for k in (2, 3, 5)] == pytest.approx(
             [2.0 * found.half_side, found.kappa, found.torque], rel=1e-3
@@ -116,12 +116,12 @@ def test_page_of_an_interrupted_run_says_so(trade: Trade) -> None:
     assert files(empty, "")["front.csv"].splitlines()[0] == ",".join(COLUMNS)
 
 
-def test_bounds_are_proved_kept_and_told(trade: Trade, tmp_path: Path) -> None:
-    told: list[tuple[int, int]] = []
+def test_bounds_are_proved_kept_and_reported(trade: Trade, tmp_path: Path) -> None:
+    reported: list[tuple[int, int]] = []
     store = Checkpoint(tmp_path / "kept", {}, resume=False)
-    found = proved(trade.main, lambda *at: told.append(at), store=store)
+    found = proved(trade.main, lambda *at: reported.append(at), store=store)
     store.close()
-    assert told == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    assert reported == [(1, 4), (2, 4), (3, 4), (4, 4)]
     for point in found.points:
         assert point.bound is not None
         # lengths are rounded to 0.01 mm here, which costs kappa up to 0.1 %

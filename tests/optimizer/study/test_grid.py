@@ -27,9 +27,9 @@ def test_every_combination_and_every_seed_is_a_set_the_last_axis_fastest() -> No
     found = grid({OUTLINE: [118, 122], TORQUE: [0.4, 0.6, 0.8]}, seeds=[3, 1], method="sqp", steps=[1, 2])
     assert [axis.field for axis in found.axes] == [OUTLINE, TORQUE]
     assert [one.index for one in found.sets] == list(range(12))
-    told = [(one.inputs[OUTLINE], one.inputs[TORQUE], one.seed) for one in found.sets]
-    assert told[:4] == [(118, 0.4, 3), (118, 0.4, 1), (118, 0.6, 3), (118, 0.6, 1)]
-    assert len(set(told)) == 12
+    reported = [(one.inputs[OUTLINE], one.inputs[TORQUE], one.seed) for one in found.sets]
+    assert reported[:4] == [(118, 0.4, 3), (118, 0.4, 1), (118, 0.6, 3), (118, 0.6, 1)]
+    assert len(set(reported)) == 12
     last = found.sets[-1]
     assert last.requirements["limits"]["outline_radius_max_mm"] == 122
     assert last.requirements["requirements"]["joint_torque_N_m"] == 0.8
@@ -149,7 +149,7 @@ def test_what_is_wrong_is_refused_in_one_line(change: dict[str, Any], words: str
         assert text.startswith("g.toml: ")
 
 
-def test_missing_base_and_axes_are_told() -> None:
+def test_missing_base_and_axes_are_reported() -> None:
     for data, field in (({"axes": {}}, "base"), ({"base": BASE}, "axes")):
         with pytest.raises(GridError) as caught:
             grid_from_dict(data, "g")
@@ -186,8 +186,10 @@ def test_a_grid_of_machines_has_briefs_and_may_vary_what_is_felt_and_the_hardwar
     motors = ["maxon-re30-310007", "maxon-re50-370354"]
     axes = {"feel.friction_max_N": [0.5, 0.8], "hardware.motor": motors}
     found = grid_from_dict({"base": BRIEF, "axes": axes, "method": MACHINES}, "g.toml")
-    told = [(one.requirements["feel"]["friction_max_N"], one.requirements["hardware"]["motor"]) for one in found.sets]
-    assert told == [(0.5, motors[0]), (0.5, motors[1]), (0.8, motors[0]), (0.8, motors[1])]
+    reported = [
+        (one.requirements["feel"]["friction_max_N"], one.requirements["hardware"]["motor"]) for one in found.sets
+    ]
+    assert reported == [(0.5, motors[0]), (0.5, motors[1]), (0.8, motors[0]), (0.8, motors[1])]
     assert all(Path(one.folder).is_absolute() for one in found.sets)
 
 
@@ -203,6 +205,6 @@ def test_a_grid_of_machines_has_briefs_and_may_vary_what_is_felt_and_the_hardwar
 )
 def test_a_grid_of_machines_that_is_refused_says_why(more: dict[str, Any], message: str) -> None:
     given = {"base": BRIEF, "axes": {"requirements.force_N": [2, 3]}, "method": MACHINES} | more
-    with pytest.raises(RequirementsError) as told:
+    with pytest.raises(RequirementsError) as reported:
         grid_from_dict(given, "g.toml")
-    assert message in "\n".join(told.value.lines)
+    assert message in "\n".join(reported.value.lines)

@@ -77,8 +77,8 @@ def traced(
     monkeypatch: pytest.MonkeyPatch, best: Design, name: str = "b"
 ) -> tuple[list[MachinePoint], list[DesignBrief]]:
     """A front whose candidates are given: less mass costs cube, and below 0.2 kg there is none."""
-    asked = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
-    task = brief_from_dict({"name": name, "requirements": asked, "feel": {"effective_mass_max_kg": 0.4}})
+    required = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    task = brief_from_dict({"name": name, "requirements": required, "feel": {"effective_mass_max_kg": 0.4}})
     seen: list[DesignBrief] = []
 
     def candidate(side: float) -> Candidate:
@@ -121,11 +121,11 @@ def test_a_front_that_is_cut_off_leaves_the_points_it_has(
 def test_each_limit_is_moved_by_itself_until_there_is_no_machine(monkeypatch: pytest.MonkeyPatch, best: Design) -> None:
     points, seen = traced(monkeypatch, best)
     moved = [one for one in points if one.axis == "effective_mass"]
-    (asked,) = [one for one in points if one.axis == "asked"]
+    (required,) = [one for one in points if one.axis == "asked"]
     assert moved
     limits = [one.limit for one in moved]
     factors = next(axis for axis in AXES if axis.name == "effective_mass").factors
-    expected = [asked.figures.effective_mass_kg * factor for factor in factors]
+    expected = [required.figures.effective_mass_kg * factor for factor in factors]
     assert limits == pytest.approx([limit for limit in expected if limit >= 0.2])
     for one in seen:  # one limit alone differs from what was asked
         rest = [one.feel.effective_mass_max_kg != 0.4, one.feel.friction_max_N is not None]
@@ -140,11 +140,11 @@ def test_every_point_has_a_design_file_that_its_line_builds(
     points, _ = traced(monkeypatch, best)
     files, text = design_files(points), machines_page(points, "b", "out/b-machines", {})
     assert len(files) == len(points)
-    for (name, content), told in zip(files.items(), record(points, "b")["points"], strict=True):
+    for (name, content), reported in zip(files.items(), record(points, "b")["points"], strict=True):
         (tmp_path / name).write_text(content, encoding="utf-8")
-        assert load_design(tmp_path / name).cube.half_side_mm == pytest.approx(told["cube_side_mm"] / 2.0)
+        assert load_design(tmp_path / name).cube.half_side_mm == pytest.approx(reported["cube_side_mm"] / 2.0)
         assert text.count(f"build --design out/b-machines/designs/{name}</code>") == 1
-        assert told["design"] == f"designs/{name}"
+        assert reported["design"] == f"designs/{name}"
     assert json.loads(json.dumps(record(points, "b")))["schema"] == "delta-machines/1"
     assert len({load_design(tmp_path / name).name for name in files}) == len(files)  # each is built into its own folder
 
@@ -169,8 +169,8 @@ def test_each_point_of_the_page_opens_its_machine(
         place = tmp_path / f"{designs[number].name}{folder}"
         place.mkdir()
         (place / "report.html").touch()
-        told = {"input_sha256": "of another" if number == other else design_hash(designs[number]), "failed": failed}
-        (place / "checks.json").write_text(json.dumps(told), encoding="utf-8")
+        reported = {"input_sha256": "of another" if number == other else design_hash(designs[number]), "failed": failed}
+        (place / "checks.json").write_text(json.dumps(reported), encoding="utf-8")
     built = existing_builds(designs, tmp_path)
     assert set(built) == {passes, fails}
     read = Page(machines_page(points, "b", "out/b-machines", built))
@@ -213,8 +213,8 @@ def test_what_none_beats_is_built_once_and_linked(
         place = out / design.name
         place.mkdir()
         (place / "report.html").touch()
-        told = {"input_sha256": design_hash(design), "failed": []}
-        (place / "checks.json").write_text(json.dumps(told), encoding="utf-8")
+        reported = {"input_sha256": design_hash(design), "failed": []}
+        (place / "checks.json").write_text(json.dumps(reported), encoding="utf-8")
 
     monkeypatch.setattr(pipeline, "build", build)
     monkeypatch.setattr("delta_cad.commands.machine.geometry_errors", lambda: (RuntimeError,))

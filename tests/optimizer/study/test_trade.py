@@ -78,8 +78,8 @@ def test_more_torque_than_the_front_needs_changes_nothing(trade: Trade) -> None:
     ample = at_side(with_torque(joystick(), 1.001 * trade.torque_needed), last.half_side - 0.1)
     best = sqp.search(ample, ample.scaled(np.array(last.result.design_mm))[None]).best
     assert best is not None
-    asked = at_side(joystick(), last.half_side - 0.1)
-    same = sqp.search(asked, asked.scaled(np.array(last.result.design_mm))[None]).best
+    required = at_side(joystick(), last.half_side - 0.1)
+    same = sqp.search(required, required.scaled(np.array(last.result.design_mm))[None]).best
     assert same is not None
     assert best.level == pytest.approx(same.level, rel=1e-9)
 

@@ -74,14 +74,14 @@ def test_what_is_proved_is_read(seed: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lengths", "field", "lacks"),
+    ("lengths", "field", "shortfall"),
     [
         ((82.0, 112.079, 40.0, 18.47, 57.112, 35.0), "mechanism.parallelogram_width_mm", "balls"),
         ((40.0, 112.079, 40.0, 80.1, 57.112, 35.0), "mechanism.platform_radius_mm", "elbow_outside"),
     ],
 )
 def test_what_the_reader_refuses_is_a_condition_of_every_step(
-    lengths: tuple[float, ...], field: str, lacks: str
+    lengths: tuple[float, ...], field: str, shortfall: str
 ) -> None:
     """At the reader's own bound: just within it the step has no violation of that kind, just beyond it has."""
     wide = task(platform_radius=(5, 140), upper_arm_length=(30, 82), limits={"outline_radius_max_mm": 122.0})
@@ -91,7 +91,7 @@ def test_what_the_reader_refuses_is_a_condition_of_every_step(
             design_of(wide, [result], "sqp", 0, "x.json")
         fields = [caught.value.field, *(re.split(": | = ", line)[1] for line in caught.value.more)]
         assert field in fields
-        assert result.violations[lacks] > 0.0
+        assert result.violations[shortfall] > 0.0
 
 
 def test_bounds_that_keep_a_condition_leave_it_out() -> None:

@@ -44,11 +44,11 @@ def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requi
     given: Requirements, solved: list[Result]
 ) -> None:
     design = load_design(BEST)
-    told = design.provenance
-    assert told["requirements_sha256"] == requirements_hash(given)
+    reported = design.provenance
+    assert reported["requirements_sha256"] == requirements_hash(given)
     assert (
-        told["command"]
-        == f"python -m optimizer synthesize synthesized.toml --method {told['method']} --seed {told['seed']}"
+        reported["command"]
+        == f"python -m optimizer synthesize synthesized.toml --method {reported['method']} --seed {reported['seed']}"
     )
     again = design_of(given, solved, "sqp", 1, "again.json")
     assert again.mechanism == design.mechanism  # to the last digit: both are whole micrometres
@@ -56,7 +56,7 @@ def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requi
     assert again.requirements == design.requirements
     assert again.hardware == design.hardware
     found = dict(zip(VARIABLES, solved[1].design_mm, strict=True))
-    steps = told["steps"]
+    steps = reported["steps"]
     assert isinstance(steps, list)
     assert steps[1]["objective"] == pytest.approx(found["half_side"], rel=1e-6)  # type: ignore[call-overload,index]
     bound = steps[1]["proven_bound"]  # type: ignore[call-overload,index]
@@ -66,27 +66,29 @@ def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requi
 def test_the_committed_design_meets_its_limits_by_the_mechanism_s_own_figures() -> None:
     """A dense grid on the surface of the cube through `delta_cad.mechanism`, not through the optimizer's kernel."""
     design = load_design(BEST)
-    asked, half, low = design.requirements, design.cube.half_side_mm / 1e3, design.cube.bottom_height_mm / 1e3
+    required, half, low = design.requirements, design.cube.half_side_mm / 1e3, design.cube.bottom_height_mm / 1e3
     axis = np.linspace(-1.0, 1.0, 81)
     a, b = (v.ravel() for v in np.meshgrid(axis, axis))
     faces = [np.insert(np.stack([a, b], axis=1), k, side, axis=1) for k in range(3) for side in (-1.0, 1.0)]
     p = half * np.concatenate(faces) + np.array([0.0, 0.0, low + half])
     g = design.geometry
-    assert asked.kappa_max is not None
-    assert asked.lean_max_deg is not None
-    assert asked.shoulder_min_deg is not None
-    assert asked.shoulder_max_deg is not None
-    assert asked.couple_index_min is not None
+    assert required.kappa_max is not None
+    assert required.lean_max_deg is not None
+    assert required.shoulder_min_deg is not None
+    assert required.shoulder_max_deg is not None
+    assert required.couple_index_min is not None
     kappa, lean = float(conditioning(g, p).max()), float(np.degrees(np.abs(rod_lean(g, p)).max()))
     theta = np.degrees(joint_angles(g, p))
-    assert 0.9999 * asked.kappa_max < kappa <= asked.kappa_max  # binds
+    assert 0.9999 * required.kappa_max < kappa <= required.kappa_max  # binds
     rods = forearm_vectors(g, p) / g.forearm_length
     index = np.linalg.svd(np.cross(TANGENTIAL, rods), compute_uv=False)[:, -1].min()
-    assert asked.couple_index_min <= index < 1.0001 * asked.couple_index_min  # binds, in corners
-    assert lean < asked.lean_max_deg
-    assert asked.shoulder_min_deg < theta.min() < asked.shoulder_min_deg + 0.01  # binds, on an edge between grid points
-    assert theta.max() < asked.shoulder_max_deg
-    assert worst_joint_torque(g, p, asked.force_N).max() < asked.joint_torque_N_m
+    assert required.couple_index_min <= index < 1.0001 * required.couple_index_min  # binds, in corners
+    assert lean < required.lean_max_deg
+    assert (
+        required.shoulder_min_deg < theta.min() < required.shoulder_min_deg + 0.01
+    )  # binds, on an edge between grid points
+    assert theta.max() < required.shoulder_max_deg
+    assert worst_joint_torque(g, p, required.force_N).max() < required.joint_torque_N_m
 
 
 def test_lengths_are_whole_micrometres_that_still_hold_and_no_better_choice_was_near(first: Requirements) -> None:

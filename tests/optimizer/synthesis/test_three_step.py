@@ -120,8 +120,8 @@ def test_a_record_is_plain_json_and_what_is_infinite_is_null() -> None:
 def test_a_run_that_was_stopped_is_taken_up_to_the_same_result(count: int) -> None:
     steps = (2, 3)
     whole = [r.record() for r in run(seed=2, steps=steps)]
-    store, told = Memory(), []
-    part = run(seed=2, steps=steps, store=store, report=told.append, stop=lambda: len(told) >= count)
+    store, reported = Memory(), []
+    part = run(seed=2, steps=steps, store=store, report=reported.append, stop=lambda: len(reported) >= count)
     assert part[-1].status == "interrupted"
     assert part[-1].design_mm
     assert [r.record() for r in run(seed=2, steps=steps, store=store)] == whole
@@ -129,12 +129,12 @@ def test_a_run_that_was_stopped_is_taken_up_to_the_same_result(count: int) -> No
 
 
 def test_progress_tells_step_phase_and_best() -> None:
-    told: list[Progress] = []
-    run(steps=(3,), report=told.append)
-    assert [t.phase for t in told] == ["ga"] * 5 + ["sqp"]
-    assert told[-1].best == pytest.approx(OPTIMA[2], rel=1e-5)
-    assert {t.step for t in told} == {3}
-    assert told[4].done == told[4].total == 5
+    reported: list[Progress] = []
+    run(steps=(3,), report=reported.append)
+    assert [t.phase for t in reported] == ["ga"] * 5 + ["sqp"]
+    assert reported[-1].best == pytest.approx(OPTIMA[2], rel=1e-5)
+    assert {t.step for t in reported} == {3}
+    assert reported[4].done == reported[4].total == 5
 
 
 def test_a_step_without_a_feasible_design_bounds_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from pydantic.dataclasses import dataclass
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import ROW, CatalogueRow, Quantity, Text
 
-KINDS = ("retaining", "structural")
+_KINDS = ("retaining", "structural")
 
 
 @dataclass(frozen=True, kw_only=True, config=ROW)
@@ -32,7 +32,7 @@ class Adhesive(CatalogueRow):
 
     def fault(self) -> str:
         """Says that its kind is not known."""
-        return "" if self.kind in KINDS else f"kind = {self.kind}: must be {' or '.join(KINDS)}"
+        return "" if self.kind in _KINDS else f"kind = {self.kind}: must be {' or '.join(_KINDS)}"
 
 
 adhesive = Family("adhesive", "fasteners/adhesives.csv", Adhesive)

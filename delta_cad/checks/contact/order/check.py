@@ -17,7 +17,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.layers import SWING_RAD
 from delta_cad.solids.part import ToolAccess
 
-FLEXIBLE = (
+_FLEXIBLE = (
     "capstan_cable",
     "rod_spring",
     "boot",
@@ -25,12 +25,12 @@ FLEXIBLE = (
     "encoder_lead",
     "sensor_lead",
 )  # numbers of what is laid, with no way of its own
-DRAWN_MM = 1.0  # of a screw's head out of its seat: its key goes in and out so far at least
-ALIKE_MM = 1e-4  # of the places of equal parts in equal units
-SHOWN = 8  # faults that a report names; their number is told
+_DRAWN_MM = 1.0  # of a screw's head out of its seat: its key goes in and out so far at least
+_ALIKE_MM = 1e-4  # of the places of equal parts in equal units
+_SHOWN = 8  # faults that a report names; their number is told
 
 
-def members(units: tuple[Unit, ...]) -> dict[str, tuple[str, ...]]:
+def _members(units: tuple[Unit, ...]) -> dict[str, tuple[str, ...]]:
     """Lists the occurrences that each unit consists of when it is finished, those of its own units included.
 
     A unit that is asked for before it is there counts as empty.
@@ -38,12 +38,12 @@ def members(units: tuple[Unit, ...]) -> dict[str, tuple[str, ...]]:
     found: dict[str, tuple[str, ...]] = {}
     for unit in units:
         found[unit.name] = tuple(
-            name for step in unit.steps for insertion in step.insertions for name in brought(insertion, found)
+            name for step in unit.steps for insertion in step.insertions for name in _brought(insertion, found)
         )
     return found
 
 
-def brought(insertion: Insertion, made: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
+def _brought(insertion: Insertion, made: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
     """Lists the occurrences that come in together, of units what they consist of."""
     return (*insertion.names, *(name for unit in insertion.units for name in made.get(unit, ())))
 
@@ -59,7 +59,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
     """
     if not assembly.order:
         return []
-    made = members(assembly.order)
+    made = _members(assembly.order)
     faults = list(_uncovered(assembly, made))
     known = {o.name for o in assembly.occurrences}
     ways = Ways(assembly, meshes)
@@ -74,7 +74,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
         present: list[str] = []
         for step in unit.steps:
             for insertion in step.insertions:
-                coming = [name for name in brought(insertion, made) if name in known]
+                coming = [name for name in _brought(insertion, made) if name in known]
                 count += 1
                 fault = _met(insertion, coming, present, ways, assembly)
                 if fault:
@@ -83,7 +83,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
             if step.tightened:
                 swings += _swings(step, present, assembly, limits, meshes)
     detail = f"free swing of a hexagon key in each screw when its step tightens it, least of {len(swings)} screws"
-    return [_told_faults(faults, count, assembly), swing_result("assembly keys", swings, detail)]
+    return [_reported_faults(faults, count, assembly), swing_result("assembly keys", swings, detail)]
 
 
 def _uncovered(assembly: Assembly, made: dict[str, tuple[str, ...]]) -> Iterator[tuple[list[str], str]]:
@@ -116,7 +116,7 @@ def _met(insertion: Insertion, coming: list[str], present: list[str], ways: Ways
     """What keeps parts from coming in, as text."""
     if insertion.is_flexible:
         number = {o.name: o.part.number for o in assembly.occurrences}
-        stiff = [name for name in coming if not number[name].startswith(FLEXIBLE)]
+        stiff = [name for name in coming if not number[name].startswith(_FLEXIBLE)]
         return f"{stiff[0]} is not flexible and has no way" if stiff else ""
     if not present or not coming:
         return ""
@@ -138,20 +138,20 @@ def _alike(
     if first is None:
         return (unit.name,)
     base = np.linalg.inv(ways.frames[first])
-    told: list[object] = []
+    reported: list[object] = []
     for step in unit.steps:
         for insertion in step.insertions:
-            names = [name for name in brought(insertion, made) if name in known]
-            told.append((tuple(numbers[name] for name in names), insertion.is_flexible, len(insertion.units)))
+            names = [name for name in _brought(insertion, made) if name in known]
+            reported.append((tuple(numbers[name] for name in names), insertion.is_flexible, len(insertion.units)))
             for name in names:
-                told += np.round((base @ ways.frames[name])[:3] / ALIKE_MM).astype(int).ravel().tolist()
+                reported += np.round((base @ ways.frames[name])[:3] / _ALIKE_MM).astype(int).ravel().tolist()
             frame = insertion.frame or (names[0] if names else "")
             if frame in ways.frames:
                 turn = (base @ ways.frames[frame])[:3, :3]
                 for leg in insertion.path:
-                    told += [*np.round(turn @ np.array(leg.along), 6).tolist(), leg.length_mm]
-        told.append(len(step.tightened))
-    return tuple(told)
+                    reported += [*np.round(turn @ np.array(leg.along), 6).tolist(), leg.length_mm]
+        reported.append(len(step.tightened))
+    return tuple(reported)
 
 
 def _swings(
@@ -161,23 +161,23 @@ def _swings(
     there = set(present)
     part = replace(assembly, occurrences=tuple(o for o in assembly.occurrences if o.name in there))
     at_home = Scene(part, meshes, assembly.home_mm[None, :])
-    found = [(key_swing(ToolAccess(name, DRAWN_MM, step.title), at_home), name, "") for name in step.tightened]
+    found = [(key_swing(ToolAccess(name, _DRAWN_MM, step.title), at_home), name, "") for name in step.tightened]
     if all(swing >= SWING_RAD for swing, *_ in found):
         return found
     moved = Scene(part, meshes, up_and_down(part.placement, limits))
     return [
-        (swing if swing >= SWING_RAD else key_swing(ToolAccess(name, DRAWN_MM, step.title), moved), name, "")
+        (swing if swing >= SWING_RAD else key_swing(ToolAccess(name, _DRAWN_MM, step.title), moved), name, "")
         for swing, name, _ in found
     ]
 
 
-def _told_faults(faults: list[tuple[list[str], str]], count: int, assembly: Assembly) -> CheckResult:
+def _reported_faults(faults: list[tuple[list[str], str]], count: int, assembly: Assembly) -> CheckResult:
     steps = sum(len(unit.steps) for unit in assembly.order)
     detail = (
         f"{len(assembly.occurrences)} parts in {len(assembly.order)} units and {steps} steps, equal units gone through "
         f"once; {count} ways to a seat, by meshes as far as they are apart, by the exact solids where they meet"
     )
     if faults:
-        detail = f"{len(faults)} faults: {'; '.join(text for _, text in faults[:SHOWN])}; {detail}"
-    names = tuple(dict.fromkeys(name for group, _ in faults[:SHOWN] for name in group)) or None
+        detail = f"{len(faults)} faults: {'; '.join(text for _, text in faults[:_SHOWN])}; {detail}"
+    names = tuple(dict.fromkeys(name for group, _ in faults[:_SHOWN] for name in group)) or None
     return CheckResult("assembly order", not faults, len(faults), 0, "", worst_pair=names, detail=detail)

@@ -4,7 +4,7 @@ The way is gone from the seat outwards. As far as two meshes are apart, so far a
 moves every point alike, so that nothing is passed over. Where meshes meet, as in every fit, discs that hold all that a
 round part sweeps on the rest of its way prove at once that it is free, see `swept`; where they do not the exact solids
 decide, `SLIDE_MM` a step; what is closer than `LEAST_MM` goes on by that. What slides along a plane and stays on one
-side of it, to `TOUCH_MM`, never meets what is on the other.
+side of it, to `_TOUCH_MM`, never meets what is on the other.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from delta_cad.mechanism.placement import frames
 
 LEAST_MM = 1.0  # of a step beside something that is closer
 SLIDE_MM = 2.0  # of a step in a fit: its parts run into one another over their own lengths, if they do
-TOUCH_MM = 1e-6  # distance of meshes that counts as met
+_TOUCH_MM = 1e-6  # distance of meshes that counts as met
 Leg = tuple[np.ndarray, float]
 """Unit vector of a part's motion towards its seat, and how long it goes on so, mm; infinite: from outside."""
 
@@ -83,7 +83,7 @@ class Ways:
                 low, high = seen[a][0] + shift, seen[a][1] + shift
                 for b in others:
                     other_low, other_high = seen[b]
-                    if ((low[1:] >= other_high[1:] - TOUCH_MM) | (high[1:] <= other_low[1:] + TOUCH_MM)).any():
+                    if ((low[1:] >= other_high[1:] - _TOUCH_MM) | (high[1:] <= other_low[1:] + _TOUCH_MM)).any():
                         continue
                     begin, end = max(0.0, other_low[0] - high[0]), min(length, other_high[0] - low[0])
                     if begin < end and frozenset((a, b)) not in self._pieces:
@@ -129,12 +129,12 @@ class Ways:
         mesh_a, mesh_b = self._mesh(a), self._mesh(b)
         near = mesh_a.deviation_mm + mesh_b.deviation_mm
         at = max(begin, LEAST_MM)  # the seat itself is what all other checks look at
-        is_asked = False
+        is_required = False
         while at < end:
             frame = seen.copy()
             frame[:3, 3] += at * way
             apart, normal = self._closest(a, b, frame)
-            if apart > TOUCH_MM:
+            if apart > _TOUCH_MM:
                 # between two slabs across the line of the closest points nothing is met, however far the way goes
                 gap = float((mesh_b.vertices @ normal).min() - (mesh_a.vertices @ (frame[:3, :3].T @ normal)).max())
                 gap -= float(frame[:3, 3] @ normal) + near
@@ -143,9 +143,9 @@ class Ways:
                     return None
                 at += max(apart - near, gap / nearing if nearing > 0.0 else 0.0, LEAST_MM)
                 continue
-            if not is_asked and self._slides(a, b, seen, way, (at, end)):
+            if not is_required and self._slides(a, b, seen, way, (at, end)):
                 return None
-            is_asked = True
+            is_required = True
             if runs_into(self._of[b].part.solid, self._of[a].part.solid, frame):
                 return at
             at += SLIDE_MM
@@ -177,7 +177,7 @@ class Ways:
         one, other = (self._bodies[self._of[name].part.number] for name in (a, b))
         apart, at_a, at_b = self._engine.closest_points(one, other, a_in_b, np.eye(4))
         there = at_b - at_a
-        return apart, there / max(float(np.linalg.norm(there)), TOUCH_MM)
+        return apart, there / max(float(np.linalg.norm(there)), _TOUCH_MM)
 
 
 def _axes(out: np.ndarray) -> np.ndarray:

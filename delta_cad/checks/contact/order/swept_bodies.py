@@ -26,17 +26,17 @@ from delta_cad.checks.contact.shared_volume import common_size, solid_volume, vo
 from delta_cad.common.memoize import memoize
 from delta_cad.common.vectors import cross_length
 
-ARC_RAD = np.radians(15.0)  # of the polygon about an arc: its corners are 0.9 % of the radius too far out
-SAME_AXIS_MM, PARALLEL = 1e-6, 1e-9  # of an arc about an axis: 1e-7 mm over 100 mm
-ROUNDING_RAD = 1e-9
-THIN_MM = 1e-7  # discs that are thinner are left out: 3e-4 mm^3 of 30 mm radius
+_ARC_RAD = np.radians(15.0)  # of the polygon about an arc: its corners are 0.9 % of the radius too far out
+_SAME_AXIS_MM, PARALLEL = 1e-6, 1e-9  # of an arc about an axis: 1e-7 mm over 100 mm
+_ROUNDING_RAD = 1e-9
+_THIN_MM = 1e-7  # discs that are thinner are left out: 3e-4 mm^3 of 30 mm radius
 Span = tuple[float, float]
-Disc = tuple[float, float, float]
+_Disc = tuple[float, float, float]
 """Lowest and highest place along an axis, and the radius, mm."""
 
 
 @dataclass(frozen=True, eq=False)
-class HoldingArc:
+class _HoldingArc:
     """A circular edge, or the ring of a round face: (3,) centre and axis, radius, and the polygon (n, 3) about it."""
 
     centre: np.ndarray
@@ -52,7 +52,7 @@ class _Face:
 
     points: list[tuple[float, float, float]] = field(default_factory=list)
     strays: list[float] = field(default_factory=list)
-    arcs: list[HoldingArc] = field(default_factory=list)
+    arcs: list[_HoldingArc] = field(default_factory=list)
 
     def add(self, point: Any, stray_mm: float = 0.0) -> None:
         """Adds a point of the kernel."""
@@ -79,7 +79,7 @@ class SolidExtents:
         heights = self._points @ axes.T
         return (heights - self._strays[:, None]).min(axis=0), (heights + self._strays[:, None]).max(axis=0)
 
-    def discs(self, frame: np.ndarray, slides_mm: Span = (0.0, 0.0), within_rad: Span | None = None) -> list[Disc]:
+    def discs(self, frame: np.ndarray, slides_mm: Span = (0.0, 0.0), within_rad: Span | None = None) -> list[_Disc]:
         """Discs about the y axis of a frame that hold the solid however it is turned about it.
 
         A ray from a point of the solid straight out of the axis leaves the solid through a face, which is at the
@@ -98,13 +98,13 @@ class SolidExtents:
             return []
         bounds[:, :2] += slides_mm
         levels = np.unique(np.round(bounds[:, :2], 9))
-        found: list[Disc] = []
+        found: list[_Disc] = []
         for low, high in zip(levels[:-1].tolist(), levels[1:].tolist(), strict=True):
             there = bounds[(bounds[:, 0] < (low + high) / 2.0) & (bounds[:, 1] > (low + high) / 2.0), 2]
-            if high - low <= THIN_MM or not len(there):
+            if high - low <= _THIN_MM or not len(there):
                 continue
             radius = float(there.max())
-            if found and abs(found[-1][2] - radius) <= THIN_MM and low - found[-1][1] <= THIN_MM:
+            if found and abs(found[-1][2] - radius) <= _THIN_MM and low - found[-1][1] <= _THIN_MM:
                 found[-1] = (found[-1][0], high, max(radius, found[-1][2]))
             else:
                 found.append((low, high, radius))
@@ -116,14 +116,14 @@ class SolidExtents:
         return _between(*(np.concatenate([x[k] for x in of]) for k in range(3)))
 
 
-def _seen(points: np.ndarray, strays: np.ndarray, arcs: list[HoldingArc], frame: np.ndarray) -> tuple[np.ndarray, ...]:
+def _seen(points: np.ndarray, strays: np.ndarray, arcs: list[_HoldingArc], frame: np.ndarray) -> tuple[np.ndarray, ...]:
     """Places along y, radii and angles about it, radii of the balls about the points that hold a face in a frame."""
     at = [points, *(arc.corners for arc in arcs)]
     seen = [(x - frame[:3, 3]) @ frame[:3, :3] for x in at]
     radii = [np.hypot(x[:, 0], x[:, 2]) for x in seen]
     for k, arc in enumerate(arcs, 1):
         x, _, z = (arc.centre - frame[:3, 3]) @ frame[:3, :3]
-        if np.hypot(x, z) < SAME_AXIS_MM and cross_length(arc.axis, frame[:3, 1]) < PARALLEL:
+        if np.hypot(x, z) < _SAME_AXIS_MM and cross_length(arc.axis, frame[:3, 1]) < PARALLEL:
             radii[k] = np.full(len(arc.corners), arc.radius_mm)
     stray = np.concatenate([strays, *(np.full(len(arc.corners), arc.stray_mm) for arc in arcs)])
     whole = np.concatenate(seen)
@@ -131,7 +131,7 @@ def _seen(points: np.ndarray, strays: np.ndarray, arcs: list[HoldingArc], frame:
 
 
 def _bounds(
-    points: np.ndarray, strays: np.ndarray, arcs: list[HoldingArc], frame: np.ndarray, within_rad: Span | None
+    points: np.ndarray, strays: np.ndarray, arcs: list[_HoldingArc], frame: np.ndarray, within_rad: Span | None
 ) -> tuple[float, float, float] | None:
     """Lowest and highest place of a face along y, and its largest distance from it, mm; None: not at those angles."""
     radius, angle, stray, place = _seen(points, strays, arcs, frame)
@@ -147,9 +147,9 @@ def _between(radius: np.ndarray, angle: np.ndarray, stray: np.ndarray) -> Span |
 
     The room between two such half planes is convex: it holds what the balls hold.
     """
-    if (radius <= stray + SAME_AXIS_MM).any():
+    if (radius <= stray + _SAME_AXIS_MM).any():
         return None
-    order, aside = np.sort(angle), float(np.arcsin(np.max(stray / radius))) + ROUNDING_RAD
+    order, aside = np.sort(angle), float(np.arcsin(np.max(stray / radius))) + _ROUNDING_RAD
     gaps = np.diff(order, append=order[0] + 2.0 * np.pi)
     k = int(gaps.argmax())
     start, width = float(order[(k + 1) % len(order)]) - aside, float(2.0 * np.pi - gaps[k]) + 2.0 * aside
@@ -163,7 +163,7 @@ def solid_extents(solid: Any) -> SolidExtents:
 
 
 def common_with_discs(
-    discs: list[Disc], frame: np.ndarray, solid: Any, placement: np.ndarray, noise_mm3: float
+    discs: list[_Disc], frame: np.ndarray, solid: Any, placement: np.ndarray, noise_mm3: float
 ) -> float | None:
     """Volume that a solid, placed by a (4, 4) frame, shares with discs about the y axis of another, mm^3.
 
@@ -175,7 +175,7 @@ def common_with_discs(
     return common_size((holder, located(solid, placement)), sizes, volume, noise_mm3)
 
 
-def turned_solid(discs: list[Disc], frame: np.ndarray) -> Any:
+def turned_solid(discs: list[_Disc], frame: np.ndarray) -> Any:
     """The kernel's solid of discs about the y axis of a frame; None where there is none, or they do not hang together.
 
     Args:
@@ -186,7 +186,7 @@ def turned_solid(discs: list[Disc], frame: np.ndarray) -> Any:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
     from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
 
-    if not discs or any(b[0] - a[1] > THIN_MM for a, b in pairwise(discs)):
+    if not discs or any(b[0] - a[1] > _THIN_MM for a, b in pairwise(discs)):
         return None
     aside, axis, _, origin_mm = frame[:3].T
     corners = [(discs[0][0], 0.0)]
@@ -217,7 +217,7 @@ def _faces(solid: Any) -> Iterator[_Face]:
             torus = surface.Torus()
             ring = _polygon(torus.Position(), float(torus.MajorRadius()), 0.0, 2.0 * np.pi)
             axis, radius = array_of(torus.Axis().Direction()), float(torus.MajorRadius())
-            face.arcs.append(HoldingArc(array_of(torus.Location()), axis, radius, ring, float(torus.MinorRadius())))
+            face.arcs.append(_HoldingArc(array_of(torus.Location()), axis, radius, ring, float(torus.MinorRadius())))
         else:
             _add_box(face, one.wrapped)
         yield face
@@ -249,7 +249,7 @@ def _add_boundary(face: _Face, shape: Any) -> None:
             radius, ends = float(circle.Radius()), (curve.FirstParameter(), curve.LastParameter())
             corners_of = _polygon(circle.Position(), radius, *ends)
             face.arcs.append(
-                HoldingArc(array_of(circle.Location()), array_of(circle.Axis().Direction()), radius, corners_of)
+                _HoldingArc(array_of(circle.Location()), array_of(circle.Axis().Direction()), radius, corners_of)
             )
         elif kind in (GeomAbs_BSplineCurve, GeomAbs_BezierCurve):
             free = curve.BSpline() if kind == GeomAbs_BSplineCurve else curve.Bezier()
@@ -261,7 +261,7 @@ def _add_boundary(face: _Face, shape: Any) -> None:
 
 def _polygon(position: Any, radius_mm: float, first: float, last: float) -> np.ndarray:
     """(n, 3) corners of a polygon about an arc of a circle, between two angles in its own plane."""
-    count = max(int(np.ceil((last - first) / ARC_RAD)), 1)
+    count = max(int(np.ceil((last - first) / _ARC_RAD)), 1)
     step = (last - first) / count
     angles = np.concatenate([[first, last], first + (np.arange(count) + 0.5) * step])
     out = np.concatenate([[radius_mm] * 2, np.full(count, radius_mm / np.cos(step / 2.0))])

@@ -12,8 +12,8 @@ from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, LINER_TURNED_MM, TRUE_MM, deviations_um
 
 SAME_MM = 1e-3
-SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
-CORE_MM = 0.1  # by which an outer thread is drawn thinner than its tap drill, at most
+_SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
+_CORE_MM = 0.1  # by which an outer thread is drawn thinner than its tap drill, at most
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Round:
     def is_of(self, diameter_mm: float) -> bool:
         """Decides whether a face of a diameter is what is meant."""
         off = self.diameter_mm - diameter_mm
-        return 0.0 <= off < CORE_MM if self.thread else abs(off) < SAME_MM
+        return 0.0 <= off < _CORE_MM if self.thread else abs(off) < SAME_MM
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
         "shoulder_shaft": Controlled(
             rounds=(journal,),
             coaxial=((shaft.magnet_bore_mm, COAXIAL_MM),) if d.sensed_at_shoulder else (),
-            shoulder_mm=shaft.head_to_y_mm if shaft.head_diameter_mm > shaft.diameter_mm + SHOULDER_MM else None,
+            shoulder_mm=shaft.head_to_y_mm if shaft.head_diameter_mm > shaft.diameter_mm + _SHOULDER_MM else None,
         ),
         "handle_stem": Controlled(rounds=(Round(catalogue.screw(stem).tap_drill_mm, thread=stem),)),
         "cross_bar": Controlled(_shoulders(d), rounds=(bar, Round(pin, "h7")), coaxial=((pin, TRUE_MM),)),

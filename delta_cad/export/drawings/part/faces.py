@@ -13,8 +13,8 @@ import numpy as np
 from delta_cad.assembly.faces import array_of, solid_face
 from delta_cad.common.vectors import cross_length
 
-SHARES = [k / 8 for k in range(9)]  # of an edge's length at which its points are read
-ALONG = 1e-6  # sine of an angle below which two directions are one
+_SHARES = [k / 8 for k in range(9)]  # of an edge's length at which its points are read
+_ALONG = 1e-6  # sine of an angle below which two directions are one
 
 
 @dataclass(eq=False)
@@ -67,17 +67,17 @@ class Face:
 
 def is_along(a: np.ndarray, b: np.ndarray) -> bool:
     """Decides whether two unit vectors are parallel, either way."""
-    return cross_length(a, b) < ALONG
+    return cross_length(a, b) < _ALONG
 
 
 def is_across(a: np.ndarray, b: np.ndarray) -> bool:
     """Decides whether two unit vectors are perpendicular."""
-    return abs(float(a @ b)) < ALONG
+    return abs(float(a @ b)) < _ALONG
 
 
 def is_straight(a: np.ndarray) -> bool:
     """Decides whether a unit vector is parallel to an axis of the part's frame."""
-    return float(np.linalg.norm(np.sort(np.abs(a))[:2])) < ALONG
+    return float(np.linalg.norm(np.sort(np.abs(a))[:2])) < _ALONG
 
 
 def faces_of(solid: Any) -> list[Face]:
@@ -104,10 +104,10 @@ def _along(edge: Any) -> np.ndarray:
     curve = BRepAdaptor_Curve(edge.wrapped)
     first, last = curve.FirstParameter(), curve.LastParameter()
     if curve.GetType() in (GeomAbs_Line, GeomAbs_Circle):  # the parameter goes with the length
-        at = [first + share * (last - first) for share in SHARES]
+        at = [first + share * (last - first) for share in _SHARES]
     else:
         length = GCPnts_AbscissaPoint.Length_s(curve)
-        at = [GCPnts_AbscissaPoint(curve, length * share, first).Parameter() for share in SHARES]
+        at = [GCPnts_AbscissaPoint(curve, length * share, first).Parameter() for share in _SHARES]
     return np.array([array_of(curve.Value(u)) for u in at])
 
 

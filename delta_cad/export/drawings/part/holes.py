@@ -17,10 +17,10 @@ from delta_cad.export.drawings.part.faces import Face, is_along
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.solids.part import Hole, Part
 
-SAME_MM = 1e-3  # of declared and found diameters, and of axes that are one
-HALF_TURN = pi - 1e-6  # least turn of a bore's faces: inner corners have less
-NUMBER = re.compile(r"^\d+(\.\d+)?")
-THREAD = re.compile(r"^M\d")
+_SAME_MM = 1e-3  # of declared and found diameters, and of axes that are one
+_HALF_TURN = pi - 1e-6  # least turn of a bore's faces: inner corners have less
+_NUMBER = re.compile(r"^\d+(\.\d+)?")
+_THREAD = re.compile(r"^M\d")
 SHARE = re.compile(r"^(\d+)x (.*)$")
 
 
@@ -89,7 +89,7 @@ def hole_groups(part: Part, faces: Sequence[Face]) -> list[HoleGroup]:
         both = tuple(len(bore.spans[d]) for d in bore.diameters)
         groups.setdefault((bore.diameters, both, _depths(bore)), []).append(bore)
     for hole in declared:
-        seen = sum(any(abs(d - hole.diameter_mm) < SAME_MM for d in bore.diameters) for bore in bores)
+        seen = sum(any(abs(d - hole.diameter_mm) < _SAME_MM for d in bore.diameters) for bore in bores)
         if seen != sum(one.count for one in declared if one.diameter_mm == hole.diameter_mm):
             raise HoleError(f"{part.number}: {seen} bores of {hole.diameter_mm:g} mm, {hole.count} are declared")
     found = []
@@ -112,7 +112,7 @@ def recorded(callout: str, hole: Hole) -> str:
         lower, upper = (signed(um / 1000.0) for um in deviations)
         if fit:
             callout = callout.replace(f" {fit}", f" {fit} ({upper}/{lower})", 1)
-        elif "+" not in callout and (number := NUMBER.match(SHARE.sub(r"\2", callout).removeprefix("Ø"))):
+        elif "+" not in callout and (number := _NUMBER.match(SHARE.sub(r"\2", callout).removeprefix("Ø"))):
             both = f"±{deviations[1] / 1000.0:g}" if deviations[0] == -deviations[1] else f"{upper}/{lower}"
             callout = callout.replace(number[0], f"{number[0]} {both}", 1)
     if thread and not through and len(records) == 1 and "drilled" not in callout:
@@ -141,12 +141,12 @@ def _axes(faces: Sequence[Face], declared: Sequence[Hole]) -> list[list[Face]]:
     for face in faces:
         if face.kind != "cylinder" or not face.hollow:
             continue
-        if not any(abs(2 * face.radius - hole.diameter_mm) < SAME_MM for hole in declared):
+        if not any(abs(2 * face.radius - hole.diameter_mm) < _SAME_MM for hole in declared):
             continue
         for walls in axes:
             one = walls[0]
             apart = face.point - one.point
-            if is_along(face.axis, one.axis) and cross_length(apart, one.axis) < SAME_MM:
+            if is_along(face.axis, one.axis) and cross_length(apart, one.axis) < _SAME_MM:
                 walls.append(face)
                 break
         else:
@@ -160,7 +160,7 @@ def _stacks(walls: list[Face]) -> list[list[Face]]:
     stacks: list[tuple[list[float], list[Face]]] = []
     for face in sorted(walls, key=lambda face: face.reach(axis)):
         start, end = face.reach(axis)
-        if stacks and start < stacks[-1][0][0] + SAME_MM:
+        if stacks and start < stacks[-1][0][0] + _SAME_MM:
             stacks[-1][1].append(face)
             stacks[-1][0][0] = max(stacks[-1][0][0], end)
         else:
@@ -175,7 +175,7 @@ def _turned_enough(walls: list[Face]) -> list[Face]:
     by_radius: dict[float, list[Face]] = {}
     for face in walls:
         by_radius.setdefault(round(face.radius, 3), []).append(face)
-    return [f for same in by_radius.values() if sum(g.turn for g in same) >= HALF_TURN for f in same]
+    return [f for same in by_radius.values() if sum(g.turn for g in same) >= _HALF_TURN for f in same]
 
 
 def _bore(walls: list[Face], declared: Sequence[Hole]) -> Bore:
@@ -192,7 +192,7 @@ def _bore(walls: list[Face], declared: Sequence[Hole]) -> Bore:
     centre = walls[0].point - (walls[0].point @ axis) * axis
     spans: dict[float, list[tuple[float, float]]] = {}
     for hole in declared:
-        pieces = [f.reach(axis) for f in walls if abs(2 * f.radius - hole.diameter_mm) < SAME_MM]
+        pieces = [f.reach(axis) for f in walls if abs(2 * f.radius - hole.diameter_mm) < _SAME_MM]
         if pieces:
             spans[hole.diameter_mm] = _joined([(a - high, b - high) for a, b in pieces])
     diameters = tuple(sorted(spans, reverse=True))
@@ -205,8 +205,8 @@ def _closed(walls: list[Face], axis: np.ndarray, end: float) -> bool:
     return any(
         other.kind in ("plane", "cone")
         and is_along(other.axis, axis)
-        and max(abs(value - end) for value in points @ axis) < SAME_MM
-        and wall.off_axis(other.corners) < wall.radius + SAME_MM
+        and max(abs(value - end) for value in points @ axis) < _SAME_MM
+        and wall.off_axis(other.corners) < wall.radius + _SAME_MM
         and float((other.middle - wall.middle) @ axis) * (end - float(wall.middle @ axis)) > 0.0
         and (other.kind == "cone" or float(other.axis @ axis) * (end - float(wall.middle @ axis)) < 0.0)
         for wall in walls
@@ -217,7 +217,7 @@ def _closed(walls: list[Face], axis: np.ndarray, end: float) -> bool:
 def _joined(pieces: list[tuple[float, float]]) -> list[tuple[float, float]]:
     joined: list[tuple[float, float]] = []
     for start, end in sorted(pieces):
-        if joined and start < joined[-1][1] + SAME_MM:
+        if joined and start < joined[-1][1] + _SAME_MM:
             joined[-1] = joined[-1][0], max(joined[-1][1], end)
         else:
             joined.append((start, end))
@@ -230,13 +230,13 @@ def _depths(bore: Bore) -> tuple[float, ...]:
 
 def _on(bore: Bore, declared: Sequence[Hole]) -> list[Hole]:
     """The declared holes on an axis, narrowest first: the drill before the counterbore."""
-    holes = [hole for hole in declared if any(abs(hole.diameter_mm - d) < SAME_MM for d in bore.diameters)]
+    holes = [hole for hole in declared if any(abs(hole.diameter_mm - d) < _SAME_MM for d in bore.diameters)]
     return sorted(holes, key=lambda hole: hole.diameter_mm)
 
 
 def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list[Bore]]) -> str:
     """What is told of a declared hole on the axes of one group."""
-    sharing = [g for g in groups.values() if any(abs(hole.diameter_mm - d) < SAME_MM for d in g[0].diameters)]
+    sharing = [g for g in groups.values() if any(abs(hole.diameter_mm - d) < _SAME_MM for d in g[0].diameters)]
     shares = [match for text in hole.callout.split("; ") if (match := SHARE.match(text))]
     if len(sharing) == 1:
         return _prefixed(hole.count, _named(_shared(shares) or hole.callout, hole.diameter_mm))
@@ -261,9 +261,9 @@ def _shared(shares: list[re.Match[str]]) -> str:
 
 def _named(callout: str, diameter: float) -> str:
     """The callout, with the diameter in front where it does not begin with it, or with a thread."""
-    if THREAD.match(callout) or "slot" in callout:
+    if _THREAD.match(callout) or "slot" in callout:
         return callout
-    if number := NUMBER.match(callout):
+    if number := _NUMBER.match(callout):
         return f"Ø{round(float(number[0]), 3):g}{callout[number.end() :]}"
     return f"Ø{round(diameter, 3):g} {callout}"
 

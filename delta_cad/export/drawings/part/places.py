@@ -20,7 +20,7 @@ from delta_cad.export.drawings.part.shape import (
     unit,
 )
 
-AUXILIARY = 3  # planes of one slanted pair of directions from which on they get a view of their own
+_AUXILIARY = 3  # planes of one slanted pair of directions from which on they get a view of their own
 
 
 def _place(
@@ -163,7 +163,7 @@ def _pairs(slanted: Sequence[Face], main: np.ndarray) -> list[np.ndarray]:
                 break
         else:
             pairs.append((face.axis, 1))
-    return [axis for axis, count in pairs if count >= AUXILIARY]
+    return [axis for axis, count in pairs if count >= _AUXILIARY]
 
 
 def _place_corners(found: Features, n: int, face: Face) -> None:

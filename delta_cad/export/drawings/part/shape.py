@@ -11,9 +11,9 @@ from delta_cad.export.drawings.part.faces import Face, is_across, is_along, is_s
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Features
 
-CHAMFER_MM = 2.0  # largest leg of a face at 45 degrees that is an edge broken on purpose
-ROUND_SHARE = 0.7  # of the surface, without its ends, that turns about one axis: a turned part
-GROOVE_MM = 0.5  # from the axis of a turned part to the middle of the box around a helical face
+_CHAMFER_MM = 2.0  # largest leg of a face at 45 degrees that is an edge broken on purpose
+_ROUND_SHARE = 0.7  # of the surface, without its ends, that turns about one axis: a turned part
+_GROOVE_MM = 0.5  # from the axis of a turned part to the middle of the box around a helical face
 
 
 def unit(k: int) -> np.ndarray:
@@ -38,10 +38,10 @@ def turning_axis(faces: Sequence[Face], groups: Sequence[HoleGroup]) -> np.ndarr
                 continue  # an end, whatever is round
             total += face.area
             if face.kind == "other":  # a groove's: about the axis where its middle is
-                share += face.area if np.linalg.norm(np.delete(face.box.mean(axis=0), k)) < GROOVE_MM else 0.0
+                share += face.area if np.linalg.norm(np.delete(face.box.mean(axis=0), k)) < _GROOVE_MM else 0.0
             elif face.kind != "plane" and np.linalg.norm(np.delete(face.point, k)) < SAME_MM:
                 share += face.area if face.kind == "sphere" or is_along(face.axis, axis) else 0.0
-        if share > ROUND_SHARE * total and any(f.kind in ("cylinder", "sphere") and not f.hollow for f in faces):
+        if share > _ROUND_SHARE * total and any(f.kind in ("cylinder", "sphere") and not f.hollow for f in faces):
             round_about = [f for f in faces if f.kind in ("cylinder", "sphere") and not f.hollow and f.turn > pi + 0.1]
             centred = [f for f in round_about if np.linalg.norm(np.delete(f.point, k)) < SAME_MM]
             if centred and all(f.kind == "sphere" or is_along(f.axis, axis) for f in centred):
@@ -53,15 +53,15 @@ def main_direction(faces: Sequence[Face], groups: Sequence[HoleGroup]) -> np.nda
     """The part's axis along which most bores, arcs and slanted planes are seen in their true shape."""
 
     def score(k: int) -> tuple[float, float]:
-        axis, told = unit(k), 0.0
-        told += sum(4.0 for group in groups for bore in group.bores if is_along(bore.axis, axis))
+        axis, reported = unit(k), 0.0
+        reported += sum(4.0 for group in groups for bore in group.bores if is_along(bore.axis, axis))
         for face in faces:
             if face.kind == "cylinder" and is_along(face.axis, axis):
-                told += 2.0
+                reported += 2.0
             elif face.kind == "plane" and is_across(face.axis, axis) and not is_straight(face.axis):
-                told += 3.0
+                reported += 3.0
         reach = np.delete(np.ptp(np.concatenate([face.box for face in faces]), axis=0), k)
-        return told, float(np.prod(reach))
+        return reported, float(np.prod(reach))
 
     return unit(max(range(3), key=score))
 
@@ -136,7 +136,7 @@ def chamfer_leg(face: Face) -> float | None:
             return None
     else:
         return None
-    return leg if leg < CHAMFER_MM else None
+    return leg if leg < _CHAMFER_MM else None
 
 
 def is_threefold(faces: Sequence[Face], axis: np.ndarray) -> bool:
@@ -149,10 +149,10 @@ def is_threefold(faces: Sequence[Face], axis: np.ndarray) -> bool:
     turn[i, j], turn[j, i] = -s, s
     middles = np.array([np.append(face.centre, face.radius) for face in faces])
     turned = np.column_stack([middles[:, :3] @ turn.T, middles[:, 3]])
-    beside = np.linalg.norm(np.delete(middles[:, :3], k, axis=1), axis=1) > 1.0
-    if not beside.any():
+    adjacent = np.linalg.norm(np.delete(middles[:, :3], k, axis=1), axis=1) > 1.0
+    if not adjacent.any():
         return False
-    return all(np.abs(middles - one).max(axis=1).min() < 0.01 for one in turned[beside])
+    return all(np.abs(middles - one).max(axis=1).min() < 0.01 for one in turned[adjacent])
 
 
 def is_of_first_arm(face: Face, axis: np.ndarray) -> bool:
@@ -179,7 +179,7 @@ def is_coaxial(a: Face, b: Face) -> bool:
     return alike and b.off_axis(a.point[None]) < SAME_MM
 
 
-def tangent_axes(face: Face, found: Features) -> set[tuple[float, ...]]:
+def _tangent_axes(face: Face, found: Features) -> set[tuple[float, ...]]:
     """Axes, but those of fillets, of the arcs that a slanted plane touches, there or where it would go on."""
     if is_straight(face.axis):
         return set()
@@ -190,19 +190,19 @@ def tangent_axes(face: Face, found: Features) -> set[tuple[float, ...]]:
 def both_tangent(face: Face, main: np.ndarray, found: Features | None = None) -> bool:
     """Decides whether a plane along the main direction runs from arc to arc as their tangent."""
     ends = ends_of(face, main)
-    if found is not None and len(tangent_axes(face, found)) >= 2:
+    if found is not None and len(_tangent_axes(face, found)) >= 2:
         return True
     return len(ends) >= 2 and all(is_tangent(face, other) and not is_fillet(other) for other, _ in ends)
 
 
 def is_hull_line(face: Face, found: Features) -> bool:
     """Decides whether a face is seen as a line that is drawn as the tangent of two arcs."""
-    return face.kind == "plane" and not found.turned and len(tangent_axes(face, found)) >= 2
+    return face.kind == "plane" and not found.turned and len(_tangent_axes(face, found)) >= 2
 
 
 def is_slant(face: Face, found: Features) -> bool:
     """Decides whether a face is seen as a slanting line from an arc, which it touches, to a corner."""
-    return face.kind == "plane" and not found.turned and len(tangent_axes(face, found)) == 1
+    return face.kind == "plane" and not found.turned and len(_tangent_axes(face, found)) == 1
 
 
 def ends_of(face: Face, main: np.ndarray) -> list[tuple[Face, np.ndarray]]:

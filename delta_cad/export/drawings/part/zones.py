@@ -21,7 +21,7 @@ from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Datum, Features, Zone
 from delta_cad.solids.part import Bore, Part
 
-DATUM_SHARE = 0.5  # of the largest plane's area, from which on one that a bore opens in is the datum
+_DATUM_SHARE = 0.5  # of the largest plane's area, from which on one that a bore opens in is the datum
 
 
 @dataclass(frozen=True)
@@ -132,5 +132,5 @@ def _plane(found: Features, first: _Fitted, seat: tuple[int, float] | None) -> F
     if not square:
         return None
     largest = max(square, key=lambda face: round(face.area, 6))
-    opens = [face for face in square if float(face.axis @ way) < 0.0 and face.area > DATUM_SHARE * largest.area]
+    opens = [face for face in square if float(face.axis @ way) < 0.0 and face.area > _DATUM_SHARE * largest.area]
     return largest if first.record.through or not opens else max(opens, key=lambda face: round(face.area, 6))

@@ -32,22 +32,22 @@ from delta_cad.export.drawings.sheet_io.sheet import (
     primitives,
 )
 
-NOT_ASCII = re.compile(r"[^\x00-\x7f]")
+_NOT_ASCII = re.compile(r"[^\x00-\x7f]")
 CODE = re.compile(r"%(?=%)|\\(?=[UuMm]\+)|\^")  # a space after which makes it a sign again
-SIGNS = {"Ø": "%%c", "±": "%%p", "°": "%%d"}  # any other letter by its number
-MILLIMETRES = 4  # $INSUNITS
-STYLE = "LETTERING"
-DECIMALS = 6
-OWN_BLOCK = 32  # beside the kind: nobody else refers to its block
-KINDS = {
-    "right": (6 | 64 | OWN_BLOCK, ("defpoint", "defpoint2", "defpoint3")),
-    "up": (6 | OWN_BLOCK, ("defpoint", "defpoint2", "defpoint3")),
-    "diameter": (3 | OWN_BLOCK, ("defpoint", "defpoint4")),
-    "radius": (4 | OWN_BLOCK, ("defpoint", "defpoint4")),
-    "length": (0 | OWN_BLOCK, ("defpoint2", "defpoint3")),
+_SIGNS = {"Ø": "%%c", "±": "%%p", "°": "%%d"}  # any other letter by its number
+_MILLIMETRES = 4  # $INSUNITS
+_STYLE = "LETTERING"
+_DECIMALS = 6
+_OWN_BLOCK = 32  # beside the kind: nobody else refers to its block
+_KINDS = {
+    "right": (6 | 64 | _OWN_BLOCK, ("defpoint", "defpoint2", "defpoint3")),
+    "up": (6 | _OWN_BLOCK, ("defpoint", "defpoint2", "defpoint3")),
+    "diameter": (3 | _OWN_BLOCK, ("defpoint", "defpoint4")),
+    "radius": (4 | _OWN_BLOCK, ("defpoint", "defpoint4")),
+    "length": (0 | _OWN_BLOCK, ("defpoint2", "defpoint3")),
 }
 """What is measured -> type of a DIMENSION, and which of its points those of a measure are."""
-FACE_FILE = "DejaVuSans.ttf"
+_FACE_FILE = "DejaVuSans.ttf"
 
 
 def r2010_text(draw: Callable[[Any], None]) -> str:
@@ -59,7 +59,7 @@ def r2010_text(draw: Callable[[Any], None]) -> str:
     fixed = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True  # without times and random numbers
     try:
-        document: Any = new("R2010", units=MILLIMETRES)
+        document: Any = new("R2010", units=_MILLIMETRES)
         draw(document)
         for kind in sorted({entity.dxftype() for entity in document.entitydb.values()}):
             document.classes.add_class(kind)  # in the order of a set else, which is another in each process
@@ -85,11 +85,11 @@ def dxf_text(drawing: Drawing) -> str:
                     _draw(space, _rounded(leaf))
 
     text = r2010_text(draw)
-    return NOT_ASCII.sub(lambda match: SIGNS.get(match[0], f"\\U+{ord(match[0]):04X}"), text)
+    return _NOT_ASCII.sub(lambda match: _SIGNS.get(match[0], f"\\U+{ord(match[0]):04X}"), text)
 
 
 def _set_up(document: Any, sheet: Sheet) -> None:
-    document.styles.add(STYLE, font=FACE_FILE).dxf.width = NARROW
+    document.styles.add(_STYLE, font=_FACE_FILE).dxf.width = NARROW
     for name, pen in LAYERS.items():
         kind = "CONTINUOUS"
         if pen.dashes:
@@ -106,28 +106,28 @@ def _rounded(item: Primitive) -> Primitive:
     """The same to a millionth of a millimetre: what lies below depends on how a solid came here."""
     item = mapped_primitive(item, _near)
     if isinstance(item, Arc):
-        radius, start, end = (round(value, DECIMALS) for value in (item.radius, item.start, item.end))
+        radius, start, end = (round(value, _DECIMALS) for value in (item.radius, item.start, item.end))
         return replace(item, radius=radius, start=start, end=end)
     return item
 
 
 def _near(point: Point) -> Point:
-    return round(point[0], DECIMALS) + 0.0, round(point[1], DECIMALS) + 0.0
+    return round(point[0], _DECIMALS) + 0.0, round(point[1], _DECIMALS) + 0.0
 
 
 def _dimension(document: Any, mark: Annotation, measure: Measure) -> None:
     """A DIMENSION with its own block."""
-    kind, where = KINDS[measure.kind]
+    kind, where = _KINDS[measure.kind]
     points = {name: (*_near(point), 0.0) for name, point in zip(where, measure.points, strict=True)}
     first, last = measure.points[0], measure.points[1]
     if measure.kind in ("right", "up"):
         length = abs(last[measure.kind == "up"] - first[measure.kind == "up"])
     else:
         length = hypot(last[0] - first[0], last[1] - first[1])
-    factor = round(measure.value_mm / length, DECIMALS) if length > 1e-9 else 1.0
+    factor = round(measure.value_mm / length, _DECIMALS) if length > 1e-9 else 1.0
     style = f"SCALE_{factor:g}".replace(".", "_")
     if style not in document.dimstyles:
-        document.dimstyles.new(style, dxfattribs={"dimlfac": factor, "dimtxsty": STYLE})
+        document.dimstyles.new(style, dxfattribs={"dimlfac": factor, "dimtxsty": _STYLE})
     block = document.blocks.new_anonymous_block(type_char="D")
     for item in mark.items:
         _draw(block, _rounded(item))
@@ -142,8 +142,8 @@ def _dimension(document: Any, mark: Annotation, measure: Measure) -> None:
         "dimtype": kind,
         "text_midpoint": (*_near(middle), 0.0),
         "text": measure.text,
-        "actual_measurement": round(measure.value_mm, DECIMALS),
-        "angle": round(degrees(atan2(last[1] - first[1], last[0] - first[0])), DECIMALS),
+        "actual_measurement": round(measure.value_mm, _DECIMALS),
+        "angle": round(degrees(atan2(last[1] - first[1], last[0] - first[0])), _DECIMALS),
         **points,
     }
     if measure.kind != "length":
@@ -160,7 +160,7 @@ def _draw(space: Any, item: Stroke | Arc | Area | Text) -> None:
     from ezdxf.enums import TextEntityAlignment
 
     if isinstance(item, Text):
-        look = {"layer": "text", "style": STYLE}
+        look = {"layer": "text", "style": _STYLE}
         text = space.add_text(
             _coded(item.text), height=item.height, rotation=90.0 if item.upright else 0.0, dxfattribs=look
         )

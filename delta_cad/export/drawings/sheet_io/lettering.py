@@ -25,10 +25,10 @@ LINE = 1.6  # from line to line, in heights of the capitals
 SURFACE, SURFACE_WIDE = "\ue000", 1.25
 """Stands in a text for the symbol of a surface, which is drawn where the text is set; how wide, in heights."""
 SUBSTITUTE = "\u25a1"  # a square
-LEFT_OUT = "\u2026"
-FROM_THE_RIGHT = {"R", "AL", "AN"}  # classes of direction, of Unicode
-LAST = "\uffff"  # a DXF file has no number for a letter beyond
-NAMED = 12  # letters that a note names
+_LEFT_OUT = "\u2026"
+_FROM_THE_RIGHT = {"R", "AL", "AN"}  # classes of direction, of Unicode
+_LAST = "\uffff"  # a DXF file has no number for a letter beyond
+_NAMED = 12  # letters that a note names
 
 
 @lru_cache(maxsize=len(FACES))
@@ -58,7 +58,7 @@ def _advances(face: int) -> dict[int, float]:
 @lru_cache(maxsize=4096)
 def _face_of(letter: str) -> int | None:
     """Number of the first face that has a letter; None where none has it, or it is not one to be set as it comes."""
-    if letter > LAST or not letter.isprintable() or unicodedata.bidirectional(letter) in FROM_THE_RIGHT:
+    if letter > _LAST or not letter.isprintable() or unicodedata.bidirectional(letter) in _FROM_THE_RIGHT:
         return None
     return next((face for face in range(len(FACES)) if ord(letter) in _advances(face)), None)
 
@@ -84,8 +84,8 @@ def missing(texts: Iterable[str]) -> list[str]:
 def missing_note(texts: Iterable[str]) -> str:
     """Says which letters of texts are shown by a substitute; "" where none is."""
     names = missing(texts)
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    listed = f"{', '.join(names[:NAMED])}{more}"
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    listed = f"{', '.join(names[:_NAMED])}{more}"
     return f"{SUBSTITUTE} stands for what the lettering lacks: {listed}; see bom.csv" if names else ""
 
 
@@ -149,8 +149,8 @@ def fitted(text: str, height_mm: float, most_mm: float, most_lines: int) -> list
         lines.append(rest)
     if len(lines) > most_lines:
         last = lines[most_lines - 1]
-        last = last[: _fits(last, height_mm, most_mm - width_of(LEFT_OUT, height_mm))]
-        lines = [*lines[: most_lines - 1], last + LEFT_OUT]
+        last = last[: _fits(last, height_mm, most_mm - width_of(_LEFT_OUT, height_mm))]
+        lines = [*lines[: most_lines - 1], last + _LEFT_OUT]
     return lines
 
 

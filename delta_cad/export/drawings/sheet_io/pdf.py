@@ -22,9 +22,9 @@ from delta_cad.export.drawings.sheet_io.lettering import (
 )
 from delta_cad.export.drawings.sheet_io.sheet import LAYERS, Arc, Area, Drawing, Sheet, Stroke, Text, primitives
 
-POINTS = 72.0 / 25.4  # in a millimetre
-FIRST, LAST = 32, 255
-CAPITALS = 729  # height, in thousandths of the em
+_POINTS = 72.0 / 25.4  # in a millimetre
+_FIRST, _LAST = 32, 255
+_CAPITALS = 729  # height, in thousandths of the em
 
 
 def pdf_bytes(drawing: Drawing) -> bytes:
@@ -37,7 +37,7 @@ def pdf_bytes(drawing: Drawing) -> bytes:
         2: f"<< /Type /Pages /Kids [{' '.join(f'{k} 0 R' for k in pages)}] /Count {count} >>".encode(),
         3: b"<< /Title " + _title(printable(drawing.title)) + b" /Producer (delta_cad) >>",
         4: (
-            f"<< /Type /Font /Subtype /TrueType /BaseFont /{_name(0)} /FirstChar {FIRST} /LastChar {LAST} "
+            f"<< /Type /Font /Subtype /TrueType /BaseFont /{_name(0)} /FirstChar {_FIRST} /LastChar {_LAST} "
             f"/Widths [{' '.join(map(str, coded_widths()))}] /FontDescriptor {font} 0 R /Encoding /WinAnsiEncoding >>"
         ).encode(),
         font: _descriptor(0, font + 1, 32),
@@ -53,7 +53,7 @@ def pdf_bytes(drawing: Drawing) -> bytes:
         objects |= _composite(face, one, start)
         fonts += f" /G{face} {start} 0 R"
     for number, sheet in zip(pages, drawing.sheets, strict=True):
-        size = f"0 0 {sheet.width * POINTS:.3f} {sheet.height * POINTS:.3f}"
+        size = f"0 0 {sheet.width * _POINTS:.3f} {sheet.height * _POINTS:.3f}"
         objects[number] = (
             f"<< /Type /Page /Parent 2 0 R /MediaBox [{size}] /Contents {number + 1} 0 R "
             f"/Resources << /Font << {fonts} >> >> >>"
@@ -71,7 +71,7 @@ def _descriptor(face: int, program: int, flags: int) -> bytes:
     return (
         f"<< /Type /FontDescriptor /FontName /{_name(face)} /Flags {flags} "
         f"/FontBBox {str(shape['bbox']).replace(',', '')} "
-        f"/ItalicAngle 0 /Ascent {shape['ascent']} /Descent {shape['descent']} /CapHeight {CAPITALS} "
+        f"/ItalicAngle 0 /Ascent {shape['ascent']} /Descent {shape['descent']} /CapHeight {_CAPITALS} "
         f"/StemV 80 /FontFile2 {program} 0 R >>"
     ).encode()
 
@@ -156,7 +156,7 @@ def _set(text: Text, extra: Mapping[int, str]) -> bytes:
 
 def _content(sheet: Sheet, extra: Mapping[int, str]) -> bytes:
     """Operators of a page, in millimetres by the first of them; layer by layer."""
-    out = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode()]
+    out = [f"{_POINTS:.6f} 0 0 {_POINTS:.6f} 0 0 cm 1 J 1 j".encode()]
     for layer, pen in LAYERS.items():
         dashes = " ".join(f"{dash:g}" for dash in pen.dashes)
         out.append(f"{pen.width_mm:g} w [{dashes}] 0 d".encode())

@@ -14,27 +14,27 @@ Point = tuple[float, float]
 Box = tuple[float, float, float, float]
 """Least x, least y, largest x, largest y, mm."""
 
-WIDE_MM, NARROW_MM = 0.5, 0.25  # ISO 128-20, line group 0.5
+_WIDE_MM, _NARROW_MM = 0.5, 0.25  # ISO 128-20, line group 0.5
 
 
 @dataclass(frozen=True)
-class Pen:
+class _Pen:
     """How a layer is drawn: width, mm, and lengths of dashes and gaps in turn, mm; none: drawn through."""
 
     width_mm: float
     dashes: tuple[float, ...] = ()
 
 
-LAYERS: dict[str, Pen] = {
-    "visible": Pen(WIDE_MM),
-    "hidden": Pen(NARROW_MM, (2.0, 1.0)),
-    "centre": Pen(NARROW_MM, (6.0, 1.0, 0.7, 1.0)),
-    "hatch": Pen(0.18),
-    "dimension": Pen(NARROW_MM),
-    "cut": Pen(0.7),
-    "frame": Pen(0.7),
-    "table": Pen(NARROW_MM),
-    "text": Pen(NARROW_MM),
+LAYERS: dict[str, _Pen] = {
+    "visible": _Pen(_WIDE_MM),
+    "hidden": _Pen(_NARROW_MM, (2.0, 1.0)),
+    "centre": _Pen(_NARROW_MM, (6.0, 1.0, 0.7, 1.0)),
+    "hatch": _Pen(0.18),
+    "dimension": _Pen(_NARROW_MM),
+    "cut": _Pen(0.7),
+    "frame": _Pen(0.7),
+    "table": _Pen(_NARROW_MM),
+    "text": _Pen(_NARROW_MM),
 }
 """Layers of a drawing, in all its files alike."""
 EDGES = ("visible",)
@@ -211,7 +211,7 @@ class Drawing:
     sheets: tuple[Sheet, ...]
 
 
-def mapped(item: Item, at: Callable[[Point], Point], scale: float = 1.0) -> Item:
+def _mapped(item: Item, at: Callable[[Point], Point], scale: float = 1.0) -> Item:
     """Gives an item with its points elsewhere and, where it is scaled, other radii; letters keep their height.
 
     Args:
@@ -226,7 +226,7 @@ def mapped(item: Item, at: Callable[[Point], Point], scale: float = 1.0) -> Item
 
 
 def mapped_primitive(item: Primitive, at: Callable[[Point], Point], scale: float = 1.0) -> Primitive:
-    """Gives a primitive elsewhere; as `mapped`."""
+    """Gives a primitive elsewhere; as `_mapped`."""
     if isinstance(item, Text):
         return replace(item, at=at(item.at))
     if isinstance(item, Arc):
@@ -236,12 +236,12 @@ def mapped_primitive(item: Primitive, at: Callable[[Point], Point], scale: float
 
 def moved(item: Item, by: Point) -> Item:
     """Gives an item shifted."""
-    return mapped(item, lambda point: (point[0] + by[0], point[1] + by[1]))
+    return _mapped(item, lambda point: (point[0] + by[0], point[1] + by[1]))
 
 
 def scaled(item: Item, scale: float) -> Item:
     """Gives an item at a scale about the origin."""
-    return mapped(item, lambda point: (point[0] * scale, point[1] * scale), scale)
+    return _mapped(item, lambda point: (point[0] * scale, point[1] * scale), scale)
 
 
 def in_a_row(drawing: Drawing) -> Sheet:

@@ -47,11 +47,11 @@ from delta_cad.export.drawings.views.lines import (
 )
 from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, spread, tied
 
-CALLOUT_MM = 62.0  # longest line of a callout
-WIDE_MM = 70.0  # of a view from which on callouts of what lies in its left half stand over it
-WITHIN_MM = 9.0  # radius of a bore on paper from which on its tag stands in it
-NEAR_MM = 2.0  # from a view to where its extension lines bend
-THREAD = re.compile(r"^(?:\d+x )?M(\d+(?:\.\d+)?)")
+_CALLOUT_MM = 62.0  # longest line of a callout
+_WIDE_MM = 70.0  # of a view from which on callouts of what lies in its left half stand over it
+_WITHIN_MM = 9.0  # radius of a bore on paper from which on its tag stands in it
+_NEAR_MM = 2.0  # from a view to where its extension lines bend
+_THREAD = re.compile(r"^(?:\d+x )?M(\d+(?:\.\d+)?)")
 
 
 @dataclass
@@ -67,7 +67,7 @@ class Tagged:
 
 
 @dataclass
-class Callout:
+class _Callout:
     """What is told at the end of a leader: about where it points, where its arrow ends, coming from a point; its lines.
 
     `short` ones may stand over the view; of a turned part, those `at_end` are bored from an end. `measure` gives what
@@ -152,7 +152,7 @@ class Annotator(LeaderTargets):
         """Three quarters of a thread's circle round its core, seen end on, ISO 6410."""
         found: list[Arc] = []
         for group in self.features.groups:
-            nominal = next((float(match[1]) for line in group.callout if (match := THREAD.match(line))), None)
+            nominal = next((float(match[1]) for line in group.callout if (match := _THREAD.match(line))), None)
             for bore in group.bores if nominal is not None else ():
                 if nominal is not None and self.view.end_on(bore) and self._left(bore.point) and nominal > bore.widest:
                     found.append(Arc("dimension", self.at(bore.point), nominal / 2 * self.scale, 0.0, 270.0))
@@ -200,8 +200,8 @@ class Annotator(LeaderTargets):
                 text += f" ±{number(tolerance)}"
             starts = [self.at(p)[1 - k] for place in places for p in place.points if self._level(p, axis, want)]
             start = min(starts, default=edge)
-            start = start - 1.0 if start - 1.0 > edge - NEAR_MM else edge
-            bend, rest = edge - NEAR_MM - 0.5, edge - FAR_MM
+            start = start - 1.0 if start - 1.0 > edge - _NEAR_MM else edge
+            bend, rest = edge - _NEAR_MM - 0.5, edge - FAR_MM
             path = [(start, want), (bend, want), (rest, at)]
             told = tuple(place.key for place in places)
             low = rest - 1.0 - width_of(text, LETTER_MM)
@@ -231,15 +231,15 @@ class Annotator(LeaderTargets):
 
     def callouts(self, groups: Sequence[HoleGroup]) -> list[Item]:
         """Callouts in bands, each with its leader: on the right, and of a turned part on its left and over it, too."""
-        beside: dict[bool, list[Callout]] = {False: [], True: []}
-        over: list[Callout] = []
+        beside: dict[bool, list[_Callout]] = {False: [], True: []}
+        over: list[_Callout] = []
         centre, wide = (self.drawn[0] + self.drawn[2]) / 2, self.drawn[2] - self.drawn[0]
         told = self._callouts(groups)
         if self.features.turned:
             for one in told:
                 (over if one.short else beside[one.anchor[0] < centre - 1.0 and one.at_end]).append(one)
         else:
-            over = [one for one in told if wide > WIDE_MM and one.anchor[0] < centre]
+            over = [one for one in told if wide > _WIDE_MM and one.anchor[0] < centre]
             if sum(length_of(one.lines[0]) for one in over) > 1.2 * wide:
                 over = [one for one in over if one.short]
             beside[False] = [one for one in told if one not in over]
@@ -250,33 +250,33 @@ class Annotator(LeaderTargets):
         ]
         return [item for items in in_turn(bands, ((2, 0, 1), (0, 1, 2))) for item in items]
 
-    def _callouts(self, groups: Sequence[HoleGroup]) -> list[Callout]:
+    def _callouts(self, groups: Sequence[HoleGroup]) -> list[_Callout]:
         """All callouts of the view."""
         found = []
-        most = CALLOUT_MM if self.features.turned or self.drawn[2] - self.drawn[0] < WIDE_MM else 45.0
+        most = _CALLOUT_MM if self.features.turned or self.drawn[2] - self.drawn[0] < _WIDE_MM else 45.0
         for group in groups:
             lines = lines_of_group(group, self.features, most)
             bore = max(group.bores, key=lambda b: self.at(b.point)[0])
             at_end = not bore.through and is_along(bore.axis, self.features.main)
             measure = self.across_bore(bore)
-            found.append(Callout(*self.to_bore(bore), lines, tuple(self.keys(group)), False, at_end, measure))
+            found.append(_Callout(*self.to_bore(bore), lines, tuple(self.keys(group)), False, at_end, measure))
         for size in self.view.sizes:
             face = max(size.faces, key=lambda f: self.at(f.centre)[0])
             from_side = size.kind == "flat" or (size.kind != "ball" and is_across(face.axis, self.view.towards))
             short = from_side or not self.features.turned
             lines = [size.text, *tolerances_of(size.faces, self.features)]
             measure = self.across_face(face, size.text, size.kind)
-            found.append(Callout(*self.to_face(face, size.kind), lines, (size.key,), short, measure=measure))
+            found.append(_Callout(*self.to_face(face, size.kind), lines, (size.key,), short, measure=measure))
         return [*found, *self._planes()]
 
-    def _planes(self) -> list[Callout]:
+    def _planes(self) -> list[_Callout]:
         """Datums and tolerances of planes, at the edge as which each is seen."""
         found = []
         for face in self.view.planes:
             u, v = self.view.frame.axes @ face.axis
             places = self.edge(face)
             lines: list[Line] = [
-                Flag(line.datum, line.beside, hung=line.beside is not None) if isinstance(line, Flag) else line
+                Flag(line.datum, line.beside, suspended=line.beside is not None) if isinstance(line, Flag) else line
                 for line in tolerances_of([face], self.features)
             ]
             outward = (float(u), float(v)) if any(isinstance(line, Flag) for line in lines) else None
@@ -285,7 +285,7 @@ class Annotator(LeaderTargets):
                 return min(places, key=lambda p: hypot(p[0] - point[0], p[1] - point[1]))
 
             far = self.room[2] + FAR_MM, max(y for _, y in places)
-            found.append(Callout(tip(far), tip, lines, (), self.features.turned, outward=outward))
+            found.append(_Callout(tip(far), tip, lines, (), self.features.turned, outward=outward))
         return found
 
     def _edges(self) -> np.ndarray:
@@ -294,7 +294,7 @@ class Annotator(LeaderTargets):
         centres = (i for i in self.centre_lines() if isinstance(i, Stroke))
         return lines_of([*(scaled(item, self.scale) for item in drawn), *centres])
 
-    def _aside_of(self, told: list[Callout], side: float, lines: list[Leader]) -> list[Item]:
+    def _aside_of(self, told: list[_Callout], side: float, lines: list[Leader]) -> list[Item]:
         """Callouts one below another on the right (side 1) or the left (-1); their leaders join those that are set."""
         edge = (self.room[2] if side > 0.0 else self.room[0]) + side * (FAR_MM + 3.0)
 
@@ -318,7 +318,7 @@ class Annotator(LeaderTargets):
             found += one.drawn(leader, texts)
         return found
 
-    def _over(self, told: list[Callout], lines: list[Leader]) -> list[Item]:
+    def _over(self, told: list[_Callout], lines: list[Leader]) -> list[Item]:
         """Callouts side by side over the view; their leaders join those that are set."""
         base = self.room[3] + FAR_MM
         widths = [max(map(length_of, one.lines)) + 4.0 for one in told]
@@ -349,7 +349,7 @@ class Annotator(LeaderTargets):
             text = f"{letter}{n}"
             centre, radius = self.at(bore.point), bore.widest / 2 * self.scale
             # within a large bore: beside it, it would be taken for another's
-            tag = free_text(text, centre, 0.0 if radius > WITHIN_MM else radius, items)
+            tag = free_text(text, centre, 0.0 if radius > _WITHIN_MM else radius, items)
             items += [tag, *tied(tag, centre, radius)]
             x, y = (float((bore.point - self.features.datum) @ axis) for axis in (right, up))
             own = [place for place in self.features.places if place.key.startswith(f"{key} ")]

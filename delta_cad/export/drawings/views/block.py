@@ -15,9 +15,9 @@ from delta_cad.export.drawings.views.choice import View
 from delta_cad.export.drawings.views.marks import arrow, free_text
 from delta_cad.export.drawings.views.projection import hatched
 
-TITLE_MM = 3.5
-MANY = 8  # bores of a view from which on they get tags and a table
-CUT_MM = 6.0  # by which the line of a cut goes beyond the view
+_TITLE_MM = 3.5
+_MANY = 8  # bores of a view from which on they get tags and a table
+_CUT_MM = 6.0  # by which the line of a cut goes beyond the view
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Cut:
+class _Cut:
     """Where another view cuts a view open: across its axis 0 or 1, at what, mm, looking which way, by what name."""
 
     axis: int
@@ -45,7 +45,7 @@ class Cut:
     letter: str
 
 
-def cuts_in(view: View, others: Sequence[View]) -> list[Cut]:
+def cuts_in(view: View, others: Sequence[View]) -> list[_Cut]:
     """Finds where other views are cut through what a view shows."""
     found = []
     for other in others:
@@ -54,11 +54,11 @@ def cuts_in(view: View, others: Sequence[View]) -> list[Cut]:
         for k, axis in enumerate(view.frame.axes):
             along = float(other.towards @ axis)
             if abs(along) > 1.0 - 1e-6:
-                found.append(Cut(k, along * other.cut, -along, other.title[:1]))
+                found.append(_Cut(k, along * other.cut, -along, other.title[:1]))
     return found
 
 
-def block_of(view: View, scale: float, features: Features, controlled: Controlled, cuts: Sequence[Cut] = ()) -> Block:
+def block_of(view: View, scale: float, features: Features, controlled: Controlled, cuts: Sequence[_Cut] = ()) -> Block:
     """Sets out a view at a scale.
 
     Raises:
@@ -75,13 +75,13 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     block.items += setting.centre_lines()
     tagged = [g for g in view.groups if all(view.end_on(b) for b in g.bores)]
     count = sum(len(g.bores) for g in tagged)
-    tagged = tagged if count > MANY else []
-    told = {key for g in tagged for key in setting.keys(g)}
-    block.items += setting.ordinates([p for p in view.places if not any(p.key.startswith(f"{k} ") for k in told)])
+    tagged = tagged if count > _MANY else []
+    reported = {key for g in tagged for key in setting.keys(g)}
+    block.items += setting.ordinates([p for p in view.places if not any(p.key.startswith(f"{k} ") for k in reported)])
     block.items += setting.callouts([g for g in view.groups if g not in tagged])
     if view.title:
-        at = (drawn[0] + drawn[2]) / 2 - width_of(view.title, TITLE_MM) / 2
-        block.items.append(Text((at, box_of(block.items)[3] + 2.5), TITLE_MM, view.title))
+        at = (drawn[0] + drawn[2]) / 2 - width_of(view.title, _TITLE_MM) / 2
+        block.items.append(Text((at, box_of(block.items)[3] + 2.5), _TITLE_MM, view.title))
     for cut in cuts:
         block.items += _cut_line(cut, scale, drawn, block.items)
     for letter, group in zip("ABCDEFGHJKLMNPQRSTUVWXYZ", tagged, strict=False):
@@ -89,16 +89,16 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     return block
 
 
-def _with_room(drawn: Box, cuts: Sequence[Cut]) -> Box:
+def _with_room(drawn: Box, cuts: Sequence[_Cut]) -> Box:
     """The box of a view with room for the ends of the lines along which it is cut."""
-    aside, over = (CUT_MM * any(cut.axis == k for cut in cuts) for k in (1, 0))
+    aside, over = (_CUT_MM * any(cut.axis == k for cut in cuts) for k in (1, 0))
     return drawn[0] - aside, drawn[1] - over, drawn[2] + aside, drawn[3] + over
 
 
-def _cut_line(cut: Cut, scale: float, drawn: Box, items: Sequence[Item]) -> list[Item]:
+def _cut_line(cut: _Cut, scale: float, drawn: Box, items: Sequence[Item]) -> list[Item]:
     """The line along which a view is cut, with arrows the way that is looked and its letter at both ends."""
     k, at = cut.axis, cut.at * scale
-    low, high = drawn[1 - k] - CUT_MM, drawn[3 - k] + CUT_MM
+    low, high = drawn[1 - k] - _CUT_MM, drawn[3 - k] + _CUT_MM
 
     def point(along: float, across: float) -> Point:
         return (across, along) if k == 0 else (along, across)
@@ -112,6 +112,6 @@ def _cut_line(cut: Cut, scale: float, drawn: Box, items: Sequence[Item]) -> list
             Stroke("dimension", (point(end, at), tip)),
         ]
     for end in (low, high):
-        beside = point(end, at + cut.sense * 2.5)
-        found.append(free_text(cut.letter, beside, 0.0, [*items, *found], TITLE_MM))
+        adjacent = point(end, at + cut.sense * 2.5)
+        found.append(free_text(cut.letter, adjacent, 0.0, [*items, *found], _TITLE_MM))
     return found

@@ -20,8 +20,8 @@ from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.views.projection import Frame, cut_open, projected
 from delta_cad.solids.part import Part
 
-SEEN_MM = 5e-3  # the kernel's curves of a view are true to 1e-4
-WORTH = {"below": 1.0, "right": 1.0, "above": 0.0, "left": 0.0}  # of sides that show equally much the usual one
+_SEEN_MM = 5e-3  # the kernel's curves of a view are true to 1e-4
+_WORTH = {"below": 1.0, "right": 1.0, "above": 0.0, "left": 0.0}  # of sides that show equally much the usual one
 
 
 class ViewError(ValueError):
@@ -123,19 +123,19 @@ def _add_sides(views: list[View], features: Features) -> None:
     """Adds sides until every coordinate along an axis of the part is told, each bore where it is seen as a circle."""
     front = views[0].frame
     while True:
-        missing = [p for p in features.places if not _told(p, views) and is_straight(p.along)]
+        missing = [p for p in features.places if not _reported(p, views) and is_straight(p.along)]
         if not missing:
             return
-        free = [slot for slot in WORTH if not any(view.slot == slot for view in views)]
+        free = [slot for slot in _WORTH if not any(view.slot == slot for view in views)]
         sides = [View(slot, beside(front, slot)) for slot in free]
 
         def worth(view: View, missing: Sequence[Place] = tuple(missing)) -> tuple[float, float, float]:
-            told = sum(_told(place, [view]) for place in missing)
+            reported = sum(_reported(place, [view]) for place in missing)
             opens = sum(float(b.axis @ view.towards) for g in features.groups for b in g.bores if view.end_on(b))
             wide = np.ptp(np.concatenate([face.box for face in features.faces]), axis=0)
             lies = float(np.abs(view.frame.right) @ wide - np.abs(view.frame.up) @ wide)
             fits = lies if view.slot in ("below", "above") else -lies
-            return told, opens, WORTH[view.slot] * 1e3 + fits
+            return reported, opens, _WORTH[view.slot] * 1e3 + fits
 
         best = max(sides, key=worth, default=None)
         if best is None or worth(best)[0] == 0:
@@ -143,7 +143,7 @@ def _add_sides(views: list[View], features: Features) -> None:
         views.append(best)
 
 
-def _told(place: Place, views: Sequence[View]) -> bool:
+def _reported(place: Place, views: Sequence[View]) -> bool:
     """Whether a coordinate can be told in one of some views."""
     needed = place.end_on if place.end_on is not None and is_straight(place.end_on) else None
     return any(view.shows(place) and (needed is None or is_along(needed, view.towards)) for view in views)
@@ -188,7 +188,7 @@ def _cut(views: list[View], features: Features) -> None:
     elif not hidden and not hollow:
         return
     else:
-        free = [slot for slot in WORTH if not any(view.slot == slot for view in sides)]
+        free = [slot for slot in _WORTH if not any(view.slot == slot for view in sides)]
         view = View(free[0], beside(front.frame, free[0]))
         views.append(view)
     at = hollow[0].point if hollow else _through_most(hidden or inside, inside, view)
@@ -235,8 +235,8 @@ def _share(views: list[View], features: Features) -> None:
         along = [v for v in aside if any(is_along(group.bores[0].axis, a) for a in v.frame.axes)]
         (best or along or aside or views)[0].groups.append(group)
 
-    asked = [*(datum.faces[0] for datum in features.datums), *(zone.faces[0] for zone in features.zones)]
-    for face in {id(face): face for face in asked if face.kind == "plane"}.values():
+    required = [*(datum.faces[0] for datum in features.datums), *(zone.faces[0] for zone in features.zones)]
+    for face in {id(face): face for face in required if face.kind == "plane"}.values():
         able = [view for view in views if any(is_along(face.axis, axis) for axis in view.frame.axes)]
         if not able:
             raise ViewError(f"a plane of {face.area:.1f} mm^2 that is a datum is seen as an edge in no view")
@@ -250,7 +250,7 @@ def _arc_seen(view: View, size: Size) -> bool:
     return any(
         isinstance(item, Arc)
         and item.layer == "visible"
-        and max(abs(item.centre[0] - u), abs(item.centre[1] - v), abs(item.radius - face.radius)) < SEEN_MM
+        and max(abs(item.centre[0] - u), abs(item.centre[1] - v), abs(item.radius - face.radius)) < _SEEN_MM
         for item in view.items
     )
 
@@ -276,7 +276,7 @@ def _reveal(view: View) -> None:
 
 def _is_level(item: Item, k: int, level: float) -> bool:
     """Whether an item is a straight line at a coordinate along one of the axes of a view."""
-    return isinstance(item, Stroke) and all(abs(point[k] - level) < SEEN_MM for point in item.points)
+    return isinstance(item, Stroke) and all(abs(point[k] - level) < _SEEN_MM for point in item.points)
 
 
 def _picture(part: Part, front: View) -> View:

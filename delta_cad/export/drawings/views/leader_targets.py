@@ -16,8 +16,8 @@ from delta_cad.export.drawings.views.choice import View
 from delta_cad.export.drawings.views.marks import higher, towards
 
 FAR_MM = 9.0  # from a view to where its texts begin
-SLOPE_MM = 7.0  # by which a callout stands above the wall it points at, so that its leader does not run along it
-LONG_SHARE = 0.5  # of the longest line of an edge, from which on others may have a datum's triangle
+_SLOPE_MM = 7.0  # by which a callout stands above the wall it points at, so that its leader does not run along it
+_LONG_SHARE = 0.5  # of the longest line of an edge, from which on others may have a datum's triangle
 
 
 @dataclass
@@ -43,7 +43,7 @@ class LeaderTargets:
         spans = bore.spans[bore.widest][-1]
         middle = self.at(bore.point + (spans[0] + spans[1]) / 2 * bore.axis)
         anchor, tip = higher(middle, self._aside(bore.axis, bore.widest / 2))
-        return (anchor[0], anchor[1] + SLOPE_MM), tip
+        return (anchor[0], anchor[1] + _SLOPE_MM), tip
 
     def to_face(self, face: Face, kind: str) -> tuple[Point, Callable[[Point], Point]]:
         """Where a face of a kind of size is, and where an arrow from a point touches it."""
@@ -98,7 +98,7 @@ class LeaderTargets:
                 return towards(centre, point, radius)
             return min(points, key=lambda p: hypot(p[0] - point[0], p[1] - point[1]))
 
-        far = self.room[2] + FAR_MM, max(p[1] for p in points) + SLOPE_MM
+        far = self.room[2] + FAR_MM, max(p[1] for p in points) + _SLOPE_MM
         return tip(far), tip
 
     def edge(self, face: Face) -> list[Point]:
@@ -118,7 +118,7 @@ class LeaderTargets:
         return [
             (ax + share * (bx - ax), ay + share * (by - ay))
             for length, ((ax, ay), (bx, by)) in lines
-            if length > LONG_SHARE * longest
+            if length > _LONG_SHARE * longest
             for share in (0.25, 0.5, 0.75)
         ] or corners
 

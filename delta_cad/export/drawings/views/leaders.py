@@ -12,15 +12,15 @@ import numpy as np
 from delta_cad.export.drawings.sheet_io.sheet import Point
 from delta_cad.export.drawings.views.marks import ARROW_MM
 
-ALONG_MM = 0.3  # from an edge, about half a wide line, nearer than which a leader cannot be told from it
-TOUCHING_MM2 = 1e-6
-SHIFTS_MM = 0.0, 7.0, -7.0, 14.0, -14.0  # by which a text may stand aside of where its leader would be level
-TRIES = 400  # orders and shifts of one band that are looked at
+_ALONG_MM = 0.3  # from an edge, about half a wide line, nearer than which a leader cannot be told from it
+_TOUCHING_MM2 = 1e-6
+_SHIFTS_MM = 0.0, 7.0, -7.0, 14.0, -14.0  # by which a text may stand aside of where its leader would be level
+_TRIES = 400  # orders and shifts of one band that are looked at
 
 Drawn = TypeVar("Drawn")
 Leader = tuple[Point, ...]
 State = tuple[tuple[int, ...], tuple[int, ...]]
-"""Indices of texts in their order along a band, and which of `SHIFTS_MM` each has."""
+"""Indices of texts in their order along a band, and which of `_SHIFTS_MM` each has."""
 
 
 def lines_cross(a: np.ndarray, b: np.ndarray) -> bool:
@@ -31,7 +31,7 @@ def lines_cross(a: np.ndarray, b: np.ndarray) -> bool:
         across = way[0] * off[:, 1] - way[1] * off[:, 0]
         return float(across[0] * across[1])
 
-    return sides(a, b) < -TOUCHING_MM2 and sides(b, a) < -TOUCHING_MM2
+    return sides(a, b) < -_TOUCHING_MM2 and sides(b, a) < -_TOUCHING_MM2
 
 
 def runs_along(line: np.ndarray, edges: np.ndarray) -> bool:
@@ -44,7 +44,7 @@ def runs_along(line: np.ndarray, edges: np.ndarray) -> bool:
     off = edges - line[0]
     along, aside = off @ way, np.abs(off[..., 0] * way[1] - off[..., 1] * way[0])
     shared = np.minimum(along.max(axis=1), length) - np.maximum(along.min(axis=1), 0.0)
-    return bool(((aside.max(axis=1) < ALONG_MM) & (shared > ARROW_MM[0])).any())
+    return bool(((aside.max(axis=1) < _ALONG_MM) & (shared > ARROW_MM[0])).any())
 
 
 def untangled(
@@ -71,7 +71,7 @@ def untangled(
 
     def laid(state: State) -> tuple[list[int], list[float]]:
         order, shifts = state
-        return list(order), [wanted[k] + SHIFTS_MM[shifts[k]] for k in order]
+        return list(order), [wanted[k] + _SHIFTS_MM[shifts[k]] for k in order]
 
     def faulty(state: State) -> list[int]:
         """Places in the order, once for each fault of the leader there."""
@@ -85,10 +85,10 @@ def untangled(
     seen, tried = {first}, count(1)
     open_ = [(len(off := faulty(first)), 0, first, off)]
     best = open_[0]
-    while open_ and best[0] and len(seen) < TRIES:
+    while open_ and best[0] and len(seen) < _TRIES:
         _, _, state, off = heappop(open_)
         for other in _changed(state, dict.fromkeys(off), wanted):
-            if other not in seen and len(seen) < TRIES:
+            if other not in seen and len(seen) < _TRIES:
                 seen.add(other)
                 one = len(off := faulty(other)), next(tried), other, off
                 heappush(open_, one)
@@ -101,10 +101,10 @@ def _changed(state: State, places: Iterable[int], wanted: Sequence[float]) -> It
     order, shifts = state
     for n in places:
         k = order[n]
-        for shift in range(len(SHIFTS_MM)):
+        for shift in range(len(_SHIFTS_MM)):
             if shift != shifts[k]:
                 moved = *shifts[:k], shift, *shifts[k + 1 :]
-                yield tuple(sorted(order, key=lambda j: wanted[j] + SHIFTS_MM[moved[j]])), moved
+                yield tuple(sorted(order, key=lambda j: wanted[j] + _SHIFTS_MM[moved[j]])), moved
         for m in range(len(order)):
             if m != n:
                 exchanged = list(order)

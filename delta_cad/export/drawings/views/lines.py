@@ -16,11 +16,11 @@ from delta_cad.export.drawings.sheet_io.sheet import Annotation, Arc, Area, Item
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
 
 PITCH_MM = LETTER_MM * LINE
-SMALL_MM = 2.0  # letters in a frame, half as high as it
+_SMALL_MM = 2.0  # letters in a frame, half as high as it
 BASE_MM = (PITCH_MM - LETTER_MM) / 2  # of a line of text over its lower end
-STEEP = 3.0**0.5  # of the legs of a surface's symbol
+_STEEP = 3.0**0.5  # of the legs of a surface's symbol
 TRIANGLE_MM = 1.9, 1.6  # base and height of a datum's
-BOX_MM = 3.2, 6.8  # sides of a datum's box from the line's left end
+_BOX_MM = 3.2, 6.8  # sides of a datum's box from the line's left end
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Flag:
 
     datum: Datum
     beside: Zone | None = None
-    hung: bool = True
+    suspended: bool = True
 
 
 Line = str | Zone | Flag
@@ -41,7 +41,7 @@ def length_of(line: Line) -> float:
         return PITCH_MM + sum(_cell(text) for text in _said(line))
     if isinstance(line, Flag):
         before = 0.0 if line.beside is None else length_of(line.beside)
-        return before + (BOX_MM[1] if line.hung else BOX_MM[1] - BOX_MM[0])
+        return before + (_BOX_MM[1] if line.suspended else _BOX_MM[1] - _BOX_MM[0])
     return width_of(line, LETTER_MM)
 
 
@@ -95,11 +95,11 @@ def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
 def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> Annotation:
     """Draws the symbol of a surface that is cut, a text such as "Ra 1.6" under its line; arguments as of a `Text`."""
     x, y, h = *at, height
-    foot, low, high = (x + 0.67 * h / STEEP, y - 0.05 * h), y + 0.62 * h, y + 1.28 * h
-    top = foot[0] + 1.33 * h / STEEP
+    foot, low, high = (x + 0.67 * h / _STEEP, y - 0.05 * h), y + 0.62 * h, y + 1.28 * h
+    top = foot[0] + 1.33 * h / _STEEP
     letters = Text((x + SURFACE_WIDE * h, y), h, text, states=told)
     legs = Stroke("dimension", ((x, low), foot, (top, high), (letters.end[0], high)))
-    bar = Stroke("dimension", ((x, low), (foot[0] + 0.67 * h / STEEP, low)))
+    bar = Stroke("dimension", ((x, low), (foot[0] + 0.67 * h / _STEEP, low)))
     return Annotation(f"surface {text}", (legs, bar, letters))
 
 
@@ -108,7 +108,7 @@ def _said(zone: Zone) -> tuple[str, ...]:
 
 
 def _cell(text: str) -> float:
-    return max(PITCH_MM, width_of(text, SMALL_MM) + 2.0)
+    return max(PITCH_MM, width_of(text, _SMALL_MM) + 2.0)
 
 
 def _frame(zone: Zone, corner: Point) -> Annotation:
@@ -118,8 +118,8 @@ def _frame(zone: Zone, corner: Point) -> Annotation:
     x += high
     for n, text in enumerate(_said(zone)):
         wide = _cell(text)
-        base = x + (wide - width_of(text, SMALL_MM)) / 2, y + (high - SMALL_MM) / 2
-        items += [_box(x, y, x + wide, y + high), Text(base, SMALL_MM, text, states=(zone.key,) if n == 0 else ())]
+        base = x + (wide - width_of(text, _SMALL_MM)) / 2, y + (high - _SMALL_MM) / 2
+        items += [_box(x, y, x + wide, y + high), Text(base, _SMALL_MM, text, states=(zone.key,) if n == 0 else ())]
         x += wide
     return Annotation(" ".join((zone.kind, *_said(zone))), tuple(items))
 
@@ -142,15 +142,15 @@ def _characteristic(kind: str, middle: Point) -> list[Primitive]:
 def _flag(flag: Flag, corner: Point) -> Annotation:
     """A datum's letter in its box from the line's lower left corner, tied by its triangle to what it belongs to."""
     x, y = corner
-    left = x + BOX_MM[0] if flag.hung else x
-    side, letter = BOX_MM[1] - BOX_MM[0], flag.datum.letter
-    base = left + (side - width_of(letter, SMALL_MM)) / 2, y + 0.15 + (side - SMALL_MM) / 2
+    left = x + _BOX_MM[0] if flag.suspended else x
+    side, letter = _BOX_MM[1] - _BOX_MM[0], flag.datum.letter
+    base = left + (side - width_of(letter, _SMALL_MM)) / 2, y + 0.15 + (side - _SMALL_MM) / 2
     items: list[Primitive] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
-    items.append(Text(base, SMALL_MM, letter, states=(flag.datum.key,)))
+    items.append(Text(base, _SMALL_MM, letter, states=(flag.datum.key,)))
     if flag.beside is not None:
         foot = x, y + PITCH_MM / 2
         items += [triangle(foot, (1.0, 0.0)), Stroke("dimension", ((x + TRIANGLE_MM[1], foot[1]), (left, foot[1])))]
-    elif flag.hung:
+    elif flag.suspended:
         foot = x + 1.5, y + PITCH_MM
         items += [
             triangle(foot, (0.0, -1.0)),

@@ -12,7 +12,7 @@ from delta_cad.export.drawings.sheet_io.sheet import Area, Item, Point, Stroke, 
 
 LETTER_MM = 2.5  # ISO 3098
 ARROW_MM = (2.5, 0.8)
-TIED_MM = 3.0  # from a hole to its tag, from which on a line ties them
+_TIED_MM = 3.0  # from a hole to its tag, from which on a line ties them
 
 
 class RoomError(ValueError):
@@ -125,6 +125,6 @@ def tied(tag: Text, centre: Point, radius: float) -> list[Item]:
     """A line from a tag to its circle, where it stands so far off that one could take it for another's."""
     x0, y0, x1, y1 = tag.box
     near = min(max(centre[0], x0), x1), min(max(centre[1], y0), y1)
-    if hypot(near[0] - centre[0], near[1] - centre[1]) < radius + TIED_MM:
+    if hypot(near[0] - centre[0], near[1] - centre[1]) < radius + _TIED_MM:
         return []
     return [Stroke("dimension", (near, towards(centre, near, radius)))]

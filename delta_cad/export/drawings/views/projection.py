@@ -18,11 +18,11 @@ import numpy as np
 
 from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 
-SAME_MM = 1e-3  # coordinates that close are one; the kernel's curves of a view are true to 1e-4
-CELL_MM = 0.1  # of the grid in which what is the same is looked for
-SHORT_MM = 5e-3  # nothing shorter is drawn: no pen shows it
-FLAT_MM = 1e-3  # a curve that strays less from its chord is a line: a circle seen from its side
-CURVE_MM = 0.02  # to which a curve that is no arc is drawn by lines
+_SAME_MM = 1e-3  # coordinates that close are one; the kernel's curves of a view are true to 1e-4
+_CELL_MM = 0.1  # of the grid in which what is the same is looked for
+_SHORT_MM = 5e-3  # nothing shorter is drawn: no pen shows it
+_FLAT_MM = 1e-3  # a curve that strays less from its chord is a line: a circle seen from its side
+_CURVE_MM = 0.02  # to which a curve that is no arc is drawn by lines
 HATCH_MM = 2.0  # between the lines of a section
 
 
@@ -147,7 +147,7 @@ def cut_open(solid: Any, frame: Frame, depth: float) -> tuple[Any, list[list[Poi
         if face.geomType() != "PLANE":
             continue
         normal = np.array(face.normalAt().toTuple())
-        if normal @ towards > 1.0 - 1e-6 and abs(np.array(face.Center().toTuple()) @ towards - depth) < SAME_MM:
+        if normal @ towards > 1.0 - 1e-6 and abs(np.array(face.Center().toTuple()) @ towards - depth) < _SAME_MM:
             for wire in face.Wires():
                 rings.append([frame(p) for edge in _ordered(wire) for p in edge])
     return rest, rings
@@ -224,7 +224,7 @@ def _curves(compound: Any) -> Iterator[Item]:
 
 
 def _sampled(curve: Any, straight: bool = False) -> list[np.ndarray]:
-    """Points of a curve, so close that lines between them stray from it by less than `CURVE_MM`; 2 where it is flat."""
+    """Points of a curve with lines between them that deviate by less than `_CURVE_MM`; 2 where it is flat."""
     first, last = curve.FirstParameter(), curve.LastParameter()
 
     def at(share: float) -> np.ndarray:
@@ -236,13 +236,13 @@ def _sampled(curve: Any, straight: bool = False) -> list[np.ndarray]:
     rough = np.array([at(k / 32) for k in range(33)])
     chord = rough[-1] - rough[0]
     length = float(np.linalg.norm(chord))
-    if length > SHORT_MM:
+    if length > _SHORT_MM:
         apart = rough - rough[0]
         along = apart @ chord / length
-        if np.abs(apart - np.outer(along, chord / length)).max() < FLAT_MM and (np.diff(along) > -FLAT_MM).all():
+        if np.abs(apart - np.outer(along, chord / length)).max() < _FLAT_MM and (np.diff(along) > -_FLAT_MM).all():
             return [rough[0], rough[-1]]
     bend = np.abs(rough[:-2] - 2 * rough[1:-1] + rough[2:]).max() / 8.0
-    count = 32 * max(1, ceil(np.sqrt(bend / CURVE_MM)))
+    count = 32 * max(1, ceil(np.sqrt(bend / _CURVE_MM)))
     return [at(k / count) for k in range(count + 1)]
 
 
@@ -264,7 +264,7 @@ def merged(seen: Iterable[Item], behind: Iterable[Item]) -> list[Item]:
                 spans += [(start, min(end, 360.0)), (0.0, end - 360.0)] if end > 360.0 else [(start, end)]
             elif isinstance(item, Stroke) and len(item.points) == 2:
                 (x0, y0), (x1, y1) = item.points
-                if hypot(x1 - x0, y1 - y0) < SHORT_MM:
+                if hypot(x1 - x0, y1 - y0) < _SHORT_MM:
                     continue
                 angle = atan2(y1 - y0, x1 - x0) % pi
                 angle = 0.0 if pi - angle < 1e-6 else angle
@@ -278,17 +278,17 @@ def merged(seen: Iterable[Item], behind: Iterable[Item]) -> list[Item]:
                 paths.key((*ends[0], *ends[1], *middle), (layer, item.points))
     for (angle, offset), by_layer in lines.items():
         c, s = np.cos(angle / 100.0), np.sin(angle / 100.0)
-        for layer, start, end in _layered(by_layer, SHORT_MM):
+        for layer, start, end in _layered(by_layer, _SHORT_MM):
             points = tuple((float(c * t - s * offset), float(s * t + c * offset)) for t in (start, end))
             found.append(Stroke(layer, points))
     for (x, y, radius), by_layer in arcs.items():
-        for layer, start, end in _layered(by_layer, degrees(SHORT_MM / max(radius, SHORT_MM))):
+        for layer, start, end in _layered(by_layer, degrees(_SHORT_MM / max(radius, _SHORT_MM))):
             found.append(Arc(layer, (x, y), radius, start, end))
     return _joined_arcs(found) + [Stroke(layer, points) for layer, points in paths.values()]
 
 
 class _Near(dict[tuple[float, ...], Any]):
-    """Entries by tuples of numbers, of which those that differ by less than `SAME_MM` are one."""
+    """Entries by tuples of numbers, of which those that differ by less than `_SAME_MM` are one."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -296,13 +296,13 @@ class _Near(dict[tuple[float, ...], Any]):
 
     def key(self, values: tuple[float, ...], entry: Any = None) -> tuple[float, ...]:
         """Gives the key that is the same as some numbers; a new one with an entry of its own, {} for None."""
-        low = (floor((value - SAME_MM) / CELL_MM) for value in values)
-        high = (floor((value + SAME_MM) / CELL_MM) for value in values)
+        low = (floor((value - _SAME_MM) / _CELL_MM) for value in values)
+        high = (floor((value + _SAME_MM) / _CELL_MM) for value in values)
         for cell in product(*({a, b} for a, b in zip(low, high, strict=True))):
             for known in self._cells.get(cell, ()):
-                if all(abs(a - b) < SAME_MM for a, b in zip(known, values, strict=True)):
+                if all(abs(a - b) < _SAME_MM for a, b in zip(known, values, strict=True)):
                     return known
-        self._cells.setdefault(tuple(floor(value / CELL_MM) for value in values), []).append(values)
+        self._cells.setdefault(tuple(floor(value / _CELL_MM) for value in values), []).append(values)
         self[values] = {} if entry is None else entry
         return values
 

@@ -16,11 +16,11 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.shop.cost.rates import ESTIMATE, share_at
 
-Per = Literal["piece", "metre", "pack"]
+_Per = Literal["piece", "metre", "pack"]
 FILE = Path(__file__).parent / "data" / "prices.csv"
-PACK_MACHINES = 10  # that a pack of adhesive or grease is enough for
-MOTOR_EUR, MOTOR_EUR_N_m = 100.0, 1800.0  # of a motor whose price is nowhere: that, and so much per N m for ever
-BENCH_MM = 40.0  # of cable beyond its length, cut off on the bench
+_PACK_MACHINES = 10  # that a pack of adhesive or grease is enough for
+_MOTOR_EUR, _MOTOR_EUR_N_m = 100.0, 1800.0  # of a motor whose price is nowhere: that, and so much per N m for ever
+_BENCH_MM = 40.0  # of cable beyond its length, cut off on the bench
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Price:
     """
 
     one_EUR: float
-    per: Per
+    per: _Per
     source: str
     length_mm: float = 0.0
 
@@ -43,7 +43,7 @@ class Price:
         """Computes what one of a quantity in each machine costs when several machines are made, EUR."""
         share = share_at(machines)
         if self.per == "pack":
-            packs = ceil(machines / PACK_MACHINES)
+            packs = ceil(machines / _PACK_MACHINES)
             return self.one_EUR * share * packs / (machines * quantity)
         if self.per == "metre":
             metres = ceil(machines * quantity * self.length_mm / MM_PER_M)
@@ -60,8 +60,8 @@ def row_price(kind: str, row: CatalogueRow, length_mm: float = 0.0) -> Price:
     if own:
         return Price(own[0].price_EUR, per, own[0].source, length_mm)
     assert isinstance(row, Motor)
-    by_torque = MOTOR_EUR + MOTOR_EUR_N_m * row.nominal_torque_N_m
-    return Price(by_torque, "piece", f"{ESTIMATE} by its torque: {MOTOR_EUR:g} EUR and {MOTOR_EUR_N_m:g} EUR per N m")
+    by_torque = _MOTOR_EUR + _MOTOR_EUR_N_m * row.nominal_torque_N_m
+    return Price(by_torque, "piece", f"{ESTIMATE} by its torque: {_MOTOR_EUR:g} EUR and {_MOTOR_EUR_N_m:g} EUR per N m")
 
 
 def part_price(number: str) -> Price:
@@ -86,7 +86,7 @@ def prices(d: Dimensions) -> dict[str, Price]:
     if d.preload is not None:
         found["wave_spring"] = row_price("wave_spring", d.preload)
     if d.capstan is not None:
-        found["capstan_cable"] = row_price("cable", d.cable, d.capstan.bench_mm[0] + BENCH_MM)
+        found["capstan_cable"] = row_price("cable", d.cable, d.capstan.bench_mm[0] + _BENCH_MM)
     return found
 
 
@@ -96,7 +96,7 @@ class _Listed(NamedTuple):
     kind: str
     id: str
     price_EUR: float
-    per: Per
+    per: _Per
     source: str
 
 

@@ -13,17 +13,17 @@ from delta_cad.export.shop.cost.bought import Price, part_price, prices
 from delta_cad.export.shop.cost.rates import BATCHES, BREAKS, CURRENCY, ESTIMATE, OTHER, STOCKS, Rates
 from delta_cad.export.shop.cost.work import Making, Work, making, material_id, work_of
 
-SCHEMA = "delta-cost/1"
-CENTS, MILLS = 2, 3
-OTHER_STOCK = "other"
-FORMULA = (
+_SCHEMA = "delta-cost/1"
+CENTS, _MILLS = 2, 3
+_OTHER_STOCK = "other"
+_FORMULA = (
     "unit = stock_EUR + material + coat + piece_min rate + (batch_min rate + coat's lot) / pieces; "
     "piece_min = cutting (1 + idle) + tools + clampings handling + deburring; cutting = removed / removal + "
     "area / finish + bores (drill) + threads + fits; batch_min = programming + clampings set-up; of stock as bought: "
     "piece_min = the saw's cut, or bores (erode) + fits, + handling; batch_min = set-up"
 )
-MADE = f"{ESTIMATE} from stock, cutting and clampings, see cost.json"
-LEFT_OUT = ("assembly", "electronics and motor drives", "inspection", "freight", "tax")
+_MADE = f"{ESTIMATE} from stock, cutting and clampings, see cost.json"
+_LEFT_OUT = ("assembly", "electronics and motor drives", "inspection", "freight", "tax")
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
             round(todo.of_one(count * machines, shop) + bought, CENTS)
             for machines, bought in zip(BATCHES, paid, strict=True)
         )
-        source = MADE if stock is None else f"{MADE}; stock: {stock.source}"
-        name = material if material in STOCKS else OTHER_STOCK
+        source = _MADE if stock is None else f"{_MADE}; stock: {stock.source}"
+        name = material if material in STOCKS else _OTHER_STOCK
         lines.append(CostLine(part.number, count, True, tuple(units), source, work, todo, name, tuple(paid)))
     lines += [_bought(one.number, one.quantity, part_price(one.number)) for one in assembly.supplies]
     return Cost(tuple(lines), shop)
@@ -109,16 +109,16 @@ def _bought(number: str, quantity: int, price: Price) -> CostLine:
 def cost_record(cost: Cost) -> dict[str, Any]:
     """Gives a cost with all that it rests on as JSON types: `cost.json`."""
     return {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "currency": CURRENCY,
         "assumed": {
             "shop": cost.rates.record(),
-            "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {OTHER_STOCK: asdict(OTHER)},
+            "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {_OTHER_STOCK: asdict(OTHER)},
             "stock_source": f"{ESTIMATE} for cut lengths and a small mill; volume of the part with its allowance",
             "bought_share_by_machines": {str(count): share for count, share in BREAKS.items()},
             "bought_share_source": ESTIMATE,
-            "formula": FORMULA,
-            "left_out": list(LEFT_OUT),
+            "formula": _FORMULA,
+            "left_out": list(_LEFT_OUT),
         },
         "machines": list(BATCHES),
         "total_EUR": [cost.total_EUR(k) for k in range(len(BATCHES))],
@@ -137,10 +137,11 @@ def _line_record(line: CostLine) -> dict[str, Any]:
         "source": line.source,
     }
     if line.made:
-        found |= {"stock": line.stock, "stock_EUR": [round(paid, MILLS) for paid in line.stock_EUR]}
+        found |= {"stock": line.stock, "stock_EUR": [round(paid, _MILLS) for paid in line.stock_EUR]}
     for name, record in (("work", line.work), ("making", line.making)):
         if record is not None:
             found[name] = {
-                key: round(value, MILLS) if isinstance(value, float) else value for key, value in asdict(record).items()
+                key: round(value, _MILLS) if isinstance(value, float) else value
+                for key, value in asdict(record).items()
             }
     return found

@@ -11,8 +11,8 @@ from typing import Any
 CURRENCY = "EUR"
 BATCHES = (1, 10, 100)
 """Machines made at once."""
-SHOP = "myshopmetrics.com/resources/cost-estimation: material + (setup + cycle) x rate + tools; 75 to 150 USD an hour "
-SHOP += "for standard work, 15 to 60 min a set-up in a vice or chuck, 15 to 30 % of a cycle without cutting"
+_SHOP = "myshopmetrics.com/resources/cost-estimation: material + (setup + cycle) x rate + tools; 75 to 150 USD an hour "
+_SHOP += "for standard work, 15 to 60 min a set-up in a vice or chuck, 15 to 30 % of a cycle without cutting"
 ESTIMATE = "estimate"
 
 
@@ -58,7 +58,7 @@ class Rates:
 
     def record(self) -> dict[str, Any]:
         """Gives all rates as JSON types, with where they come from."""
-        return {**asdict(self), "source": f"{ESTIMATE}, within {SHOP}"}
+        return {**asdict(self), "source": f"{ESTIMATE}, within {_SHOP}"}
 
 
 @dataclass(frozen=True)

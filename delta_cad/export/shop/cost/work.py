@@ -15,10 +15,10 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.export.shop.cost.rates import OTHER, STOCKS, Rates, Stock
 from delta_cad.solids.part import Part
 
-ROUND_SHARE = 0.6  # of a part's area that turns about one axis, or is square to it, from which on it is turned
-SAME_MM, ALONG = 1e-3, 1e-6
+_ROUND_SHARE = 0.6  # of a part's area that turns about one axis, or is square to it, from which on it is turned
+_SAME_MM, _ALONG = 1e-3, 1e-6
 MINUTES = 60.0
-TURNED_OVER = 2  # clampings of a block at least: where it is held the first time it is cut the second
+_TURNED_OVER = 2  # clampings of a block at least: where it is held the first time it is cut the second
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def work_of(part: Part, clampings: int, rates: Rates) -> Work:
     else:
         kind, stock_mm = "block", tuple(float(v) + 2 * rates.allowance_mm for v in edges)
         stock_mm3 = float(np.prod(stock_mm))
-    clampings = max(clampings, TURNED_OVER if kind == "block" else 1)
+    clampings = max(clampings, _TURNED_OVER if kind == "block" else 1)
     bores = [bore for hole in part.holes for bore in hole.bores]
     drilled = sum(hole.count for hole in part.holes)
     sizes = {round(bore.diameter_mm, 3) for bore in bores} | {round(hole.diameter_mm, 3) for hole in part.holes}
@@ -121,7 +121,7 @@ def making(work: Work, material: str, rates: Rates) -> Making:
     Returns:
         The cost, without the price of stock that is bought by the piece or metre.
     """
-    stock = stock_of(material)
+    stock = _stock_of(material)
     density = catalogue.material(material).density_kg_m3 / MM_PER_M**3  # kg/mm^3
     paid = 0.0 if work.stock == "as bought" else work.stock_mm3 * density * stock.price_EUR_kg
     cut = work.removed_mm3 / stock.removal_mm3_min + work.finished_mm2 / rates.finish_mm2_min
@@ -137,7 +137,7 @@ def making(work: Work, material: str, rates: Rates) -> Making:
     return Making(paid, piece, batch, *coat)
 
 
-def stock_of(material: str) -> Stock:
+def _stock_of(material: str) -> Stock:
     """Gives how a material is bought and cut."""
     return STOCKS.get(material, OTHER)
 
@@ -157,7 +157,7 @@ def _turned_about(solid: object, edges: np.ndarray) -> int | None:
 
     for axis in range(3):
         across = np.delete(edges, axis)
-        if abs(across[0] - across[1]) > SAME_MM * max(across):
+        if abs(across[0] - across[1]) > _SAME_MM * max(across):
             continue
         area = 0.0
         for face in solid.Faces():
@@ -169,7 +169,7 @@ def _turned_about(solid: object, edges: np.ndarray) -> int | None:
             elif turned:
                 direction = getattr(surface, turned)().Axis().Direction()
                 along = np.abs([direction.X(), direction.Y(), direction.Z()])
-                area += face.Area() if along[axis] > 1.0 - ALONG else 0.0
-        if area >= ROUND_SHARE * solid.Area():
+                area += face.Area() if along[axis] > 1.0 - _ALONG else 0.0
+        if area >= _ROUND_SHARE * solid.Area():
             return axis
     return None

@@ -32,7 +32,7 @@ from delta_cad.mechanism.limits.numbers import cosine_sine, require
 
 SHARE = (math.sqrt(3.0) + 1.0) / 2.0
 """Largest t over the cube is this times L, in a corner, for chains 1 and 2: `L sin 60 + L cos 60`."""
-RANGE = (0.0, math.nextafter(math.pi / 2.0, 0.0))
+_RANGE = (0.0, math.nextafter(math.pi / 2.0, 0.0))
 
 
 @compiled
@@ -57,7 +57,7 @@ class Lean(ThresholdLimit):
     fields_: ClassVar = (Field("lean_max_deg", "largest lean of a rod", gt=0, lt=90),)
     keys: ClassVar = {"lean_max": "lean_max_rad"}
     figures: ClassVar = (
-        FigureOfMerit("lean", "deg", lambda _, g, p: np.abs(rod_lean(g, p)), "lean_max", RANGE, relative=False),
+        FigureOfMerit("lean", "deg", lambda _, g, p: np.abs(rod_lean(g, p)), "lean_max", _RANGE, relative=False),
     )
     enclosure: ClassVar = Enclosure(forms.COORDINATES, 2, 3, _enclose)
 

@@ -19,7 +19,7 @@ from delta_cad.mechanism.inverse import joint_angles
 from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, PoseLimit, Values
 from delta_cad.mechanism.limits.numbers import cosine_sine, number, require, strict_radians
 
-RANGE = (-math.pi, math.pi)
+_RANGE = (-math.pi, math.pi)
 
 
 @compiled
@@ -50,7 +50,7 @@ class Shoulder(PoseLimit):
             "deg",
             lambda _, g, p: joint_angles(g, p),
             "shoulder_min",
-            RANGE,
+            _RANGE,
             upper=False,
             relative=False,
             words="shoulder, smallest",
@@ -60,7 +60,7 @@ class Shoulder(PoseLimit):
             "deg",
             lambda _, g, p: joint_angles(g, p),
             "shoulder_max",
-            RANGE,
+            _RANGE,
             relative=False,
             words="shoulder, largest",
         ),

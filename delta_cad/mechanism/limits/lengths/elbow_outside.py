@@ -9,7 +9,7 @@ import numpy as np
 
 from delta_cad.mechanism.limits.limit import DesignBounds, Limit
 
-APART = 1e-6
+_APART = 1e-6
 """Share of R + L_A that an elbow is farther out than its wrist: at 0 the mechanism is singular."""
 
 
@@ -24,7 +24,7 @@ class ElbowOutside(Limit):
 
     def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray:
         """Computes how far an elbow can be outside its wrist, as a share of R + L_A."""
-        return 1.0 - lengths_mm[3] / (lengths_mm[2] + lengths_mm[0]) - APART
+        return 1.0 - lengths_mm[3] / (lengths_mm[2] + lengths_mm[0]) - _APART
 
     def design_bounds(self) -> DesignBounds:
         """Gives the least R + L_A - r."""

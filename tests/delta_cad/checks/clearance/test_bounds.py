@@ -80,9 +80,9 @@ def test_profiles_of_discs_and_rings_are_exact() -> None:
 def test_a_triangle_around_the_axis_reaches_it() -> None:
     around = Mesh(np.array([[5.0, 0, -4], [-5, 0, -4], [0, 0, 6]]), np.array([[0, 1, 2]]), 0.0)
     assert HalfPlaneProfile(around, np.eye(4)).rectangles[0, 0] == 0.0
-    beside = Mesh(around.vertices + np.array([20.0, 0, 0]), around.faces, 0.0)
-    low = HalfPlaneProfile(beside, np.eye(4)).rectangles[0, 0]
-    u = RNG.dirichlet(np.ones(3), 20000) @ beside.vertices
+    adjacent = Mesh(around.vertices + np.array([20.0, 0, 0]), around.faces, 0.0)
+    low = HalfPlaneProfile(adjacent, np.eye(4)).rectangles[0, 0]
+    u = RNG.dirichlet(np.ones(3), 20000) @ adjacent.vertices
     assert low <= np.hypot(u[:, 0], u[:, 2]).min() <= low + 0.2
 
 
@@ -107,7 +107,7 @@ def test_bounds_for_all_angles_of_two_arms_are_below_the_distance_at_any() -> No
 
 
 def test_pieces_of_equal_bodies_are_made_once_and_stand_where_each_body_does() -> None:
-    mesh, asked = tessellate(box((0, 0, 0), (20, 6, 2)), 0.1, 0.5), list[str]()
+    mesh, required = tessellate(box((0, 0, 0), (20, 6, 2)), 0.1, 0.5), list[str]()
     where = {
         "rod_0_0": np.eye(4),
         "rod_0_1": at(5, 0, 0),
@@ -119,7 +119,7 @@ def test_pieces_of_equal_bodies_are_made_once_and_stand_where_each_body_does() -
     pairs = Pairs(bodies, np.arange(4), np.full(4, 4), np.ones(4), [(b.name, "on base") for b in bodies[:4]])
 
     def halves(b: CollisionBody) -> list[CollisionBody]:
-        asked.append(b.link)
+        required.append(b.link)
         return cells_of(b, 1)
 
     made = pairs.cut(halves, lambda a, _: a.link != "rod_1_0")
@@ -127,13 +127,13 @@ def test_pieces_of_equal_bodies_are_made_once_and_stand_where_each_body_does() -
     for b in made.bodies:
         np.testing.assert_array_equal(b.placement, where[b.link])
         assert b.name == f"on {b.link}"
-    assert asked == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]
-    asked.clear()
+    assert required == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]
+    required.clear()
     pairs.cut(halves)
-    assert asked == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]  # that of rod_1_0 is equal to that of rod_0_0
+    assert required == ["rod_0_0", "base", "rod_0_1", "upper_arm_0"]  # that of rod_1_0 is equal to that of rod_0_0
 
 
-def test_two_arms_in_pieces_are_the_pairs_that_were_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_arms_in_pieces_are_the_pairs_that_were_required(monkeypatch: pytest.MonkeyPatch) -> None:
     arms = space_named("two arms")
     engine, left = DistanceEngine(), ~(arms.always_apart() >= arms.pairs.limit)
     pieces = arms.in_pieces(left)

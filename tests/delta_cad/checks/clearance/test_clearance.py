@@ -172,7 +172,7 @@ def test_a_proof_takes_as_many_distances_as_large_sectors_need_and_no_more() -> 
         assert (prove(space, engine).undecided == []) == decided
 
 
-def test_of_the_undecided_the_pair_with_the_least_to_spare_is_told_first() -> None:
+def test_of_the_undecided_the_pair_with_the_least_margin_is_reported_first() -> None:
     """What the calls did not suffice for was told before what is truly too close; `design` mended another length."""
     room = box((-42, -42, 52), (42, 42, 138))
     cage = part("cage", box((-50, -50, 45), (50, 50, 145)).cut(room))  # clear, but only many calls show it
@@ -412,7 +412,7 @@ def test_distances_over_rotated_frames_match_the_kernel() -> None:
             assert np.linalg.norm(p - s) == pytest.approx(d, abs=1e-9)
 
 
-def test_the_proof_names_what_lacks_most_and_how_much() -> None:
+def test_the_proof_names_what_is_missing_most_and_how_much() -> None:
     def sample(a: str, b: str, certain_mm: float, limit_mm: float) -> Any:
         pair = SimpleNamespace(a=SimpleNamespace(name=a), b=SimpleNamespace(name=b), limit_mm=limit_mm)
         return SimpleNamespace(pair=pair, certain_mm=certain_mm)
@@ -432,7 +432,7 @@ def test_the_proof_names_what_lacks_most_and_how_much() -> None:
 
 
 @pytest.mark.parametrize(("in_mm", "told"), [(True, "s: (1.000 +- 0.100, "), (False, "s: (57.296 +- 5.730, ")])
-def test_a_box_is_told_in_the_unit_of_its_variables(in_mm: bool, told: str) -> None:
+def test_a_box_is_reported_in_the_unit_of_its_variables(in_mm: bool, told: str) -> None:
     """A rod that turns about itself has three angles, as a handle has three positions."""
     space = cast(Any, SimpleNamespace(name="s", in_mm=in_mm))
     assert _described(space, np.ones(3), np.full(3, 0.1)).startswith(told)

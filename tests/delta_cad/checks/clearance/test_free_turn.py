@@ -143,8 +143,8 @@ def test_what_holds_a_body_at_every_turn_does() -> None:
                     radius = np.hypot(points[:, 1], points[:, 2])
                     outline = np.hypot(holder.vertices[:, 1], holder.vertices[:, 2])
                     for x, r in zip(points[:, 0], radius, strict=True):
-                        beside = np.abs(holder.vertices[:, 0] - x)
-                        assert outline[beside <= beside.min() + 1e-6].max() >= r - 1e-9
+                        adjacent = np.abs(holder.vertices[:, 0] - x)
+                        assert outline[adjacent <= adjacent.min() + 1e-6].max() >= r - 1e-9
 
 
 def test_slices_hold_a_long_body_that_is_not_round_at_every_turn() -> None:

@@ -149,7 +149,7 @@ def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
 
 
 @pytest.mark.parametrize("kind", [Swing, TwoSwings, RodAtJoint, Handle])
-def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as_far(kind: type) -> None:
+def test_no_corner_comes_forward_farther_than_it_is_reported_and_one_comes_nearly_as_far(kind: type) -> None:
     assembly = with_fins()
     pairs = clearance_pairs(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
     spaces = spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, free_tilt(assembly))
@@ -174,18 +174,18 @@ def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as
                 along = np.einsum("nji,nj->ni", frame[:, :3, :3], normal)  # the direction in the body's own frame
                 heights.append(along @ (points + stray).T + (frame[:, :3, 3] * normal).sum(axis=1)[:, None])
             frame = frames[0][:, bounds.link[k]]
-            told, gone = falls(k, each, normal, frame, points), heights[0] - np.min(heights, axis=0)
-            assert (gone <= told + 1e-9).all()
+            reported, gone = falls(k, each, normal, frame, points), heights[0] - np.min(heights, axis=0)
+            assert (gone <= reported + 1e-9).all()
             if gone.max() > 0.1:
                 moving = gone > 0.05
-                assert np.median(gone[moving] / told[moving]) > 0.6
+                assert np.median(gone[moving] / reported[moving]) > 0.6
 
 
 def straying(b: CollisionBody, deviation_mm: float) -> CollisionBody:
     return replace(b, mesh=replace(b.mesh, deviation_mm=deviation_mm))
 
 
-def beside_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
+def next_to_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
     """Whether a rod is proven clear of a ball on the base that is so far from it at one corner, farther elsewhere."""
     m = machine()
     seen = m.placement(inside(*[np.repeat(x, 3000, axis=0) for x in CUBE]))["rod_0_1"]
@@ -216,19 +216,19 @@ def test_what_comes_too_close_in_one_corner_is_refused_and_what_does_not_is_prov
 ) -> None:
     """Whether no distance is put off or each that may be."""
     monkeypatch.setattr(branch_and_bound, "HOPE", hope)
-    assert not beside_a_rod(0.9)
-    assert beside_a_rod(1.3)
-    assert not beside_a_rod(1.3, deviation_mm=0.2)  # both may stray so far towards each other
+    assert not next_to_a_rod(0.9)
+    assert next_to_a_rod(1.3)
+    assert not next_to_a_rod(1.3, deviation_mm=0.2)  # both may stray so far towards each other
 
 
 def test_a_bound_that_is_too_small_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Handle, "along", lambda *_: lambda box, *_: np.zeros(len(box)))
-    assert beside_a_rod(0.9)
+    assert next_to_a_rod(0.9)
 
 
 def test_a_travel_that_is_not_a_number_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Handle, "along", lambda *_: lambda box, *_: np.full(len(box), np.nan))
-    assert not beside_a_rod(0.9)
+    assert not next_to_a_rod(0.9)
 
 
 def test_bodies_about_two_wrists_never_come_closer_than_the_balls_that_hold_them() -> None:
@@ -246,14 +246,14 @@ def test_bodies_about_two_wrists_never_come_closer_than_the_balls_that_hold_them
             assert engine.distance(a, b, *placed) >= always[k] - 1e-9
 
 
-def at_two_wrists(spare_mm: float) -> Handle:
+def at_two_wrists(margin_mm: float) -> Handle:
     """Two rods' ends, a ball and a spigot each, on neighbouring chains: the balls have so much more than they keep."""
     m, small = machine(), replace(LIMITS, half_side_mm=20.0, bottom_height_mm=LIMITS.centre_mm[2] - 20.0)
     end = part("end", ball(6.0, (L_B, 0, 0)).fuse(rod(2.5, (L_B - 45.0, 0, 0), (L_B, 0, 0))))
     placed = tuple(Occurrence(f"end_{link}", end, link, np.eye(4)) for link in ("rod_0_1", "rod_1_0"))
     frames = m.placement(LIMITS.centre_mm)
     apart = float(np.linalg.norm((frames["rod_0_1"] - frames["rod_1_0"]) @ [L_B, 0.0, 0.0, 1.0])) - 12.0
-    small = replace(small, clearance_min_mm=apart - spare_mm)
+    small = replace(small, clearance_min_mm=apart - margin_mm)
     pairs = clearance_pairs(replace(m, occurrences=placed, joints=(), fits=()), small, MeshLibrary((end,), 0.02, 0.2))
     domains = joint_ranges(GEOMETRY, small.centre_mm, small.half_side_mm)
     (space,) = spaces_of(pairs, m.placement, domains, small, 0.0)

@@ -158,8 +158,8 @@ def test_ranges_of_arms_much_shorter_than_their_rods_are_not_wider_than_their_st
 
 def test_raster_says_no_only_outside() -> None:
     raster = Raster.of_boxes(np.array([[0.0, 0.0], [10.0, 10.0]]), np.array([[1.0, 1.0], [1.0, 1.0]]))
-    asked = np.array([[0.5, 0.5], [5.0, 5.0], [9.5, 10.5], [0.0, 10.0], [20.0, 20.0]])
-    assert raster.touched(asked, np.full((5, 2), 0.1)).tolist() == [True, False, True, False, False]
+    required = np.array([[0.5, 0.5], [5.0, 5.0], [9.5, 10.5], [0.0, 10.0], [20.0, 20.0]])
+    assert raster.touched(required, np.full((5, 2), 0.1)).tolist() == [True, False, True, False, False]
     assert raster.touched(np.array([[5.0, 5.0]]), np.array([[4.5, 4.5]])).all()
 
 
@@ -206,13 +206,13 @@ def check_round_pair(space, k, a, b, pair: ClearancePair, assembly) -> None:
     frames = space.frames(np.column_stack([np.full(20, centre[0]), variables[:, 1]]))
     poses = frames[:, space.links.index(a.link)] @ a.placement, frames[:, space.links.index(b.link)] @ b.placement
     engine = DistanceEngine()
-    told = np.array([engine.distance(a, b, *both) for both in zip(*poses, strict=True)])
+    reported = np.array([engine.distance(a, b, *both) for both in zip(*poses, strict=True)])
     relative = relative_pose(holder, rod, positions, assembly.placement)
     true = np.array([engine.distance(holder, b, np.eye(4), r) for r in relative])
-    near = told < space.pairs.limit[k]  # what is farther was left away
+    near = reported < space.pairs.limit[k]  # what is farther was left away
     strays = a.mesh.deviation_mm + holder.mesh.deviation_mm
-    assert (told <= true + 1e-6)[near].all()
-    assert (told >= true - strays - 0.003 * a.radius)[near].all()
+    assert (reported <= true + 1e-6)[near].all()
+    assert (reported >= true - strays - 0.003 * a.radius)[near].all()
 
 
 def check_pair(space, k, a, b, pair: ClearancePair, assembly) -> None:
@@ -226,8 +226,8 @@ def check_pair(space, k, a, b, pair: ClearancePair, assembly) -> None:
     variables = variables_of(space.name, positions, originals).reshape(7, 4, -1)
     frames = space.frames(variables[0])
     la, lb = space.links.index(a.link), space.links.index(b.link)
-    ours = np.linalg.inv(frames[:, la] @ a.placement) @ (frames[:, lb] @ b.placement)
-    assert ours == pytest.approx(relative[0], abs=1e-9), space.name
+    own = np.linalg.inv(frames[:, la] @ a.placement) @ (frames[:, lb] @ b.placement)
+    assert own == pytest.approx(relative[0], abs=1e-9), space.name
 
     width = np.abs(variables - variables[0]).max(axis=0)
     bound = np.min(

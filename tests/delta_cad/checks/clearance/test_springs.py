@@ -99,8 +99,8 @@ def random_pair(rng: np.random.Generator, one: str, other: str) -> tuple[Assembl
         along = rng.uniform(-HALF, HALF)
         place = on_spring(rng, one, p, along)
         k, way = rng.integers(len(p)), rng.normal(size=3)
-        beside = place[k] + way / np.linalg.norm(way) * rng.uniform(12.0, 20.0)
-        there = frame[k, :3, :3].T @ (beside - frame[k, :3, 3])
+        adjacent = place[k] + way / np.linalg.norm(way) * rng.uniform(12.0, 20.0)
+        there = frame[k, :3, :3].T @ (adjacent - frame[k, :3, 3])
         if other.startswith("spring"):
             there = np.array([0.0, rng.uniform(-HALF, HALF), 0.0])
             places = on_spring(rng, other, p, float(there[1]))
@@ -147,7 +147,7 @@ def test_no_proof_exceeds_what_sampled_springs_find(one: str, other: str) -> Non
 
 
 @pytest.mark.parametrize(("one", "other"), [("spring_0_0", "rod_0_1"), ("spring_1_1", "spring_1_0")])
-def test_beside_what_hangs_on_the_same_rods_a_spring_is_as_it_is_drawn(one: str, other: str) -> None:
+def test_next_to_what_hangs_on_the_same_rods_a_spring_is_as_it_is_drawn(one: str, other: str) -> None:
     p, along, there = np.concatenate([LIMITS.corners_mm, surface(np.random.default_rng(3), 4000)]), 15.0, (30.0, 0, 0)
     places = [PLACEMENT(p)[link] @ np.array([*spot, 1.0]) for link, spot in ((one, (0.0, along, 0.0)), (other, there))]
     least = float(np.linalg.norm(places[0] - places[1], axis=1).min()) - 2.0
@@ -160,7 +160,7 @@ def test_beside_what_hangs_on_the_same_rods_a_spring_is_as_it_is_drawn(one: str,
     assert proven(a, least - 0.5)
 
 
-def test_a_spring_beside_the_thin_end_of_a_long_part_is_not_taken_for_in_it() -> None:
+def test_a_spring_next_to_the_thin_end_of_a_long_part_is_not_taken_for_in_it() -> None:
     """A head that is not round on a long spigot: the hull of both, at every turn of the rod, would hold the ball."""
     pin = box((-2, -12, -12), (4, 12, 12)).fuse(rod(2.0, (4, 0, 0), (56, 0, 0)))
     links = PLACEMENT(np.concatenate([LIMITS.corners_mm, surface(np.random.default_rng(5), 4000)]))

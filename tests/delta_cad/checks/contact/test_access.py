@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from math import degrees, pi, tau
 from typing import Any
@@ -19,7 +20,7 @@ from delta_cad.checks.contact.access import check_access, up_and_down
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
-from delta_cad.dimensions import Dimensions, dimensions, layers
+from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.bracket import key_slot_rad, motor_pattern_rad
 from delta_cad.dimensions.layers import KEYS_MM
 from delta_cad.interference.static_obstacles import motor
@@ -86,7 +87,11 @@ def test_a_cut_handle_passes_the_neighbours_of_a_base_that_is_too_short_for_a_wh
     monkeypatch.setattr(access, "HEIGHTS", 5)  # what stands in its way stands at any
     monkeypatch.setattr(access, "TURN_RAD", 10.0)
     assert found(a, d, names)["tool access"].passed
-    monkeypatch.setattr(layers, "cut_key_mm", lambda flats: (0.8 * KEYS_MM[flats][1], KEYS_MM[flats][0]))
+    monkeypatch.setattr(
+        sys.modules["delta_cad.dimensions.layers"],
+        "cut_key_mm",
+        lambda flats: (0.8 * KEYS_MM[flats][1], KEYS_MM[flats][0]),
+    )
     result = found(a, d, names)["tool access"]
     assert not result.passed
     assert result.value is not None

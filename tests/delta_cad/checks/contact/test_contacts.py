@@ -70,13 +70,13 @@ def test_positions_of_a_shoulder_are_those_of_the_placement_and_reach_past_its_e
         assert len(found) == TURNS
         placed = whole.poses(LIMITS.poses_mm())
         exact = np.linalg.inv(placed[pair[0]]) @ placed[pair[1]]
-        asked, got = (np.arctan2(f[:, 2, 0], f[:, 0, 0]) for f in (exact, found))
-        assert got.min() <= asked.min()
-        assert got.max() >= asked.max()
+        required, got = (np.arctan2(f[:, 2, 0], f[:, 0, 0]) for f in (exact, found))
+        assert got.min() <= required.min()
+        assert got.max() >= required.max()
         # the positions lie on the same circle as those of the placement
         order = np.argsort(got)
         for k in range(3):
-            chord = np.interp(asked, got[order], found[order, k, 3])
+            chord = np.interp(required, got[order], found[order, k, 3])
             assert np.allclose(chord, exact[:, k, 3], atol=0.02)  # sagitta of 3 degrees on a radius of 40 mm
 
 

@@ -69,10 +69,10 @@ def test_contact_on_one_link_may_say_how_much_it_overlaps() -> None:
 
 
 def test_fits_of_unknown_names_or_kinds_are_refused() -> None:
-    for fit, told in ((Fit("arm_0", "nothing", "contact"), "nothing"), (Fit("arm_0", "arm_1", "glued"), "glued")):
+    for fit, reported in ((Fit("arm_0", "nothing", "contact"), "nothing"), (Fit("arm_0", "arm_1", "glued"), "glued")):
         (result,) = check(replace(MACHINE, fits=(fit,))).values()
         assert not result.passed
-        assert told in result.detail
+        assert reported in result.detail
 
 
 def test_the_rotor_of_a_direct_drive_may_not_run_into_its_arm() -> None:

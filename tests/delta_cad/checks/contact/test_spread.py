@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.contact.access import MOST_MM, SPARE_MM, TOLERANCE_MM, missing_spread_mm
+from delta_cad.checks.contact.access import MARGIN_MM, MOST_MM, TOLERANCE_MM, missing_spread_mm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.bought_parts import make_cap_screw
@@ -48,13 +48,13 @@ def test_what_a_neighbour_leaves_is_by_how_much_the_radius_may_be_shorter() -> N
     assert off - 0.1 <= missing(walled(-3.0, "wall_1")) <= off + TOLERANCE_MM + 0.1 < 0.0
 
 
-def test_nothing_in_the_way_lacks_nothing_and_what_goes_along_is_never_off() -> None:
-    assert missing(walled(-20.0, "wall_1")) == -SPARE_MM
+def test_nothing_in_the_way_misses_nothing_and_what_goes_along_is_never_off() -> None:
+    assert missing(walled(-20.0, "wall_1")) == -MARGIN_MM
     assert missing(walled(3.0, "wall_0")) == MOST_MM
 
 
 @pytest.mark.slow
-def test_the_machine_lacks_nothing(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+def test_the_machine_misses_nothing(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     cube = best_dimensions.design.cube
     limits = CheckLimits(cube.bottom_height_mm, cube.half_side_mm, 270.0, 220.0)
     assert missing_spread_mm(best_assembly, limits, MeshLibrary(best_assembly.parts)) <= 0.0

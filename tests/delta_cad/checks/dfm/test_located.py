@@ -49,7 +49,7 @@ WRONG: dict[str, tuple[Bore, dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("fault", WRONG)
-def test_a_bore_that_is_otherwise_is_told(fault: str) -> None:
+def test_a_bore_that_is_otherwise_is_reported(fault: str) -> None:
     bore, change = WRONG[fault]
     others = [other for other in (DRILLED, THROUGH, HEAD) if other is not bore]
     (text,) = location_faults(block(replace(bore, **change), *others))
@@ -66,7 +66,7 @@ def test_a_bore_that_is_otherwise_is_told(fault: str) -> None:
     ],
     ids=["core", "fit", "thread's callout", "fit's callout"],
 )
-def test_a_bore_of_which_two_things_are_said_is_told(bore: Bore, callout: str, told: str) -> None:
+def test_a_bore_of_which_two_things_are_said_is_reported(bore: Bore, callout: str, told: str) -> None:
     solid = cut(box((0, 0, 0), (40, 20, 20)), [tool(bore)])
     one = made_part("one", "one", solid, material("aluminium-6082"), (None, None, None), [group(callout, [bore])])
     (text,) = location_faults(one)
@@ -80,7 +80,7 @@ def test_every_bore_of_a_machine_is_found_and_declares_its_place(best_assembly: 
             assert [hole.callout for hole in part.holes if not hole.bores and not hole.is_slot] == []
 
 
-def test_a_moved_bore_of_a_real_part_is_told(best_assembly: Assembly) -> None:
+def test_a_moved_bore_of_a_real_part_is_reported(best_assembly: Assembly) -> None:
     (plate,) = [part for part in best_assembly.parts if part.number == "base_plate"]
     hole = plate.holes[3]
     x, y, z = hole.bores[0].start_mm

@@ -40,8 +40,8 @@ def main(words: list[str]) -> int:
                 needed |= {pattern} if by is None else set()
             elif by is None:
                 wrong.append(fault.name)
-            told = by or f"MISSED{f': {MISSES[pattern]}' if pattern else ''}"
-            print(f"{fault.name}: {told} ({perf_counter() - start:.1f} s)", flush=True)
+            reported = by or f"MISSED{f': {MISSES[pattern]}' if pattern else ''}"
+            print(f"{fault.name}: {reported} ({perf_counter() - start:.1f} s)", flush=True)
     print(f"{caught} of {total} faults caught, {100.0 * caught / max(total, 1):.1f} %")
     wrong += [f"nothing is missed by {pattern!r}" for pattern in sorted(named - needed)]
     print(f"not as expected: {'; '.join(wrong)}" if wrong else "those missed are the ones that are named")

@@ -110,11 +110,11 @@ def test_arm_in_closed_form_and_an_elbow_ball_on_the_rod() -> None:
         assert x.value >= 122.0 + 2.0 - low
 
 
-def test_a_direct_drive_beside_the_shoulder_turns_about_its_own_axis() -> None:
+def test_a_direct_drive_next_to_the_shoulder_turns_about_its_own_axis() -> None:
     assembly = machine(1.0)
-    beside = replace(assembly.placement, pinion_centre_mm=(30.0, 0.0))
+    adjacent = replace(assembly.placement, pinion_centre_mm=(30.0, 0.0))
     stick = part("stick", box((0, 0, -0.5), (20, 1, 0.5)))
-    found = check(only(changed(replace(assembly, placement=beside), "pinion_0", part=stick), "pinion_0"))
+    found = check(only(changed(replace(assembly, placement=adjacent), "pinion_0", part=stick), "pinion_0"))
     assert any(f"to {50.0:.1f}" in r.detail for r in found.values() if r.detail.startswith("along x"))
 
 

@@ -39,10 +39,10 @@ def test_strands_climb_as_the_groove_does(best_assembly: Assembly, best_dimensio
     lengths = c.run.shortest_mm, c.run.shortest_mm + c.run.sector_mm * c.run.stroke_rad
     steepest = lead + max((c.run.made_lug_mm - c.run.lug_mm) / length for length in lengths)
     assert results["cable fleet angle"].value == pytest.approx(degrees(atan(steepest)), rel=1e-3)
-    assert results["cable on its groove"].value == pytest.approx(spare_mm(c), abs=1e-3)
+    assert results["cable on its groove"].value == pytest.approx(margin_mm(c), abs=1e-3)
 
 
-def spare_mm(c: CapstanDimensions) -> float:
+def margin_mm(c: CapstanDimensions) -> float:
     """A pitch is left at either end of the groove, and what rounds its half up to a tenth: less than that."""
     half = c.middle_y_mm - c.pinion_y_mm[0] - 0.5  # of its shoulder
     rounded = half - c.run.grooved_mm / 2
@@ -125,7 +125,7 @@ def test_a_pinion_moved_along_its_axis_is_refused(
     """Alone, its groove ends before the turns; with its turns, the strands lean."""
     alone = found(moved(best_assembly, {"pinion_1": at(y=by_mm)}))["cable on its groove"]
     assert not alone.passed
-    assert alone.value == pytest.approx(spare_mm(capstan(best_dimensions)) - 1.0, abs=1e-3)
+    assert alone.value == pytest.approx(margin_mm(capstan(best_dimensions)) - 1.0, abs=1e-3)
     turn = chain_frame(1)
     both = {"pinion_1": at(y=by_mm), "capstan_cable_1_turns": turn @ at(y=by_mm) @ np.linalg.inv(turn)}
     results = found(moved(best_assembly, both))
@@ -146,7 +146,7 @@ def test_a_groove_too_short_is_refused(best_assembly: Assembly, best_dimensions:
     pinion = make_pinion(replace(best_dimensions, capstan=short))
     result = found(with_part(best_assembly, "pinion_2", pinion))["cable on its groove"]
     assert not result.passed
-    assert result.value == pytest.approx(spare_mm(c) - 1.0, abs=1e-3)
+    assert result.value == pytest.approx(margin_mm(c) - 1.0, abs=1e-3)
     assert result.worst_pair == ("pinion_2",)
 
 

@@ -46,8 +46,8 @@ def test_poor_is_what_is_worse_than_a_default_that_was_left_out(
     value: float, stated: float | None, poor: list[str], best: Design, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At 3 N a fifth of a kilogram for each newton; 0.602 kg are 0.6 with the digits that are printed."""
-    asked = {"force_N": 3.0, "effective_mass_max_kg": stated, "friction_max_N": None, "couple_index_min": None}
-    design = best.model_copy(update={"requirements": best.requirements.model_copy(update=asked)})
+    required = {"force_N": 3.0, "effective_mass_max_kg": stated, "friction_max_N": None, "couple_index_min": None}
+    design = best.model_copy(update={"requirements": best.requirements.model_copy(update=required)})
 
     def found(**values: float) -> list[str]:
         monkeypatch.setattr(feel, "feel_figures", lambda *_: VALUES | values)

@@ -22,7 +22,7 @@ from delta_cad.mechanism.proof import extremes
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS
 from tests.delta_cad.mechanism.stated_limits import limits as asked
 
-ASKED: dict[str, Any] = {
+REQUIRED: dict[str, Any] = {
     "force": 3.0,
     "torque_max": 0.8,
     "lean_max": np.radians(28.0),
@@ -30,7 +30,7 @@ ASKED: dict[str, Any] = {
     "kappa_max": 2.3,
 }
 MASSES = HandleInertia(0.1, 0.02, 0.005, 500e-6)
-GIVEN = replace(LIMITS, pose=asked(**ASKED).with_(EffectiveMass(0.6, MASSES)))
+GIVEN = replace(LIMITS, pose=asked(**REQUIRED).with_(EffectiveMass(0.6, MASSES)))
 
 
 def by_name(limits) -> dict[str, CheckResult]:
@@ -74,7 +74,7 @@ def test_only_what_is_given_is_checked() -> None:
     ],
 )
 def test_what_exceeds_its_limit_is_refused(name: str, changes: dict[str, Any]) -> None:
-    failed = [r for r in by_name(replace(GIVEN, pose=asked(**ASKED | changes))).values() if not r.passed]
+    failed = [r for r in by_name(replace(GIVEN, pose=asked(**REQUIRED | changes))).values() if not r.passed]
     assert [r.name for r in failed] == [name]
     pose = np.array(failed[0].worst_pose_mm)
     assert (np.abs(pose - LIMITS.centre_mm) <= LIMITS.half_side_mm + 1e-9).all()
@@ -101,7 +101,7 @@ def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
     """Nothing proves an inequality that is an equality: here as in `certify`."""
     kappa = by_name(GIVEN)["kappa"]
     same: dict[str, Any] = {"kappa_max": kappa.value}
-    at = by_name(replace(GIVEN, pose=asked(**ASKED | same)))["kappa"]
+    at = by_name(replace(GIVEN, pose=asked(**REQUIRED | same)))["kappa"]
     assert not at.passed
     assert at.value == at.limit == kappa.value
     assert "undecided" in at.detail
@@ -110,13 +110,13 @@ def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
     assert worst in at.detail  # the box lies there; a half of the cube is proved, the other is its mirror image
     for share, passed in ((1.0 + 1e-9, True), (1.0 - 1e-9, False)):
         changes: dict[str, Any] = {"kappa_max": (kappa.value or 0.0) * share}
-        assert by_name(replace(GIVEN, pose=asked(**ASKED | changes)))["kappa"].passed is passed
+        assert by_name(replace(GIVEN, pose=asked(**REQUIRED | changes)))["kappa"].passed is passed
 
 
 def test_what_the_search_misses_the_proof_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search that knows the centre alone: what breaks is told where the proof saw it, what holds is not doubted."""
     changes: dict[str, Any] = {"kappa_max": 2.0, "torque_max": 0.3}
-    tight = replace(GIVEN, pose=asked(**ASKED | changes))
+    tight = replace(GIVEN, pose=asked(**REQUIRED | changes))
 
     def centre(*given: Any) -> Extreme:
         _, g, limit, figure = given

@@ -21,7 +21,7 @@ from delta_cad.dimensions.tolerances.chain import Chain, either_way
         ((4.55, 9.0), True, 4.5, 4.55, False),
     ],
 )
-def test_the_nearer_end_is_told(
+def test_the_nearer_end_is_reported(
     bounds: tuple[float, float], statistical: bool, value: float, limit: float, holds: bool
 ) -> None:
     links = (either_way("a", "x", "stated", 0.3), either_way("b", "y", "bought", 0.4))

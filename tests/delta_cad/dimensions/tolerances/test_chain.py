@@ -44,7 +44,7 @@ def test_every_chain_against_machines_drawn_at_random(best_dimensions: Dimension
 
 
 @pytest.mark.parametrize("statistical", [False, True])
-def test_a_link_or_all_that_is_made_may_be_as_loose_as_told(statistical: bool, best_dimensions: Dimensions) -> None:
+def test_a_link_or_all_that_is_made_may_be_as_loose_as_reported(statistical: bool, best_dimensions: Dimensions) -> None:
     """With it the chain just holds, with a little more it does not."""
     for given in machine_chains(best_dimensions):
         chain = replace(given, statistical=statistical)

@@ -42,7 +42,7 @@ def test_every_made_part_has_its_files_and_the_check_holds(built: Built, folder:
     assert json.loads((built.folder / "manifest.json").read_text())["left_out"] == []
 
 
-def test_holes_are_told_as_the_list_of_holes_has_them(built: Built, folder: Path) -> None:
+def test_holes_are_reported_as_the_list_of_holes_has_them(built: Built, folder: Path) -> None:
     """The oracle is `holes.csv`: of each part's diameters and threads as many as there stand."""
     with (built.folder / "holes.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -67,8 +67,8 @@ def test_a_table_s_coordinates_are_those_of_the_list_of_holes_along_the_axes_tha
     texts = svg_texts(folder / f"{number}.svg")
     words = re.sub(r"\s+", " ", " ".join(texts))
     zero = [float(value) for value in re.search(r"which is \(([^)]*)\)", words)[1].split(",")]  # type: ignore[index]
-    told = re.search(r"right is (-?)([XYZ]) there, its up (-?)([XYZ])\.", words)
-    assert told is not None
+    reported = re.search(r"right is (-?)([XYZ]) there, its up (-?)([XYZ])\.", words)
+    assert reported is not None
     with (built.folder / "holes.csv").open(encoding="utf-8") as file:
         own = [row for row in csv.DictReader(file) if row["part"] == number and row["x_mm"]]
     starts = [[float(row[f"{axis}_mm"]) for axis in "xyz"] for row in own]
@@ -80,9 +80,9 @@ def test_a_table_s_coordinates_are_those_of_the_list_of_holes_along_the_axes_tha
     assert len(rows) >= 6
     for tag, (right, up) in rows.items():
         point = list(zero)
-        for value, sense, axis in ((right, told[1], told[2]), (up, told[3], told[4])):
+        for value, sense, axis in ((right, reported[1], reported[2]), (up, reported[3], reported[4])):
             point["XYZ".index(axis)] += -value if sense else value
-        kept = ["XYZ".index(told[2]), "XYZ".index(told[4])]
+        kept = ["XYZ".index(reported[2]), "XYZ".index(reported[4])]
         assert any(all(abs(at[j] - point[j]) < 2e-3 for j in kept) for at in starts), (tag, point)
 
 

@@ -34,7 +34,7 @@ def spoiled(drawing: Drawing, spoil: Callable[[list[Item]], list[Item]]) -> Draw
     return replace(drawing, sheets=(replace(first, items=spoil(list(first.items))), *drawing.sheets[1:]))
 
 
-def _is_told(leaf: Primitive, text: str) -> bool:
+def _is_reported(leaf: Primitive, text: str) -> bool:
     return isinstance(leaf, Text) and leaf.text == text and bool(leaf.states)
 
 
@@ -43,9 +43,9 @@ def edited(drawing: Drawing, old: str, new: str | None) -> Drawing:
     assert old in texts(drawing)
 
     def spoil(items: list[Item]) -> list[Item]:
-        k = next(k for k, item in enumerate(items) if any(_is_told(leaf, old) for leaf in primitives([item])))
-        own = [leaf for leaf in primitives([items[k]]) if not _is_told(leaf, old)]
-        (text,) = (leaf for leaf in primitives([items[k]]) if isinstance(leaf, Text) and _is_told(leaf, old))
+        k = next(k for k, item in enumerate(items) if any(_is_reported(leaf, old) for leaf in primitives([item])))
+        own = [leaf for leaf in primitives([items[k]]) if not _is_reported(leaf, old)]
+        (text,) = (leaf for leaf in primitives([items[k]]) if isinstance(leaf, Text) and _is_reported(leaf, old))
         return [*items[:k], *own, *([replace(text, text=new)] if new is not None else []), *items[k + 1 :]]
 
     return spoiled(drawing, spoil)
@@ -78,7 +78,7 @@ def test_what_is_missing_or_wrong_is_found(
     assert any(told in fault for fault in faults), faults
 
 
-def test_what_is_told_twice_is_found(sound: tuple[Drawing, Features]) -> None:
+def test_what_is_reported_twice_is_found(sound: tuple[Drawing, Features]) -> None:
     drawing, features = sound
     text = next(t for t in drawing.sheets[0].texts if t.text == "60")
     twice = spoiled(drawing, lambda items: [*items, replace(text, at=(200.0, 100.0))])

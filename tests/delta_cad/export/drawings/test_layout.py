@@ -76,7 +76,7 @@ def test_a_slanted_pocket_is_drawn_once_more_turned() -> None:
 
 
 @pytest.mark.parametrize("off_mm", [0.02, 0.09, 0.3])
-def test_a_side_that_is_almost_straight_is_told_by_its_ends(off_mm: float) -> None:
+def test_a_side_that_is_almost_straight_is_reported_by_its_ends(off_mm: float) -> None:
     """Of a side of 100 mm: an encoder's cheek that leans by 0.05 degrees was taken for straight, and seen nowhere."""
     corners = [(0.0, 0.0), (100.0, 0.0), (100.0, 40.0 + off_mm), (0.0, 40.0)]
     (solid,) = cq.Workplane().polyline(corners).close().extrude(8.0).val().Solids()  # type: ignore[union-attr]
@@ -93,11 +93,15 @@ def test_many_holes_get_a_table() -> None:
     part = Part("grid", "", solid, METAL, True, (Hole(3.0, 12, "3 H7 through"),))
     drawing, features = part_drawing(part, Controlled(), TITLES)
     assert drawing_faults(drawing, part, features) == []
-    told = texts(drawing)
+    reported = texts(drawing)
     tags = [text.text for sheet in drawing.sheets for text in sheet.texts if text.height == LETTER_MM]
     assert [tags.count(f"A{n}") for n in range(1, 13)] == [2] * 12  # beside its hole and in the table
-    assert told.count("12x Ø3 H7 through") == 1
-    rows = {(told[k + 1], told[k + 2]) for k, text in enumerate(told[:-2]) if text[0] == "A" and told[k + 2 :]}
+    assert reported.count("12x Ø3 H7 through") == 1
+    rows = {
+        (reported[k + 1], reported[k + 2])
+        for k, text in enumerate(reported[:-2])
+        if text[0] == "A" and reported[k + 2 :]
+    }
     assert {(f"{x:g}", f"{y:g}") for x, y in at} <= rows
 
 

@@ -57,7 +57,9 @@ def test_a_frame_says_characteristic_zone_and_datums_in_their_order(kind: str) -
     assert sum(isinstance(sign, Arc) for sign in signs) == {"position": 1, "coaxiality": 2}.get(kind, 0)
 
 
-@pytest.mark.parametrize("line", [f"Ø8 H7 {SURFACE}Ra 1.6", ZONE, FLAG, Flag(FLAG.datum), Flag(FLAG.datum, hung=False)])
+@pytest.mark.parametrize(
+    "line", [f"Ø8 H7 {SURFACE}Ra 1.6", ZONE, FLAG, Flag(FLAG.datum), Flag(FLAG.datum, suspended=False)]
+)
 def test_a_line_is_as_long_as_it_says_and_stays_in_its_height(line: Line) -> None:
     box = box_of(set_line(line, (0.0, 0.0)))
     assert box[2] == pytest.approx(length_of(line), abs=0.05)
@@ -68,9 +70,9 @@ def test_a_datum_is_tied_to_its_frame_or_to_the_line_above() -> None:
     frame, flag = marks(set_line(FLAG, (0.0, 0.0)))
     (head,) = (item for item in flag.items if isinstance(item, Area))
     assert min(x for x, _ in head.points) == pytest.approx(frame.box[2])  # its base on the frame's side
-    (hung,) = marks(set_line(Flag(FLAG.datum), (0.0, 0.0)))
-    (head,) = (item for item in hung.items if isinstance(item, Area))
-    assert max(y for _, y in head.points) == pytest.approx(hung.box[3])
+    (suspended,) = marks(set_line(Flag(FLAG.datum), (0.0, 0.0)))
+    (head,) = (item for item in suspended.items if isinstance(item, Area))
+    assert max(y for _, y in head.points) == pytest.approx(suspended.box[3])
 
 
 def test_a_surface_s_symbol_stays_with_its_text_when_a_callout_is_broken() -> None:

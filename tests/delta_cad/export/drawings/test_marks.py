@@ -74,7 +74,7 @@ def test_numbers_are_short() -> None:
     assert [number(x) for x in (5.0, -0.00001, 48.5690001, 1e-3, 0.02)] == ["5", "0", "48.569", "0.001", "0.02"]
 
 
-def test_a_tag_finds_room_beside_lines_and_says_when_there_is_none() -> None:
+def test_a_tag_finds_room_next_to_lines_and_says_when_there_is_none() -> None:
     around: list[Item] = [Stroke("visible", ((-50, y), (50, y))) for y in (-3.0, 3.0)]
     tag = free_text("A1", (0.0, 0.0), 2.0, around)
     lines = np.array([list(stroke.points) for stroke in around if isinstance(stroke, Stroke)])

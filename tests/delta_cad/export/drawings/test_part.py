@@ -39,10 +39,12 @@ def test_points_of_edges_are_spread_over_their_length() -> None:
     assert isinstance(whole, cq.Solid)
     assert {"LINE", "CIRCLE"} < {edge.geomType() for edge in whole.Edges()}
     for face, read in zip(whole.Faces(), faces_of(whole), strict=True):
-        asked = [edge.positionAt(k / 8).toTuple() for edge in face.Edges() for k in range(9)]  # pyright: ignore[reportAttributeAccessIssue]
-        np.testing.assert_allclose(read.corners, asked, atol=1e-6)
+        required = [edge.positionAt(k / 8).toTuple() for edge in face.Edges() for k in range(9)]  # pyright: ignore[reportAttributeAccessIssue]
+        np.testing.assert_allclose(read.corners, required, atol=1e-6)
         ends = {tuple(np.round(points[[0, 2, 4]].ravel(), 6)) for _, points in read.borders}
-        assert ends <= {tuple(np.round(read.corners[k : k + 9][[0, 4, 8]].ravel(), 6)) for k in range(0, len(asked), 9)}
+        assert ends <= {
+            tuple(np.round(read.corners[k : k + 9][[0, 4, 8]].ravel(), 6)) for k in range(0, len(required), 9)
+        }
 
 
 def along(found: Features, axis: int) -> set[float]:
@@ -61,7 +63,7 @@ def test_a_plate_is_placed_by_its_sides_and_its_bores() -> None:
     assert found.sizes == []
 
 
-def test_holes_are_told_together_where_they_share_their_axes() -> None:
+def test_holes_are_ordered_together_where_they_share_their_axes() -> None:
     groups = features(plate()).groups
     assert [group.callout for group in groups] == [
         ("2x Ø5.5 through, screws", "2x Ø10 counterbore 5 deep"),
@@ -72,7 +74,7 @@ def test_holes_are_told_together_where_they_share_their_axes() -> None:
     assert all(np.allclose(bore.axis, (0, 0, 1)) for bore in groups[2].bores)
 
 
-def test_equal_diameters_are_told_apart_by_what_is_bored() -> None:
+def test_equal_diameters_are_distinguished_by_what_is_bored() -> None:
     body = cq.Workplane().box(30, 30, 20)
     body = body.faces(">Z").workplane().pushPoints([(8, 8)]).hole(4.0, 5.0)
     body = body.faces(">Z").workplane().pushPoints([(-8, -8)]).hole(4.0)
@@ -81,13 +83,13 @@ def test_equal_diameters_are_told_apart_by_what_is_bored() -> None:
         body = body.faces(side).workplane().pushPoints([at]).hole(4.0, 6.0)
     (solid,) = body.val().Solids()  # type: ignore[union-attr]
     part = Part("block", "", solid, METAL, True, (Hole(4.0, 3, "4 H7: of three kinds"),))
-    told = {line for group in hole_groups(part, faces_of(solid)) for line in group.callout}
-    assert told == {"Ø4 H7 x 5 deep", "Ø4 H7 x 20 deep", "Ø4 H7 x 6 deep from both sides"}
+    reported = {line for group in hole_groups(part, faces_of(solid)) for line in group.callout}
+    assert reported == {"Ø4 H7 x 5 deep", "Ø4 H7 x 20 deep", "Ø4 H7 x 6 deep from both sides"}
     shared = replace(part, holes=(Hole(4.0, 3, "2x 4 through; 1x 4 H7 x 5"),))
     assert any("x 6 deep from both sides" in line for g in hole_groups(shared, faces_of(solid)) for line in g.callout)
 
 
-def test_equal_bores_of_two_uses_are_told_in_one() -> None:
+def test_equal_bores_of_two_uses_are_reported_in_one() -> None:
     """As in a base plate whose passage for cables is as wide as its lightening."""
     body = cq.Workplane().box(60, 40, 8).faces(">Z").workplane()
     (solid,) = body.pushPoints([(-20, 0), (0, 5), (20, 0)]).hole(8.0).val().Solids()  # type: ignore[union-attr]
@@ -102,7 +104,7 @@ def test_a_bore_that_is_declared_and_not_there_is_refused() -> None:
         hole_groups(part, faces_of(part.solid))
 
 
-def test_a_stepped_shaft_is_a_turned_part_told_by_its_steps() -> None:
+def test_a_stepped_shaft_is_a_turned_part_reported_by_its_steps() -> None:
     shaft = cq.Workplane("YZ").circle(5).extrude(12).faces(">X").workplane().circle(4).extrude(20)
     shaft = shaft.faces(">X").chamfer(0.5)
     (solid,) = shaft.val().Solids()  # type: ignore[union-attr]
@@ -134,7 +136,7 @@ def test_the_tangents_of_two_bosses_have_no_coordinates() -> None:
     assert all(np.abs(place.along).max() > 1 - 1e-6 for place in found.places)
 
 
-def test_of_three_equal_arms_one_is_told() -> None:
+def test_of_three_equal_arms_one_is_reported() -> None:
     star = cq.Workplane().circle(8).extrude(5)
     for k in range(3):
         arm = cq.Workplane().box(30, 6, 5, centered=(False, True, False)).rotate((0, 0, 0), (0, 0, 1), 120 * k)
@@ -160,7 +162,7 @@ def test_signs_of_a_drawing() -> None:
     assert lettered("5 +-0.02 at 8.6 deg to the degree") == "5 ±0.02 at 8.6° to the degree"
 
 
-def test_diameters_are_told_to_a_micrometre_and_with_their_tolerance() -> None:
+def test_diameters_are_ordered_to_a_micrometre_and_with_their_tolerance() -> None:
     """A radius is not rounded before it is doubled: 2 x 3.0074 is 6.015 to a micrometre, not 6.014."""
     solid = cq.Solid.makeCylinder(3.0074, 9, cq.Vector(0, 0, 0), cq.Vector(1, 0, 0))
     found = features(Part("pin", "", solid, METAL, True), Controlled(rounds=(Round(6.0148, either_mm=0.01),)))

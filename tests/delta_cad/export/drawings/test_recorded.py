@@ -28,7 +28,7 @@ PLAIN = along_z(8.0, (0.0, 0.0), (0.0, 10.0))
         ("M4 through", tapped(PLAIN, "M4"), "M4 through"),
     ],
 )
-def test_a_callout_gets_what_it_lacks(callout: str, bore: Bore, told: str) -> None:
+def test_a_callout_gets_what_is_missing(callout: str, bore: Bore, told: str) -> None:
     assert recorded(callout, group("", [bore])) == told
 
 
@@ -36,7 +36,7 @@ def test_bores_of_one_diameter_that_differ_add_nothing() -> None:
     assert recorded("Ø8 through", group("", [PLAIN, fitted(PLAIN, "H7")])) == "Ø8 through"
 
 
-def test_every_fit_of_the_joystick_is_told_with_its_deviations_and_surface(best_assembly: Assembly) -> None:
+def test_every_fit_of_the_joystick_is_reported_with_its_deviations_and_surface(best_assembly: Assembly) -> None:
     for part in best_assembly.parts:
         if not part.make:
             continue

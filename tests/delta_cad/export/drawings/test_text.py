@@ -178,8 +178,8 @@ def test_every_column_of_the_item_list_and_every_field_of_a_title_block_takes_an
         page.add(items)
         page.frames |= frames
         assert sheet_faults(page) == []
-        told = " ".join(one.text for one in page.texts)
-        assert all(name in told for name in names[:12]) or scale != "-"
+        reported = " ".join(one.text for one in page.texts)
+        assert all(name in reported for name in names[:12]) or scale != "-"
 
 
 @SOME

@@ -95,7 +95,7 @@ def test_a_shaft_s_journal_is_what_its_head_is_true_to() -> None:
 
 
 @pytest.mark.parametrize(("part", "held"), [(plate(), Controlled(square=(12.0,))), (shaft(), TRUE)])
-def test_each_is_told_once_on_the_drawing_and_the_checker_misses_what_is_not(part: Part, held: Controlled) -> None:
+def test_each_is_reported_once_on_the_drawing_and_the_checker_misses_what_is_not(part: Part, held: Controlled) -> None:
     drawing, features = part_drawing(part, held, TITLES)
     assert drawing_faults(drawing, part, features) == []
     symbols = [symbol.name.split()[0] for sheet in drawing.sheets for symbol in sheet.symbols]

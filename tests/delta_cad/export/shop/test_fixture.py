@@ -13,8 +13,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.commands.cli import main
 from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.export.shop.fixture import fixture_parts
-from delta_cad.export.shop.seats import COLUMN_MM, LEVELS, Seats, seats_of
+from delta_cad.export.shop.fixture import COLUMN_MM, LEVELS, Seats, fixture_parts, seats_of
 from delta_cad.mechanism import GeometryError, forward_kinematics
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import Noise, fit, poses_needed
@@ -55,7 +54,7 @@ def test_the_stems_edge_lies_on_the_cones_at_every_pose(
     shoulder = max(e.Center().z for e in stem.part.solid.Edges() if e.geomType() == "CIRCLE" and e.radius() > 4.9)
     (base,) = [one for one in best_assembly.occurrences if one.part.number == "base_plate"]
     bench = base.part.solid.BoundingBox().zmin + base.placement[2, 3]
-    standing = levels(seats, plate, bench)
+    static = levels(seats, plate, bench)
     radius = best_dimensions.platform.stem_diameter_mm / 2
     for n, pose in enumerate(seats.poses_mm):
         if n % 5:
@@ -63,8 +62,8 @@ def test_the_stems_edge_lies_on_the_cones_at_every_pose(
         lies = best_assembly.placement(pose)["platform"] @ stem.placement
         for angle in np.radians([10.0, 130.0, 250.0]):
             point = lies @ [radius * np.cos(angle), radius * np.sin(angle), shoulder, 1.0]
-            touch = standing[n // 7].distance(cq.Vertex.makeVertex(*point[:3]))
-            inside = standing[n // 7].isInside(cq.Vector(*(point[:3] - [0.0, 0.0, 0.01])))
+            touch = static[n // 7].distance(cq.Vertex.makeVertex(*point[:3]))
+            inside = static[n // 7].isInside(cq.Vector(*(point[:3] - [0.0, 0.0, 0.01])))
             assert touch < 1e-6
             assert not inside
 
@@ -92,8 +91,8 @@ def test_it_stands_clear_of_the_machine(best_dimensions: Dimensions, best_assemb
         for link, many in cloud.items():
             placed = many @ frames[link][:3, :3].T + frames[link][:3, 3]
             least[0] = min(least[0], under - placed[:, 2].max())
-            beside = np.linalg.norm(placed[:, None, :2] - columns, axis=-1).min() - COLUMN_MM / 2
-            least[1] = min(least[1], float(beside))
+            adjacent = np.linalg.norm(placed[:, None, :2] - columns, axis=-1).min() - COLUMN_MM / 2
+            least[1] = min(least[1], float(adjacent))
     assert min(least) > 5.0 + 1.0, least  # points of a mesh of 8 mm are at most 4.7 from any other; its chords 0.5
 
 

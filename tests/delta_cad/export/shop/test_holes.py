@@ -34,7 +34,7 @@ def test_every_bore_has_its_row(rows: list[HoleRow], best_assembly: Assembly) ->
     ]
 
 
-def test_threads_fits_and_ends_are_told(rows: list[HoleRow]) -> None:
+def test_threads_fits_and_ends_are_reported(rows: list[HoleRow]) -> None:
     board = only(rows, "encoder_cheek", "encoder board")
     assert {(r.thread, r.thread_depth_mm, r.depth_mm, r.diameter_mm, r.end) for r in board} == {
         ("M2.5", 8.0, 10.0, 2.05, "118")

@@ -71,13 +71,13 @@ def test_the_text_says_what_the_drawing_asks(
     number: str, files: dict[str, Path], best_assembly: Assembly, held: dict[str, Controlled]
 ) -> None:
     fits, threads, places, squares, coaxialities, datums = DRAWN[number]
-    found, part, asked = entities(files[number]), the_part(best_assembly, number), held[number]
+    found, part, required = entities(files[number]), the_part(best_assembly, number), held[number]
     said = [tuple(strings(text)) for text in of_kind(found, "LIMITS_AND_FITS")]
     assert {fit: said.count((*fit, "")) for fit in fits} == fits
     assert len(said) == sum(fits.values())
-    made = [*asked.rounds, *([asked.rounds[TWICE[number]]] if number in TWICE else [])]
+    made = [*required.rounds, *([required.rounds[TWICE[number]]] if number in TWICE else [])]
     rounds = [one for one in made if number != "sector"]
-    lengths = [length.tolerance_mm for length in (*asked.lengths, *asked.depths)]
+    lengths = [length.tolerance_mm for length in (*required.lengths, *required.depths)]
     assert len(of_kind(found, "DIMENSIONAL_SIZE")) == len(toleranced(part)) + len(made)
     assert len(of_kind(found, "DIMENSIONAL_LOCATION")) == len(lengths)
     limits = of_kind(found, "TOLERANCE_VALUE")
@@ -94,9 +94,9 @@ def test_the_text_says_what_the_drawing_asks(
     assert named <= found.keys()  # nothing refers to what was taken out
     letters = {strings(text)[-1] for text in of_kind(found, "DATUM")}
     assert letters == set(datums)
-    told = [text for one in of_kind(found, "DESCRIPTIVE_REPRESENTATION_ITEM") for text in [strings(one)] if text]
-    assert sum(text[0] == "thread" for text in told) == threads
-    notes = {text[0]: text[1] for text in told}
+    reported = [text for one in of_kind(found, "DESCRIPTIVE_REPRESENTATION_ITEM") for text in [strings(one)] if text]
+    assert sum(text[0] == "thread" for text in reported) == threads
+    notes = {text[0]: text[1] for text in reported}
     assert {key: notes[key] for key in GENERAL} == GENERAL
     assert notes["material"] == part.material.name
     assert notes["remark"] == part.description
@@ -151,13 +151,13 @@ def test_a_reader_gets_values_and_deviations_back(
         size = XCAFDoc_Dimension.Set_s(sizes.Value(k)).GetObject()  # the one that is there
         deviations = (size.GetLowerTolValue(), size.GetUpperTolValue()) if size.IsDimWithPlusMinusTolerance() else ()
         got.append((round(size.GetValue(), 6), *(round(abs(v), 6) for v in deviations)))
-    asked = [
+    required = [
         (round(b.diameter_mm, 6), *(round(abs(um) / 1000, 6) for um in b.deviations_um or ()))
         for b in toleranced(the_part(best_assembly, number))
     ]
     lengths = [*held[number].lengths, *held[number].depths]
-    asked += [(round(abs(one.end_mm - one.start_mm), 6), one.tolerance_mm, one.tolerance_mm) for one in lengths]
-    assert sorted(got) == sorted(asked)
+    required += [(round(abs(one.end_mm - one.start_mm), 6), one.tolerance_mm, one.tolerance_mm) for one in lengths]
+    assert sorted(got) == sorted(required)
     values = []
     for k in range(1, zones.Length() + 1):
         values.append(round(XCAFDoc_GeomTolerance.Set_s(zones.Value(k)).GetObject().GetValue(), 6))

@@ -27,21 +27,21 @@ from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import cube_grid
 from tests.delta_cad.mechanism.limits.proving import poses
 from tests.delta_cad.mechanism.stated_limits import limits
-from tests.designs import hanging, minimal
+from tests.designs import below_elbows, minimal
 
 OTHER_ASSEMBLY = DeltaGeometry(0.056, 0.024, 0.099, 0.087)
 CUBE = Cube(0.0345, 0.0095)
 """A cube within reach and without a singularity, whose platform hangs below its elbows."""
 
 
-def test_forward_kinematics_returns_another_position_than_that_of_a_hanging_platform() -> None:
+def test_forward_kinematics_returns_another_position_than_that_of_a_platform_below_its_elbows() -> None:
     p = cube_grid(CUBE, 5)
     back = forward_kinematics(OTHER_ASSEMBLY, joint_angles(OTHER_ASSEMBLY, p))
     assert np.linalg.norm(back - p, axis=-1).min() > 0.02
     assert np.isnan(inverse_kinematics(OTHER_ASSEMBLY, p, off_branch="nan")).all()
 
 
-def test_a_hanging_platform_is_refuted_by_its_assembly_mode_alone() -> None:
+def test_a_platform_below_its_elbows_is_refuted_by_its_assembly_mode_alone() -> None:
     proof = prove(OTHER_ASSEMBLY, CUBE, limits())
     assert [(f.condition, f.verdict) for f in proof.findings] == [("reach", "proved"), ("assembly_mode", "refuted")]
     finding = proof.findings[1]
@@ -51,7 +51,7 @@ def test_a_hanging_platform_is_refuted_by_its_assembly_mode_alone() -> None:
     assert (np.array(finding.point) <= CUBE.upper).all()
 
 
-def test_both_checks_refuse_a_hanging_platform() -> None:
+def test_both_checks_refuse_a_platform_below_its_elbows() -> None:
     given = CheckLimits(34.5, 9.5, 300.0, 300.0, pose=limits())
     found = {r.name: r for r in check_ranges(OTHER_ASSEMBLY, given)}
     assert found["reach"].passed
@@ -67,7 +67,7 @@ def test_both_checks_refuse_a_hanging_platform() -> None:
 
 
 def test_inspect_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for data, code in ((hanging(), 1), (minimal(), 0)):
+    for data, code in ((below_elbows(), 1), (minimal(), 0)):
         path = tmp_path / "design.json"
         path.write_text(json.dumps(data))
         assert main(["inspect", "--design", str(path), "--json"]) == code

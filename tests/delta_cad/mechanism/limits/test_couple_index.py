@@ -126,14 +126,14 @@ def test_the_optimum_of_the_former_task_holds_a_ninth_in_a_corner_of_the_floor()
     assert least_in_a_corner_of_the_floor(g, cube) == pytest.approx((0.1153, 0.8125), abs=1e-4)
 
 
-def test_the_committed_design_holds_what_is_asked_and_no_more_in_a_corner_of_the_floor() -> None:
+def test_the_committed_design_holds_what_is_required_and_no_more_in_a_corner_of_the_floor() -> None:
     """The limit decides its size: rounding to whole micrometres leaves some 2e-5."""
     design = load_design(BEST)
     cube = Cube(design.cube.bottom_height_mm / 1e3, design.cube.half_side_mm / 1e3)
-    asked = design.requirements.couple_index_min
-    assert asked == 0.4
+    required = design.requirements.couple_index_min
+    assert required == 0.4
     worst, middle = least_in_a_corner_of_the_floor(design.geometry, cube)
-    assert asked <= worst < asked + 1e-4
+    assert required <= worst < required + 1e-4
     assert middle == pytest.approx(0.8934, abs=1e-4)
 
 

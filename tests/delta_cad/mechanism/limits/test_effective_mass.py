@@ -96,12 +96,12 @@ def test_by_hand_on_the_axis():
 def test_it_is_the_mass_matrix_of_haptics(g, p):
     assume((paper_h(g, p) < -1e-9).all())
     assume(p[2] > 0.0 and direct_margin(g, p) > 0.0)
-    ours = handle_inertia(g, p, INERTIA)
+    project = handle_inertia(g, p, INERTIA)
     state = np.zeros(STATES)
     state[:3] = p
     m11, m22, m33, m12, m13, m23 = motion(plant(g, MACHINE), 0.0, state, np.empty((6, 3)))
     theirs = np.array([[m11, m12, m13], [m12, m22, m23], [m13, m23, m33]])
-    np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * np.abs(ours).max())
+    np.testing.assert_allclose(project, theirs, rtol=1e-9, atol=1e-9 * np.abs(project).max())
 
 
 def test_at_a_fold_it_is_infinite_and_beyond_it_is_not_a_number():

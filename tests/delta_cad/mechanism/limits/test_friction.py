@@ -111,8 +111,8 @@ def test_the_bounds_are_those_of_both_rods_and_grow_with_their_torques() -> None
 
 def test_of_rods_for_which_there_is_no_spring_nothing_is_known_and_inspect_says_so(best: Design) -> None:
     wide = {"mechanism": best.mechanism.model_copy(update={"parallelogram_width_mm": 300.0})}
-    asked = {"requirements": best.requirements.model_copy(update={"friction_max_N": 0.7})}
-    design = best.model_copy(update=wide | asked)
+    required = {"requirements": best.requirements.model_copy(update={"friction_max_N": 0.7})}
+    design = best.model_copy(update=wide | required)
     assert known_joints(design) == known_joints(best) | {"friction": None}
     (row,) = (row for row in inspection(design) if row.quantity == "friction")
     assert (row.value, row.holds) == ("not known of these joints", None)

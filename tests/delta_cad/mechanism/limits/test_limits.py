@@ -97,14 +97,14 @@ def test_numbers_of_a_certificate_that_belong_together(data, message):
         Limits.from_record(data)
 
 
-def test_an_effective_mass_is_asked_only_where_the_masses_are_known():
+def test_an_effective_mass_is_required_only_where_the_masses_are_known():
     with pytest.raises(GeometryError, match=re.escape("effective_mass_max_kg needs the masses of what moves")):
         EffectiveMass.stated({"effective_mass_max_kg": 0.2})
     assert EffectiveMass.stated({"inertia": INERTIA}) is None
     assert EffectiveMass.stated({"effective_mass_max_kg": 0.2, "inertia": INERTIA}) == EffectiveMass(0.2, INERTIA)
 
 
-def test_what_is_felt_of_the_joints_is_asked_only_where_they_are_known():
+def test_what_is_felt_of_the_joints_is_required_only_where_they_are_known():
     sources = HandleFriction(0.01, 0.02, 0.03)
     with pytest.raises(GeometryError, match="friction_max_N needs what sources"):
         Friction.stated({"friction_max_N": 0.5})
@@ -115,7 +115,7 @@ def test_what_is_felt_of_the_joints_is_asked_only_where_they_are_known():
     assert PositionStep.stated({"position_step_max_mm": 0.05, "encoder_count": 1e-3}) == PositionStep(5e-5, 1e-3)
 
 
-def test_what_is_asked():
+def test_what_is_required():
     assert limits().names == ("reach", "assembly_mode")
     assert limits(assembly_mode=False).names == ("reach",)
     every = limits(

@@ -52,7 +52,7 @@ def test_what_it_keeps_in_a_certificate_has_a_unit(kind):
     assert set(kind.measured(VALUES).record()) == set(kind.keys.values())
 
 
-def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
+def test_margins_and_numbers_of_the_limits_stand_side_by_side():
     rows = [row for kind in POSE_LIMITS for row in range(FIRST[kind], FIRST[kind] + kind.enclosure.rows)]
     assert rows == list(range(MARGINS))
     taken = [place for kind in POSE_LIMITS for place in range(START[kind], START[kind] + kind.enclosure.size)]
@@ -113,9 +113,9 @@ def test_what_only_measures_bounds_nothing(kind):
 
 
 def test_limits_that_only_measure_are_proved_together():
-    asked = Limits.of(*(kind.measured(VALUES) for kind in POSE_LIMITS))
-    assert asked.names == tuple(kind.name for kind in POSE_LIMITS)
-    assert {finding.verdict for finding in prove(PUBLISHED, CUBE, asked).findings} == {"proved"}
+    required = Limits.of(*(kind.measured(VALUES) for kind in POSE_LIMITS))
+    assert required.names == tuple(kind.name for kind in POSE_LIMITS)
+    assert {finding.verdict for finding in prove(PUBLISHED, CUBE, required).findings} == {"proved"}
 
 
 def test_what_needs_more_than_lengths_is_measured_only_where_that_is_known():
@@ -123,8 +123,8 @@ def test_what_needs_more_than_lengths_is_measured_only_where_that_is_known():
     assert [kind.name for kind in POSE_LIMITS if kind.measured(without) is None] == [
         kind.name for kind in POSE_LIMITS if kind.needs
     ]
-    told = {found.figure.name for found in worst_figures(PUBLISHED, CUBE, Limits.measured(without))}
-    assert told == {case.values[1].name for case in FIGURES if not case.values[0].needs}
+    reported = {found.figure.name for found in worst_figures(PUBLISHED, CUBE, Limits.measured(without))}
+    assert reported == {case.values[1].name for case in FIGURES if not case.values[0].needs}
 
 
 @pytest.mark.parametrize(("kind", "figure"), BOUNDED)
@@ -136,12 +136,12 @@ def test_another_bound_changes_that_figure_alone(kind, figure):
 
 
 @pytest.mark.parametrize(("kind", "figure"), BOUNDED)
-def test_one_ulp_laxer_is_noticed_and_stricter_is_not(kind, figure):
+def test_one_ulp_looser_is_noticed_and_stricter_is_not(kind, figure):
     limit = ordinary(kind)
-    asked = Limits.of(limit)
-    assert asked.less_strict_than(asked) is None
-    assert Limits.of(beside(limit, figure, less_strict_than(figure))).less_strict_than(asked) == kind.name
-    assert Limits.of(beside(limit, figure, -less_strict_than(figure))).less_strict_than(asked) is None
+    required = Limits.of(limit)
+    assert required.less_strict_than(required) is None
+    assert Limits.of(beside(limit, figure, less_strict_than(figure))).less_strict_than(required) == kind.name
+    assert Limits.of(beside(limit, figure, -less_strict_than(figure))).less_strict_than(required) is None
 
 
 @EACH
@@ -175,7 +175,7 @@ def test_the_value_of_what_is_broken_is_that_of_the_figure_farthest_beyond(kind)
 
 
 @EACH
-def test_what_is_told_of_it_names_its_field(kind):
+def test_what_is_reported_of_it_names_its_field(kind):
     stated = {field.name: 30.0 + k for k, field in enumerate(field for every in LIMITS for field in every.fields_)}
     text = ordinary(kind).describe(VALUES | stated)
     assert text

@@ -207,8 +207,8 @@ def exact_margins(
         if mass := limits.get(EffectiveMass):
             m = exact_inertia(mass.inertia, la, forearms, [arm[3] for arm in arms])
             out[EffectiveMass] = [D(mass.mass_max) - eigenvalues(m)[1]]
-        if rubbed := limits.get(Friction):
-            out[Friction] = exact_frictions(rubbed, la, forearms, [arm[0] for arm in arms])
+        if rubbing := limits.get(Friction):
+            out[Friction] = exact_frictions(rubbing, la, forearms, [arm[0] for arm in arms])
         if step := limits.get(PositionStep):
             moves = [[la * arm[0] * x for x in face] for arm, face in zip(arms, crosses, strict=True)]
             allowed = (D(step.step_max) / D(step.count) * det) ** 2

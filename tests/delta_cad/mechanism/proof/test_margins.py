@@ -69,13 +69,13 @@ def check(table, exact):
 @pytest.mark.parametrize(("size", "count", "each"), [(0.01, 40, 12), (1e-3, 60, 12), (1e-6, 20, 6), (0.0, 150, 1)])
 def test_boxes_contain_the_exact_margins(size, count, each):
     rng = np.random.default_rng(7)
-    told = 0
+    reported = 0
     for g, box in boxes(rng, size, count):
         table = bounds(g, LIMITS, box)
-        told += int(np.isfinite(table[:, LOW]).sum())
+        reported += int(np.isfinite(table[:, LOW]).sum())
         for point in samples(box, rng, each):
             check(table, exact_table(g, LIMITS, point))
-    assert told > (3 if size == 0.01 else 12) * count  # the bounds say something
+    assert reported > (3 if size == 0.01 else 12) * count  # the bounds say something
 
 
 def test_bounds_touch_what_they_bound():

@@ -185,7 +185,7 @@ def test_a_limit_that_is_met_exactly_is_neither_proved_nor_refuted():
     assert prove(PUBLISHED, top, limits(kappa_max=kappa * (1 - 1e-9))).verdict == "refuted"
 
 
-def test_a_singular_centre_is_refuted_beside_it():
+def test_a_singular_centre_is_refuted_next_to_it():
     crossing = 0.02484985440601211  # height on the axis at which the determinant of HIDDEN changes sign
     assert abs(direct_margin(HIDDEN, [0.0, 0.0, crossing])) < 1e-15
     cube = Cube(HIDDEN_CUBE.bottom_height, crossing - HIDDEN_CUBE.bottom_height)

@@ -214,16 +214,16 @@ def test_what_is_far_within_is_proved_again_in_each_box_alone(kind: type[PoseLim
 
 def proved_again(limits: list[PoseLimit], figure: FigureOfMerit, pose: SlopePose) -> np.ndarray:
     """Whether the second arithmetic proves each limit over its own box: at once where the bound comes as a number."""
-    bounds, asked = np.array([limit.bound(figure) for limit in limits]), []
+    bounds, required = np.array([limit.bound(figure) for limit in limits]), []
 
     def exact(x: float) -> Interval:
         if x == bounds[0]:
-            asked.append(x)
+            required.append(x)
             return exactly(bounds)
         return exactly(x)
 
     found = limits[0].proved_by_intervals(pose, exact)
-    if not asked:
+    if not required:
         found = np.array([limit.proved_by_intervals(pose, exactly)[i] for i, limit in enumerate(limits)])
     return found
 

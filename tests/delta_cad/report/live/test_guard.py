@@ -23,7 +23,6 @@ from websockets.typing import Origin, Subprotocol
 
 from delta_cad.design import Design
 from delta_cad.report.live import guard as guard_module
-from delta_cad.report.live.force import SCENES
 from delta_cad.report.live.guard import (
     EVERY_S,
     MOST_BYTES,
@@ -33,7 +32,7 @@ from delta_cad.report.live.guard import (
     Refusals,
     guarded_server,
 )
-from delta_cad.report.live.page import HANDLE, SLIDERS, LivePage
+from delta_cad.report.live.page import HANDLE, SCENES, SLIDERS, LivePage
 from tests.delta_cad.report.live.test_page import free_port
 from tests.terminal import HANGS_S
 
@@ -106,8 +105,8 @@ def packed(message: Any) -> bytes:
 
 
 def drag(position: Any, **more: Any) -> dict[str, Any]:
-    told = {"name": HANDLE, "wxyz": [1, 0, 0, 0], "position": position, "owner": ""}
-    return {"type": "TransformControlsUpdateMessage", **told, **more}
+    reported = {"name": HANDLE, "wxyz": [1, 0, 0, 0], "position": position, "owner": ""}
+    return {"type": "TransformControlsUpdateMessage", **reported, **more}
 
 
 def change(uuid: str, value: Any, **more: Any) -> dict[str, Any]:
@@ -212,15 +211,15 @@ def test_the_token_is_another_each_time_and_says_nothing(served: Served) -> None
 
 
 def test_nobody_can_ask_for_sharing(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[str] = []
-    monkeypatch.setattr(served.server, "request_share_url", lambda *_: asked.append("share"))
+    required: list[str] = []
+    monkeypatch.setattr(served.server, "request_share_url", lambda *_: required.append("share"))
     handled = {kind.__name__ for kind in served.server._websock_server._incoming_handlers}
     assert not {name for name in handled if "Share" in name}
     with served.viewer() as viewer:
         for name in ("ShareUrlRequest", "ShareUrlDisconnect"):
             viewer.send(packed({"type": name}))
         wait_until(lambda: served.guard.refusals.count == 2)
-    assert asked == []
+    assert required == []
     assert len(served.lines) == 1
 
 
@@ -359,11 +358,11 @@ def test_twenty_five_viewers_see_one_machine_within_its_ranges(served: Served) -
         wait_until(lambda: vars(served.page.lengths) == ends)
         received(late, "ReplayDoneMessage")
     with served.viewer() as last:
-        told = received(last, "ReplayDoneMessage")
-    updates = [m for m in told if m["type"] == "GuiUpdateMessage" and "value" in m["updates"]]
+        reported = received(last, "ReplayDoneMessage")
+    updates = [m for m in reported if m["type"] == "GuiUpdateMessage" and "value" in m["updates"]]
     values = {m["uuid"]: m["updates"]["value"] for m in updates}
     assert {name: values[uuid] for name, uuid in ids.items()} == ends
-    places = [m["position"] for m in told if m["type"] == "SetPositionMessage" and m["name"] == HANDLE]
+    places = [m["position"] for m in reported if m["type"] == "SetPositionMessage" and m["name"] == HANDLE]
     assert all(len(place) == 3 and max(map(abs, place)) < 1.0 for place in places)
     assert served.lines == []
 
@@ -383,7 +382,7 @@ def test_so_many_viewers_and_no_more_but_for_one_that_is_idle(served: Served, mo
         assert len(served.lines) == 1
 
 
-def test_each_kind_of_refusal_is_told_at_once_and_then_seldom() -> None:
+def test_each_kind_of_refusal_is_reported_at_once_and_then_seldom() -> None:
     now, lines = [0.0], list[str]()
     refusals = Refusals(lines.append, lambda: now[0])
     for tenth in range(10 * int(EVERY_S) + 1):

@@ -21,10 +21,21 @@ from delta_cad.mechanism import jacobian
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.report.live import page as live_page
-from delta_cad.report.live.force import FLOOR, FLOOR_N_MM, FREE, RESISTANCE, RESISTANCE_N_S_MM, felt
 from delta_cad.report.live.guard import Guard, guarded_server
 from delta_cad.report.live.nearest import Nearest, Neighbours
-from delta_cad.report.live.page import ARROW_MM_N, HANDLE, NEAR_COLOUR, LivePage, quaternion
+from delta_cad.report.live.page import (
+    ARROW_MM_N,
+    FLOOR,
+    FLOOR_N_MM,
+    FREE,
+    HANDLE,
+    NEAR_COLOUR,
+    RESISTANCE,
+    RESISTANCE_N_S_MM,
+    LivePage,
+    felt,
+    quaternion,
+)
 from delta_cad.report.subject import Subject
 from tests.delta_cad.checks.machines import LIMITS, machine
 
@@ -121,29 +132,29 @@ def test_the_handle_is_led_back_into_the_cube(page: LivePage) -> None:
     top = page.lengths.centre_mm + np.array([20.0, 0.0, page.lengths.half_side_mm])
     assert page.handle_mm == pytest.approx(top)
     assert np.asarray(page._grip.position) * 1000.0 == pytest.approx(top, abs=1e-3)
-    assert f"handle {top[0]:.1f}, {top[1]:.1f}, {top[2]:.1f} mm" in page._told.content
+    assert f"handle {top[0]:.1f}, {top[1]:.1f}, {top[2]:.1f} mm" in page._reported.content
 
 
 def test_a_slider_makes_the_mechanism_anew(page: LivePage) -> None:
-    before = page._told.content
+    before = page._reported.content
     assert all(drawn(page).values())
     page.change(replace(page.own, upper_arm_length_mm=100.0))
     assert page._sliders["upper_arm_length_mm"].value == 100.0
     arms, _ = page._drawn["arms"]
     assert np.linalg.norm(arms[:, 1] - arms[:, 0], axis=1) == pytest.approx([100.0] * 3)
-    assert page._told.content != before
+    assert page._reported.content != before
     page.change(replace(page.own, forearm_length_mm=10.0))
-    assert "out of reach" in page._told.content
+    assert "out of reach" in page._reported.content
     assert drawn(page) == {"base": False, "arms": False, "rods": False, "platform": False, "cube": True}
     page.change(page.own)
-    assert page._told.content == before
+    assert page._reported.content == before
 
 
 def test_solids_move_with_the_handle_and_are_the_designs_alone(page: LivePage, subject: Subject) -> None:
     show_solids(page, subject, np.zeros(3))
     skeleton = {name: shown for name, shown in drawn(page).items() if name != "near"}
     assert skeleton == {"base": False, "arms": False, "rods": False, "platform": False, "cube": True}
-    assert "effective mass" in page._told.content
+    assert "effective mass" in page._reported.content
     page.move(page.own.centre_mm + np.array([12.0, -7.0, 9.0]))
     frames = subject.assembly.placement(page.handle_mm)
     assert set(page._frames) == {o.link for o in subject.assembly.occurrences}
@@ -154,19 +165,19 @@ def test_solids_move_with_the_handle_and_are_the_designs_alone(page: LivePage, s
     page.change(replace(page.own, base_radius_mm=33.0))
     assert not any(handle.visible for handle in page._frames.values())
     assert drawn(page)["arms"]
-    assert "masses as designed" in page._told.content
+    assert "masses as designed" in page._reported.content
 
 
-def test_the_two_that_are_closest_are_marked_and_told(page: LivePage, subject: Subject) -> None:
+def test_the_two_that_are_closest_are_marked_and_reported(page: LivePage, subject: Subject) -> None:
     names = show_solids(page, subject, np.zeros(3))
     page.measure()
-    assert f"1.25 mm, {' / '.join(names)}</td>" in page._told.content
+    assert f"1.25 mm, {' / '.join(names)}</td>" in page._reported.content
     red = {name for name, (handle, _) in page._bodies.items() if tuple(handle.color) == NEAR_COLOUR}
     assert red == set(names)
     assert drawn(page)["near"]
     page.change(replace(page.own, base_radius_mm=33.0))
     assert not drawn(page)["near"]
-    assert "1.25 mm" not in page._told.content
+    assert "1.25 mm" not in page._reported.content
     assert not any(tuple(handle.color) == NEAR_COLOUR for handle, _ in page._bodies.values())
 
 
@@ -176,7 +187,7 @@ def test_what_the_hand_feels_is_an_arrow_at_the_handle(
     show_solids(page, subject, WEIGHT_N)
     ends, _ = page._drawn["weight"]
     assert ends[0] - page.handle_mm == pytest.approx(np.array([np.zeros(3), -ARROW_MM_N * WEIGHT_N]), abs=1e-9)
-    assert "2.50 N" in page._told.content
+    assert "2.50 N" in page._reported.content
     page._scene.value = FLOOR
     page.move(page.own.centre_mm + np.array([0.0, 0.0, -1.5]))
     ends, arrow = page._drawn["felt"]
@@ -224,8 +235,8 @@ def test_the_neighbours_are_those_of_measuring_everything() -> None:
 @pytest.mark.slow
 def test_a_mouse_drags_the_handle_along_one_axis(page: LivePage, guard: Guard, chromium: Any) -> None:
     viewer = chromium.new_page(viewport={"width": 1000, "height": 700})
-    asked: list[str] = []
-    viewer.on("request", lambda request: asked.append(request.url))
+    required: list[str] = []
+    viewer.on("request", lambda request: required.append(request.url))
     viewer.goto(guard.url)
     viewer.get_by_text("conditioning").wait_for(timeout=DRAWN_MS)
     start = page.handle_mm
@@ -243,7 +254,7 @@ def test_a_mouse_drags_the_handle_along_one_axis(page: LivePage, guard: Guard, c
     assert page.lengths.bottom_height_mm - 1e-6 <= page.handle_mm[2] < start[2] - 5.0
     assert viewer.get_by_text(f"{page.handle_mm[2]:.1f} mm").count() == 1
     host = f"http://127.0.0.1:{page._server.get_port()}/"
-    assert {url for url in asked if not url.startswith((guard.url, "blob:" + host, "data:"))} == set()
+    assert {url for url in required if not url.startswith((guard.url, "blob:" + host, "data:"))} == set()
     assert guard.refusals.count == 0
     viewer.close()
 

@@ -24,7 +24,7 @@ def told(best_assembly: Assembly, rows: list[BomRow]) -> list[Chapter]:
     return chapters(best_assembly, rows, {})
 
 
-def test_parts_told_are_those_of_the_bill_times_as_many_units_as_are_made(
+def test_parts_reported_are_those_of_the_bill_times_as_many_units_as_are_made(
     best_assembly: Assembly, rows: list[BomRow], told: list[Chapter]
 ) -> None:
     made = Counter(unit.kind for unit in best_assembly.order)
@@ -39,12 +39,12 @@ def test_parts_told_are_those_of_the_bill_times_as_many_units_as_are_made(
     assert all(items[row.part_number] == row.item for row in rows if row.part_number in placed)
 
 
-def test_every_supply_of_the_bill_is_told(told: list[Chapter], best_assembly: Assembly) -> None:
+def test_every_supply_of_the_bill_is_reported(told: list[Chapter], best_assembly: Assembly) -> None:
     used = {line.number for chapter in told for step in chapter.steps for line in step.supplies}
     assert used == {supply.number for supply in best_assembly.supplies}
 
 
-def test_units_are_told_once_with_how_many_are_made(told: list[Chapter]) -> None:
+def test_units_are_reported_once_with_how_many_are_made(told: list[Chapter]) -> None:
     made = {chapter.kind: chapter.made for chapter in told}
     assert len(made) == len(told)
     assert (made["drive"], made["arm"], made["rod"], made["platform"]) == ("Make three", "Make three", "Make six", "")
@@ -63,7 +63,7 @@ def test_what_is_there_grows_by_what_comes_in(best_assembly: Assembly) -> None:
             assert sorted(there) == sorted(o.name for o in best_assembly.occurrences)
 
 
-def test_screws_are_told_with_key_and_torque(told: list[Chapter]) -> None:
+def test_screws_are_reported_with_key_and_torque(told: list[Chapter]) -> None:
     steps = {(chapter.kind, step.title): step for chapter in told for step in chapter.steps}
     motor = steps["cheek", "Motor on its cheek"]
     assert motor.torques == ("5 × screw M3x6: 1.0 N m",)
@@ -101,7 +101,7 @@ def test_the_last_step_of_a_capstan_machine_connects_it_and_keeps_its_keys(best_
     assert "Keep the cut key" in said
 
 
-def test_a_direct_drive_is_told_no_bearing_and_how_far_its_magnet_s_stub_stands_out(
+def test_a_direct_drive_is_assigned_no_bearing_and_how_far_its_magnet_s_stub_stands_out(
     direct_assembly: Assembly, direct_dimensions: Dimensions
 ) -> None:
     d, units = direct_dimensions, {unit.name: unit for unit in direct_assembly.order}

@@ -26,7 +26,7 @@ from delta_cad.structure.hardware.thresholds import refused
 from delta_cad.structure.loads import sampled_mm
 from tests.committed import ROOT, changed
 from tests.delta_cad.structure.hardware.broken import ended, enough
-from tests.designs import hanging
+from tests.designs import below_elbows
 
 
 def machine(**changes: Any) -> Design:
@@ -42,19 +42,19 @@ def test_the_committed_machine_is_not_refused(best: Design) -> None:
     assert refusals(best) == ()
 
 
-def test_of_a_platform_below_its_elbows_nothing_else_is_told(
+def test_of_a_platform_below_its_elbows_nothing_else_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Room for springs and motors of a machine that cannot be put together so sent the reader elsewhere."""
-    (reason,) = refusals(design_from_dict(hanging()))
+    (reason,) = refusals(design_from_dict(below_elbows()))
     assert reason.field == "cube.bottom_height_mm"
     path = tmp_path / "hanging.json"
-    path.write_text(json.dumps(hanging()))
+    path.write_text(json.dumps(below_elbows()))
     for command in ("check", "build", "drawings", "view"):
         assert main([command, "--design", str(path)]) == 2
-        told = capsys.readouterr()
-        assert told.out == ""
-        lines = told.err.splitlines()
+        reported = capsys.readouterr()
+        assert reported.out == ""
+        lines = reported.err.splitlines()
         assert lines[0].startswith("hanging.json: cube, assembly mode: det S > 0, ")
         assert len(lines) == (2 if command in ("check", "build") else 1)  # the other names --suggest
 
@@ -194,7 +194,7 @@ def test_a_cable_is_tensioned_for_what_the_motor_gives_which_asking_for_more_doe
     assert slip.field == torque.field == "hardware.capstan_ratio"
 
 
-def test_every_reason_is_told_at_once() -> None:
+def test_every_reason_is_reported_at_once() -> None:
     """Six faults of one design, of plates, balls, widths, motor and drive."""
     found = refusals(
         machine(

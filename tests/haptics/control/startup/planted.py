@@ -102,8 +102,8 @@ def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -
         if memory.start[r.STEP] >= Step.READY:
             ended += period
     step, code = Step(int(memory.start[r.STEP])), Refusal(int(memory.start[r.CODE]))
-    told = (np.array(readings), np.array(torques), np.array(bits), np.array(signals))
-    return Ended(step, code, int(memory.start[r.JOINT]), memory, *told)
+    reported = (np.array(readings), np.array(torques), np.array(bits), np.array(signals))
+    return Ended(step, code, int(memory.start[r.JOINT]), memory, *reported)
 
 
 def scaled(joint: int, factor: float) -> Callable[[np.ndarray], np.ndarray]:

@@ -25,7 +25,7 @@ def test_codes_keep_their_numbers_and_the_compiled_bits_their_names() -> None:
         assert getattr(compiled, f"_{code.name}") == code.bit
 
 
-def test_every_code_is_told_apart_and_told_about() -> None:
+def test_every_code_is_distinguished_and_reported_about() -> None:
     assert sorted(TABLE) == sorted(FaultCode)
     assert len({about.text for about in TABLE.values()}) == len(FaultCode)
     assert mask(FaultCode) < 2**53, "the memory keeps the bits in a float"

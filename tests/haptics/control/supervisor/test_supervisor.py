@@ -120,7 +120,7 @@ def test_rest_without_a_force_is_no_fault_however_long() -> None:
     assert rig.supervisor.present == ()
 
 
-def test_rest_under_a_large_force_is_asked_about_and_an_encoder_that_then_moves_is_healthy() -> None:
+def test_rest_under_a_large_force_is_questioned_and_an_encoder_that_then_moves_is_healthy() -> None:
     rig = Rig().ready()
     lowest, suspected = 1.0, 0
     for _ in range(5000):
@@ -155,7 +155,7 @@ def test_a_clock_that_does_not_go_on(wrong: float) -> None:
     recovers(rig)
 
 
-def test_one_late_tick_is_told_many_are_a_fault() -> None:
+def test_one_late_tick_is_reported_many_are_a_fault() -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, dt=3e-3)
     assert FaultCode.TICK_LATE in rig.supervisor.present
@@ -397,7 +397,7 @@ def test_while_the_scene_pushes_the_handle_away_its_force_does_not_come_in() -> 
     assert rig.supervisor.state is State.RAMPING
 
 
-def test_energy_that_is_asked_for_again_and_again_is_a_fault() -> None:
+def test_energy_that_is_requested_again_and_again_is_a_fault() -> None:
     rig = Rig().ready()
     swing = 0.0
     seen = set()

@@ -130,9 +130,9 @@ def test_force_comes_in_over_the_ramp_and_is_bounded(machine: MachineModel, clie
         lines = ran(client, up.port, 100, 0.5)
     _, found = ticks(lines)
     holding = gravity_torque(machine.geometry, machine.masses, found["p"], machine.design.requirements.gravity_m_s2)
-    beside = np.linalg.norm(found["t"] - holding, axis=1)
-    assert beside[0] < 1e-3 * beside[-1] * 10
-    np.testing.assert_allclose(beside[40] / beside[80], 0.5, rtol=0.15)
+    adjacent = np.linalg.norm(found["t"] - holding, axis=1)
+    assert adjacent[0] < 1e-3 * adjacent[-1] * 10
+    np.testing.assert_allclose(adjacent[40] / adjacent[80], 0.5, rtol=0.15)
     assert "null 1 1 8" in lines
     assert "nan 1 period 0.001" in lines
 

@@ -24,8 +24,7 @@ from haptics.control.startup.record import Step
 from haptics.devices.device import Reading, run
 from haptics.devices.link import SerialLink
 from haptics.devices.remote import RemoteDevice
-from haptics.firmware.device import device_files
-from haptics.firmware.project import firmware, write_firmware
+from haptics.firmware.project import device_files, firmware, write_firmware
 from haptics.loop.choice import chosen_loop
 from haptics.model.machine import MachineModel
 from tests.haptics.firmware.boards.test_drivers import CHIPS

@@ -128,6 +128,8 @@ def test_friction_that_sticks_does_not_hide_the_motion(machine: MachineModel, st
     late = record.time >= 1.6
     assert np.ptp(record.position[late, 0]) < 2e-5
     found = math.sqrt(float(np.linalg.eigvalsh(np.cov(in_band(record.knob[late], T).T))[-1]))
-    told = NoisyLoop(machine, DAMPED, hand=BARELY, normal=np.eye(3)[0], par=par).figures(WALL, DAMPED.damping).motion
-    assert found == pytest.approx(told, rel=0.3)
+    reported = (
+        NoisyLoop(machine, DAMPED, hand=BARELY, normal=np.eye(3)[0], par=par).figures(WALL, DAMPED.damping).motion
+    )
+    assert found == pytest.approx(reported, rel=0.3)
     assert (found > MOTION) == (stiffer < STIFFER[7])

@@ -71,9 +71,9 @@ def test_the_simulated_device_shakes_as_the_covariance_says(
     force = np.cov(record.force[skip:].T, bias=True)
     assert np.sqrt(np.diag(force)) == pytest.approx(np.sqrt(np.diag(command)), rel=0.02)
     n = loop.place.shape[1]
-    told = loop.place @ state[:n, :n] @ loop.place.T
+    reported = loop.place @ state[:n, :n] @ loop.place.T
     moved = np.cov(record.knob[skip:].T, bias=True)
-    assert np.sqrt(np.trace(moved)) == pytest.approx(np.sqrt(np.trace(told)), rel=0.02)
+    assert np.sqrt(np.trace(moved)) == pytest.approx(np.sqrt(np.trace(reported)), rel=0.02)
     narrow = np.cov(in_band(record.knob[skip:], T).T, bias=True)
     figures = loop.figures(stiffness, damping)
     assert np.sqrt(np.linalg.eigvalsh(narrow)[-1]) == pytest.approx(figures.motion, rel=0.02)

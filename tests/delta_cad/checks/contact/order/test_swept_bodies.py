@@ -112,12 +112,12 @@ def _about_y(angle: float) -> np.ndarray:
 @pytest.mark.parametrize("moved", ["pin", "plate"])
 def test_a_way_in_a_bore_is_proven_free_at_once(moved: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whichever of the two comes in: 20 mm of a fit would else take ten pairs of solids."""
-    asked: list[object] = []
+    required: list[object] = []
     common = shared_volume.common_size
     for module in (shared_volume, swept_bodies):
-        monkeypatch.setattr(module, "common_size", lambda *given: asked.append(given) or common(*given))
+        monkeypatch.setattr(module, "common_size", lambda *given: required.append(given) or common(*given))
     assert met(moved, pin(20.0)) is None
-    assert 1 <= len(asked) <= 2
+    assert 1 <= len(required) <= 2
 
 
 @pytest.mark.parametrize("moved", ["pin", "plate"])

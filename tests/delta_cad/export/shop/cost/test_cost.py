@@ -47,7 +47,7 @@ def test_set_up_is_shared_by_the_pieces_of_a_batch(cost: Cost) -> None:
     assert line.unit_EUR[0] - line.unit_EUR[2] == pytest.approx(batch * (1 / 3 - 1 / 300), abs=0.011)
 
 
-def test_a_dearer_motor_and_a_dearer_hour_are_told(
+def test_a_dearer_motor_and_a_dearer_hour_are_reported(
     cost: Cost, best_dimensions: Dimensions, best_assembly: Assembly
 ) -> None:
     dear = replace(best_dimensions, motor=replace(best_dimensions.motor, price_EUR=300.0, price_source="2026, offer"))
@@ -76,7 +76,7 @@ def test_every_line_of_a_made_part_is_reckoned_anew_from_the_record_alone(cost: 
     record = json.loads(json.dumps(cost_record(cost), allow_nan=False))
     shop, stocks = record["assumed"]["shop"], record["assumed"]["stock"]
     for line in (line for line in record["lines"] if line["made"]):
-        work, told = line["work"], line["making"]
+        work, reported = line["work"], line["making"]
         holes = work["threads"] * shop["thread_min"] + work["fits"] * shop["fit_min"]
         if work["stock"] == "as bought":
             eroded = work["drilled"] * shop["erode_min"] + holes
@@ -88,9 +88,11 @@ def test_every_line_of_a_made_part_is_reckoned_anew_from_the_record_alone(cost: 
             piece = cut * (1.0 + shop["idle_share"]) + work["tools"] * shop["tool_min"]
             piece += work["clampings"] * shop["handle_min"] + shop["deburr_min"]
             batch = shop["program_min"] + work["clampings"] * shop["setup_min"]
-        assert (told["piece_min"], told["batch_min"]) == pytest.approx((piece, batch), abs=2e-3), line["part_number"]
+        assert (reported["piece_min"], reported["batch_min"]) == pytest.approx((piece, batch), abs=2e-3), line[
+            "part_number"
+        ]
         coat, lot = (shop["anodise_EUR"], shop["anodise_lot_EUR"]) if work["anodised"] else (0.0, 0.0)
         for machines, unit, stock in zip(record["machines"], line["unit_EUR"], line["stock_EUR"], strict=True):
-            whole = stock + told["material_EUR"] + coat + piece * shop["hour_EUR"] / 60.0
+            whole = stock + reported["material_EUR"] + coat + piece * shop["hour_EUR"] / 60.0
             whole += (batch * shop["hour_EUR"] / 60.0 + lot) / (machines * line["quantity"])
             assert unit == pytest.approx(whole, abs=0.011), line["part_number"]
