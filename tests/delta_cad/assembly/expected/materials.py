@@ -9,34 +9,13 @@ from delta_cad import catalogue
 from delta_cad.catalogue import CatalogueRow
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import TENSION_SCREW
-from delta_cad.dimensions.forearm import END_MATERIAL
-from delta_cad.dimensions.joint import CUP_MATERIAL
 from delta_cad.dimensions.leads import LEAD_G_M, SENSOR_G_M
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, spring_mass_g
 from delta_cad.solids.leads import CLIP, CLIP_G, CODES, SENSOR
 from delta_cad.solids.making import ordered
 from delta_cad.solids.panel import BOOT_CODE
+from tests.delta_cad.assembly.expected.parts import MACHINED
 
-MACHINED = {
-    "base_plate": "aluminium-6082",
-    "motor_cheek": "aluminium-6082",
-    "encoder_cheek": "aluminium-6082",
-    "foot_block": "aluminium-6082",
-    "board_spacer": "brass",
-    "upper_arm": "aluminium-7075",
-    "shoulder_shaft": "stainless-1.4305",
-    "shoulder_washer": "stainless-1.4305",
-    "cross_bar": "aluminium-7075",
-    "sector": "aluminium-7075",
-    "pinion": "aluminium-7075",
-    "tension_carriage": "brass",
-    "rod_cup": END_MATERIAL,
-    "cup_shell": CUP_MATERIAL,
-    "rod_eye": "aluminium-6082",
-    "platform": "aluminium-7075",
-    "handle_stem": "aluminium-6082",
-}
-"""Number of a part that is made from plate or bar -> its material."""
 CABLE_PIECES = ("", "_inner", "_turns", "_inner_end", "_outer_end", "_strand_inner", "_strand_outer")
 ROPE_FILL = (0.45, 0.75)  # strands of wires leave that much of their circle, drawn thinner by its play
 SPRING_STEEL_G_MM3 = 7.9e-3  # 1.4310

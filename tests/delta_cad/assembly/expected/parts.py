@@ -1,4 +1,4 @@
-"""The parts of every machine and what is bought besides, by kind: names, counts, numbers and links."""
+"""The parts of every machine and what is bought besides, by kind: names, counts, numbers, links and materials."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from itertools import product
 from delta_cad import catalogue
 from delta_cad.assembly.supplies import BAR_ADHESIVE, keys
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.forearm import TUBE_ADHESIVE
+from delta_cad.dimensions.forearm import END_MATERIAL, TUBE_ADHESIVE
+from delta_cad.dimensions.joint import CUP_MATERIAL
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.base_plate import mount_places
 
@@ -80,6 +81,26 @@ all          joint_ball_{i}_{j}_wrist         1          joint_ball             
 all          rod_spring_{i}_{j}               1          rod_spring                  spring_{i}_{j}
 """
 """When, names (`?` for any letter), how many, part number (`*` for any length), link."""
+MACHINED = {
+    "base_plate": "aluminium-6082",
+    "motor_cheek": "aluminium-6082",
+    "encoder_cheek": "aluminium-6082",
+    "foot_block": "aluminium-6082",
+    "board_spacer": "brass",
+    "upper_arm": "aluminium-7075",
+    "shoulder_shaft": "stainless-1.4305",
+    "shoulder_washer": "stainless-1.4305",
+    "cross_bar": "aluminium-7075",
+    "sector": "aluminium-7075",
+    "pinion": "aluminium-7075",
+    "tension_carriage": "brass",
+    "rod_cup": END_MATERIAL,
+    "cup_shell": CUP_MATERIAL,
+    "rod_eye": "aluminium-6082",
+    "platform": "aluminium-7075",
+    "handle_stem": "aluminium-6082",
+}
+"""Number of a part that is made from plate or bar -> its material."""
 
 
 @dataclass(frozen=True)

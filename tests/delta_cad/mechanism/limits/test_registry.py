@@ -176,9 +176,7 @@ def test_the_value_of_what_is_broken_is_that_of_the_figure_farthest_beyond(kind)
 
 @EACH
 def test_what_is_reported_of_it_names_its_field(kind):
-    stated = {"lean_max_deg": 30.0, "kappa_max": 3.0, "shoulder_min_deg": -30.0, "shoulder_max_deg": 60.0}
-    stated |= {"position_step_max_mm": 0.05, "elbow_angle_min_deg": 40.0}
-    stated |= {"effective_mass_max_kg": 0.5, "friction_max_N": 0.7, "couple_index_min": 0.4}
+    stated = {field.name: 30.0 + k for k, field in enumerate(field for every in LIMITS for field in every.fields_)}
     text = ordinary(kind).describe(VALUES | stated)
     assert text
     if issubclass(kind, ThresholdLimit):
