@@ -119,6 +119,7 @@ def committed(shared: Shared) -> Built:
     def weigh() -> tuple[int, str, str]:
         from delta_cad.commands.pipeline import Outcome, check_weighed, cost_of, make_machine
         from delta_cad.export.bom import bill_of_materials, write_bom
+        from delta_cad.structure.report import structure_record, structure_report
 
         machine = make_machine(design)
         cost, masses = cost_of(machine), machine.masses | {"input_sha256": design_hash(design)}
@@ -127,6 +128,9 @@ def committed(shared: Shared) -> Built:
         unit_kg = {number: body["mass_kg"] for number, body in masses["parts"].items()}
         write_bom(bill_of_materials(machine.assembly, unit_kg, cost), folder)
         (folder / "mass_properties.json").write_text(json.dumps(masses))
+        d = machine.dimensions
+        structure = structure_record(d, structure_report(d, masses["bodies"])) | {"input_sha256": design_hash(design)}
+        (folder / "structure.json").write_text(json.dumps(structure))
         (folder / "checks.json").write_text(json.dumps(outcome.record()))
         return int(not outcome.passed), json.dumps(outcome.record()), ""
 

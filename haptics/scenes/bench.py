@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from delta_cad.mechanism import closure_margin, inverse_jacobian
+from delta_cad.mechanism import inverse_jacobian, inverse_kinematics
 from delta_cad.mechanism.limits.friction import HandleFriction, friction
 from haptics.gravity import gravity_torque
 from haptics.loop.assumptions import (
@@ -130,10 +130,10 @@ def rendered(
 
 def motors_force(machine: MachineModel, recording: SimulatedRun) -> np.ndarray:
     """(n, 3) force on the handle of what the motors give beyond the weight, N: `F = J^-T (torque - holding torque)`;
-    NaN where a fault let the handle leave what the mechanism can reach.
+    NaN where a fault let the handle leave the mechanism's own branch.
     """
     g, force = machine.geometry, np.full(recording.position.shape, np.nan)
-    inside = (closure_margin(g, recording.position) > 0.0).all(axis=-1)
+    inside = np.isfinite(inverse_kinematics(g, recording.position, off_branch="nan")).all(axis=-1)
     p = recording.position[inside]
     weight = gravity_torque(g, machine.masses, p, machine.design.requirements.gravity_m_s2)
     to_force = np.swapaxes(inverse_jacobian(g, p), -1, -2)
