@@ -80,8 +80,9 @@ class Costs:
             self._costs[_file(item)] += used_s() - before
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Hands a worker's costs over."""
-        self._total += used_s()
+        """Hands a worker's costs over; who started workers counts itself alone, as they count themselves."""
+        starts_workers = bool(getattr(session.config.option, "numprocesses", 0))
+        self._total += sum(os.times()[:2]) if starts_workers else used_s()
         if (output := getattr(session.config, "workeroutput", None)) is not None:
             output[WORKER] = (dict(self._costs), self._stated, self._total)
 

@@ -57,6 +57,8 @@ def test_workers_hand_their_costs_over_and_the_dear_files_begin(tmp_path: Path) 
         command, cwd=ROOT, env=os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}, capture_output=True, text=True
     )
     assert run.returncode == 0, run.stdout
+    clock, total = map(int, re.findall(r"tests: (\d+) s, (\d+) s of processor", run.stdout)[0])
+    assert total <= clock + 1  # one worker, and a parent that waits: a worker counted twice is more
     assert re.findall(r"PASSED (test_.)\.py", re.sub(r"\S*/", "", run.stdout)) == ["test_c", "test_b", "test_a"]
     costs = {name: float(cost) for cost, name in re.findall(r"([\d.]+) s  \S*(test_.)\.py", run.stdout)}
     assert costs["test_b"] > 0.4 > costs["test_a"] + costs["test_c"]  # what is imported belongs to no test
