@@ -1,7 +1,4 @@
-"""What of neighbouring chains meets is refused before a solid is made: the smallest machines that solids refused.
-
-22 s of processor: clearances in closed form of many machines, each at sampled positions.
-"""
+"""Interference of neighbouring chains is refused before a solid is made: the smallest machines that solids refused."""
 
 from __future__ import annotations
 

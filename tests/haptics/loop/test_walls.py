@@ -4,7 +4,7 @@ The search for the stiffest wall on known answers and on the linear loop.
 
 The tick's closed form of the wall it bears: against the eigenvalues over the cube, and in the tick itself.
 
-24 s of processor: eigenvalues at the poses of a cube, for several loops, hands and machines.
+12 s of processor: eigenvalues at the poses of a cube, for several loops, hands and machines.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""`best.json` is what `optimizer design joystick.toml` writes, and does what is asked of the joystick."""
+"""`best.json` is what `optimizer design joystick.toml` writes, and meets the requirements of the joystick.
+
+28 s of processor: stable walls and noise over the cube, for all hands and two kinds of drives.
+"""
 
 from __future__ import annotations
 
