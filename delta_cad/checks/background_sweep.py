@@ -32,7 +32,7 @@ class Sweep:
     """The sweep of one machine.
 
     Args:
-        beside: Process that computes it while this one goes on, started from this module; without it everything is
+        adjacent: Process that computes it while this one goes on, started from this module; without it everything is
             computed where it is asked for.
         mapped: As `mesh_clearance` takes it.
         known: What that gave for the same machine; None: it is computed.
@@ -42,9 +42,9 @@ class Sweep:
     """
 
     def __init__(
-        self, beside: WorkerProcess | None = None, mapped: bool = False, known: MeshClearance | None = None
+        self, adjacent: WorkerProcess | None = None, mapped: bool = False, known: MeshClearance | None = None
     ) -> None:
-        self._adjacent, self._mapped, self._known = beside, mapped, known
+        self._adjacent, self._mapped, self._known = adjacent, mapped, known
         self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None

@@ -94,21 +94,21 @@ def check_sections(assembly: Assembly, spans: Sequence[Span]) -> list[CheckResul
             heavy += _weighed(span, stations, cut)
         carry += _compared(alike[0], stations, cuts)
         count += len(stations) * len(alike)
-    told = f"{count} sections of {len({span.part for span in spans})} parts"
+    wording = f"{count} sections of {len({span.part for span in spans})} parts"
     return [
-        _result("sections carry", min, carry, told),
-        _result("sections no heavier", max, heavy, told),
+        _result("sections carry", min, carry, wording),
+        _result("sections no heavier", max, heavy, wording),
     ]
 
 
-def _result(name: str, worst: Callable[..., _Share], shares: list[_Share], told: str) -> CheckResult:
+def _result(name: str, worst: Callable[..., _Share], shares: list[_Share], wording: str) -> CheckResult:
     """The share that decides, smallest or largest, against 1."""
     if not shares:
         return CheckResult(name, False, None, 1.0, "", detail="the structure's table has no bar in any part")
     one = worst(shares, key=lambda share: share.value)
     bad = [share for share in shares if worst(share.value, 1.0) != 1.0]
     texts = list(dict.fromkeys(share.text for share in sorted(bad, key=lambda s: s.value, reverse=worst is max)))
-    detail = f"{len(bad)} fail: {'; '.join(texts[:_SHOWN])}; {told}" if bad else f"closest: {one.text}; {told}"
+    detail = f"{len(bad)} fail: {'; '.join(texts[:_SHOWN])}; {wording}" if bad else f"closest: {one.text}; {wording}"
     return CheckResult(name, not bad, one.value, 1.0, "", worst_pair=(one.part,), detail=detail)
 
 

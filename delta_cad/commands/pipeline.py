@@ -201,7 +201,7 @@ def build(
     out: Path,
     progress: _Progress = quiet,
     schema: str = "AP242",
-    beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
+    adjacent: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
     drawings: bool = True,
     report: bool = True,
     made: BuiltMachine | None = None,
@@ -214,7 +214,7 @@ def build(
         out: Parent folder.
         progress: Told what is being done.
         schema: STEP schema, "AP242" or "AP214".
-        beside: Called with the folder and what came of the machine, to write more files before the manifest.
+        adjacent: Called with the folder and what came of the machine, to write more files before the manifest.
         drawings: Whether drawings are made and checked, and the manual, too.
         report: Whether the page and the pictures are made.
         made: The design made solid, where that is known; None: it is made.
@@ -263,7 +263,7 @@ def build(
         if narrator is not None:
             progress("manual")
             mesh_files.written(narrator)
-        beside(folder.path, outcome)
+        adjacent(folder.path, outcome)
         if report:
             progress("report.html")
             _report(machine, sweep, outcome, folder.path)

@@ -251,7 +251,7 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
         adjacent = needed**2 - ((v - along[..., None] * n) ** 2).sum(axis=-1)
         return np.where(adjacent > 0.0, np.sqrt(np.maximum(adjacent, 0.0)) - along, -np.inf)
 
-    def spare(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
+    def reserve(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         del rough, only
         placed = link_placement(d)(positions_mm)
         least = np.full(len(positions_mm), apart_mm - 2 * outer - needed_mm)
@@ -268,7 +268,7 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
             least = np.minimum(least, -more)
         return least[:, None]
 
-    return spare
+    return reserve
 
 
 def nearest(apart: DistanceField, bottom_mm: float, half_mm: float, count: int = COUNT) -> float:

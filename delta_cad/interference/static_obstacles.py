@@ -182,9 +182,9 @@ def key_swing_rad(d: Dimensions) -> float:
     radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d)
 
     def free(
-        at: tuple[float, float], key: tuple[float, float], beside: list[_ObstacleDistance], among: np.ndarray
+        at: tuple[float, float], key: tuple[float, float], adjacent: list[_ObstacleDistance], among: np.ndarray
     ) -> np.ndarray:
-        return _free(d, at, mouth, radius, row.socket_depth_mm, key, beside, among)
+        return _free(d, at, mouth, radius, row.socket_depth_mm, key, adjacent, among)
 
     def best(at: tuple[float, float]) -> float:
         """Swing of the key that swings farthest; the search ends at the first that swings far enough."""
@@ -257,7 +257,7 @@ def _free(
     radius: float,
     depth: float,
     key: tuple[float, float],
-    beside: list[_ObstacleDistance],
+    adjacent: list[_ObstacleDistance],
     among: np.ndarray,
 ) -> np.ndarray:
     """In which of the directions (n), from the first of a circle on, one key in one screw is free, (n)."""
@@ -266,7 +266,7 @@ def _free(
     out = np.linspace(radius, handle - radius, int(handle / _ALONG_MM) + 2)  # balls within it
     flat = np.stack([np.outer(np.cos(turns), out), 0.0 * np.outer(turns, out), np.outer(np.sin(turns), out)], axis=2)
     leg = np.arange(0.0, inside, _ALONG_MM)[:, None] * np.array([0.0, -1.0, 0.0]) + np.array([at[0], mouth, at[1]])
-    stands = _within(beside, inside + handle)
+    stands = _within(adjacent, inside + handle)
     if any((union_distance(shapes, _seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
         return np.zeros_like(free)
     bends = np.array([[[at[0], mouth - inside + deep, at[1]]] for deep in (depth, 0.0)])

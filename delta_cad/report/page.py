@@ -215,7 +215,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
         counted=(sum(result.passed for result in s.results), len(s.results)),
         headline=headline(s, over),
         lengths=lengths(s),
-        asked=requirements(s.results),
+        requested=requirements(s.results),
         binding=binding(s.results),
         checks=every(s.results),
         feel=feel(s, over),

@@ -137,7 +137,7 @@ def make_sector(d: Dimensions) -> Part:
     x, z = c.nose_centre_mm
     pocket_y = (c.end_y_mm[1] - CARRIAGE_MM[1] / 2, c.end_y_mm[1] + CARRIAGE_MM[1] / 2 + POCKET_PLAY_MM)
 
-    def beside(
+    def adjacent(
         end: int,
         radial: tuple[float, float],
         along: tuple[float, float],
@@ -161,8 +161,8 @@ def make_sector(d: Dimensions) -> Part:
         nose = fuse(bore_y(2 * c.nose_radius_mm, (x, z), y), hull_along_y(bar, web))
         hub = bore_y(2 * a.flange_radius_mm, (0.0, 0.0), (arm, web[1]))
         collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (web[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
-        lug = beside(1, (foot, top), (0.0, length), (pocket_y[0], y[1]))
-        anchor = beside(0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM), (web[0], y[1]))
+        lug = adjacent(1, (foot, top), (0.0, length), (pocket_y[0], y[1]))
+        anchor = adjacent(0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM), (web[0], y[1]))
         whole = fuse(plate, rim, support, nose, hub, collar, lug, anchor)
         return round_inside(number, whole, (0.0, 1.0, 0.0), under_cable)
 
@@ -185,7 +185,7 @@ def make_sector(d: Dimensions) -> Part:
     free = POCKET_PLAY_MM
     pocket = (POCKET_FROM_MM, length - LUG_WALL_MM[1])
     radial = (CARRIAGE_RADII_MM[0] - free, CARRIAGE_RADII_MM[1] + free)
-    tools.append(beside(1, radial, pocket, (pocket_y[0] - THROUGH_MM, pocket_y[1]), POCKET_CORNER_MM))
+    tools.append(adjacent(1, radial, pocket, (pocket_y[0] - THROUGH_MM, pocket_y[1]), POCKET_CORNER_MM))
     slot = c.cable_slot_mm
     half, cables = slot / 2, list[Bore]()
     for end, last, side in (
@@ -197,7 +197,7 @@ def make_sector(d: Dimensions) -> Part:
         cables.append(between(slot, begin, floor))
         tools.append(cylinder(slot, begin, tuple((point + last * tangent).tolist())))
         open_y = min(c.end_y_mm[end], side), max(c.end_y_mm[end], side)
-        tools.append(beside(end, (-half, half), (-THROUGH_MM, last), open_y))
+        tools.append(adjacent(end, (-half, half), (-THROUGH_MM, last), open_y))
     point, tangent, normal = rim_end(c, 1)
     line = point + CARRIAGE_SCREW_MM * normal
     line_ends = (tuple((line + s * tangent).tolist()) for s in (length, length - LUG_WALL_MM[1]))

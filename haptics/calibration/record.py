@@ -113,7 +113,7 @@ class Calibration:
         design_sha256: Of the design that was calibrated.
         unknowns: Its parameters.
         sigma: (3, 11) standard deviations, m and rad.
-        not_told: What the poses did not tell, in words.
+        unidentifiable: What the poses did not tell, in words.
         fit: Figures of the fit, with their units in their names.
     """
 
@@ -121,7 +121,7 @@ class Calibration:
     design_sha256: str
     unknowns: Unknowns
     sigma: np.ndarray
-    not_told: tuple[str, ...]
+    unidentifiable: tuple[str, ...]
     fit: Mapping[str, float | int | str | None]
 
 
@@ -171,7 +171,7 @@ def to_dict(calibration: Calibration) -> dict[str, Any]:
         "encoder_turns": calibration.unknowns.turns,
         "chains": _rows(calibration.unknowns.table),
         "uncertainty": _rows(calibration.sigma),
-        "not_told": list(calibration.not_told),
+        "not_told": list(calibration.unidentifiable),
         "fit": dict(calibration.fit),
     }
 

@@ -184,5 +184,5 @@ def _print(calibration: Calibration) -> None:
         cells = zip(record["chains"], record["uncertainty"], strict=True)
         print(f"{key:22}" + "".join(f"{f'{value[key]:.4f} +- {sigma[key]:.4f}':>22}" for value, sigma in cells))
     print()
-    for sentence in calibration.not_told:
+    for sentence in calibration.unidentifiable:
         print(f"- {sentence}")

@@ -51,7 +51,7 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
     Returns:
         The scene: 6 runs.
     """
-    stiffness, asked = SPRING
+    stiffness, requested = SPRING
     limit = NoisyLoop(machine, loop).damping_limit(stiffness)
     own = machine.design.hardware.encoder_at or machine.design.hardware.encoder
     coarse = replace(machine, design=_with_encoder(machine, _COARSE))
@@ -60,7 +60,7 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
         "coarse": (_COARSE, sensor_errors(coarse, loop), encoder_count(coarse)),
         "exact": ("without any error", EXACT, 0.0),
     }
-    damping = min(asked, _IN_HAND * limit)
+    damping = min(requested, _IN_HAND * limit)
     runs = []
     for role, (label, errors, count) in sensors.items():
         for law in ("spring", "wall"):
@@ -69,7 +69,7 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
         "assumptions": _assumptions(machine, loop, seed),
         "spring": {
             "stiffness_N_per_m": stiffness,
-            "damping_asked_N_s_per_m": asked,
+            "damping_asked_N_s_per_m": requested,
             "damping_limit_by_noise_N_s_per_m": limit,
             "damping_applied_N_s_per_m": damping,
         },
@@ -91,7 +91,7 @@ def noise(machine: MachineModel, *, loop: LoopChoice = BOARD, seed: int = 0) -> 
         ),
         Promise("the supervisor finds nothing", not any(run.facts["supervisor_bits"] for run in mine)),
     ]
-    return Scene("noise", "no figure", runs, facts, promises, _discussion(machine, runs, asked, limit))
+    return Scene("noise", "no figure", runs, facts, promises, _discussion(machine, runs, requested, limit))
 
 
 def _with_encoder(machine: MachineModel, name: str) -> Any:
@@ -216,13 +216,13 @@ def _felt(motion: float) -> str:
     )
 
 
-def _discussion(machine: MachineModel, runs: list[SceneRun], asked: float, limit: float) -> list[str]:
+def _discussion(machine: MachineModel, runs: list[SceneRun], requested: float, limit: float) -> list[str]:
     by = {(run.facts["law"], run.facts["encoder"]): run.facts for run in runs}
     force, motion = (by["wall", "coarse"][f"{what}_rms"] for what in ("force_predicted_N", "motion_predicted_um"))
     said = [
         _felt(1e-6 * max(run.facts["motion_um_rms"] for run in runs if run.facts["encoder"] == "own")),
         f"Noise alone limits a spring's damping to {limit:.3g} N s/m, at {FORCE:g} N and {1e6 * MOTION:g} um rms; "
-        f"{asked:g} were requested.",
+        f"{requested:g} were requested.",
         f"With the {_COARSE} noise is predicted to command {force:.2f} N rms in a wall of {_WALL / MM_PER_M:g} N/mm, "
         f"and to move the handle by {motion:.2f} um rms in the band.",
         "Predictions leave out friction that sticks: it stiffens a handle at rest, and changes its motion by a third.",

@@ -256,10 +256,10 @@ def tolerance_sentence(c: Certificate, largest: LargestTolerance) -> str:
         parts.append(f"{mm(largest.tolerance)} mm, the largest tolerance that can be asked, is proved")
     if largest.needs:
         needs = ", ".join(_need(need) for need in largest.needs)
-        parts.append(f"{mm(largest.asked)} mm would need {needs}")
+        parts.append(f"{mm(largest.requested)} mm would need {needs}")
     if largest.late == "needs":
         late = "the time was over before it was found"
-        parts.append(f"{late} what {mm(largest.asked)} mm would need: raise --proof-minutes")
+        parts.append(f"{late} what {mm(largest.requested)} mm would need: raise --proof-minutes")
     return "; ".join(parts)
 
 
@@ -286,7 +286,7 @@ def tolerance_facts(c: Certificate, largest: LargestTolerance | None) -> dict[st
         "largest_mm": largest.tolerance * MM,
         "time_was_over_for": largest.late or None,
         "first_to_break": list(largest.first),
-        "needs_for_mm": largest.asked * MM,
+        "needs_for_mm": largest.requested * MM,
         "needs": [
             {
                 "condition": need.condition,

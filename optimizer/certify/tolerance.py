@@ -46,7 +46,7 @@ class LargestTolerance:
     Attributes:
         tolerance: m; 0 where none is.
         first: The conditions that are not proved with 1 % more; empty where the largest that can be asked is proved.
-        asked: The tolerance that `needs` is about, m.
+        requested: The tolerance that `needs` is about, m.
         needs: What the conditions that are not proved with that one would need.
         late: For what the time was over: for the largest, which is then that proved so far, or for the needs, of which
             there are then none; "" where it was enough.
@@ -54,7 +54,7 @@ class LargestTolerance:
 
     tolerance: float
     first: tuple[str, ...]
-    asked: float
+    requested: float
     needs: tuple[Need, ...]
     late: Literal["", "largest", "needs"] = ""
 
@@ -78,7 +78,7 @@ def search_tolerance(
     g: DeltaGeometry,
     cube: Cube,
     limits: Callable[[float], Limits],
-    asked: float | None = None,
+    requested: float | None = None,
     progress: Progress | None = None,
 ) -> LargestTolerance:
     """Finds the largest tolerance with which all limits are proved, and what limits the one asked would need.
@@ -87,7 +87,7 @@ def search_tolerance(
         g: The mechanism.
         cube: The cube.
         limits: Tolerance in m -> the limits with it, from which gravity's share is taken off; at 0 they hold.
-        asked: A tolerance that somebody wants, m; None: `_USUAL`.
+        requested: A tolerance that somebody wants, m; None: `_USUAL`.
         progress: Called now and then with the boxes examined and the share of the cube that is done; what it returns
             ends the search if it is true, with what it has reached.
 
@@ -95,7 +95,7 @@ def search_tolerance(
         The largest, to 1 %.
     """
     low, high, first = 0.0, most_of(g), ()
-    wanted, watch = _USUAL if asked is None else asked, _Watch(progress)
+    wanted, watch = _USUAL if requested is None else requested, _Watch(progress)
     try:
         first = _unproved(g, cube, limits(high), high, watch)
         if not first:
@@ -126,10 +126,10 @@ def _unproved(g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, wa
     """
     from delta_cad.mechanism.proof.prove import prove
 
-    def missing(asked: Limits) -> tuple[str, ...]:
+    def missing(requested: Limits) -> tuple[str, ...]:
         if watch.over:
             raise _TimeOverError
-        proof = prove(g, cube, asked, tolerance=tolerance, max_boxes=_MOST_BOXES, progress=watch)
+        proof = prove(g, cube, requested, tolerance=tolerance, max_boxes=_MOST_BOXES, progress=watch)
         if watch.over and proof.verdict == "undecided":
             raise _TimeOverError
         return tuple(f.condition for f in proof.findings if f.verdict != "proved")
@@ -143,8 +143,8 @@ def _unproved(g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, wa
 def _needs(g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, watch: _Watch) -> list[Need]:
     """Finds relaxed thresholds of the figures that are not proved alone, such that all are proved together."""
 
-    def proved(asked: PoseLimit) -> bool:
-        return not _unproved(g, cube, Limits.of(asked), tolerance, watch)
+    def proved(requested: PoseLimit) -> bool:
+        return not _unproved(g, cube, Limits.of(requested), tolerance, watch)
 
     found = []
     for figure in limit.figures:

@@ -296,7 +296,7 @@ class Family:
             friction_share=1.0,
             step_share=1.0,
             ball_friction_N=(self._balls[0], self._balls[1]),
-            spare_torque_N_m=0.0,
+            torque_margin_N_m=0.0,
             pull_N=known.pull_N / LIGHT if known else math.inf,
         )
         return choice, self._strongest(one), corrections
@@ -307,7 +307,7 @@ class Family:
         choice, lengths = machine.choice, machine.lengths_mm
         one = Interval(choice.motor, choice.drive, (choice.ratio, choice.ratio), (lengths[0], lengths[0]))
         near, far, relaxed = self._relaxed(one)
-        exact = replace(known, mass_share=1.0, friction_share=1.0, step_share=1.0, spare_torque_N_m=0.0)
+        exact = replace(known, mass_share=1.0, friction_share=1.0, step_share=1.0, torque_margin_N_m=0.0)
         inertia = machine.corrections.mass_estimate.inertia(lengths[0], lengths[1], choice.ratio)
         found = [side_mm]
         for posed_as in (
@@ -511,7 +511,7 @@ def relaxed(brief: DesignBrief) -> Problem:
         friction_share=1.0,
         step_share=1.0,
         ball_friction_N=(0.0, 0.0),
-        spare_torque_N_m=0.0,
+        torque_margin_N_m=0.0,
     )
     each = []
     for motor, drive in drives(brief):

@@ -118,7 +118,7 @@ class Corrections:
         friction_share: The same of the friction.
         step_share: The same of the position step.
         ball_friction_N: What the ball joints rub with at the knob, for a motion along z, and square to it.
-        spare_torque_N_m: Left of a joint's torque beside the force and the weight.
+        torque_margin_N_m: Left of a joint's torque beside the force and the weight.
         why: What each was taught by, a line each.
     """
 
@@ -137,7 +137,7 @@ class Corrections:
     friction_share: float = 0.998
     step_share: float = 0.998
     ball_friction_N: tuple[float, float] = (0.12, 0.18)
-    spare_torque_N_m: float = TORQUE_MARGIN_N_M
+    torque_margin_N_m: float = TORQUE_MARGIN_N_M
     why: tuple[str, ...] = ()
 
     def least(self, length: str) -> float:
@@ -187,7 +187,7 @@ class Corrections:
     @property
     def held_torque_N_m(self) -> float:
         """What of a joint's torque is not for the force."""
-        return self.mass_estimate.gravity_torque_N_m + self.spare_torque_N_m
+        return self.mass_estimate.gravity_torque_N_m + self.torque_margin_N_m
 
     def at_arm_length(self, upper_arm_mm: float) -> Corrections:
         """The same with what gravity takes of a joint where arms are not so long as those that were weighed."""
@@ -220,7 +220,7 @@ class Corrections:
             "friction_share",
             "step_share",
             "ball_friction_N",
-            "spare_torque_N_m",
+            "torque_margin_N_m",
             "pull_N",
         )
         return replace(self, **{name: getattr(other, name) for name in names})

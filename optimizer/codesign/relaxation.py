@@ -60,22 +60,22 @@ class Relaxation:
 
     Attributes:
         fields: Table and field of each.
-        asked: Values asked for.
+        requested: Values asked for.
         enough: Values at which closed forms have a machine.
         brief: The task with these.
         start: That machine, from which one that is built may begin.
     """
 
     fields: tuple[str, ...]
-    asked: tuple[float, ...]
+    requested: tuple[float, ...]
     enough: tuple[float, ...]
     brief: DesignBrief
     start: Start
 
     def __str__(self) -> str:
         return ", ".join(
-            f"{name} = {enough:.4g} instead of {asked:g}"
-            for name, enough, asked in zip(self.fields, self.enough, self.asked, strict=True)
+            f"{name} = {enough:.4g} instead of {requested:g}"
+            for name, enough, requested in zip(self.fields, self.enough, self.requested, strict=True)
         )
 
     def further(self, factor: float) -> DesignBrief:
@@ -85,7 +85,7 @@ class Relaxation:
     @property
     def share(self) -> float:
         """By which factor it gives."""
-        return max(max(a / b, b / a) for a, b in zip(self.enough, self.asked, strict=True))
+        return max(max(a / b, b / a) for a, b in zip(self.enough, self.requested, strict=True))
 
 
 def minimal_relaxations(search: Search) -> list[Relaxation]:
@@ -133,15 +133,15 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Sele
 def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selection]) -> Relaxation | None:
     """Finds how much is enough of limits that give together, of the hardware that needs least; None: more than MOST."""
     search.begin(f"what {' and '.join(fields)} cost")
-    asked = _required(search, fields)
+    requested = _required(search, fields)
     relaxation: Relaxation | None = None
 
     def feasible(choice: Selection, factor: float, near: Start | None = None) -> bool:
         nonlocal relaxation
-        task = _eased(search.brief, fields, asked, factor)
+        task = _eased(search.brief, fields, requested, factor)
         if (found := _possible(search, task, choice, near)) is not None:
             enough = tuple(float(task.value(name) or 0.0) for name in fields)
-            relaxation = Relaxation(fields, asked, enough, task, found)
+            relaxation = Relaxation(fields, requested, enough, task, found)
         return found is not None
 
     high, steps = MOST, _FIRST_FACTORS if fields in (_OUTLINE, _LEAN) else ()
@@ -192,10 +192,10 @@ def _required(search: Search, fields: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(float(search.brief.value(name) or 0.0) for name in fields)
 
 
-def _eased(brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...], factor: float) -> DesignBrief:
+def _eased(brief: DesignBrief, fields: tuple[str, ...], requested: tuple[float, ...], factor: float) -> DesignBrief:
     """The same task with limits that give by a factor."""
     grows = {name: more for names, more in _EASED.items() for name in names}
-    eased = {name: a * factor if grows[name] else a / factor for name, a in zip(fields, asked, strict=True)}
+    eased = {name: a * factor if grows[name] else a / factor for name, a in zip(fields, requested, strict=True)}
     if _CLEARANCE in eased:
         eased[_CLEARANCE] = max(eased[_CLEARANCE], _usual_clearance_mm(brief))
     return brief.with_values(eased)
@@ -230,13 +230,13 @@ class Cost:
 
     Attributes:
         field: Table and field of the requirements.
-        asked: Its value.
+        requested: Its value.
         wider: Another, which is easier to keep.
         gain: By which what is sought would be better then; mm or kg.
     """
 
     field: str
-    asked: float
+    requested: float
     wider: float
     gain: float
 
@@ -251,11 +251,11 @@ def costs(brief: DesignBrief, candidate: Candidate, corrections: Corrections) ->
     now = best_lengths(brief, candidate.choice, corrections, start)
     found: list[Cost] = []
     for field, (factor, added) in _COSTED.items():
-        asked = brief.value(field)
-        if now is None or asked is None:
+        requested = brief.value(field)
+        if now is None or requested is None:
             continue
-        wider = asked * factor + added
+        wider = requested * factor + added
         better = best_lengths(brief.with_values({field: wider}), candidate.choice, corrections, start)
         if better is not None and better.score - now.score > RESOLUTION * abs(now.score):
-            found.append(Cost(field, asked, wider, better.score - now.score))
+            found.append(Cost(field, requested, wider, better.score - now.score))
     return sorted(found, key=lambda cost: -cost.gain)

@@ -373,7 +373,10 @@ class DesignReport:
             "",
             "Estimated with this hardware and what was learnt of it:",
             "",
-            *(f"- {c.field} = {c.wider:g} instead of {c.asked:g}: {c.gain:.3g} {self.unit} better" for c in self.costs),
+            *(
+                f"- {c.field} = {c.wider:g} instead of {c.requested:g}: {c.gain:.3g} {self.unit} better"
+                for c in self.costs
+            ),
             "",
             "## What was tried",
             "",

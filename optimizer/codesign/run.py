@@ -151,7 +151,7 @@ class Builder:
                 stated,
                 run.out,
                 self._goes_on,
-                beside=lambda folder, outcome: self._write(stated, built, folder, outcome),
+                adjacent=lambda folder, outcome: self._write(stated, built, folder, outcome),
                 made=machine,
                 clearance=moved and moved.clearance,
             )

@@ -175,7 +175,7 @@ class Search:
         row = motor_of(self.brief, choice.motor)
         masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
         margin = max(TORQUE_MARGIN_N_M, TORQUE_MARGIN * choice.torque_N_m(row))
-        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), spare_torque_N_m=margin)
+        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), torque_margin_N_m=margin)
 
     def _or_log(self, choice: Selection, find: Callable[[], T | None]) -> T | None:
         """What is found; None where nothing is, which `log.no_progress` explains."""

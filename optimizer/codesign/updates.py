@@ -173,11 +173,11 @@ def too_soft(design: Design) -> tuple[float, float] | None:
     from delta_cad.dimensions import dimensions
     from delta_cad.structure.report import stiffness
 
-    asked = design.requirements.stiffness_min_N_mm
-    if asked is None:
+    requested = design.requirements.stiffness_min_N_mm
+    if requested is None:
         return None
     least = float(stiffness(dimensions(design)).softest.stiffness_N_mm.min())
-    return None if least >= asked else (least, asked)
+    return None if least >= requested else (least, requested)
 
 
 def utilisation(one: Estimate | CheckResult) -> float:
@@ -193,18 +193,20 @@ def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: floa
     return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
 
-def from_stiffness(corrections: Corrections, least: float, asked: float, design: Design) -> Corrections:
+def from_stiffness(corrections: Corrections, least: float, requested: float, design: Design) -> Corrections:
     """Learns from a knob that is too soft.
 
     Raises:
         NoProgressError: More hold against turning is not to be had.
     """
-    why = f"stiffness at the knob {least:.3g} N/mm, {asked:g} asked"
+    why = f"stiffness at the knob {least:.3g} N/mm, {requested:g} asked"
     if design.panel is not None:
-        return _levered(corrections, 2.0 * design.cube.half_side_mm, math.sqrt(least / asked), why)
+        return _levered(corrections, 2.0 * design.cube.half_side_mm, math.sqrt(least / requested), why)
     found = _stiffer(corrections, why)
     if found is corrections:
-        raise NoProgressError(f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {asked:g} asked")
+        raise NoProgressError(
+            f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {requested:g} asked"
+        )
     return found
 
 
@@ -270,8 +272,8 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
             corrections = corrections.updated(why, **{share: getattr(corrections, share) * _MARGIN / max(over, 1.0)})
         elif result.name == _GRAVITY_CHECK:
-            more = corrections.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_MARGIN_N_M
-            corrections = corrections.updated(why, spare_torque_N_m=more)
+            more = corrections.torque_margin_N_m + (short if result.limit else 0.0) + TORQUE_MARGIN_N_M
+            corrections = corrections.updated(why, torque_margin_N_m=more)
         elif result.name.startswith("structure") and candidate.design.panel is not None:
             known = max(corrections.couple_per_mm, candidate.corrections.couple_per_mm)
             corrections = _levered(replace(corrections, couple_per_mm=known), candidate.side_mm, 1.0, why)
@@ -347,8 +349,8 @@ def with_room(
     """
     radius, width = candidate.lengths_mm[VARIABLES.index("base_radius")], candidate.choice.width_mm
     left = -min((one.value or 0.0 for one in results if one.name == _APART), default=0.0)
-    asked = corrections.least_radius_mm(width)
-    if left <= 0.0 or radius > asked + _UNKNOWN_MM or asked <= corrections.least("base_radius"):
+    requested = corrections.least_radius_mm(width)
+    if left <= 0.0 or radius > requested + _UNKNOWN_MM or requested <= corrections.least("base_radius"):
         return corrections, 0.0
     return corrections.with_chains_apart(width, radius, -left, f"{_APART}: {left:.2f} mm more than keys need"), left
 

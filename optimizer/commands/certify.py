@@ -153,14 +153,14 @@ def _of_parts(design: Design) -> float:
     return math.ceil(1000.0 * largest_deviation_mm(d, general_class(d)) - 1e-9) / 1000.0
 
 
-def _require_tolerance(design: Design, asked: float | str | None) -> None:
+def _require_tolerance(design: Design, requested: float | str | None) -> None:
     """Refuses a tolerance that is not small beside the links."""
     from delta_cad.common.units import MM_PER_M
     from delta_cad.mechanism.geometry import largest_tolerance
 
     most = largest_tolerance(design.geometry) * MM_PER_M
-    if isinstance(asked, float) and asked > most:
-        raise _UnprovableError(f"--tolerance = {asked:g}: must be at most {most:g} mm, a tenth of the shorter link")
+    if isinstance(requested, float) and requested > most:
+        raise _UnprovableError(f"--tolerance = {requested:g}: must be at most {most:g} mm, a tenth of the shorter link")
 
 
 def _allowance_of(
@@ -309,10 +309,12 @@ def _within(
             progress=tell,
         )
 
-    asked = None if given.tolerance == _MAX else given.tolerance / MM_PER_M
-    written = None if asked is None else within(asked, progress)  # what is asked comes before what is told beside it
+    requested = None if given.tolerance == _MAX else given.tolerance / MM_PER_M
+    written = (
+        None if requested is None else within(requested, progress)
+    )  # what is asked comes before what is told beside it
     largest = search_tolerance(
-        design.geometry, design.workspace, lambda about: limits_of(provable, share(about), inertia), asked, progress
+        design.geometry, design.workspace, lambda about: limits_of(provable, share(about), inertia), requested, progress
     )
 
     def tell(boxes: int, part: float) -> None:  # and end nothing: the search has just proved it, in a second or two

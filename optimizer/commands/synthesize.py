@@ -242,13 +242,13 @@ def _summary(result: Result) -> str:
         f"{name} {value:.4g}" for name, value in zip(("L_A", "L_B", "R", "r", "H", "L"), result.design_mm, strict=True)
     )
     figures = [(limit.figures[0], result.worst(type(limit))) for limit in result.reported_limits]
-    told = ", ".join(f"{one.words} {value * one.scale:.4g} {one.unit}".rstrip() for one, value in figures)
+    wording = ", ".join(f"{one.words} {value * one.scale:.4g} {one.unit}".rstrip() for one, value in figures)
     goal = "worst kappa" if result.problem.step == 3 else "half side"
     unit = "" if result.problem.step == 3 else " mm"
     return (
         f"step {result.problem.step} {result.method}: {goal} {result.objective:.5g}{unit} at {lengths} mm; "
         f"{_bound(result, unit)}"
-        f"{told}; {result.status}: {result.advice}"
+        f"{wording}; {result.status}: {result.advice}"
     )
 
 

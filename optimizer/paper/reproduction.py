@@ -29,7 +29,7 @@ class _Attempt(NamedTuple):
 
     Attributes:
         result: The design.
-        start: Where SQP began: `paper`, or `ours`.
+        start: Where SQP began: `paper`, or `project_own`.
         ending: How it ended.
     """
 

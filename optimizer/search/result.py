@@ -163,7 +163,7 @@ class Result:
         """Computes the worst value of a limit's figure over the cube.
 
         Args:
-            kind: A limit of `told`.
+            kind: A limit of `wording`.
 
         Returns:
             SI units; infinite where it grows without bound.

@@ -44,9 +44,9 @@ class Figure:
         return {**asdict(self), "reached": self.reached}
 
     @classmethod
-    def from_json(cls, told: dict[str, Any]) -> Figure:
+    def from_json(cls, wording: dict[str, Any]) -> Figure:
         """The figure that `to_json` wrote."""
-        values = {f.name: told[f.name] for f in fields(cls)}
+        values = {f.name: wording[f.name] for f in fields(cls)}
         return cls(**{**values, "spread": tuple(values["spread"]) if values["spread"] else None})
 
 

@@ -32,8 +32,8 @@ def test_figures_and_picture_are_of_the_design_that_stands_there(design: Path) -
 
 def test_the_committed_machine_has_the_figures_of_its_build(committed: Built) -> None:
     """But for its clearance, which takes a whole build: `make slow` has that of all five."""
-    told = {key: value for key, value in MACHINES[0].items() if key != "clearance_mm"}
-    assert_same(gallery.figures(ROOT / "best.json", committed.folder), told)
+    wording = {key: value for key, value in MACHINES[0].items() if key != "clearance_mm"}
+    assert_same(gallery.figures(ROOT / "best.json", committed.folder), wording)
 
 
 @pytest.mark.slow
@@ -44,8 +44,8 @@ def test_each_machine_is_built_by_its_command_and_has_these_figures(design: Path
     assert_same(gallery.figures(design, folder), one)
 
 
-def assert_same(found: dict[str, Any], told: dict[str, Any]) -> None:
-    assert found.keys() == told.keys()
-    for key, value in told.items():
+def assert_same(found: dict[str, Any], wording: dict[str, Any]) -> None:
+    assert found.keys() == wording.keys()
+    for key, value in wording.items():
         # kappa and the outline are sampled and polished: another processor's last digits
         assert found[key] == (pytest.approx(value, rel=1e-6) if isinstance(value, float | list) else value), key

@@ -39,26 +39,26 @@ def keys(value: Any) -> set[str]:
     return {value} if isinstance(value, str) else set()
 
 
-def says(path: Path, told: str) -> bool:
+def says(path: Path, wording: str) -> bool:
     """Whether a file says something, read as its kind is."""
     if path.suffix == ".pdf":
         with pypdfium2.PdfDocument(path) as read:
             words = " ".join(" ".join(page.get_textpage().get_text_range() for page in read).split())
-        return told in words
+        return wording in words
     if path.suffix == ".svg":
-        return told in svg_symbols(path)
+        return wording in svg_symbols(path)
     if path.suffix == ".csv":
         with path.open(encoding="utf-8", newline="") as file:
             table = list(csv.DictReader(file))
-        return any(row.get(told) for row in table)
+        return any(row.get(wording) for row in table)
     if path.suffix == ".json":
-        return told in keys(json.loads(path.read_text(encoding="utf-8")))
-    return told in path.read_text(encoding="utf-8")
+        return wording in keys(json.loads(path.read_text(encoding="utf-8")))
+    return wording in path.read_text(encoding="utf-8")
 
 
 def missing(folder: Path) -> list[tuple[str, str]]:
     """Answers of the page that a build has not where the page says."""
-    return [(file, told) for _, file, told in rows() if not says(folder / file, told)]
+    return [(file, wording) for _, file, wording in rows() if not says(folder / file, wording)]
 
 
 def test_each_question_is_there_once() -> None:
@@ -77,7 +77,7 @@ def test_the_machine_that_the_page_names_has_each_answer_and_drawings_without_a_
 
 
 @pytest.mark.parametrize(
-    ("file", "told"),
+    ("file", "wording"),
     [
         ("drawings/pinion.pdf", "right-hand helical groove"),
         ("drawings/motor_cheek.svg", "position Ø0.04 A B C"),
@@ -86,5 +86,5 @@ def test_the_machine_that_the_page_names_has_each_answer_and_drawings_without_a_
         ("parts/pinion.step", "POSITION_TOLERANCE"),
     ],
 )
-def test_what_does_not_stand_there_is_noticed(built: Built, file: str, told: str) -> None:
-    assert not says(built.folder / file, told)
+def test_what_does_not_stand_there_is_noticed(built: Built, file: str, wording: str) -> None:
+    assert not says(built.folder / file, wording)

@@ -63,14 +63,14 @@ def read(folder: Path, until: float) -> int:
     return bad.total()
 
 
-def suffer(works: deque[tuple[str, Work]], folder: Path, until: float, told: TextIO) -> int:
+def suffer(works: deque[tuple[str, Work]], folder: Path, until: float, wording: TextIO) -> int:
     """Kills commands and takes disks away.
 
     Args:
         works: What is still to be done, by name; both hands take from it.
         folder: Where the commands write.
         until: Time of the clock after which nothing new is begun.
-        told: Where it says what it came to: standard output is at times what a command of the reading hand is held to.
+        wording: Where results are printed; standard output may be the subject of a trial.
 
     Returns:
         How many things were not as they should be.
@@ -82,15 +82,15 @@ def suffer(works: deque[tuple[str, Work]], folder: Path, until: float, told: Tex
         except IndexError:
             return found
         if monotonic() > until:
-            print(f"{name}: not begun, the minutes are over", file=told, flush=True)
+            print(f"{name}: not begun, the minutes are over", file=wording, flush=True)
             continue
         begun, place = monotonic(), folder / name.replace(" ", "-")
         if name in TRIALS:
             place.mkdir()
         wrong = work(place)
-        print(f"{name}: {monotonic() - begun:.1f} s, {len(wrong)} found", file=told, flush=True)
+        print(f"{name}: {monotonic() - begun:.1f} s, {len(wrong)} found", file=wording, flush=True)
         for one in wrong:
-            print(f"FOUND {name}: {one}", file=told, flush=True)
+            print(f"FOUND {name}: {one}", file=wording, flush=True)
         found += len(wrong)
 
 

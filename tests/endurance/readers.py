@@ -26,7 +26,7 @@ from delta_cad.commands import cli as delta_cad_cli
 from delta_cad.common.files import RECORD, refuse_foreign_files
 from delta_cad.design import Design, DesignError, design_hash, design_to_dict, load_design
 from delta_cad.drive.masses import MassError, load_masses
-from delta_cad.report.statements import certificate as told
+from delta_cad.report.statements import certificate as wording
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import fit
 from haptics.calibration.poses import PosesError, load_poses, poses_text
@@ -243,7 +243,7 @@ def readers(folder: Path) -> list[Reader]:
         Reader("certificate", "c.json", _of_tree(certificate, json_text, redigested), read_certificate,
                (CertificateError,), (optimizer_cli.main, lambda p: ["verify", str(p)])),
         Reader("certificate's words", "p.json", _of_tree(certificate | {"design_hash": design_hash(design)}, json_text),
-               lambda p: told(design, p), ()),
+               lambda p: wording(design, p), ()),
         Reader("checkpoint", "c.jsonl", _lines(kept), _resumed, (CheckpointError,)),
         Reader("recording csv", "r.csv", _of_tree(_table(folder / "whole.csv"), csv_text), load_recording,
                (RecordingError,)),

@@ -35,15 +35,15 @@ def test_what_can_be_tried_in_a_minute_is(trial: str, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_board_outlives_its_hosts() -> None:
     """Fifteen seconds of a link that slows, tears and repeats, hosts killed at random, old sessions sent again."""
-    found, told = strained(15.0, seed=2)
+    found, wording = strained(15.0, seed=2)
     assert found == []
-    assert told["hosts killed"] + told["left before"] >= 3
-    assert told["most ticks of force after a command"] <= MOST
-    assert told["dropped"]["FOREIGN"] > 100
+    assert wording["hosts killed"] + wording["left before"] >= 3
+    assert wording["most ticks of force after a command"] <= MOST
+    assert wording["dropped"]["FOREIGN"] > 100
 
 
 @pytest.mark.parametrize(
-    ("error", "told"),
+    ("error", "wording"),
     [
         (KeyError("a"), "KeyError"),
         (ValueError("two\nlines"), "not one printable line"),
@@ -54,10 +54,10 @@ def test_a_board_outlives_its_hosts() -> None:
     ],
     ids=str,
 )
-def test_a_fault_is_found(error: Exception, told: str, tmp_path: Path) -> None:
+def test_a_fault_is_found(error: Exception, wording: str, tmp_path: Path) -> None:
     def read(_: Path) -> None:
         raise error
 
     found = fault(Reader("a", "a.json", lambda _: b"", read, (ValueError,)), 0, tmp_path)
-    assert (found is None) == (told == "")
-    assert told in (found or "")
+    assert (found is None) == (wording == "")
+    assert wording in (found or "")

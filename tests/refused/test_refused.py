@@ -97,7 +97,7 @@ def cells_of(name: str, changes: dict[str, str], *, own: bool) -> dict[str, str]
     return {column: str(value) for column, value in cells.items()}
 
 
-@pytest.mark.parametrize("own", [False, True], ids=["ours", "own"])
+@pytest.mark.parametrize("own", [False, True], ids=["project_own", "own"])
 def test_a_row_of_the_catalogue_that_cannot_be_true_is_refused_by_its_column(
     own: bool, tmp_path: Path, golden: Golden
 ) -> None:

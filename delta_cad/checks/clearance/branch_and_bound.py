@@ -78,12 +78,12 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
         proof.boxes += len(centres)
         allowed = engine.calls + calls_max - proof.calls
         before = engine.calls
-        travel, open_, refuted, spare = _not_proven(
+        travel, open_, refuted, reserve = _not_proven(
             bounds, centres, halves, box, pair, normal, measured, engine, allowed
         )
-        for k in np.flatnonzero(np.isfinite(spare)).tolist():
+        for k in np.flatnonzero(np.isfinite(reserve)).tolist():
             names = pairs.names[pair[k]]
-            proof.closest[names] = min(float(spare[k]), proof.closest.get(names, np.inf))
+            proof.closest[names] = min(float(reserve[k]), proof.closest.get(names, np.inf))
         proof.calls += engine.calls - before
         stuck = np.isin(open_, refuted) | ~(travel[open_] >= _SMALLEST_TRAVEL_MM)
         box, pair, normal, measured = box[open_], pair[open_], normal[open_], measured[open_]
@@ -207,10 +207,10 @@ def _not_proven(
     left = left[~(gap[left] >= need[left])]
 
     slabs = _Slabs(bounds, centres, halves, frames, box, pair)
-    spare = slabs.best(left, normal, apart)
-    later = measured[left] & (spare >= -HOPE * slabs.travel[left]) & (travel[left] >= _SMALLEST_TRAVEL_MM)
+    reserve = slabs.best(left, normal, apart)
+    later = measured[left] & (reserve >= -HOPE * slabs.travel[left]) & (travel[left] >= _SMALLEST_TRAVEL_MM)
     measured[:] = False
-    still = ~(spare >= 0.0)
+    still = ~(reserve >= 0.0)
     left, later = left[still], later[still]
 
     b_in_a = np.linalg.inv(frames[box[left], link_a[left]]) @ frames[box[left], link_b[left]]
@@ -234,7 +234,7 @@ def _not_proven(
             if certain < need[k] - travel[k] and possible[box[k]]:
                 refuted.append(k)
     new = np.flatnonzero(measured[left])
-    open_[new] = ~(slabs.spare(left[new], normal[left[new]]) >= 0.0)
+    open_[new] = ~(slabs.reserve(left[new], normal[left[new]]) >= 0.0)
     return travel, left[open_], np.array(refuted, dtype=int), margin_there
 
 
@@ -269,7 +269,7 @@ class _Slabs:
         self._a, self._b = pairs.first[pair], pairs.second[pair]
         self._least = pairs.limit[pair] + bounds.deviation[self._a] + bounds.deviation[self._b] + GUARD_MM
 
-    def spare(self, k: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    def reserve(self, k: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """(n,) by how much the hulls of pairs k (n,) are farther apart along (n, 3) directions than needed, mm."""
         a, b, box = self._a[k], self._b[k], self._box[k]
         frame_a, frame_b = (self._frames[box, self._bounds.link[ends]] for ends in (a, b))
@@ -288,23 +288,23 @@ class _Slabs:
         return gap - self._least[k] - travel
 
     def best(self, k: np.ndarray, normal: np.ndarray, between: np.ndarray) -> np.ndarray:
-        """(n,) what `spare` gives for pairs k (n,): not negative where they are certainly far enough apart, mm.
+        """(n,) what `reserve` gives for pairs k (n,): not negative where they are certainly far enough apart, mm.
 
         Along the pair's `normal` (m, 3) where it has one; otherwise along the direction `between` (m, 3) the middles of
         both and those that the space knows, of which the best becomes the pair's normal.
         """
         fresh = ~np.isfinite(normal[k, 0])
-        spare = np.full(len(k), -np.inf)
-        spare[~fresh] = self.spare(k[~fresh], normal[k[~fresh]])
-        new, best = k[fresh], spare[fresh]
+        reserve = np.full(len(k), -np.inf)
+        reserve[~fresh] = self.reserve(k[~fresh], normal[k[~fresh]])
+        new, best = k[fresh], reserve[fresh]
         middle = between[new] / np.maximum(np.linalg.norm(between[new], axis=1), 1e-9)[:, None]
         for n in (middle, *self._bounds.space.directions):
             facing = np.where(middle @ n < 0.0, -1.0, 1.0)[:, None] * n if n.ndim == 1 else n
-            gain = self.spare(new, facing)
+            gain = self.reserve(new, facing)
             better = gain > best
             normal[new[better]], best = facing[better], np.fmax(best, gain)
-        spare[fresh] = best
-        return spare
+        reserve[fresh] = best
+        return reserve
 
 
 def _halved(

@@ -126,11 +126,11 @@ class Scene:
         self._deviation = np.array([meshes[o.part.number].deviation_mm for o in self.occurrences])
         self._balls = np.array(balls)
 
-    def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, beside: int, static: bool) -> _Around:
+    def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, adjacent: int, static: bool) -> _Around:
         """Possible obstacles of a tool within a reach of a point: all occurrences except one, or all static ones."""
         centres = self._centres(pose)
         near = np.linalg.norm(centres - centre_mm, axis=1) <= self._balls[:, 3] + reach_mm
-        near[beside] = False
+        near[adjacent] = False
         if static:
             near &= self.stands
         found = np.flatnonzero(near)
@@ -142,7 +142,7 @@ class Scene:
         frame = self.frames[pose]
         return (frame[:, :3, :3] @ self._balls[:, :3, None])[..., 0] + frame[:, :3, 3]
 
-    def met_by(self, pose: int, k: int, frame: np.ndarray, beside: Collection[str]) -> list[int]:
+    def met_by(self, pose: int, k: int, frame: np.ndarray, adjacent: Collection[str]) -> list[int]:
         """Indices of the occurrences whose meshes one mesh meets in another frame (4, 4), without its neighbours."""
         import fcl
 
@@ -150,7 +150,7 @@ class Scene:
         moved.setTransform(_transform(frame))
         centre = frame[:3, :3] @ self._balls[k, :3] + frame[:3, 3]
         near = np.linalg.norm(self._centres(pose) - centre, axis=1) <= self._balls[:, 3] + self._balls[k, 3]
-        found = (int(j) for j in np.flatnonzero(near) if j != k and self.occurrences[j].name not in beside)
+        found = (int(j) for j in np.flatnonzero(near) if j != k and self.occurrences[j].name not in adjacent)
         return [j for j in found if fcl.collide(moved, self._placed(pose, j))]
 
     def _placed(self, pose: int, k: int) -> Any:

@@ -30,28 +30,28 @@ def _fewest(part: Part) -> tuple[int, str]:
     """
     from delta_cad.solids.primitive import corner_ways  # loads the CAD kernel
 
-    asked: list[list[np.ndarray]] = []
+    requested: list[list[np.ndarray]] = []
     for bore in round_bores(part):
         along = np.array(bore.direction)
-        asked.append([-along, along] if bore.through else [-along])
-    asked += [ways for corner, ways in corner_ways(part.solid) if ways and corner.is_straight]
-    plain = _directions(asked)
+        requested.append([-along, along] if bore.through else [-along])
+    requested += [ways for corner, ways in corner_ways(part.solid) if ways and corner.is_straight]
+    plain = _directions(requested)
     reported = f"{len(plain)} directions"
     count = len(plain)
     for axis in (*np.eye(3), *plain):
-        rest = [ways for ways in asked if all(abs(float(way @ axis)) > _SAME for way in ways)]
-        if len(rest) < len(asked) and (turned := 1 + len(_directions(rest))) < count:
+        rest = [ways for ways in requested if all(abs(float(way @ axis)) > _SAME for way in ways)]
+        if len(rest) < len(requested) and (turned := 1 + len(_directions(rest))) < count:
             x, y, z = np.round(axis, 2) + 0.0
             count, reported = turned, f"{len(plain)} directions, a rotary table turns about ({x:g}, {y:g}, {z:g})"
     return max(count, 1), reported
 
 
-def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
+def _directions(requested: list[list[np.ndarray]]) -> list[np.ndarray]:
     """Directions such that each requested feature has one of them."""
-    if not asked:
+    if not requested:
         return []
-    ways = np.array([way for one in asked for way in one])
-    of = np.repeat(np.arange(len(asked)), [len(one) for one in asked])
+    ways = np.array([way for one in requested for way in one])
+    of = np.repeat(np.arange(len(requested)), [len(one) for one in requested])
     x, y, z = ways.T
     sine = np.sqrt(sum(np.subtract(np.outer(a, b), np.outer(b, a)) ** 2 for a, b in ((y, z), (z, x), (x, y))))
     starts = np.flatnonzero(np.diff(of, prepend=-1))
@@ -59,7 +59,7 @@ def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
         (sine < _SAME) & (ways @ ways.T > 0.0), starts, axis=1
     )  # what is asked has a direction
     found: list[np.ndarray] = []
-    left = np.ones(len(asked), dtype=bool)
+    left = np.ones(len(requested), dtype=bool)
     while left.any():
         best = int(np.where(left[of], has[:, left].sum(axis=1), -1).argmax())
         found.append(ways[best])

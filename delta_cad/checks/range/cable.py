@@ -63,7 +63,7 @@ class _Seen:
 
     fleet_rad: float
     margin_mm: float
-    told: str
+    wording: str
 
 
 def check_cable(assembly: Assembly) -> list[CheckResult]:
@@ -82,10 +82,10 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
         try:
             seen.append((i, _seen(assembly, i)))
         except _NotFoundError as error:
-            told = f"chain {i}: {error}"
+            wording = f"chain {i}: {error}"
             return [
-                CheckResult("cable fleet angle", False, None, limit, "deg", detail=told),
-                CheckResult("cable on its groove", False, None, 0.0, "mm", detail=told),
+                CheckResult("cable fleet angle", False, None, limit, "deg", detail=wording),
+                CheckResult("cable on its groove", False, None, 0.0, "mm", detail=wording),
             ]
     i, steep = max(seen, key=lambda one: one[1].fleet_rad)
     j, short = min(seen, key=lambda one: one[1].margin_mm)
@@ -99,9 +99,9 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
             "deg",
             None,
             (f"sector_{i}",),
-            steep.told,
+            steep.wording,
         ),
-        CheckResult("cable on its groove", margin >= 0.0, margin, 0.0, "mm", None, (f"pinion_{j}",), short.told),
+        CheckResult("cable on its groove", margin >= 0.0, margin, 0.0, "mm", None, (f"pinion_{j}",), short.wording),
     ]
 
 
@@ -143,12 +143,12 @@ def _seen(assembly: Assembly, i: int) -> _Seen:
             margin = min(margin, take_off - p.groove_mm[0], p.groove_mm[1] - take_off)
     margin = min(margin, *(min(y - half - s.sides_mm[0], s.sides_mm[1] - y - half) for y in s.lugs_mm))
     off = max(p.off_mm, s.lug_off_mm)
-    told = (
+    wording = (
         f"of the solids: rim {s.rim_mm:.2f} mm, axes {distance:.2f} mm apart, lugs at {s.lugs_mm[0]:.2f} and "
         f"{s.lugs_mm[1]:.2f} mm, groove from {p.groove_mm[0]:.2f} to {p.groove_mm[1]:.2f} mm, "
         f"{p.wrap_rad / tau:.2f} turns, lead {degrees(atan(abs(p.climb_rad) / small)):.2f} deg"
     )
-    return _Seen(fleet, min(margin, -off) if off else margin, told)
+    return _Seen(fleet, min(margin, -off) if off else margin, wording)
 
 
 def _is_along_y(c: SolidFace) -> bool:

@@ -175,16 +175,16 @@ class _Writer:
             _deviate(size, bore.deviations_um[0] / 1000.0, bore.deviations_um[1] / 1000.0)
         self._add(size, _remarks(bore), faces)
 
-    def round(self, asked: Round, kind: str, is_diameter: bool, faces: list[cq.Face]) -> None:
+    def round(self, requested: Round, kind: str, is_diameter: bool, faces: list[cq.Face]) -> None:
         """Adds the diameter or the radius of what is round and no bore, with its fit, deviations, thread, surface."""
         share = 1.0 if is_diameter else 0.5
         name = ("Spherical" if kind == "ball" else "") + ("Diameter" if is_diameter else "Radius")
-        size = self._size(name, share * asked.diameter_mm, asked.fit, is_hole=False)
-        if asked.deviations_mm is not None:
-            _deviate(size, share * asked.deviations_mm[0], share * asked.deviations_mm[1])
-        remarks = {"thread": f"{asked.thread}-6g"} if asked.thread else {}
-        if asked.surface_um is not None:
-            remarks["surface"] = f"Ra {asked.surface_um:g}"
+        size = self._size(name, share * requested.diameter_mm, requested.fit, is_hole=False)
+        if requested.deviations_mm is not None:
+            _deviate(size, share * requested.deviations_mm[0], share * requested.deviations_mm[1])
+        remarks = {"thread": f"{requested.thread}-6g"} if requested.thread else {}
+        if requested.surface_um is not None:
+            remarks["surface"] = f"Ra {requested.surface_um:g}"
         self._add(size, remarks, faces)
 
     def length(self, length: Length, start: list[cq.Face], end: list[cq.Face]) -> None:
@@ -213,15 +213,15 @@ class _Writer:
             size.AddDescription(step_text(text), step_text(name))
         XCAFDoc_Dimension.Set_s(label).SetObject(size)
 
-    def tolerance(self, asked: Zone, faces: list[cq.Face], datums: dict[str, list[cq.Face]]) -> None:
+    def tolerance(self, requested: Zone, faces: list[cq.Face], datums: dict[str, list[cq.Face]]) -> None:
         """Adds a geometric tolerance to faces, from datums in their order."""
         label = self._tool.AddGeomTolerance()
         self._tool.SetGeomTolerance(self._labels(faces), label)
         zone = XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceObject()
-        zone.SetType(getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_GeomToleranceType_{asked.kind.capitalize()}"))
-        if asked.is_round:
+        zone.SetType(getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_GeomToleranceType_{requested.kind.capitalize()}"))
+        if requested.is_round:
             zone.SetTypeOfValue(XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceTypeValue_Diameter)
-        zone.SetValue(asked.value_mm)
+        zone.SetValue(requested.value_mm)
         XCAFDoc_GeomTolerance.Set_s(label).SetObject(zone)
         for position, (name, shown) in enumerate(datums.items(), start=1):
             datum = self._tool.AddDatum()  # every reference wants a label of its own

@@ -57,11 +57,11 @@ def write_manual(d: Dimensions, assembly: Assembly, meshes: Meshes, masses: Mapp
     rows = bill_of_materials(assembly, {number: body["mass_kg"] for number, body in masses["parts"].items()})
     with TemporaryDirectory() as drawn:
         colours = _pictures(assembly, meshes, Path(drawn))
-        told = chapters(assembly, rows, colours)
+        wording = chapters(assembly, rows, colours)
         embedded = {path.name: _embedded(path) for path in Path(drawn).iterdir()}
     path = folder / FOLDER / _FILE_NAME
     path.parent.mkdir(exist_ok=True)
-    path.write_text(page(d, assembly, told, embedded), encoding="utf-8")
+    path.write_text(page(d, assembly, wording, embedded), encoding="utf-8")
     return path
 
 
@@ -81,18 +81,18 @@ def _embedded(path: Path) -> str:
     return "data:image/png;base64," + b64encode(path.read_bytes()).decode("ascii")
 
 
-def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mapping[str, str]) -> str:
+def page(d: Dimensions, assembly: Assembly, wording: list[Chapter], pictures: Mapping[str, str]) -> str:
     """Gives the page's text; `pictures` are URLs by name."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 
     tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
     environment = Environment(loader=FileSystemLoader(_ASSETS), autoescape=True, **tidy)
-    tools = dict.fromkeys(tool for chapter in told for step in chapter.steps for tool in step.tools)
+    tools = dict.fromkeys(tool for chapter in wording for step in chapter.steps for tool in step.tools)
     text = environment.get_template("manual.html").render(
         name=assembly.name,
-        chapters=told,
-        steps=sum(len(chapter.steps) for chapter in told),
+        chapters=wording,
+        steps=sum(len(chapter.steps) for chapter in wording),
         parts=len(assembly.occurrences),
         tools=sorted(tools, key=_sorted_as),
         torques=TORQUES,

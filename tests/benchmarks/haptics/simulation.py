@@ -56,7 +56,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     say("the twin, and MuJoCo's step beside ours")
     with TemporaryDirectory() as folder:
         succeeded(python("-c", "from tests.benchmarks.haptics.loop import twin; twin()", folder))
-        return figures + _adjacent(_child("beside", folder))
+        return figures + _adjacent(_child("adjacent", folder))
 
 
 def _child(function: str, *arguments: str) -> dict[str, Any]:
@@ -109,12 +109,14 @@ def _own(found: dict[str, Any]) -> list[Figure]:
 
 
 def _adjacent(found: dict[str, Any]) -> list[Figure]:
-    ours, theirs = found["ours"], found["theirs"]
+    project_own, theirs = found["ours"], found["theirs"]
     errors = (
         f"after {ERROR_S:g} s off the exact motion by {found['our_error_m']:.1e} m and {found['their_error_m']:.1e} m"
     )
     return [
-        of_repeats(PEER, "our Runge-Kutta step", [t / STEPS * 1e6 for t in ours], "us", note="in minimal coordinates"),
+        of_repeats(
+            PEER, "our Runge-Kutta step", [t / STEPS * 1e6 for t in project_own], "us", note="in minimal coordinates"
+        ),
         of_repeats(
             PEER,
             "MuJoCo's step on twin.xml",
@@ -125,7 +127,7 @@ def _adjacent(found: dict[str, Any]) -> list[Figure]:
         of_repeats(
             PEER,
             "speed against MuJoCo, the same time step",
-            ratios(theirs, ours),
+            ratios(theirs, project_own),
             "x",
             note=f"{STEP_S * 1e3:g} ms, no friction; {errors}. MuJoCo wins in generality: stops, contacts, any "
             "other machine from a file, without a derivation",
@@ -255,7 +257,7 @@ def twin() -> None:
     (folder / "mass_properties.json").write_text(json.dumps(masses))
 
 
-def beside() -> None:
+def adjacent() -> None:
     """Times MuJoCo's step and ours on the machine in the folder of the command line; prints JSON."""
     import mujoco
 
@@ -272,7 +274,7 @@ def beside() -> None:
     model.opt.timestep, model.eq_solref[:] = STEP_S, [2.0 * STEP_S, 1.0]
     torque, zero, home = np.array(PUSH), np.zeros(3), machine.centre
 
-    def ours(steps: int, seconds: float) -> np.ndarray:
+    def project_own(steps: int, seconds: float) -> np.ndarray:
         state = np.zeros(STATES)
         state[:3] = home
         advance(par, FREE, zero, zero, torque, seconds, steps, state, np.zeros((13, STATES)))
@@ -284,12 +286,12 @@ def beside() -> None:
         mujoco.mj_step(model, data, steps)
         return data.qpos[-3:] + home
 
-    few, moved = round(ERROR_S / STEP_S), ours(200_000, ERROR_S)
+    few, moved = round(ERROR_S / STEP_S), project_own(200_000, ERROR_S)
     # over the whole second in pieces, each from home, so that both stay inside their workspace
     pieces = STEPS // few
     times = interleaved(
         {
-            "ours": lambda: [ours(few, ERROR_S) for _ in range(pieces)],
+            "ours": lambda: [project_own(few, ERROR_S) for _ in range(pieces)],
             "theirs": lambda: [theirs(few) for _ in range(pieces)],
         },
         ROUNDS,
@@ -301,7 +303,7 @@ def beside() -> None:
             {
                 "ours": [t * whole for t in times["ours"]],
                 "theirs": [t * whole for t in times["theirs"]],
-                "our_error_m": float(np.linalg.norm(ours(few, ERROR_S) - moved)),
+                "our_error_m": float(np.linalg.norm(project_own(few, ERROR_S) - moved)),
                 "their_error_m": float(np.linalg.norm(theirs(few) - moved)),
                 "version": f"MuJoCo {mujoco.__version__}",
                 "dof": model.nv,

@@ -49,7 +49,7 @@ class Outcome:
         """Share by which the objective differs from the best of all."""
         return abs(self.objective / best - 1.0)
 
-    def told(self, best: float) -> str:
+    def wording(self, best: float) -> str:
         """Objective and violation in words, against the best of all."""
         kept = "feasible" if self.feasible else f"violates by {self.violation:.1g}"
         return (

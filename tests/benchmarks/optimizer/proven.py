@@ -140,6 +140,6 @@ def _peer(say: Callable[[str], None]) -> list[Figure]:
         beats = theirs.objective < own.bound if problem.step == 3 else theirs.objective > own.bound
         if beats and theirs.feasible:
             raise RuntimeError(f"{name}: {PEER} found {theirs.objective:.8g}, beyond the bound {own.bound:.8g}")
-        note = f"{theirs.seconds:.1f} s: {theirs.told(own.objective)}; proves nothing, but takes any black box"
+        note = f"{theirs.seconds:.1f} s: {theirs.wording(own.objective)}; proves nothing, but takes any black box"
         out.append(Figure(SUBJECT, f"{PEER} against ours at 1e-5, {name}", theirs.seconds / seconds, "x", note=note))
     return out

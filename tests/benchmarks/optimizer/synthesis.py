@@ -94,7 +94,7 @@ def _peers(say: Callable[[str], None]) -> list[Figure]:
         feasible = [o.objective for o in found.values() if o.feasible]
         best = min(feasible) if step == 3 else max(feasible)
         for name, o in found.items():
-            note = f"{what} {o.told(best)}"
+            note = f"{what} {o.wording(best)}"
             figures.append(Figure(SUBJECT, f"step {step} on NumPy by {name}", o.seconds, "s", note=note))
         figures += _verdict(step, found, best)
     return figures

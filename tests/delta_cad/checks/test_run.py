@@ -17,14 +17,14 @@ from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.common.worker_process import WorkerProcess
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
-from tests.delta_cad.mechanism.stated_limits import limits as asked
+from tests.delta_cad.mechanism.stated_limits import limits as requested
 
 MACHINE = machine()
 
 
 def test_all_checks_of_a_good_machine_pass_and_report() -> None:
     reported: list[str] = []
-    limits = replace(LIMITS, envelope_depth_mm=222.0, pose=asked(lean_max=np.radians(28.0), assembly_mode=False))
+    limits = replace(LIMITS, envelope_depth_mm=222.0, pose=requested(lean_max=np.radians(28.0), assembly_mode=False))
     results = run_checks(CheckedMachine(MACHINE, limits, MeshLibrary(MACHINE.parts), progress=reported.append))
     assert all_passed(results), [r for r in results if not r.passed]
     names = [r.name for r in results]

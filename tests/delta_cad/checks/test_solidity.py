@@ -79,8 +79,8 @@ def test_a_mesh_that_does_not_hold_the_volume_is_refused() -> None:
     assert result.value > result.limit
 
 
-@pytest.mark.parametrize(("radius", "told"), [(15.0, "mm^3"), (1.5, "no points on 1 cylinders, the first of 3 mm")])
-def test_a_mesh_without_a_bore_of_its_plate_is_refused(radius: float, told: str) -> None:
+@pytest.mark.parametrize(("radius", "wording"), [(15.0, "mm^3"), (1.5, "no points on 1 cylinders, the first of 3 mm")])
+def test_a_mesh_without_a_bore_of_its_plate_is_refused(radius: float, wording: str) -> None:
     plain = rod(130, (0, 0, 0), (0, 0, 8))
     p = part("plate", plain.cut(rod(radius, (50, 0, -1), (50, 0, 9))), (Hole(2.0 * radius, 1, "through"),))
     library = MeshLibrary([p])
@@ -92,7 +92,7 @@ def test_a_mesh_without_a_bore_of_its_plate_is_refused(radius: float, told: str)
     library._meshes["plate"] = filled
     (bad,) = check_solidity([p], library)
     assert not bad.passed
-    assert told in bad.detail
+    assert wording in bad.detail
 
 
 def test_a_leaking_mesh_is_refused() -> None:

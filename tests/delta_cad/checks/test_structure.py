@@ -26,7 +26,7 @@ def masses(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("delta_cad.structure.report.moving", moving)
 
 
-def asked(**requirements: float) -> Dimensions:
+def requested(**requirements: float) -> Dimensions:
     data = design_to_dict(committed().design)
     data["requirements"] |= requirements
     return replace(committed(), design=design_from_dict(data))
@@ -51,13 +51,13 @@ def test_what_is_not_required_is_reported() -> None:
 def test_a_stiffness_that_is_required_is_judged() -> None:
     name = "structure stiffness at the knob"
     value = float(stiffness(committed()).softest.stiffness_N_mm.min())
-    assert verdicts(asked(stiffness_min_N_mm=0.99 * value))[name]
-    failing = verdicts(asked(stiffness_min_N_mm=1.01 * value))
+    assert verdicts(requested(stiffness_min_N_mm=0.99 * value))[name]
+    failing = verdicts(requested(stiffness_min_N_mm=1.01 * value))
     assert [one for one, passed in failing.items() if not passed] == [name]
 
 
 def test_a_peak_is_judged_with_what_holds_for_ever() -> None:
-    found = verdicts(asked(peak_force_N=12.0))
+    found = verdicts(requested(peak_force_N=12.0))
     failing = [name for name, passed in found.items() if not passed]
     # the cable is tensioned for the torque that the controller allows: the first of which a larger force asks too much
     assert "structure cable's slip, peak" in failing
@@ -66,7 +66,7 @@ def test_a_peak_is_judged_with_what_holds_for_ever() -> None:
 
 
 def test_the_record_is_plain_and_its_matrices_are_the_stiffness() -> None:
-    d = asked(peak_force_N=9.0)
+    d = requested(peak_force_N=9.0)
     record = json.loads(json.dumps(structure_record(d, structure_report(d, {})), allow_nan=False))
     assert record["knob_over_wrists_mm"] == 40.0
     least = [np.linalg.eigvalsh(one["matrix"])[0] for one in record["stiffness_N_mm"]]

@@ -189,7 +189,7 @@ def test_drawings_manual_and_report_are_made_or_left_out_and_the_manifest_says_s
     given, reported = list[Any](), list[Any]()
     monkeypatch.setattr(Idle, "send", lambda _, order: given.append(order))
     monkeypatch.setattr(pipeline, "_stage", lambda *_: "stage")
-    monkeypatch.setattr(pipeline, "_report", lambda *asked: reported.append(asked))
+    monkeypatch.setattr(pipeline, "_report", lambda *requested: reported.append(requested))
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path), *words]) == 0
     read = {name: json.loads((tmp_path / best.name / f"{name}.json").read_text()) for name in ("manifest", "checks")}
     assert read["manifest"]["left_out"] == left_out
@@ -292,7 +292,7 @@ def test_bought_parts_whose_data_are_not_all_verified_are_named(
     assert expected == ["foot", "motor", "rod_tube", "knob"]  # docs/best.md says what of them is not known
 
 
-def asked(**requirements: Any) -> Design:
+def requested(**requirements: Any) -> Design:
     """The committed design with other wishes, without those that are None."""
     data = json.loads(BEST.read_text())
     wishes = data["requirements"] | requirements
@@ -304,7 +304,7 @@ def test_limits_are_the_stops_or_what_is_required_whichever_is_tighter(machine: 
     low, high = machine.dimensions.stops_rad
 
     def limits(**requirements: Any) -> tuple[float, float]:
-        found = check_limits(replace(machine.dimensions, design=asked(**requirements)), machine.masses).pose
+        found = check_limits(replace(machine.dimensions, design=requested(**requirements)), machine.masses).pose
         shoulder = found.get(Shoulder)
         assert shoulder is not None
         return shoulder.shoulder_min, shoulder.shoulder_max
@@ -331,7 +331,7 @@ def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions, machin
     free = check_limits(replace(best_dimensions, design=design_from_dict(data)), machine.masses)
     # without a wish, what the ball joints allow
     assert free.pose.get(Lean) == Lean(best_dimensions.forearm.tilt_limit_rad)
-    heavy = check_limits(replace(best_dimensions, design=asked(effective_mass_max_kg=1.9)), machine.masses)
+    heavy = check_limits(replace(best_dimensions, design=requested(effective_mass_max_kg=1.9)), machine.masses)
     mass = heavy.pose.get(EffectiveMass)
     assert mass is not None
     # the heaviest of the committed design at the floor of its cube, as the feel sheet has it, and what it carries
@@ -361,7 +361,7 @@ def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design) -> No
 
 def ranges(machine: BuiltMachine, **requirements: Any) -> dict[str, CheckResult]:
     """The committed machine's ranges, of other wishes."""
-    design = asked(**requirements)
+    design = requested(**requirements)
     limits = check_limits(replace(machine.dimensions, design=design), machine.masses)
     return {result.name: result for result in check_ranges(design.geometry, limits)}
 
@@ -392,18 +392,18 @@ def test_conditioning_and_effective_mass_are_checked_where_they_are_required(
 
 @pytest.mark.slow
 def test_a_drive_that_reaches_the_torque_as_a_peak_only_does_not_hold_it(machine: BuiltMachine) -> None:
-    found = own_checks(machine, asked(joint_torque_N_m=0.5))
+    found = own_checks(machine, requested(joint_torque_N_m=0.5))
     assert not found["drive torque"].passed
     assert found["drive peak torque"].passed
-    weak = own_checks(machine, asked(joint_torque_N_m=1.2, peak_torque_N_m=3.0))
+    weak = own_checks(machine, requested(joint_torque_N_m=1.2, peak_torque_N_m=3.0))
     assert not weak["drive torque"].passed
     assert not weak["drive peak torque"].passed
-    assert "drive peak torque" not in own_checks(machine, asked(peak_torque_N_m=None))
+    assert "drive peak torque" not in own_checks(machine, requested(peak_torque_N_m=None))
 
 
 def test_the_torque_with_gravity_is_that_of_the_placed_solids(machine: BuiltMachine) -> None:
     """The oracle is the gradient of the potential energy of the solids, over a grid and the corners."""
-    limits = check_limits(replace(machine.dimensions, design=asked()), machine.masses)
+    limits = check_limits(replace(machine.dimensions, design=requested()), machine.masses)
     poses, bodies = limits.poses_mm(), moving_bodies(machine.masses)
     for gravity in ([0.0, 0.0, 0.0], [0.0, 0.0, -9.81], [9.81, 0.0, 0.0]):
         found = ranges(machine, gravity_m_s2=gravity)["torque with gravity"]

@@ -27,7 +27,7 @@ class Screen(io.StringIO):
 
     def __init__(self, terminal: bool, enough: int = 0) -> None:
         super().__init__()
-        self.terminal, self.enough, self.told = terminal, enough, Event()
+        self.terminal, self.enough, self.wording = terminal, enough, Event()
 
     def isatty(self) -> bool:
         return self.terminal
@@ -35,7 +35,7 @@ class Screen(io.StringIO):
     def write(self, text: str) -> int:
         count = super().write(text)
         if len(self.getvalue().splitlines()) >= self.enough:
-            self.told.set()
+            self.wording.set()
         return count
 
 
@@ -45,7 +45,7 @@ def test_into_a_pipe_a_long_step_says_where_it_is_now_and_then(monkeypatch: pyte
     monkeypatch.setattr(console, "TELL_S", 0.01)
     with console.ProgressLine() as line:
         line.show("step 1 of\n3")
-        assert screen.told.wait(60.0)  # one call that takes long: nothing more is shown
+        assert screen.wording.wait(60.0)  # one call that takes long: nothing more is shown
     assert set(re.sub(r"(?m)^ *\d+ s  ", "", screen.getvalue()).splitlines()) == {"step 1 of 3"}
 
 
@@ -63,7 +63,7 @@ def test_into_a_pipe_the_first_sign_comes_before_the_others(monkeypatch: pytest.
     monkeypatch.setattr(console, "FIRST_S", 0.01)
     with console.ProgressLine() as line:
         line.show("step 1")
-        assert screen.told.wait(60.0)  # the next would come after an hour
+        assert screen.wording.wait(60.0)  # the next would come after an hour
     assert screen.getvalue().count("\n") == 1
 
 
@@ -77,7 +77,7 @@ def test_what_bridges_ends_with_the_first_word_said(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(console, "FIRST_S", 0.01)
     with console.ProgressLine(until_heard=True) as line:
         line.show("loading")
-        assert screen.told.wait(60.0)
+        assert screen.wording.wait(60.0)
         assert console.refuse("no", 2) == 2
         before = screen.getvalue()
         assert before.endswith("loading\r\x1b[Kno\n")
@@ -114,7 +114,7 @@ def test_a_terminal_that_can_erase_nothing_gets_plain_lines(monkeypatch: pytest.
     monkeypatch.setenv("TERM", "dumb")
     with console.ProgressLine() as line:
         line.show("step 1")
-        assert screen.told.wait(60.0)
+        assert screen.wording.wait(60.0)
     assert set(screen.getvalue().splitlines()) == {"    0 s  step 1"}
 
 

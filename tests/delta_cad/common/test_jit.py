@@ -84,7 +84,7 @@ def fresh(copy: Path, code: str = CALLER, **places: Path) -> subprocess.Complete
     return subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True)
 
 
-def told(process: subprocess.CompletedProcess[str]) -> list[float]:
+def wording(process: subprocess.CompletedProcess[str]) -> list[float]:
     """The numbers that a process printed, which had nothing else to say."""
     assert process.stderr == ""
     return [float(word) for word in process.stdout.split()]
@@ -101,12 +101,12 @@ def times(folder: Path) -> dict[Path, int]:
 
 
 def test_a_changed_callee_is_seen_through_a_caller_that_did_not_change(copy: Path, tmp_path: Path) -> None:
-    assert told(fresh(copy, HOME=tmp_path)) == [3.0, 0.0]
+    assert wording(fresh(copy, HOME=tmp_path)) == [3.0, 0.0]
     before = times(tmp_path / ".cache")
-    assert told(fresh(copy, HOME=tmp_path)) == [3.0, 1.0]
+    assert wording(fresh(copy, HOME=tmp_path)) == [3.0, 1.0]
     assert times(tmp_path / ".cache") == before
     edit(copy / "delta_cad/mechanism/enclosure/affine_form.py", "s4 = a[0] + b[0],", "s4 = a[0] - b[0],")
-    assert told(fresh(copy, HOME=tmp_path)) == [-1.0, 0.0]
+    assert wording(fresh(copy, HOME=tmp_path)) == [-1.0, 0.0]
 
 
 def test_a_changed_constant_of_a_file_without_compiled_code_is_seen(copy: Path, tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_a_changed_constant_of_a_file_without_compiled_code_is_seen(copy: Path, 
     for factor in (2.0, 5.0):
         (copy / "optimizer/constant_of_trial.py").write_text(f"FACTOR = {factor}\n")
         process = run(copy, "from optimizer.trial import product; print(product(1.5))", HOME=tmp_path)
-        assert told(process) == [1.5 * factor]
+        assert wording(process) == [1.5 * factor]
 
 
 def test_a_file_that_hides_its_decorator_is_refused(copy: Path, tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_a_file_that_hides_its_decorator_is_refused(copy: Path, tmp_path: Path) 
 def test_edits_next_to_compiled_code_cost_nothing(copy: Path, tmp_path: Path) -> None:
     run(copy, HOME=tmp_path)
     edit(copy / "delta_cad/common/console.py", "from __future__", "# another line\nfrom __future__")
-    assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
+    assert wording(run(copy, HOME=tmp_path)) == [3.0, 1.0]
 
 
 @pytest.mark.parametrize("name", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
@@ -142,8 +142,8 @@ def test_damaged_files_are_compiled_anew(copy: Path, tmp_path: Path) -> None:
     run(copy, HOME=tmp_path)
     for path in times(tmp_path / ".cache"):
         os.truncate(path, path.stat().st_size // 2)
-    assert told(run(copy, HOME=tmp_path)) == [3.0, 0.0]
-    assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
+    assert wording(run(copy, HOME=tmp_path)) == [3.0, 0.0]
+    assert wording(run(copy, HOME=tmp_path)) == [3.0, 1.0]
 
 
 @pytest.mark.slow
@@ -185,14 +185,14 @@ hits = sum(first.stats.cache_hits.values())
 print(*out, second(3.0, out), hits + sum(second.stats.cache_hits.values()))
 """
     # (1 + 3, 2 * 3 + 3), then (4 * 3) - (9 + 3)
-    assert told(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 0.0]
-    assert told(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 2.0]
+    assert wording(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 0.0]
+    assert wording(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 2.0]
 
 
 def test_a_number_that_is_written_out_compiles_nothing_anew(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/trial.py").write_text(TURN)
     code = "import numpy as np; from optimizer.trial import first; first(3.0, np.array([1.0, 2.0]))"
-    assert told(run(copy, code, HOME=tmp_path)) == []
+    assert wording(run(copy, code, HOME=tmp_path)) == []
     # one file of machine code a function, though the first one is called with 0 and with 1
     kept = [path.name.split("-")[0] for path in (tmp_path / ".cache").rglob("trial.*.nbc")]
     assert sorted(kept)[:2] == ["trial.one", "trial.other"]
@@ -210,10 +210,10 @@ for function, inner in ((first.dispatcher, False), (one.inner, True), (other.inn
     engine = found.library.codegen._engine
     print(int(engine.is_symbol_defined(found.fndesc.llvm_func_name) != inner), int(function.stats.cache_misses != {}))
 """
-    assert told(run(copy, code, HOME=tmp_path)) == [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    assert wording(run(copy, code, HOME=tmp_path)) == [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     other = "from optimizer.trial import second, one; import numpy as np; out = np.array([1.0, 2.0])\n"
     hits = "print(*out, second(3.0, out), sum(one.inner.stats.cache_hits.values()))"
-    assert told(run(copy, other + hits, HOME=tmp_path)) == [1.0, 2.0, -2.0, 1.0]  # 1 * 3 - (2 + 3)
+    assert wording(run(copy, other + hits, HOME=tmp_path)) == [1.0, 2.0, -2.0, 1.0]  # 1 * 3 - (2 + 3)
 
 
 def test_arrays_that_inlined_code_passes_on_are_not_counted(copy: Path, tmp_path: Path) -> None:
@@ -226,7 +226,7 @@ advance(Plant(*18 * [1.0]), FREE, zero, zero, zero, 1e-4, 1, state, room)
 (text,) = advance.dispatcher.inspect_llvm().values()
 print(text.count("call void @NRT_incref"))
 """
-    assert told(run(copy, code, HOME=tmp_path)) == [0.0]
+    assert wording(run(copy, code, HOME=tmp_path)) == [0.0]
 
 
 def test_operators_remember_types_and_learn_of_new_ones(copy: Path, tmp_path: Path) -> None:
@@ -254,7 +254,7 @@ def by_a_word(a, b):
         return lambda a, b: a * len(b)
 print(product(2.0, "word"))
 """
-    assert told(run(copy, code, HOME=tmp_path)) == [6.0, 6.0, 7.0, 1.0, 1.0, 1.0, 8.0]
+    assert wording(run(copy, code, HOME=tmp_path)) == [6.0, 6.0, 7.0, 1.0, 1.0, 1.0, 8.0]
 
 
 OWN = """
@@ -280,7 +280,7 @@ def test_what_is_compiled_of_a_users_own_file_is_never_kept(copy: Path, tmp_path
     for factor in (2.0, 5.0):
         own = copy / "own.py"
         own.write_text(OWN.format(factor=factor))
-        assert told(run(copy, "import own", HOME=tmp_path)) == [factor + 1.0, factor]
+        assert wording(run(copy, "import own", HOME=tmp_path)) == [factor + 1.0, factor]
 
 
 @pytest.mark.slow
@@ -297,7 +297,10 @@ twice, thrice = (unrolled_dispatch("a", [(f,)], "return {0}(a)") for f in (doubl
 """
     (copy / "optimizer/trial.py").write_text(same)
     for _ in range(2):
-        assert told(run(copy, "from optimizer.trial import *; print(twice(1.0), thrice(1.0))", HOME=tmp_path)) == [2, 3]
+        assert wording(run(copy, "from optimizer.trial import *; print(twice(1.0), thrice(1.0))", HOME=tmp_path)) == [
+            2,
+            3,
+        ]
 
 
 @pytest.mark.slow
@@ -309,8 +312,8 @@ import pathlib, optimizer.trial
 pathlib.Path("optimizer/constant_of_trial.py").write_text("FACTOR = 3.0\\n")
 print(optimizer.trial.product(1.0))
 """
-    assert told(run(copy, late, HOME=tmp_path)) == [2.0]
-    assert told(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [3.0]
+    assert wording(run(copy, late, HOME=tmp_path)) == [2.0]
+    assert wording(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [3.0]
 
 
 @pytest.mark.slow
@@ -320,7 +323,7 @@ def test_a_constant_is_seen_wherever_it_is_imported(copy: Path, tmp_path: Path, 
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit").replace(line, head.format(line)))
     for value in (2.0, 7.0):
         (copy / "optimizer/constant_of_trial.py").write_text(f"FACTOR = {value}\n")
-        assert told(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [value]
+        assert wording(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [value]
 
 
 @pytest.mark.slow
@@ -328,7 +331,7 @@ def test_numba_may_be_switched_off(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 2.0\n")
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))
     code = "from optimizer.trial import product; print(product(1.0))"
-    assert told(fresh(copy, code, HOME=tmp_path, NUMBA_DISABLE_JIT=Path("1"))) == [2.0]
+    assert wording(fresh(copy, code, HOME=tmp_path, NUMBA_DISABLE_JIT=Path("1"))) == [2.0]
 
 
 def test_another_release_of_numba_compiles_by_its_public_interface(copy: Path, tmp_path: Path) -> None:
@@ -343,11 +346,14 @@ first(3.0, out)
 print(*out, second(3.0, out), int("delta_cad.common.numba_code.private" in sys.modules))
 print(sum(first.dispatcher.stats.cache_hits.values()))
 """
-    private = told(run(copy, code.replace('numba.__version__ = "9.0.0"', ""), HOME=tmp_path))
-    found = told(run(copy, code, HOME=tmp_path))
+    private = wording(run(copy, code.replace('numba.__version__ = "9.0.0"', ""), HOME=tmp_path))
+    found = wording(run(copy, code, HOME=tmp_path))
     assert private[:3] == found[:3] == [4.0, 9.0, 0.0]
     assert (private[3:], found[3:]) == ([1.0, 0.0], [0.0, 0.0])
-    assert told(run(copy, code, HOME=tmp_path))[3:] == [0.0, 1.0]  # the second run finds the machine code of the first
+    assert wording(run(copy, code, HOME=tmp_path))[3:] == [
+        0.0,
+        1.0,
+    ]  # the second run finds the machine code of the first
 
 
 def test_two_threads_that_call_first_at_once_share_one_dispatcher(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -81,14 +81,14 @@ def test_a_motor_at_the_boards_height_meets_it_on_a_narrow_base(best_dimensions:
     d = best_dimensions
     u, height = d.bracket.motor_axis_mm[0], -12.0
 
-    def asked(radius: float) -> None:
+    def requested(radius: float) -> None:
         axis = u + radius - d.bracket.shoulder_u_mm, height
         require_room_for_board(radius, axis, d.layers, d.motor, d.encoder)
 
     low, high = d.bracket.shoulder_u_mm, d.bracket.shoulder_u_mm + 60.0
     with pytest.raises(DimensionError):
-        asked(low)
-    asked(high)
+        requested(low)
+    requested(high)
     require_room_for_board(d.bracket.shoulder_u_mm, (u, -60.0), d.layers, d.motor, d.encoder)  # below the board
 
 

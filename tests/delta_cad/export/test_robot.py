@@ -278,7 +278,7 @@ def twin(robot: Robot) -> Any:
 
 
 @pytest.fixture(scope="module")
-def ours(best: Design, masses: dict[str, Any]) -> tuple[DeltaGeometry, Any, Plant]:
+def project_own(best: Design, masses: dict[str, Any]) -> tuple[DeltaGeometry, Any, Plant]:
     known = masses_from_dict(masses, best.geometry.forearm_length, drive_torque(best))
     return best.geometry, known, plant(best.geometry, known, GRAVITY)
 
@@ -324,8 +324,8 @@ def test_every_pose_is_closed(twin: Any, robot: Robot) -> None:
             assert data.body(name).xpos == pytest.approx(frames[name][:3, 3] / 1000.0, abs=1e-12)
 
 
-def test_the_engine_holds_the_same_against_gravity(twin: Any, robot: Robot, ours: Any) -> None:
-    geometry, masses, _ = ours
+def test_the_engine_holds_the_same_against_gravity(twin: Any, robot: Robot, project_own: Any) -> None:
+    geometry, masses, _ = project_own
     shoulders = [twin.joint(f"shoulder_{i}").dofadr[0] for i in range(3)]
     for p in poses(robot, 10):
         data = posed(twin, robot, p)
@@ -336,8 +336,8 @@ def test_the_engine_holds_the_same_against_gravity(twin: Any, robot: Robot, ours
         assert torque == pytest.approx(held, rel=1e-9)  # centres beside the axes cancel in a pair
 
 
-def test_the_engine_resists_the_same(twin: Any, robot: Robot, ours: Any) -> None:
-    *_, par = ours
+def test_the_engine_resists_the_same(twin: Any, robot: Robot, project_own: Any) -> None:
+    *_, par = project_own
     slides = [twin.joint(f"platform_{axis}").dofadr[0] for axis in "xyz"]
     for p in poses(robot):
         data = posed(twin, robot, p)
@@ -355,8 +355,8 @@ def test_the_engine_resists_the_same(twin: Any, robot: Robot, ours: Any) -> None
         assert np.linalg.inv(compliance) == pytest.approx(expected, rel=0.0, abs=2e-6)
 
 
-def test_the_engine_converges_to_our_motion_at_first_order(twin: Any, robot: Robot, ours: Any) -> None:
-    *_, par = ours
+def test_the_engine_converges_to_our_motion_at_first_order(twin: Any, robot: Robot, project_own: Any) -> None:
+    *_, par = project_own
     torque, seconds, home = np.array([0.02, -0.05, 0.06]), 0.06, np.asarray(robot.assembly.home_mm) / 1000.0
     exact = np.zeros(STATES)
     exact[:3] = home

@@ -160,7 +160,7 @@ def test_no_slice_of_a_platforms_web_lies_across_its_windows_end(path: str) -> N
 BETWEEN_MM = 1.2  # what points of an edge, a few mm apart, see of it less than the kernel
 
 
-def beside(solids: list[cq.Shape], count: int) -> np.ndarray:
+def adjacent(solids: list[cq.Shape], count: int) -> np.ndarray:
     """(n, 3) points up to 4 mm off the surfaces of solids, as many of each."""
     rng, found = np.random.default_rng(1), []
     for solid in solids:
@@ -189,7 +189,7 @@ def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(name: str) -> N
     balls = [placed(make_joint_ball(d).solid, wrist @ at(0.0, y)) for wrist in wrists for y in (-wide, wide)]
     fixed = [make_platform(d).solid, placed(make_handle_stem(d).solid, at(z=p.boss_diameter_mm / 2))]
 
-    points = beside(fixed, 200)
+    points = adjacent(fixed, 200)
     points = points[np.hypot(points[:, 0], points[:, 1]) > p.stem_diameter_mm / 2]  # in the stem's hole
     exact, suspended = off_solids([*fixed, *bars], points), off_solids(bars, points)
     seen = np.maximum(union_distance(platform_shapes(d), points), 0.0)
@@ -233,7 +233,7 @@ def test_shapes_of_a_drive_and_its_arm_are_where_its_solids_are() -> None:
         (drive, [*cheeks(d), motor(d), *board(d), foot(d)], 0.01),
         (("upper_arm_0", "sector_0", "tension_carriage_0", *cable), arm_shapes(d, d.capstan), 0.1),
     ):
-        points = beside(solids(*names), 60)
+        points = adjacent(solids(*names), 60)
         if names is not drive:  # the elbow is left out
             points = points[points[:, 0] < d.arm.length_mm - d.arm.boss_radius_mm - 5.0]
         seen, exact = union_distance(shapes, points), off_solids(solids(*names), points)

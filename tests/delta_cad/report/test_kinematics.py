@@ -52,7 +52,7 @@ def script(chromium: Any) -> Any:
     page.close()
 
 
-def told(placement: LinkPlacement, d: Dimensions) -> str:
+def wording(placement: LinkPlacement, d: Dimensions) -> str:
     known = known_joints(d.design)
     handle = Handle(INERTIA, known["friction"], known["encoder_count"])
     return json.dumps(mechanism(placement, d.design.requirements.force_N, handle))
@@ -62,7 +62,7 @@ def test_every_link_is_where_the_assembly_has_it(
     script: Any, placement: LinkPlacement, best_dimensions: Dimensions, positions: np.ndarray
 ) -> None:
     ask = "([m, all]) => all.map((p) => Delta.links(JSON.parse(m), p))"
-    found = script.evaluate(ask, [told(placement, best_dimensions), positions.tolist()])
+    found = script.evaluate(ask, [wording(placement, best_dimensions), positions.tolist()])
     frames = placement(positions)
     assert set(found[0]) == set(LINKS) == set(frames)
     for link in LINKS:
@@ -77,7 +77,7 @@ def test_the_figures_there_are_the_mechanisms(
     rubs, count = known["friction"], known["encoder_count"]
     assert isinstance(rubs, HandleFriction)
     ask = "([m, all]) => all.map((p) => Delta.figures(JSON.parse(m), p))"
-    found = script.evaluate(ask, [told(placement, best_dimensions), positions.tolist()])
+    found = script.evaluate(ask, [wording(placement, best_dimensions), positions.tolist()])
     p = positions / 1000.0
     force = best_dimensions.design.requirements.force_N
     for name, expected in (
@@ -95,7 +95,7 @@ def test_the_figures_there_are_the_mechanisms(
 
 def test_out_of_reach_there_is_nothing(script: Any, placement: LinkPlacement, best_dimensions: Dimensions) -> None:
     ask = "([m, p]) => [Delta.links(JSON.parse(m), p), Delta.figures(JSON.parse(m), p)]"
-    assert script.evaluate(ask, [told(placement, best_dimensions), [0.0, 0.0, 900.0]]) == [None, None]
+    assert script.evaluate(ask, [wording(placement, best_dimensions), [0.0, 0.0, 900.0]]) == [None, None]
 
 
 def test_what_is_not_known_is_none(script: Any, placement: LinkPlacement) -> None:

@@ -45,11 +45,11 @@ def test_it_tells_each_limit_in_the_units_of_people(subject: Subject, proof: dic
     assert found["found"] is True
     assert "86.33 mm" in found["words"]
     assert "1067 boxes" in found["words"]
-    told = ", ".join(found["proved"])
-    assert "kappa <= 2.27" in told
-    assert "0.39 N m" in told
-    assert "28 deg" in told
-    assert "rad" not in told.replace("radius", "")
+    wording = ", ".join(found["proved"])
+    assert "kappa <= 2.27" in wording
+    assert "0.39 N m" in wording
+    assert "28 deg" in wording
+    assert "rad" not in wording.replace("radius", "")
     assert len(found["open"]) == 1
     assert found["open"][0].endswith(": undecided")
 
@@ -102,9 +102,9 @@ def test_what_is_no_certificate_proves_nothing(subject: Subject, tmp_path: Path)
 
 
 def test_assumptions_name_what_was_taken(subject: Subject) -> None:
-    told = " ".join(assumptions(subject))
+    wording = " ".join(assumptions(subject))
     for word in ("40 mm over the wrists", "(0, 0, -9.81) m/s²", "0.08 (0.05 to 0.15)", "96 %", "nothing was measured"):
-        assert word in told
+        assert word in wording
 
 
 def test_the_command_names_a_file_that_a_person_can_save(subject: Subject) -> None:

@@ -129,15 +129,17 @@ class Seat:
         """Place of the ball, (2,) mm from the seat's centre, at which both halves bear a load on it, (2,) N."""
         moved = np.array(start_mm, dtype=float)
 
-        def borne(at: np.ndarray) -> np.ndarray:
+        def carried_load(at: np.ndarray) -> np.ndarray:
             return 2.0 * self.directions[:, :2].T @ self.forces(at, clearance_mm)
 
         for _ in range(50):
-            here = borne(moved)
+            here = carried_load(moved)
             missing = load_N - here
             if np.linalg.norm(missing) < 1e-6 * np.linalg.norm(load_N):
                 return moved
-            slope = np.stack([(borne(moved + NEWTON_STEP_MM * e) - here) / NEWTON_STEP_MM for e in np.eye(2)], axis=1)
+            slope = np.stack(
+                [(carried_load(moved + NEWTON_STEP_MM * e) - here) / NEWTON_STEP_MM for e in np.eye(2)], axis=1
+            )
             step = np.linalg.solve(slope, missing)
             moved = moved + step * min(1.0, 0.3 * clearance_mm / np.abs(step).max())
         raise AssertionError("the ball does not come to rest")

@@ -40,7 +40,11 @@ def test_a_calibration_there_and_back(best: Design, calibration: Calibration, tm
     again = load_calibration(path, best)
     np.testing.assert_allclose(again.unknowns.table, calibration.unknowns.table, rtol=1e-14)
     np.testing.assert_allclose(again.sigma, calibration.sigma, rtol=1e-14)
-    assert (again.name, again.not_told, again.fit) == (calibration.name, calibration.not_told, calibration.fit)
+    assert (again.name, again.unidentifiable, again.fit) == (
+        calibration.name,
+        calibration.unidentifiable,
+        calibration.fit,
+    )
     raw = json.loads(path.read_text())
     assert raw["chains"][1]["upper_arm_length_mm"] == pytest.approx(1e3 * calibration.unknowns.table[1, 2])
     assert raw["chains"][2]["zero_deg"] == pytest.approx(np.degrees(calibration.unknowns.table[2, 6]))
@@ -60,7 +64,7 @@ DAMAGE: dict[str, tuple[Change, str]] = {
     "wave": (lambda d: d["chains"][2].update(cos_1_deg=11.0), "chains[2].cos_1_deg"),
     "negative": (lambda d: d["uncertainty"][2].update(sin_2_deg=-1.0), "uncertainty[2].sin_2_deg"),
     "turns": (lambda d: d.update(encoder_turns=0.0), "encoder_turns"),
-    "words": (lambda d: d.update(not_told="all"), "not_told"),
+    "words": (lambda d: d.update({"not_told": "all"}), "not_told"),
     "figures": (lambda d: d.update(fit={"poses": []}), "fit"),
     "name": (lambda d: d.update(name=3), "name"),
 }

@@ -76,45 +76,45 @@ def board(pressed: float = 1e9, released: float = 1e9, limit: float = 0.8) -> It
 
 
 def test_it_is_the_controllers_tick() -> None:
-    ours, memory, out = host(), fresh(controller()), np.zeros(3)
+    project_own, memory, out = host(), fresh(controller()), np.zeros(3)
     memory.supervisor[REQUEST] = ENABLE
     for k in range(50):
         theta = REST + 1e-3 * np.sin(0.1 * k)
         bits = tick(controller(), memory, LAWS, k * 1e-3, theta, theta, ALL_FRESH, out)
-        np.testing.assert_array_equal(ours(Reading(theta, k * 1e-3)), out)
-        assert ours.bits == bits
+        np.testing.assert_array_equal(project_own(Reading(theta, k * 1e-3)), out)
+        assert project_own.bits == bits
     assert np.abs(out).max() > 0.01
 
 
 def test_force_is_rendered_on_the_simulated_device() -> None:
-    ours, felt = host(), simulated()
+    project_own, felt = host(), simulated()
     still: list[np.ndarray] = []
-    ours.drive(felt, ticks=1500, until=lambda _sample: bool(still.append(felt.state[:3].copy())))
+    project_own.drive(felt, ticks=1500, until=lambda _sample: bool(still.append(felt.state[:3].copy())))
     # at rest the hand's spring, which begins at HOME, holds the constant force together with the scene's spring
     expected = HOME + FORCE / (HAND.stiffness + 100.0)
     np.testing.assert_allclose(still[-1], expected, atol=6e-5)  # two counts of an encoder, 0.03 mm each
-    assert ours.supervisor.state is State.DISABLED  # afterwards
-    assert ours.bits == 0
+    assert project_own.supervisor.state is State.DISABLED  # afterwards
+    assert project_own.bits == 0
 
 
-def stopping(ours: Host) -> Callable[[Reading], bool]:
+def stopping(project_own: Host) -> Callable[[Reading], bool]:
     """An operator: resets while it is pressed (after 0.1 s) and after its release (0.3 s), enables, and leaves."""
 
     def until(sample: Reading) -> bool:
         ticks = round(1e3 * (sample.time - PRESSED))
         if 0 <= ticks <= 300:
-            assert ours.supervisor.state is State.FAULT
-            assert FaultCode.EMERGENCY_STOP in ours.supervisor.latched
+            assert project_own.supervisor.state is State.FAULT
+            assert FaultCode.EMERGENCY_STOP in project_own.supervisor.latched
             # a board whose stop is released holds its torque back, by flag 1, until the reset
-            assert set(ours.supervisor.latched) <= {FaultCode.EMERGENCY_STOP, FaultCode.WATCHDOG}
+            assert set(project_own.supervisor.latched) <= {FaultCode.EMERGENCY_STOP, FaultCode.WATCHDOG}
         if ticks in (100, 300):
-            ours.reset()
+            project_own.reset()
         if ticks == 301:
-            assert ours.supervisor.state is State.DISABLED
-            assert ours.supervisor.latched == ()
-            ours.enable()
+            assert project_own.supervisor.state is State.DISABLED
+            assert project_own.supervisor.latched == ()
+            project_own.enable()
         if ticks == 950:
-            assert ours.supervisor.state is State.ACTIVE
+            assert project_own.supervisor.state is State.ACTIVE
         return ticks == 950
 
     return until
@@ -134,19 +134,19 @@ def stopped(times: np.ndarray, torques: np.ndarray) -> None:
 
 
 def test_an_emergency_stop_of_the_simulated_device() -> None:
-    ours = host()
+    project_own = host()
     first = round(PRESSED * 1e3)
     device = DisturbedDevice(
         simulated(), {k: signalling(FaultCode.EMERGENCY_STOP.bit) for k in range(first, first + 200)}
     )
-    recording = ours.drive(device, until=stopping(ours))
+    recording = project_own.drive(device, until=stopping(project_own))
     stopped(recording.time, recording.torques)
 
 
 def test_an_emergency_stop_of_a_board_in_another_process() -> None:
-    ours, near = host(), host()
+    project_own, near = host(), host()
     with board(PRESSED, PRESSED + 0.2) as (_, device):
-        recording = ours.drive(device, until=stopping(ours))
+        recording = project_own.drive(device, until=stopping(project_own))
     stopped(recording.time, recording.torques)
     before = round(PRESSED * 1e3)
     same = near.drive(simulated(), ticks=before)
@@ -157,7 +157,7 @@ def test_an_emergency_stop_of_a_board_in_another_process() -> None:
 
 @pytest.mark.slow
 def test_a_board_that_dies_ends_in_device_lost_and_another_one_can_follow() -> None:
-    ours, recorder = host(), Recorder()
+    project_own, recorder = host(), Recorder()
     with board() as (process, device):
         write = device.write
 
@@ -169,91 +169,93 @@ def test_a_board_that_dies_ends_in_device_lost_and_another_one_can_follow() -> N
 
         device.write = unplugged
         with pytest.raises(DeviceLostError):
-            ours.drive(device, recorder=recorder)
+            project_own.drive(device, recorder=recorder)
     assert np.abs(recorder.recording().torques[-1]).max() > 0.02
-    assert ours.supervisor.latched == (FaultCode.DEVICE_LOST,)
-    assert ours.supervisor.state is State.FAULT
-    assert ours.bits & FaultCode.DEVICE_LOST.bit
+    assert project_own.supervisor.latched == (FaultCode.DEVICE_LOST,)
+    assert project_own.supervisor.state is State.FAULT
+    assert project_own.bits & FaultCode.DEVICE_LOST.bit
     with board() as (_, device):
-        assert again(ours, device)
+        assert again(project_own, device)
 
 
-def again(ours: Host, device: Any) -> bool:
+def again(project_own: Host, device: Any) -> bool:
     """The next device answers: the signal is down, reset and enable bring the force back from zero."""
 
     def until(sample: Reading) -> bool:
         if len(recorder) == 1:
-            assert not ours.memory.supervisor[SIGNALS]
-            assert ours.supervisor.latched == (FaultCode.DEVICE_LOST,)
-            ours.reset()
+            assert not project_own.memory.supervisor[SIGNALS]
+            assert project_own.supervisor.latched == (FaultCode.DEVICE_LOST,)
+            project_own.reset()
         if len(recorder) == 2:
-            assert ours.supervisor.state is State.DISABLED
-            ours.enable()
+            assert project_own.supervisor.state is State.DISABLED
+            project_own.enable()
         return sample.time > 0.6
 
     recorder = Recorder()
-    torques = ours.drive(device, until=until, recorder=recorder).torques
+    torques = project_own.drive(device, until=until, recorder=recorder).torques
     np.testing.assert_array_equal(torques[:2], 0.0)
     assert np.abs(np.diff(torques, axis=0)).max() <= STEP + ROUNDING
     return bool(np.abs(torques[-1]).min() > 0.02)
 
 
 def test_a_device_lost_at_once_or_while_writing() -> None:
-    ours = host()
+    project_own = host()
     with pytest.raises(DeviceLostError):
-        ours.drive(FakeDevice([DeviceLostError("cable out")]))
-    assert ours.supervisor.state is State.DISABLED  # nothing was enabled yet
+        project_own.drive(FakeDevice([DeviceLostError("cable out")]))
+    assert project_own.supervisor.state is State.DISABLED  # nothing was enabled yet
     device = FakeDevice([REST] * 9, refusals={5: DeviceLostError("cable out")})
-    ours.enable()
+    project_own.enable()
     with pytest.raises(DeviceLostError):
-        ours.drive(device)
-    assert ours.supervisor.latched == (FaultCode.DEVICE_LOST,)
+        project_own.drive(device)
+    assert project_own.supervisor.latched == (FaultCode.DEVICE_LOST,)
 
 
 def test_a_device_is_closed_and_the_host_disabled_whatever_ends_the_run() -> None:
-    ours = host()
+    project_own = host()
     for error in (KeyboardInterrupt(), None):
         device = FakeDevice([REST] * 30 + ([error] if error else []))
         if error:
             with pytest.raises(KeyboardInterrupt):
-                ours.drive(device)
+                project_own.drive(device)
         else:
-            written = ours.drive(device).torques
+            written = project_own.drive(device).torques
             np.testing.assert_array_equal(written[0], 0.0)  # not the last torque of the run before: it ramps anew
-            assert ours.bits == 0
+            assert project_own.bits == 0
         assert device.closed == 1
         np.testing.assert_array_equal(device.written[-1], 0.0)
-        assert ours.supervisor.state is State.DISABLED
+        assert project_own.supervisor.state is State.DISABLED
 
 
 def test_the_next_device_is_not_compared_with_the_last_one() -> None:
-    ours = host()
-    ours.drive(FakeDevice([Reading(REST, 5.0 + 1e-3 * k) for k in range(20)]))
-    ours.enable()
+    project_own = host()
+    project_own.drive(FakeDevice([Reading(REST, 5.0 + 1e-3 * k) for k in range(20)]))
+    project_own.enable()
     seen: list[int] = []
-    ours.drive(FakeDevice([REST + 0.1] * 20), until=lambda _sample: bool(seen.append(ours.bits)))
+    project_own.drive(FakeDevice([REST + 0.1] * 20), until=lambda _sample: bool(seen.append(project_own.bits)))
     assert not np.any(seen)  # neither a clock that went back nor a jump of three joints
-    np.testing.assert_allclose(ours.memory.work[RATES], 0.0)  # nor a joint rate
+    np.testing.assert_allclose(project_own.memory.work[RATES], 0.0)  # nor a joint rate
 
 
 def test_the_hosts_own_stop_joins_that_of_the_device() -> None:
-    ours = Host(controller(), LAWS)
-    ours.emergency_stop()
-    ours(Reading(REST, 0.0, FaultCode.WATCHDOG.bit))
-    assert ours.supervisor.latched == (FaultCode.EMERGENCY_STOP,)  # even while nothing is enabled
-    assert ours.supervisor.present == (FaultCode.WATCHDOG, FaultCode.EMERGENCY_STOP)
-    ours.emergency_stop(False)
-    ours(Reading(REST, 1e-3, FaultCode.ANGLE_JUMP.bit))  # not for a device to say
-    assert ours.supervisor.present == ()
-    assert ours.supervisor.latched == (FaultCode.EMERGENCY_STOP,)
+    project_own = Host(controller(), LAWS)
+    project_own.emergency_stop()
+    project_own(Reading(REST, 0.0, FaultCode.WATCHDOG.bit))
+    assert project_own.supervisor.latched == (FaultCode.EMERGENCY_STOP,)  # even while nothing is enabled
+    assert project_own.supervisor.present == (FaultCode.WATCHDOG, FaultCode.EMERGENCY_STOP)
+    project_own.emergency_stop(False)
+    project_own(Reading(REST, 1e-3, FaultCode.ANGLE_JUMP.bit))  # not for a device to say
+    assert project_own.supervisor.present == ()
+    assert project_own.supervisor.latched == (FaultCode.EMERGENCY_STOP,)
 
 
 def test_it_works_with_the_plain_runner_and_can_be_disabled() -> None:
-    ours = host()
-    recording = run(FakeDevice([REST] * 60), ours, until=lambda sample: bool(sample.time > 0.03 and ours.disable()))
+    project_own = host()
+    recording = run(
+        FakeDevice([REST] * 60), project_own, until=lambda sample: bool(sample.time > 0.03 and project_own.disable())
+    )
     assert np.abs(recording.torques[30]).max() > 0.01
     np.testing.assert_array_equal(recording.torques[-1], 0.0)
-    assert ours.supervisor.state is State.DISABLED
+    assert project_own.supervisor.state is State.DISABLED
 
 
 class WatchedDevice(FakeDevice):
@@ -271,77 +273,77 @@ class WatchedDevice(FakeDevice):
 
 
 def test_a_reset_ends_what_the_boards_watchdog_began() -> None:
-    ours, device = host(), WatchedDevice([REST] * 10)
+    project_own, device = host(), WatchedDevice([REST] * 10)
 
     def until(sample: Reading) -> bool:
         k = round(1e3 * sample.time)
         if k == 0:  # a flag at the first reading forbids to enable
-            assert ours.supervisor.state is State.DISABLED
-            ours.reset()
+            assert project_own.supervisor.state is State.DISABLED
+            project_own.reset()
         if k == 1:
-            assert ours.supervisor.present == ()
-            ours.enable()
+            assert project_own.supervisor.present == ()
+            project_own.enable()
         if k == 3:
-            assert ours.supervisor.state is State.RAMPING
+            assert project_own.supervisor.state is State.RAMPING
             device.tripped = True
         if k == 4:
-            assert ours.supervisor.latched == (FaultCode.WATCHDOG,)
+            assert project_own.supervisor.latched == (FaultCode.WATCHDOG,)
         return False
 
-    ours.drive(device, until=until)
-    assert not ours.supervisor.memory[REQUEST]
+    project_own.drive(device, until=until)
+    assert not project_own.supervisor.memory[REQUEST]
 
 
 def test_force_fades_when_nobody_speaks_and_comes_back_when_somebody_does() -> None:
-    ours, device, spoken = host(stale=0.1), simulated(), range(700, 1300)
+    project_own, device, spoken = host(stale=0.1), simulated(), range(700, 1300)
     seen: list[tuple[FaultCode, ...]] = []
 
     def until(sample: Reading) -> bool:
         if round(1e3 * sample.time) in spoken:
-            ours.heard()
-        seen.append(ours.supervisor.present)
+            project_own.heard()
+        seen.append(project_own.supervisor.present)
         return False
 
-    ours.drive(device, ticks=1301, until=until)
+    project_own.drive(device, ticks=1301, until=until)
     stale = [k for k, found in enumerate(seen) if FaultCode.COMMAND_STALE in found]
     assert stale == list(range(101, 701))  # 0.1 s after enabling, until the tick after the word
 
 
 def test_laws_change_without_a_step_and_count_as_a_word() -> None:
-    ours, device = host(stale=0.6), simulated()
+    project_own, device = host(stale=0.6), simulated()
     other = law_table(ConstantForce(-FORCE), ConstantForce(0.1 * FORCE))
     forces: list[np.ndarray] = []
 
     def until(sample: Reading) -> bool:
         k = round(1e3 * sample.time)
         if k in (550, 560):  # again, while it fades
-            ours.change(other, 0.05)
-        forces.append(ours.memory.work[WANTED].copy())
+            project_own.change(other, 0.05)
+        forces.append(project_own.memory.work[WANTED].copy())
         return False
 
-    ours.drive(device, ticks=900, until=until)
+    project_own.drive(device, ticks=900, until=until)
     np.testing.assert_allclose(forces[-1], -0.9 * FORCE, rtol=1e-12)
-    np.testing.assert_array_equal(ours.laws, other)  # what has faded is dropped
+    np.testing.assert_array_equal(project_own.laws, other)  # what has faded is dropped
     change = np.abs(np.diff(forces[540:650], axis=0)).max()
     assert change <= 1.1 * np.abs(FORCE).max() * 3.0 / 50.0  # three tables at most, each a fiftieth a tick
     assert change > 0.0
-    assert ours.bits == 0
+    assert project_own.bits == 0
 
 
 def test_laws_can_change_at_once_and_to_none() -> None:
-    ours = host()
-    assert ours.laws.shape == (2, COLUMNS)
-    ours.change(law_table(), 0.0)
-    ours(Reading(REST, 0.0))
-    assert ours.laws.shape == (0, COLUMNS)
+    project_own = host()
+    assert project_own.laws.shape == (2, COLUMNS)
+    project_own.change(law_table(), 0.0)
+    project_own(Reading(REST, 0.0))
+    assert project_own.laws.shape == (0, COLUMNS)
     half = law_table(ConstantForce(FORCE))
     half[0, GAIN] = 0.5
-    ours.change(half, 0.0)
-    ours(Reading(REST, 1e-3))
-    np.testing.assert_array_equal(ours.laws, half)
-    ours.change(law_table())  # over limits.fade
-    ours(Reading(REST, 2e-3))
-    assert ours.laws[0, GAIN] == pytest.approx(0.5 - LIMITS.period / LIMITS.fade)
+    project_own.change(half, 0.0)
+    project_own(Reading(REST, 1e-3))
+    np.testing.assert_array_equal(project_own.laws, half)
+    project_own.change(law_table())  # over limits.fade
+    project_own(Reading(REST, 2e-3))
+    assert project_own.laws[0, GAIN] == pytest.approx(0.5 - LIMITS.period / LIMITS.fade)
 
 
 def test_what_is_refused_leaves_everything_as_it_was() -> None:
@@ -349,26 +351,26 @@ def test_what_is_refused_leaves_everything_as_it_was() -> None:
         Host(controller(), np.zeros(3))
     with pytest.raises(ValueError, match=r"late is 1\.0.* missed"):
         Host(controller(late=1.0), LAWS)
-    ours = host()
+    project_own = host()
     with pytest.raises(LawError, match=r"law 0 .*nan"):
-        ours.change(np.full(COLUMNS, np.nan))
+        project_own.change(np.full(COLUMNS, np.nan))
     for seconds in (-1.0, np.nan, np.inf):
         with pytest.raises(ValueError, match=f"{seconds!r} s"):
-            ours.change(LAWS, seconds)
-    np.testing.assert_array_equal(ours.laws, LAWS)
+            project_own.change(LAWS, seconds)
+    np.testing.assert_array_equal(project_own.laws, LAWS)
     with pytest.raises(ValueError, match=r"angles .*\(2,\)"):
-        ours(Reading(np.zeros(2), 0.0))
+        project_own(Reading(np.zeros(2), 0.0))
 
 
 def test_a_device_that_does_not_fit_is_refused_and_closed() -> None:
-    ours = host()
+    project_own = host()
     device = simulated()
     device.period = 2e-3
     with pytest.raises(ValueError, match=r"period .*0\.002 s.* 0\.001 s"):
-        ours.drive(device)
+        project_own.drive(device)
     with pytest.raises(DeviceError):
         device.read()
     with board(limit=0.5) as (process, weak):
         with pytest.raises(ValueError, match=r"0\.5 N m.* 0\.8 N m"):
-            ours.drive(weak)
+            project_own.drive(weak)
         assert process.wait(30) == 0  # the board has had its BYE

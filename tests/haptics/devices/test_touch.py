@@ -37,12 +37,12 @@ class Watched(SimulatedDevice):
 
     def __init__(self) -> None:
         super().__init__(PAR, HOME, hand=Hand(mass=0.1, damping=5.0, stiffness=300.0))
-        self.told: list[bool] = []
+        self.wording: list[bool] = []
         self.depth: list[float] = []
 
     def touch(self, touched: bool) -> None:
         super().touch(touched)
-        self.told.append(touched)
+        self.wording.append(touched)
 
     def read(self) -> Reading:
         led = 3e-3 * np.sin(0.03 * max(len(self.depth) - BEGINS, 0))
@@ -60,8 +60,8 @@ def host() -> Host:
     return own
 
 
-def crossings(told: Any) -> int:
-    return int(np.count_nonzero(np.diff(np.asarray(told, dtype=int))))
+def crossings(wording: Any) -> int:
+    return int(np.count_nonzero(np.diff(np.asarray(wording, dtype=int))))
 
 
 def test_the_simulated_device_is_reported_of_each_tick() -> None:
@@ -69,8 +69,8 @@ def test_the_simulated_device_is_reported_of_each_tick() -> None:
     host().drive(device, ticks=TICKS)
     inside = np.array(device.depth) > 0.0
     assert crossings(inside) > 3
-    assert device.told[:TICKS] == inside[:TICKS].tolist()
-    assert not device.told[-1] or inside[-1]
+    assert device.wording[:TICKS] == inside[:TICKS].tolist()
+    assert not device.wording[-1] or inside[-1]
 
 
 def test_a_board_tells_its_drives_a_tick_later() -> None:
@@ -80,10 +80,10 @@ def test_a_board_tells_its_drives_a_tick_later() -> None:
     inside = np.array(device.depth) > 0.0
     assert crossings(inside) > 3
     # a session begins without; a tick with what the COMMAND for the reading before it says
-    assert device.told[:2] == [False, False]
-    assert device.told[2:TICKS] == inside[: TICKS - 2].tolist()
+    assert device.wording[:2] == [False, False]
+    assert device.wording[2:TICKS] == inside[: TICKS - 2].tolist()
     wire.board.tick()
-    assert not device.told[-1]  # without a session
+    assert not device.wording[-1]  # without a session
 
 
 @pytest.mark.parametrize("how", ["watchdog", "stop", "bye"])
@@ -95,7 +95,7 @@ def test_where_a_board_cuts_the_torque_its_drives_do_not_damp_as_at_a_wall(how: 
     far.touch(True)
     far.write(np.zeros(3))
     wire.board.tick()
-    assert device.told[-1]
+    assert device.wording[-1]
     if how == "stop":
         wire.board.stop = True
         wire.board.tick()
@@ -105,7 +105,7 @@ def test_where_a_board_cuts_the_torque_its_drives_do_not_damp_as_at_a_wall(how: 
         for _ in range(22):  # 20 ms without a COMMAND
             wire.board.tick()
         assert wire.board.tripped
-    assert not device.told[-1]
+    assert not device.wording[-1]
 
 
 def test_a_board_says_whether_its_drives_damp_at_walls_and_walls_are_held_to_that(best: Design) -> None:

@@ -106,8 +106,8 @@ def test_undecided_is_neither(design, tight):
 
 def test_limits_of_the_requirements(design):
     assert limits_of(design, None) == limits(force=3.0, torque_max=0.8)
-    asked = design_of(kappa_max=3.0, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    found = limits_of(asked, None)
+    requested = design_of(kappa_max=3.0, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
+    found = limits_of(requested, None)
     assert found.get(Kappa) == Kappa(3.0)
     assert np.radians(28.0) * (1 - 1e-15) < found.get(Lean).lean_max < np.radians(28.0)
     shoulder = found.get(Shoulder)
@@ -115,9 +115,9 @@ def test_limits_of_the_requirements(design):
     assert np.radians(80.0) * (1 - 1e-15) < shoulder.shoulder_max < np.radians(80.0)
     assert range_of(shoulder_min_deg=-180.0) == pytest.approx((-np.pi, np.pi), abs=1e-15)
     assert range_of(shoulder_max_deg=80.0)[0] == -np.pi
-    certificate = certify(asked)
+    certificate = certify(requested)
     assert certificate.verdict == "proved"
-    assert verify(certificate, asked).proved == found.names
+    assert verify(certificate, requested).proved == found.names
 
 
 def range_of(**requirements):
@@ -173,8 +173,8 @@ def test_a_changed_threshold_is_noticed(proved, refuted):
         verify(replace(proved, limits=without(e, Kappa)))
 
 
-def without(asked, kind):
-    return Limits(tuple(limit for limit in asked if not isinstance(limit, kind)))
+def without(requested, kind):
+    return Limits(tuple(limit for limit in requested if not isinstance(limit, kind)))
 
 
 def test_missing_overlapping_and_moved_leaves_are_noticed(proved):
@@ -209,29 +209,29 @@ def test_another_design_is_noticed(proved):
 
 def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
     strict = design_of(kappa_max=2.5, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    asked = limits_of(strict, None)
-    verify(certify(strict, asked.with_(Kappa(2.4), Torque(6.0, 1.6))), strict)
-    low, high = asked["shoulder"].thresholds()
+    requested = limits_of(strict, None)
+    verify(certify(strict, requested.with_(Kappa(2.4), Torque(6.0, 1.6))), strict)
+    low, high = requested["shoulder"].thresholds()
     for less, name in (
-        (without(asked, AssemblyMode), "assembly_mode"),
-        (without(asked, Torque), "torque"),
-        (asked.with_(Torque(3.0 - 1e-15, 0.8)), "torque"),
-        (asked.with_(Torque(3.0, 0.8 + 1e-15)), "torque"),
-        (without(asked, Kappa), "kappa"),
-        (asked.with_(Kappa(2.5 + 1e-15)), "kappa"),
-        (without(asked, Shoulder), "shoulder"),
-        (asked.with_(Shoulder(low - 1e-15, high)), "shoulder"),
-        (asked.with_(Shoulder(low, high + 1e-15)), "shoulder"),
-        (without(asked, Lean), "lean"),
-        (asked.with_(Lean(asked.get(Lean).lean_max + 1e-15)), "lean"),
+        (without(requested, AssemblyMode), "assembly_mode"),
+        (without(requested, Torque), "torque"),
+        (requested.with_(Torque(3.0 - 1e-15, 0.8)), "torque"),
+        (requested.with_(Torque(3.0, 0.8 + 1e-15)), "torque"),
+        (without(requested, Kappa), "kappa"),
+        (requested.with_(Kappa(2.5 + 1e-15)), "kappa"),
+        (without(requested, Shoulder), "shoulder"),
+        (requested.with_(Shoulder(low - 1e-15, high)), "shoulder"),
+        (requested.with_(Shoulder(low, high + 1e-15)), "shoulder"),
+        (without(requested, Lean), "lean"),
+        (requested.with_(Lean(requested.get(Lean).lean_max + 1e-15)), "lean"),
     ):
         certificate = certify(strict, less)
         assert certificate.verdict == "proved"
         verify(certificate)
         with pytest.raises(CertificateError, match=f"^{name}: "):
             verify(certificate, strict)
-    assert asked.less_strict_than(asked.with_(Reach(1e-3))) == "reach"
-    assert asked.with_(Reach(1e-3)).less_strict_than(asked) is None
+    assert requested.less_strict_than(requested.with_(Reach(1e-3))) == "reach"
+    assert requested.with_(Reach(1e-3)).less_strict_than(requested) is None
 
 
 def test_a_wrong_verdict_is_noticed(proved, refuted):

@@ -25,10 +25,10 @@ from tests.committed import COMMITTED, ROOT
 GALLERY, SIZES = ROOT / "docs/gallery", ROOT / "tests/references/sizes"
 
 
-def brief(width: float, depth: float, **asked: Any) -> DesignBrief:
+def brief(width: float, depth: float, **requested: Any) -> DesignBrief:
     outline = {"envelope_width_mm": width, "envelope_depth_mm": depth}
-    feel = {"feel": asked.pop("feel")} if "feel" in asked else {}
-    return brief_from_dict({"name": "b", "requirements": outline | asked} | feel)
+    feel = {"feel": requested.pop("feel")} if "feel" in requested else {}
+    return brief_from_dict({"name": "b", "requirements": outline | requested} | feel)
 
 
 def least_margin(given: DesignBrief, lengths_mm: tuple[float, ...]) -> float:
@@ -53,8 +53,8 @@ def test_no_machine_that_was_built_is_excluded(task: Path, design: Path) -> None
     m, cube = made.mechanism, made.cube
     lengths = tuple(getattr(m if k < 4 else cube, f"{name}_mm") for k, name in enumerate(VARIABLES))
     given = load_brief(task)
-    asked = given.requirements.model_copy(update={"cube_side_mm": 2.0 * cube.half_side_mm})
-    assert least_margin(given.model_copy(update={"requirements": asked}), lengths) >= -ROUNDING
+    requested = given.requirements.model_copy(update={"cube_side_mm": 2.0 * cube.half_side_mm})
+    assert least_margin(given.model_copy(update={"requirements": requested}), lengths) >= -ROUNDING
 
 
 @pytest.mark.parametrize(
@@ -75,18 +75,20 @@ def test_no_lengths_that_a_search_finds_are_excluded(motor: str, drive: str, rat
 
 
 @pytest.mark.parametrize(
-    ("given", "field", "asked"),
+    ("given", "field", "requested"),
     [
         (brief(80, 70), "requirements.envelope_width_mm", 80.0),
         (brief(80, 70, cube_side_mm=60), "requirements.envelope_width_mm", 80.0),
         (brief(240, 200, cube_side_mm=150), "requirements.cube_side_mm", 150.0),
     ],
 )
-def test_what_is_excluded_is_reported_with_field_bound_and_family(given: DesignBrief, field: str, asked: float) -> None:
+def test_what_is_excluded_is_reported_with_field_bound_and_family(
+    given: DesignBrief, field: str, requested: float
+) -> None:
     reported = excluded(given)
     assert reported.startswith(f"{field} ")
     bound = float(re.findall(r"must be [<>] ([0-9.]+)", reported)[0])
-    assert bound > asked if "> " in reported else bound < asked
+    assert bound > requested if "> " in reported else bound < requested
     for words in ("three equal chains at 120 degrees", "any motor of the catalogue", "at least 21 mm wide"):
         assert words in reported
     if field.endswith("cube_side_mm"):  # a little more than the bound is excluded, too, and a good deal less is not

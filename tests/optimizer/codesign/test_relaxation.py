@@ -24,7 +24,9 @@ def brief(felt: dict[str, float] | None = None, **requirements: float) -> Design
     return brief_from_dict(data)
 
 
-def told(monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[DesignBrief], bool]) -> list[Relaxation]:
+def wording(
+    monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[DesignBrief], bool]
+) -> list[Relaxation]:
     """What is found where a task has a machine exactly if `able` says so."""
 
     def fixed_point(search: Search, choice: Selection, *_: object, **__: object) -> Candidate | None:
@@ -44,7 +46,7 @@ def test_each_limit_that_would_be_enough_is_reported_with_how_much_the_least_cha
         required = task.requirements
         return (required.envelope_width_mm or 0.0) >= 151.0 or required.force_N <= 1.2
 
-    found = told(monkeypatch, brief({"kappa_max": 2.27}), able)
+    found = wording(monkeypatch, brief({"kappa_max": 2.27}), able)
     assert [one.fields[0] for one in found] == ["requirements.envelope_width_mm", "requirements.force_N"]
     outline, force = found
     width, depth = outline.enough
@@ -76,11 +78,11 @@ def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest
 
 
 def test_a_limit_that_is_in_nobodys_way_is_not_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = told(
+    found = wording(
         monkeypatch, brief({"effective_mass_max_kg": 0.1}), lambda task: task.feel.effective_mass_max_kg > 0.25
     )
     assert [one.fields for one in found] == [("feel.effective_mass_max_kg",)]
-    assert told(monkeypatch, brief(), lambda task: task.requirements.force_N < 3.0 / MOST / 2.0) == []
+    assert wording(monkeypatch, brief(), lambda task: task.requirements.force_N < 3.0 / MOST / 2.0) == []
 
 
 @pytest.mark.parametrize("motor_does_mm", [190.0, 390.0])
@@ -92,7 +94,7 @@ def test_a_motor_that_a_huge_outline_asks_too_much_of_does_for_a_smaller_one(
     def able(task: DesignBrief) -> bool:
         return motor_does_mm <= (task.requirements.envelope_width_mm or 0.0) <= 1.5 * motor_does_mm
 
-    found = {one.fields: one for one in told(monkeypatch, brief(), able)}
+    found = {one.fields: one for one in wording(monkeypatch, brief(), able)}
     width, _ = found["requirements.envelope_width_mm", "requirements.envelope_depth_mm"].enough
     assert motor_does_mm <= width < motor_does_mm * FINE
 
@@ -102,7 +104,7 @@ def test_a_lean_that_would_be_enough_is_found_though_ten_times_as_much_is_no_ang
 ) -> None:
     task = brief()
     task = task.model_copy(update={"limits": task.limits.model_copy(update={"lean_max_deg": 28.0})})
-    (one,) = told(monkeypatch, task, lambda eased: 45.0 <= (eased.limits.lean_max_deg or 0.0) < 90.0)
+    (one,) = wording(monkeypatch, task, lambda eased: 45.0 <= (eased.limits.lean_max_deg or 0.0) < 90.0)
     assert one.fields == ("limits.lean_max_deg",)
     assert 45.0 <= one.enough[0] < 45.0 * FINE
 
@@ -117,7 +119,7 @@ def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_
         return (required.cube_side_mm or 0.0) <= 120.0 / MOST and required.force_N <= 22.0 / MOST
 
     task = brief({"effective_mass_max_kg": 0.5}, cube_side_mm=110.0, force_N=20.0)
-    (one,) = told(monkeypatch, task, able)
+    (one,) = wording(monkeypatch, task, able)
     assert one.fields == ("requirements.force_N", "requirements.cube_side_mm")
     force, side = one.enough
     assert 110.0 / side == pytest.approx(20.0 / force)  # by one factor
@@ -126,19 +128,21 @@ def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_
     assert one.brief.feel.effective_mass_max_kg == 0.5
     assert "requirements.force_N" in str(one)
     assert "requirements.cube_side_mm" in str(one)
-    assert told(monkeypatch, task, lambda _: False) == []
+    assert wording(monkeypatch, task, lambda _: False) == []
 
 
 def test_a_clearance_gives_where_more_is_required_than_is_usual(monkeypatch: pytest.MonkeyPatch) -> None:
     """Screws keep 2.4 mm in any machine: 3 mm are too much, and what is usual is nobody's to give."""
-    (one,) = told(monkeypatch, brief(clearance_min_mm=3.0), lambda task: task.requirements.clearance_min_mm <= 2.4)
+    (one,) = wording(monkeypatch, brief(clearance_min_mm=3.0), lambda task: task.requirements.clearance_min_mm <= 2.4)
     assert one.fields == ("requirements.clearance_min_mm",)
     assert 2.4 / FINE < one.enough[0] <= 2.4
-    assert told(monkeypatch, brief(), lambda task: task.requirements.clearance_min_mm <= 1.9) == []
-    assert told(monkeypatch, brief(clearance_min_mm=2.2), lambda task: task.requirements.clearance_min_mm <= 1.9) == []
-    (one,) = told(monkeypatch, brief(clearance_min_mm=2.2), lambda task: task.requirements.force_N <= 2.0)
+    assert wording(monkeypatch, brief(), lambda task: task.requirements.clearance_min_mm <= 1.9) == []
+    assert (
+        wording(monkeypatch, brief(clearance_min_mm=2.2), lambda task: task.requirements.clearance_min_mm <= 1.9) == []
+    )
+    (one,) = wording(monkeypatch, brief(clearance_min_mm=2.2), lambda task: task.requirements.force_N <= 2.0)
     assert one.fields == ("requirements.force_N",)
-    (both,) = told(monkeypatch, brief(clearance_min_mm=2.5), lambda task: task.requirements.force_N <= 2.0)
+    (both,) = wording(monkeypatch, brief(clearance_min_mm=2.5), lambda task: task.requirements.force_N <= 2.0)
     assert both.fields == ("requirements.force_N", "requirements.clearance_min_mm")
 
 

@@ -146,11 +146,11 @@ def page(
     bound: Bound | None,
     objective: str = "cube_side",
     why: tuple[str, ...] = ("it was tight",),
-    **told: Any,
+    **wording: Any,
 ) -> Page:
     log = SearchLog(31, posed, [], {f"weak {BAD}": "too weak"})
     cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
-    facts = REPORTED | told | {"objective": objective}
+    facts = REPORTED | wording | {"objective": objective}
     return Page(DesignReport(BRIEF, facts, log, why, [], cost, bound).html())
 
 

@@ -37,8 +37,8 @@ PASSED = CheckResult("all", True, 1.0, 1.0, "")
 
 def brief(**requirements: float) -> DesignBrief:
     room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
-    asked = {"name": "b", "requirements": room | requirements, "hardware": {"motor": MOTORS, "drive": "capstan"}}
-    return brief_from_dict(asked)
+    requested = {"name": "b", "requirements": room | requirements, "hardware": {"motor": MOTORS, "drive": "capstan"}}
+    return brief_from_dict(requested)
 
 
 @dataclass
@@ -58,9 +58,11 @@ class Paper:
         return SimpleNamespace(results=[PASSED], design=design)
 
 
-def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.MonkeyPatch, **asked: float) -> Search:
+def searched(
+    paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.MonkeyPatch, **requested: float
+) -> Search:
     """A search whose estimates and candidates are given: the last score of a motor stays."""
-    search = Search(brief(**asked), paper.build, paper.moving)
+    search = Search(brief(**requested), paper.build, paper.moving)
 
     def fixed_point(choice: Selection, *_: object, weighing: bool = True, **__: object) -> Candidate:
         left = scores[choice.motor] if weighing else [ESTIMATES[choice.motor]]
@@ -180,8 +182,8 @@ def test_a_tiny_cube_is_no_answer_unless_it_is_requested(monkeypatch: pytest.Mon
     side = LEAST_SIDE_MM / 2.0
     lengths = Found((90.0, 140.0, 32.0, 22.0, 70.0, side / 2.0), side)
     one = Selection(MOTORS[0], "capstan", 5.0, 50.0)
-    for asked, found in (({}, False), ({"cube_side_mm": side}, True)):
-        search = Search(brief(**asked))
+    for requested, found in (({}, False), ({"cube_side_mm": side}, True)):
+        search = Search(brief(**requested))
         monkeypatch.setattr(search, "_lengths", lambda *_: lengths)
         monkeypatch.setattr(module, "refused", lambda _: ())
         monkeypatch.setattr(module, "too_soft", lambda _: None)
@@ -204,17 +206,17 @@ def test_only_what_stands_in_the_way_of_a_machine_gives_it_up(monkeypatch: pytes
 
 
 def test_a_design_that_comes_again_is_refused_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Design] = []
+    requested: list[Design] = []
 
     def none(design: Design) -> tuple[()]:
-        asked.append(design)
+        requested.append(design)
         return ()
 
     monkeypatch.setattr("optimizer.codesign.candidate.estimates", none)
     one, other = (design_from_dict(changed(mechanism__base_radius_mm=r)) for r in (31.1, 31.2))
     for design in (one, one, other, one):
         assert refused(design) == ()
-    assert asked == [one, other, one]
+    assert requested == [one, other, one]
 
 
 def test_before_it_is_built_hardware_is_improved_by_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -290,12 +292,12 @@ class Estimates:
     """A search whose estimates fail for some motors; it counts whom it asks."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, fails: set[str], **hardware: Any) -> None:
-        asked = {"name": "b", "requirements": {"cube_side_mm": 60.0}, "hardware": hardware, "feel": {}}
-        self.search = Search(brief_from_dict(asked))
-        self.asked: list[str] = []
+        requested = {"name": "b", "requirements": {"cube_side_mm": 60.0}, "hardware": hardware, "feel": {}}
+        self.search = Search(brief_from_dict(requested))
+        self.requested: list[str] = []
 
         def estimate(choice: Selection, *_: object) -> Found | None:
-            self.asked.append(choice.motor)
+            self.requested.append(choice.motor)
             return None if choice.motor in fails else Found((90.0, 140.0, 30.0, 20.0, 70.0, 30.0), -120.0)
 
         def fixed_point(choice: Selection, *_: object, **__: object) -> Candidate:
@@ -311,7 +313,7 @@ def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: 
     run = Estimates(monkeypatch, set(MOTORS), motor=MOTORS, drive="capstan")
     assert list(run.search.ranked()) == []
     strongest = max(MOTORS, key=lambda name: motor_of(run.search.brief, name).nominal_torque_N_m)
-    assert set(run.asked) == {strongest}
+    assert set(run.requested) == {strongest}
     assert set(run.search.log.no_progress) == {f"{motor} capstan" for motor in MOTORS}
 
 
@@ -328,7 +330,7 @@ def test_a_strong_joint_is_left_a_thousandth_of_its_torque(monkeypatch: pytest.M
     taken: list[float] = []
 
     def lengths(_brief: object, _choice: object, corrections: Corrections, *_: object) -> None:
-        taken.append(corrections.spare_torque_N_m)
+        taken.append(corrections.torque_margin_N_m)
 
     monkeypatch.setattr(module, "best_lengths", lengths)
     search = Search(brief())

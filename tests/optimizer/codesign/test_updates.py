@@ -98,9 +98,9 @@ def test_the_peak_that_a_design_states_is_no_more_than_its_motor_gives(
     monkeypatch.setattr(candidates, "motor_of", lambda *_: row)
     given = brief()
     given = given.model_copy(update={"requirements": given.requirements.model_copy(update={"peak_force_N": peak_N})})
-    asked = design_for(given, CHOICE, LENGTHS, KNOWN).requirements
-    assert asked.peak_torque_N_m is not None
-    assert asked.joint_torque_N_m <= asked.peak_torque_N_m <= CHOICE.peak_torque_N_m(row)
+    requested = design_for(given, CHOICE, LENGTHS, KNOWN).requirements
+    assert requested.peak_torque_N_m is not None
+    assert requested.joint_torque_N_m <= requested.peak_torque_N_m <= CHOICE.peak_torque_N_m(row)
 
 
 def test_sizes_that_the_brief_states_are_those_of_the_design() -> None:
@@ -212,8 +212,8 @@ def test_an_outline_smaller_than_was_thought_is_learnt_of_a_machine_that_passes(
 
 @pytest.mark.parametrize(("field", "k"), [("envelope_width_mm", 0), ("envelope_depth_mm", 1)])
 def test_an_outline_refused_in_closed_form_leaves_more_room_and_asks_for_no_more_hold(field: str, k: int) -> None:
-    asked = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}[field]
-    out = estimate("assembly", "envelope", "elbows reach so far", f"requirements.{field}", asked, asked + 0.2)
+    requested = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}[field]
+    out = estimate("assembly", "envelope", "elbows reach so far", f"requirements.{field}", requested, requested + 0.2)
     _, corrections = from_refusals(brief(), CHOICE, KNOWN, [out])
     assert corrections.overhead_mm[k] == pytest.approx(KNOWN.overhead_mm[k] + 0.25)
     assert corrections.overhead_mm[1 - k] == KNOWN.overhead_mm[1 - k]
@@ -269,7 +269,7 @@ def test_a_step_is_doubled_where_it_did_not_part_the_same_two_parts() -> None:
 
 
 @pytest.mark.parametrize(
-    ("result", "told"),
+    ("result", "wording"),
     [
         (
             failed("clearance", 1.8765432, 2.0, "mm", "rod_tube_0_0", "rod_tube_2_1"),
@@ -282,8 +282,8 @@ def test_a_step_is_doubled_where_it_did_not_part_the_same_two_parts() -> None:
         (failed("effective mass", None, None), "effective mass: not proved"),
     ],
 )
-def test_a_lesson_is_reported_in_figures_of_people(result: CheckResult, told: str) -> None:
-    assert from_checks(candidate(), KNOWN, [result]).why[-1] == told
+def test_a_lesson_is_reported_in_figures_of_people(result: CheckResult, wording: str) -> None:
+    assert from_checks(candidate(), KNOWN, [result]).why[-1] == wording
 
 
 def test_rods_that_fold_onto_a_motor_are_required_to_unfold() -> None:
@@ -374,7 +374,7 @@ def test_what_gravity_takes_of_a_joint_goes_with_the_arms_beyond_those_that_were
     assert own.at_arm_length(182.0).mass_estimate == replace(
         own.mass_estimate, gravity_torque_N_m=pytest.approx(0.036 * 2.0**1.4)
     )
-    assert own.at_arm_length(45.5).held_torque_N_m == pytest.approx(0.036 / 2.0**1.4 + own.spare_torque_N_m)
+    assert own.at_arm_length(45.5).held_torque_N_m == pytest.approx(0.036 / 2.0**1.4 + own.torque_margin_N_m)
 
 
 def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_as_a_force_at_the_sector() -> None:
@@ -445,12 +445,12 @@ def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_m
     one = Candidate(design, Selection("maxon-re30-310007", "capstan", 4.86, 50.0), lengths, KNOWN, 83.1)
     least = with_least_radius(one, replace(KNOWN, least_mm={})).least_radius_mm(50.0)
 
-    def asked(radius_mm: float) -> bool:
+    def requested(radius_mm: float) -> bool:
         moved = design.model_copy(update={"mechanism": m.model_copy(update={"base_radius_mm": radius_mm})})
         return any(reason.field == "mechanism.base_radius_mm" for reason in refusals(moved))
 
     assert least < m.base_radius_mm
-    assert not asked(least + 0.06)
-    assert asked(least)
+    assert not requested(least + 0.06)
+    assert requested(least)
     wider = design.model_copy(update={"mechanism": m.model_copy(update={"base_radius_mm": m.base_radius_mm + 5.0})})
     assert with_least_radius(replace(one, design=wider), KNOWN) is KNOWN  # they ask for nothing so far out

@@ -50,7 +50,7 @@ def call(*words: str | Path) -> int:
 def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
     """The masses of the one assembly stand for what is built; what is proved and computed of it is made up."""
 
-    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], str], **_k: object) -> Outcome:
+    def build(design: Design, out: Path, *_: object, adjacent: Callable[[Path, Outcome], str], **_k: object) -> Outcome:
         folder = out / design.name
         folder.mkdir(parents=True, exist_ok=True)
         checks = [
@@ -62,7 +62,7 @@ def build_on_paper(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> 
         masses = mass_report(best_assembly) | {"input_sha256": design_hash(design)}
         (folder / "mass_properties.json").write_text(json.dumps(masses), encoding="utf-8")
         outcome = Outcome(design, checks, masses, folder, ())
-        beside(folder, outcome)
+        adjacent(folder, outcome)
         write_record(folder)
         return outcome
 

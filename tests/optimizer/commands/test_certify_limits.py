@@ -58,7 +58,7 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     return {row["condition"]: row for row in json.loads(reported.getvalue())["conditions"]}
 
 
-def asked(rows: dict[str, dict[str, Any]], room: float, names: Any = FIELDS) -> dict[str, float]:
+def requested(rows: dict[str, dict[str, Any]], room: float, names: Any = FIELDS) -> dict[str, float]:
     """Limits that leave each figure a share of itself as room, or lack it."""
     signs = {name: 1.0 if rows[name]["limit_is"] == "at most" else -1.0 for name in names}
     return {FIELDS[name]: rows[name]["attained"] * (1.0 + signs[name] * room) for name in names}
@@ -75,7 +75,7 @@ def test_inspect_tells_them_whether_required_or_not(
 ) -> None:
     found = on_a_grid(changed(tmp_path))
     for room, code, holds in ((None, 0, None), (0.01, 0, True), (-0.01, 1, False)):
-        limits = {} if room is None else asked(rows, room, MEASURED.values())
+        limits = {} if room is None else requested(rows, room, MEASURED.values())
         assert main(["inspect", "--design", str(changed(tmp_path, **limits)), "--json"]) == code
         reported = {row["quantity"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
         for name, condition in MEASURED.items():
@@ -89,12 +89,12 @@ def test_they_are_proved_or_refuted_and_replayed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], rows: dict[str, dict[str, Any]]
 ) -> None:
     out = tmp_path / "c.json"
-    path = changed(tmp_path, **asked(rows, 0.002))
+    path = changed(tmp_path, **requested(rows, 0.002))
     file = masses(tmp_path, load_design(path), turning=2e-6)
     weighed = "--mass-properties", file
     assert call("certify", "--design", path, "--out", out, *weighed, "--json") == 0
     proved = {row["condition"]: row for row in json.loads(capsys.readouterr().out)["conditions"]}
-    for name, limit in asked(rows, 0.002).items():
+    for name, limit in requested(rows, 0.002).items():
         row = next(row for condition, row in proved.items() if FIELDS.get(condition) == name)
         assert (row["verdict"], row["limit"]) == ("proved", pytest.approx(limit, rel=1e-12))
         ordered = [row["attained"], row["proved"], row["limit"]]
@@ -134,7 +134,7 @@ def test_they_are_proved_or_refuted_and_replayed(
         code, err = forged(less, "--design", path, *weighed)
         assert (code, f"{name}: design " in err) == (1, True)
 
-    path = changed(tmp_path, **asked(rows, -0.002))
+    path = changed(tmp_path, **requested(rows, -0.002))
     file = masses(tmp_path, load_design(path), turning=2e-6)
     assert call("certify", "--design", path, "--out", out, *weighed) == 1
     reported, err = capsys.readouterr()

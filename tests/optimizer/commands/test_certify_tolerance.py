@@ -25,10 +25,10 @@ def test_all_machines_within_a_tolerance_are_proved_replayed_and_the_largest_is_
     file = masses(tmp_path, load_design(path))
     weighed = ("--mass-properties", file)
     assert call("certify", "--design", path, "--out", out, "--tolerance", "0.05", *weighed, "--json") == 0
-    told = json.loads(capsys.readouterr().out)["tolerance"]
-    assert (told["certified_mm"], told["proved"], told["needs"]) == (0.05, True, [])
-    assert 0.05 < told["largest_mm"] < 0.5
-    assert told["first_to_break"] == ["kappa"]
+    wording = json.loads(capsys.readouterr().out)["tolerance"]
+    assert (wording["certified_mm"], wording["proved"], wording["needs"]) == (0.05, True, [])
+    assert 0.05 < wording["largest_mm"] < 0.5
+    assert wording["first_to_break"] == ["kappa"]
     assert json.loads(out.read_text())["tolerance_m"] == 0.05 / 1e3
     for least in ("0.05", "0.01"):
         assert call("verify", out, "--design", path, *weighed, "--tolerance", least) == 0
@@ -37,13 +37,13 @@ def test_all_machines_within_a_tolerance_are_proved_replayed_and_the_largest_is_
     assert "it is about machines within 0.05 mm of the drawn one, not 0.051 mm" in capsys.readouterr().err
     certificate = read_certificate(out)
     with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
-        verify(replace(certificate, tolerance=6.0 * told["largest_mm"] / 1e3))
+        verify(replace(certificate, tolerance=6.0 * wording["largest_mm"] / 1e3))
     drawn = verify(replace(certificate, tolerance=0.0))
     assert drawn.proved == verify(certificate).proved
 
     assert call("certify", "--design", path, "--out", out, "--tolerance", "max", *weighed, "--json") == 0
     largest = json.loads(capsys.readouterr().out)["tolerance"]
-    assert largest["certified_mm"] == largest["largest_mm"] == pytest.approx(told["largest_mm"], rel=0.011)
+    assert largest["certified_mm"] == largest["largest_mm"] == pytest.approx(wording["largest_mm"], rel=0.011)
     assert call("verify", out, "--design", path, *weighed, "--json") == 0
     assert json.loads(capsys.readouterr().out)["tolerance_mm"] == pytest.approx(largest["largest_mm"], rel=1e-12)
 
@@ -55,12 +55,12 @@ def test_the_committed_design_is_at_its_limits_and_is_reported_what_gives_room(
     """Its lean is 4 deg and its torque a tenth off their limits; the three others decide the size of its cube."""
     out = tmp_path / "c.json"
     assert call("certify", "--design", BEST, "--out", out, "--tolerance", "0.05", "--json") == 1
-    told, err = capsys.readouterr()
-    told = json.loads(told)["tolerance"]
-    assert not told["proved"]
-    assert 1e-5 < told["largest_mm"] < 1e-3
-    assert told["needs_for_mm"] == 0.05
-    needs = {need["figure"]: need["limit"] for need in told["needs"]}
+    wording, err = capsys.readouterr()
+    wording = json.loads(wording)["tolerance"]
+    assert not wording["proved"]
+    assert 1e-5 < wording["largest_mm"] < 1e-3
+    assert wording["needs_for_mm"] == 0.05
+    needs = {need["figure"]: need["limit"] for need in wording["needs"]}
     assert needs.keys() == {"kappa", "shoulder, smallest", "couple index"}
     assert "0.05 mm would need kappa <= 2." in err
     assert err.count("\n") == 1
@@ -83,27 +83,27 @@ def test_a_search_that_the_time_ends_says_what_it_reached_and_no_more(
 ) -> None:
     path, out = changed(tmp_path, **ROOMY), tmp_path / "c.json"
 
-    def told(asked: str, minutes: float, code: int) -> dict[str, Any]:
-        assert call(*certify, "--tolerance", asked, "--proof-minutes", str(minutes), "--json") == code
-        told, err = capsys.readouterr()
+    def wording(requested: str, minutes: float, code: int) -> dict[str, Any]:
+        assert call(*certify, "--tolerance", requested, "--proof-minutes", str(minutes), "--json") == code
+        wording, err = capsys.readouterr()
         assert ("time was over" in err) == (code != 0)
         assert "would need" not in err
-        return json.loads(told)["tolerance"]
+        return json.loads(wording)["tolerance"]
 
     certify = ("certify", "--design", path, "--out", out)
-    none = told("max", 1e-9, 1)
+    none = wording("max", 1e-9, 1)
     assert (none["largest_mm"], none["time_was_over_for"], none["certified_mm"]) == (0.0, "largest", 0.0)
     assert "tolerance_m" not in json.loads(out.read_text())  # that of the drawn machine, which is proved
-    asked = told("0.01", 1e-9, 0)
-    assert (asked["proved"], asked["time_was_over_for"]) == (True, "largest")
+    requested = wording("0.01", 1e-9, 0)
+    assert (requested["proved"], requested["time_was_over_for"]) == (True, "largest")
     calls = iter(range(10**9))
     monkeypatch.setattr("optimizer.commands.certify.monotonic", lambda: float(next(calls)))  # s, a look each
-    some = told("max", 0.3, 1)
+    some = wording("max", 0.3, 1)
     assert 0.0 < some["largest_mm"] == some["certified_mm"]
     assert some["needs"] == []
     assert call("verify", out, "--tolerance", f"{some['largest_mm']:g}") == 0
     capsys.readouterr()
-    whole = told("max", 1e6, 0)
+    whole = wording("max", 1e6, 0)
     assert (whole["time_was_over_for"], whole["largest_mm"] >= some["largest_mm"]) == (None, True)
 
 

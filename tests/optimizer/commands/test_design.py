@@ -112,11 +112,11 @@ def test_what_fails_its_checks_keeps_its_design_file(
 ) -> None:
     finds(monkeypatch, left=["maxon-re30-310009 capstan"])
 
-    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], str], **_k: object) -> Outcome:
+    def build(design: Design, out: Path, *_: object, adjacent: Callable[[Path, Outcome], str], **_k: object) -> Outcome:
         folder = out / f"{design.name}.rejected"
         folder.mkdir(parents=True)
         outcome = Outcome(design, [CheckResult("clearance", False, 1.2, 2.0, "mm")], {}, folder, ())
-        beside(folder, outcome)
+        adjacent(folder, outcome)
         return outcome
 
     monkeypatch.setattr(pipeline, "build", build)

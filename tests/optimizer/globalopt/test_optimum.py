@@ -245,14 +245,14 @@ def test_without_boxes_and_without_a_design_nothing_is_said() -> None:
 
 
 def test_it_stops_where_it_is_required_to_and_tells_its_progress() -> None:
-    told: list[Now] = []
+    wording: list[Now] = []
     problem = TASKS["L_A free, step 3"]
-    found = prove_optimum(problem, report=told.append, stop=lambda: len(told) >= 4)
+    found = prove_optimum(problem, report=wording.append, stop=lambda: len(wording) >= 4)
     assert found.status == "interrupted"
     assert found.objective > 0.0
-    assert math.isnan(told[0].best)
-    assert told[-1].best == found.objective
-    assert [now.boxes for now in told] == sorted(now.boxes for now in told)
+    assert math.isnan(wording[0].best)
+    assert wording[-1].best == found.objective
+    assert [now.boxes for now in wording] == sorted(now.boxes for now in wording)
     assert prove_optimum(problem, stop=lambda: True).status == "interrupted"
 
 
@@ -261,11 +261,11 @@ STEEP = step_problem(task((40, 230), (20, 45), (40, 200), (0, 100), (20, 80), (4
 
 
 def test_a_design_that_is_certified_for_long_hears_stop() -> None:
-    told: list[Now] = []
-    found = prove_optimum(STEEP, report=told.append, stop=lambda: bool(told) and told[-1].certifying > 0)
+    wording: list[Now] = []
+    found = prove_optimum(STEEP, report=wording.append, stop=lambda: bool(wording) and wording[-1].certifying > 0)
     assert found.status == "interrupted"
-    assert 0 < told[-1].certifying < 50_000
-    assert STEEP.scaled(told[-1].design_mm).shape == (6,)  # what SQP found is told before it is certified
+    assert 0 < wording[-1].certifying < 50_000
+    assert STEEP.scaled(wording[-1].design_mm).shape == (6,)  # what SQP found is told before it is certified
 
 
 def test_time_ends_a_proof_between_two_better_designs_too(monkeypatch: pytest.MonkeyPatch) -> None:

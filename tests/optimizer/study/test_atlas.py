@@ -91,7 +91,7 @@ def call(*arguments: str | Path) -> int:
     return cli.main([str(argument) for argument in arguments])
 
 
-def told(out: Path) -> list[AtlasRow]:
+def wording(out: Path) -> list[AtlasRow]:
     return json.loads((out / "atlas" / "tiny" / "atlas.json").read_text())["rows"]
 
 
@@ -132,8 +132,8 @@ def test_command_on_a_given_scheduler_writes_the_serial_rows(
     assert call("atlas", file, "--scheduler", address, "--out", tmp_path, "--json") == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert json.loads(out)["rows"] == told(tmp_path)
-    assert bare(told(tmp_path)) == bare(serial)
+    assert json.loads(out)["rows"] == wording(tmp_path)
+    assert bare(wording(tmp_path)) == bare(serial)
     assert sorted(path.name for path in (tmp_path / "atlas" / "tiny").iterdir()) == [
         "atlas.csv", "atlas.json", "atlas.md", "atlas.png",
     ]  # fmt: skip
@@ -197,8 +197,8 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(
     address = client.scheduler_info()["address"]
     assert call("atlas", file, "--scheduler", address, "--out", tmp_path, "--resume") == 0
     assert capsys.readouterr() == (f"6 sets, 3 met, 3 not; {kept.parent / 'atlas.md'}\n", "")
-    assert bare(told(tmp_path)) == bare(serial)
-    seconds = {row["index"]: row["seconds"] for row in told(tmp_path)}
+    assert bare(wording(tmp_path)) == bare(serial)
+    seconds = {row["index"]: row["seconds"] for row in wording(tmp_path)}
     for line in lines[1:-1]:  # taken over, not solved again
         row = json.loads(line)["record"]["result"]
         assert seconds[row["index"]] == row["seconds"]
@@ -213,7 +213,7 @@ def test_a_finished_checkpoint_needs_no_cluster(
     rows.close()
     monkeypatch.setattr(cluster, "local_cluster", None)
     assert call("atlas", file, "--out", tmp_path, "--resume") == 0
-    assert bare(told(tmp_path)) == bare(serial)
+    assert bare(wording(tmp_path)) == bare(serial)
 
 
 def test_sets_that_fail_exit_1_and_are_kept_for_resume(

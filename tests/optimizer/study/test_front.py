@@ -135,17 +135,17 @@ def test_design_that_misses_a_constraint_is_cut_about_the_same_centre(curve: Cur
     assert front._held(dominated) is dominated
 
 
-@pytest.mark.parametrize("asked", [3, 8])
-def test_stopped_and_resumed_is_as_unbroken(tmp_path: Path, asked: int) -> None:
+@pytest.mark.parametrize("requested", [3, 8])
+def test_stopped_and_resumed_is_as_unbroken(tmp_path: Path, requested: int) -> None:
     given, path = joystick(half_side_mm=WANTED, half_side=(30.0, 38.0)), tmp_path / "kept"
     unbroken = Tracer(given, 4).curve()
     assert [p.half_side for p in unbroken.points] == pytest.approx([30.0, WANTED, 38.0 - 8.0 / 3.0, 38.0])
     count = iter(range(1000))
     store = Checkpoint(path, {}, resume=False)
-    first = Tracer(given, 4, stop=lambda: next(count) >= asked, store=store).curve()
+    first = Tracer(given, 4, stop=lambda: next(count) >= requested, store=store).curve()
     store.close()
     assert not first.finished
-    assert len(first.points) == min(asked - 1, 4)  # asked once before the largest cube, and in the sweeps
+    assert len(first.points) == min(requested - 1, 4)  # asked once before the largest cube, and in the sweeps
     store = Checkpoint(path, {}, resume=True)
     second = Tracer(given, 4, store=store).curve()
     store.close()

@@ -163,18 +163,20 @@ def test_no_set_of_constraints_is_smaller_than_the_one_that_is_named() -> None:
         conflicts = [
             frozenset(random.choice(names, size, replace=False).tolist()) for size in random.integers(1, 6, size=3)
         ]
-        asked: list[frozenset[str]] = []
+        requested: list[frozenset[str]] = []
 
         def impossible(
-            trial: frozenset[str], asked: list[frozenset[str]] = asked, conflicts: list[frozenset[str]] = conflicts
+            trial: frozenset[str],
+            requested: list[frozenset[str]] = requested,
+            conflicts: list[frozenset[str]] = conflicts,
         ) -> bool:
-            asked.append(trial)
+            requested.append(trial)
             return any(one <= trial for one in conflicts)
 
         found = _smallest(names, impossible)
         assert found in conflicts
         assert len(found) == min(map(len, conflicts))
-        assert len(set(asked)) == len(asked)
+        assert len(set(requested)) == len(requested)
 
 
 CONFLICTS = [

@@ -203,13 +203,13 @@ class Annotator(LeaderTargets):
             start = start - 1.0 if start - 1.0 > edge - _NEAR_MM else edge
             bend, rest = edge - _NEAR_MM - 0.5, edge - FAR_MM
             path = [(start, want), (bend, want), (rest, at)]
-            told = tuple(place.key for place in places)
+            wording = tuple(place.key for place in places)
             low = rest - 1.0 - width_of(text, LETTER_MM)
             if k == 1:  # upwards: texts on the left, read from below
-                letters = Text((low, at - LETTER_MM / 2), LETTER_MM, text, states=told)
+                letters = Text((low, at - LETTER_MM / 2), LETTER_MM, text, states=wording)
             else:
                 path = [(y, x) for x, y in path]
-                letters = Text((at + LETTER_MM / 2, low), LETTER_MM, text, upright=True, states=told)
+                letters = Text((at + LETTER_MM / 2, low), LETTER_MM, text, upright=True, states=wording)
             drawn: list[Primitive] = [Stroke("dimension", tuple(path)), letters]
             if abs(value) < SAME_MM:
                 drawn.append(Arc("dimension", path[1], 0.8))
@@ -231,21 +231,21 @@ class Annotator(LeaderTargets):
 
     def callouts(self, groups: Sequence[HoleGroup]) -> list[Item]:
         """Callouts in bands, each with its leader: on the right, and of a turned part on its left and over it, too."""
-        beside: dict[bool, list[_Callout]] = {False: [], True: []}
+        adjacent: dict[bool, list[_Callout]] = {False: [], True: []}
         over: list[_Callout] = []
         centre, wide = (self.drawn[0] + self.drawn[2]) / 2, self.drawn[2] - self.drawn[0]
-        told = self._callouts(groups)
+        wording = self._callouts(groups)
         if self.features.turned:
-            for one in told:
-                (over if one.short else beside[one.anchor[0] < centre - 1.0 and one.at_end]).append(one)
+            for one in wording:
+                (over if one.short else adjacent[one.anchor[0] < centre - 1.0 and one.at_end]).append(one)
         else:
-            over = [one for one in told if wide > _WIDE_MM and one.anchor[0] < centre]
+            over = [one for one in wording if wide > _WIDE_MM and one.anchor[0] < centre]
             if sum(length_of(one.lines[0]) for one in over) > 1.2 * wide:
                 over = [one for one in over if one.short]
-            beside[False] = [one for one in told if one not in over]
+            adjacent[False] = [one for one in wording if one not in over]
         bands: list[Callable[[list[Leader]], list[Item]]] = [
-            lambda lines: self._aside_of(beside[False], 1.0, lines),
-            lambda lines: self._aside_of(beside[True], -1.0, lines),
+            lambda lines: self._aside_of(adjacent[False], 1.0, lines),
+            lambda lines: self._aside_of(adjacent[True], -1.0, lines),
             lambda lines: self._over(over, lines),
         ]
         return [item for items in in_turn(bands, ((2, 0, 1), (0, 1, 2))) for item in items]
@@ -276,7 +276,7 @@ class Annotator(LeaderTargets):
             u, v = self.view.frame.axes @ face.axis
             places = self.edge(face)
             lines: list[Line] = [
-                Flag(line.datum, line.beside, suspended=line.beside is not None) if isinstance(line, Flag) else line
+                Flag(line.datum, line.adjacent, suspended=line.adjacent is not None) if isinstance(line, Flag) else line
                 for line in tolerances_of([face], self.features)
             ]
             outward = (float(u), float(v)) if any(isinstance(line, Flag) for line in lines) else None
@@ -294,22 +294,22 @@ class Annotator(LeaderTargets):
         centres = (i for i in self.centre_lines() if isinstance(i, Stroke))
         return lines_of([*(scaled(item, self.scale) for item in drawn), *centres])
 
-    def _aside_of(self, told: list[_Callout], side: float, lines: list[Leader]) -> list[Item]:
+    def _aside_of(self, wording: list[_Callout], side: float, lines: list[Leader]) -> list[Item]:
         """Callouts one below another on the right (side 1) or the left (-1); their leaders join those that are set."""
         edge = (self.room[2] if side > 0.0 else self.room[0]) + side * (FAR_MM + 3.0)
 
         def heights(order: Sequence[int], places: Sequence[float]) -> list[float]:
-            return spread(places, [PITCH_MM * len(told[k].lines) + 0.8 for k in order])
+            return spread(places, [PITCH_MM * len(wording[k].lines) + 0.8 for k in order])
 
         def leaders(order: Sequence[int], places: Sequence[float]) -> list[Leader]:
             levels = [(k, y) for k, y in zip(order, heights(order, places), strict=True)]
-            return [((edge - side * 0.8, y), e := (edge - side * 3.0, y), told[k].tip(e)) for k, y in levels]
+            return [((edge - side * 0.8, y), e := (edge - side * 3.0, y), wording[k].tip(e)) for k, y in levels]
 
-        order, places = untangled([one.anchor[1] for one in told], leaders, self._edges(), lines)
+        order, places = untangled([one.anchor[1] for one in wording], leaders, self._edges(), lines)
         lines += leaders(order, places)
         found: list[Item] = []
         for k, middle, leader in zip(order, heights(order, places), leaders(order, places), strict=True):
-            one = told[k]
+            one = wording[k]
             top = middle + PITCH_MM * len(one.lines) / 2
             texts: list[Item] = []
             for n, line in enumerate(one.lines):
@@ -318,23 +318,23 @@ class Annotator(LeaderTargets):
             found += one.drawn(leader, texts)
         return found
 
-    def _over(self, told: list[_Callout], lines: list[Leader]) -> list[Item]:
+    def _over(self, wording: list[_Callout], lines: list[Leader]) -> list[Item]:
         """Callouts side by side over the view; their leaders join those that are set."""
         base = self.room[3] + FAR_MM
-        widths = [max(map(length_of, one.lines)) + 4.0 for one in told]
+        widths = [max(map(length_of, one.lines)) + 4.0 for one in wording]
 
         def centres(order: Sequence[int], places: Sequence[float]) -> list[float]:
             return spread(places, [widths[k] for k in order])
 
         def leaders(order: Sequence[int], places: Sequence[float]) -> list[Leader]:
             starts = [(k, (x, base - 1.0)) for k, x in zip(order, centres(order, places), strict=True)]
-            return [(start, told[k].tip(start)) for k, start in starts]
+            return [(start, wording[k].tip(start)) for k, start in starts]
 
-        order, places = untangled([one.anchor[0] for one in told], leaders, self._edges(), lines)
+        order, places = untangled([one.anchor[0] for one in wording], leaders, self._edges(), lines)
         lines += leaders(order, places)
         found: list[Item] = []
         for k, centre, leader in zip(order, centres(order, places), leaders(order, places), strict=True):
-            one, texts = told[k], list[Item]()
+            one, texts = wording[k], list[Item]()
             for n, line in enumerate(one.lines):
                 at = centre - widths[k] / 2 + 2.0, base + (len(one.lines) - 1 - n) * PITCH_MM
                 texts += set_line(line, at, one.states if n == 0 else ())
@@ -353,6 +353,6 @@ class Annotator(LeaderTargets):
             items += [tag, *tied(tag, centre, radius)]
             x, y = (float((bore.point - self.features.datum) @ axis) for axis in (right, up))
             own = [place for place in self.features.places if place.key.startswith(f"{key} ")]
-            told = [tuple(place.key for place in own if is_along(place.along, axis)) for axis in (right, up)]
-            rows.append(Tagged(text, x, y, (key,), *told))
+            wording = [tuple(place.key for place in own if is_along(place.along, axis)) for axis in (right, up)]
+            rows.append(Tagged(text, x, y, (key,), *wording))
         return rows

@@ -112,7 +112,7 @@ def _front(features: Features) -> Frame:
     return Frame.of(np.cross(up, towards), up)
 
 
-def beside(front: Frame, slot: str) -> Frame:
+def adjacent(front: Frame, slot: str) -> Frame:
     """Gives the view that stands in a slot beside a main view, in first angle."""
     right, up, towards = np.array(front.right), np.array(front.up), front.towards
     axes = {"below": (right, -towards), "above": (right, towards), "right": (towards, up), "left": (-towards, up)}
@@ -127,7 +127,7 @@ def _add_sides(views: list[View], features: Features) -> None:
         if not missing:
             return
         free = [slot for slot in _WORTH if not any(view.slot == slot for view in views)]
-        sides = [View(slot, beside(front, slot)) for slot in free]
+        sides = [View(slot, adjacent(front, slot)) for slot in free]
 
         def worth(view: View, missing: Sequence[Place] = tuple(missing)) -> tuple[float, float, float]:
             reported = sum(_reported(place, [view]) for place in missing)
@@ -189,7 +189,7 @@ def _cut(views: list[View], features: Features) -> None:
         return
     else:
         free = [slot for slot in _WORTH if not any(view.slot == slot for view in sides)]
-        view = View(free[0], beside(front.frame, free[0]))
+        view = View(free[0], adjacent(front.frame, free[0]))
         views.append(view)
     at = hollow[0].point if hollow else _through_most(hidden or inside, inside, view)
     view.cut, view.title = float(at @ view.towards), "A-A"

@@ -28,7 +28,7 @@ class Flag:
     """A datum's letter in its box: beside a frame, hung from the line above, or at the end of a leader."""
 
     datum: Datum
-    beside: Zone | None = None
+    adjacent: Zone | None = None
     suspended: bool = True
 
 
@@ -40,7 +40,7 @@ def length_of(line: Line) -> float:
     if isinstance(line, Zone):
         return PITCH_MM + sum(_cell(text) for text in _said(line))
     if isinstance(line, Flag):
-        before = 0.0 if line.beside is None else length_of(line.beside)
+        before = 0.0 if line.adjacent is None else length_of(line.adjacent)
         return before + (_BOX_MM[1] if line.suspended else _BOX_MM[1] - _BOX_MM[0])
     return width_of(line, LETTER_MM)
 
@@ -75,29 +75,29 @@ def tolerances_of(faces: Sequence[Face], features: Features) -> list[Line]:
     return [*frames[:-1], Flag(datum, frames[-1] if frames else None)]
 
 
-def set_line(line: Line, at: Point, told: Iterable[str] = ()) -> list[Item]:
-    """Sets a line, from the left end of its base line, mm; `told` are the keys of what its text states."""
+def set_line(line: Line, at: Point, wording: Iterable[str] = ()) -> list[Item]:
+    """Sets a line, from the left end of its base line, mm; `wording` are the keys of what its text states."""
     if isinstance(line, Zone):
         return [_frame(line, (at[0], at[1] - BASE_MM))]
     if isinstance(line, Flag):
         corner = at[0], at[1] - BASE_MM
-        if line.beside is None:
+        if line.adjacent is None:
             return [_flag(line, corner)]
-        return [_frame(line.beside, corner), _flag(line, (corner[0] + length_of(line.beside), corner[1]))]
+        return [_frame(line.adjacent, corner), _flag(line, (corner[0] + length_of(line.adjacent), corner[1]))]
     before, sign, after = line.partition(SURFACE)
     if not sign:
-        return [Text(at, LETTER_MM, line, states=tuple(told))]
-    found: list[Item] = [Text(at, LETTER_MM, before.rstrip(), states=tuple(told))] if before.strip() else []
+        return [Text(at, LETTER_MM, line, states=tuple(wording))]
+    found: list[Item] = [Text(at, LETTER_MM, before.rstrip(), states=tuple(wording))] if before.strip() else []
     x = at[0] + width_of(before, LETTER_MM)
-    return [*found, surface(after.strip(), (x, at[1]), LETTER_MM, () if found else tuple(told))]
+    return [*found, surface(after.strip(), (x, at[1]), LETTER_MM, () if found else tuple(wording))]
 
 
-def surface(text: str, at: Point, height: float, told: tuple[str, ...] = ()) -> Annotation:
+def surface(text: str, at: Point, height: float, wording: tuple[str, ...] = ()) -> Annotation:
     """Draws the symbol of a surface that is cut, a text such as "Ra 1.6" under its line; arguments as of a `Text`."""
     x, y, h = *at, height
     foot, low, high = (x + 0.67 * h / _STEEP, y - 0.05 * h), y + 0.62 * h, y + 1.28 * h
     top = foot[0] + 1.33 * h / _STEEP
-    letters = Text((x + SURFACE_WIDE * h, y), h, text, states=told)
+    letters = Text((x + SURFACE_WIDE * h, y), h, text, states=wording)
     legs = Stroke("dimension", ((x, low), foot, (top, high), (letters.end[0], high)))
     bar = Stroke("dimension", ((x, low), (foot[0] + 0.67 * h / _STEEP, low)))
     return Annotation(f"surface {text}", (legs, bar, letters))
@@ -147,7 +147,7 @@ def _flag(flag: Flag, corner: Point) -> Annotation:
     base = left + (side - width_of(letter, _SMALL_MM)) / 2, y + 0.15 + (side - _SMALL_MM) / 2
     items: list[Primitive] = [_box(left, y + 0.15, left + side, y + 0.15 + side)]
     items.append(Text(base, _SMALL_MM, letter, states=(flag.datum.key,)))
-    if flag.beside is not None:
+    if flag.adjacent is not None:
         foot = x, y + PITCH_MM / 2
         items += [triangle(foot, (1.0, 0.0)), Stroke("dimension", ((x + TRIANGLE_MM[1], foot[1]), (left, foot[1])))]
     elif flag.suspended:

@@ -74,15 +74,15 @@ def proven(a: Assembly, clearance_mm: float) -> bool:
 @pytest.mark.quick(1)
 @pytest.mark.parametrize("ratio", [9.5, 1.0])
 def test_the_machine_is_clear_and_proven(ratio: float) -> None:
-    told: list[str] = []
-    found = {r.name: r for r in check_clearance(machine(ratio), LIMITS, MESHES, told.append)}
+    wording: list[str] = []
+    found = {r.name: r for r in check_clearance(machine(ratio), LIMITS, MESHES, wording.append)}
     assert all(r.passed for r in found.values()), [r for r in found.values() if not r.passed]
     assert found["clearance"].value > 1.0
     assert found["clearance"].worst_pair is not None
     assert "proved minimum clearance >= 1 mm" in found["clearance proof"].detail
     # the rotor of a direct drive is fixed to its arm: its running gap to the sector is none
     assert sum(name.startswith("running gap") for name in found) == (6 if ratio > 1.0 else 3)
-    assert told
+    assert wording
 
 
 @pytest.mark.slow
@@ -431,8 +431,8 @@ def test_the_proof_names_what_is_missing_most_and_how_much() -> None:
         assert found.value == (value and pytest.approx(value))
 
 
-@pytest.mark.parametrize(("in_mm", "told"), [(True, "s: (1.000 +- 0.100, "), (False, "s: (57.296 +- 5.730, ")])
-def test_a_box_is_reported_in_the_unit_of_its_variables(in_mm: bool, told: str) -> None:
+@pytest.mark.parametrize(("in_mm", "wording"), [(True, "s: (1.000 +- 0.100, "), (False, "s: (57.296 +- 5.730, ")])
+def test_a_box_is_reported_in_the_unit_of_its_variables(in_mm: bool, wording: str) -> None:
     """A rod that turns about itself has three angles, as a handle has three positions."""
     space = cast(Any, SimpleNamespace(name="s", in_mm=in_mm))
-    assert _described(space, np.ones(3), np.full(3, 0.1)).startswith(told)
+    assert _described(space, np.ones(3), np.full(3, 0.1)).startswith(wording)

@@ -57,7 +57,7 @@ def test_a_bore_that_is_otherwise_is_reported(fault: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("bore", "callout", "told"),
+    ("bore", "callout", "wording"),
     [
         (replace(tapped(THROUGH, "M4"), thread="M5"), "M5 through", "whose core is 4.2 mm"),
         (replace(fitted(THROUGH, "H7"), fit="G7"), "4.5 G7 through", "specified as G7 with deviations (0"),
@@ -66,11 +66,11 @@ def test_a_bore_that_is_otherwise_is_reported(fault: str) -> None:
     ],
     ids=["core", "fit", "thread's callout", "fit's callout"],
 )
-def test_a_bore_of_which_two_things_are_said_is_reported(bore: Bore, callout: str, told: str) -> None:
+def test_a_bore_of_which_two_things_are_said_is_reported(bore: Bore, callout: str, wording: str) -> None:
     solid = cut(box((0, 0, 0), (40, 20, 20)), [tool(bore)])
     one = made_part("one", "one", solid, material("aluminium-6082"), (None, None, None), [group(callout, [bore])])
     (text,) = location_faults(one)
-    assert told in text
+    assert wording in text
 
 
 def test_every_bore_of_a_machine_is_found_and_declares_its_place(best_assembly: Assembly) -> None:

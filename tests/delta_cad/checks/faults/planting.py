@@ -119,7 +119,7 @@ def faults(numbers: Collection[str] = (), others: bool = True, whole: Assembly |
     for part in (p for p in whole.parts if not numbers or p.number in numbers):
         yield from _of_occurrences(whole, part)
         yield from _of_making(whole, part)
-        for kind, solid in made_wrong(part.solid, ours=part.make):
+        for kind, solid in made_wrong(part.solid, project_own=part.make):
             yield Fault(part.number, kind, _with_part(whole, part.number, replace(part, solid=solid)))
         if others:
             yield from _of_other_designs(whole, part)

@@ -26,13 +26,13 @@ POINTS = 60  # at which a solid is sounded for its thickest place
 LEAST_TURN_RAD = 4.5  # of a bore's faces together: a split one has 6.0, the end of a pocket 3.3
 
 
-def made_wrong(solid: cq.Solid, ours: bool = True) -> Iterator[tuple[str, cq.Solid]]:
+def made_wrong(solid: cq.Solid, project_own: bool = True) -> Iterator[tuple[str, cq.Solid]]:
     """Yields what is wrong and the solid in the part's own frame; what is no solid or nothing new is left out.
 
-    A part that we make (`ours`) may be sawn into; one that is bought comes whole.
+    A part that we make (`project_own`) may be sawn into; one that is bought comes whole.
     """
     for name, make in _ways(solid):
-        if name.startswith("sawn") and not ours:
+        if name.startswith("sawn") and not project_own:
             continue
         pieces = make().Solids()
         if len(pieces) != 1 or not differs(solid, pieces[0]):

@@ -20,7 +20,7 @@ from delta_cad.mechanism.limits import EffectiveMass, HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof import extremes
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS
-from tests.delta_cad.mechanism.stated_limits import limits as asked
+from tests.delta_cad.mechanism.stated_limits import limits as requested
 
 REQUIRED: dict[str, Any] = {
     "force": 3.0,
@@ -30,7 +30,7 @@ REQUIRED: dict[str, Any] = {
     "kappa_max": 2.3,
 }
 MASSES = HandleInertia(0.1, 0.02, 0.005, 500e-6)
-GIVEN = replace(LIMITS, pose=asked(**REQUIRED).with_(EffectiveMass(0.6, MASSES)))
+GIVEN = replace(LIMITS, pose=requested(**REQUIRED).with_(EffectiveMass(0.6, MASSES)))
 
 
 def by_name(limits) -> dict[str, CheckResult]:
@@ -74,7 +74,7 @@ def test_only_what_is_given_is_checked() -> None:
     ],
 )
 def test_what_exceeds_its_limit_is_refused(name: str, changes: dict[str, Any]) -> None:
-    failed = [r for r in by_name(replace(GIVEN, pose=asked(**REQUIRED | changes))).values() if not r.passed]
+    failed = [r for r in by_name(replace(GIVEN, pose=requested(**REQUIRED | changes))).values() if not r.passed]
     assert [r.name for r in failed] == [name]
     pose = np.array(failed[0].worst_pose_mm)
     assert (np.abs(pose - LIMITS.centre_mm) <= LIMITS.half_side_mm + 1e-9).all()
@@ -84,7 +84,7 @@ def test_what_exceeds_its_limit_is_refused(name: str, changes: dict[str, Any]) -
 def test_a_platform_below_the_elbows_is_a_singular_machine() -> None:
     # the mirror image below the base plane's elbows: det S has the other sign there
     below = DeltaGeometry(0.082, 0.030, 0.060, 0.0605)
-    limits = replace(LIMITS, bottom_height_mm=20.0, half_side_mm=1.0, pose=asked())
+    limits = replace(LIMITS, bottom_height_mm=20.0, half_side_mm=1.0, pose=requested())
     found = {r.name: r for r in check_ranges(below, limits)}
     assert found["reach"].passed
     assert found["assembly mode"].passed == (direct_margin(below, limits.poses_mm() / 1000.0).min() > 0.0)
@@ -101,7 +101,7 @@ def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
     """Nothing proves an inequality that is an equality: here as in `certify`."""
     kappa = by_name(GIVEN)["kappa"]
     same: dict[str, Any] = {"kappa_max": kappa.value}
-    at = by_name(replace(GIVEN, pose=asked(**REQUIRED | same)))["kappa"]
+    at = by_name(replace(GIVEN, pose=requested(**REQUIRED | same)))["kappa"]
     assert not at.passed
     assert at.value == at.limit == kappa.value
     assert "undecided" in at.detail
@@ -110,13 +110,13 @@ def test_a_limit_that_is_the_figure_itself_is_undecided_and_fails() -> None:
     assert worst in at.detail  # the box lies there; a half of the cube is proved, the other is its mirror image
     for share, passed in ((1.0 + 1e-9, True), (1.0 - 1e-9, False)):
         changes: dict[str, Any] = {"kappa_max": (kappa.value or 0.0) * share}
-        assert by_name(replace(GIVEN, pose=asked(**REQUIRED | changes)))["kappa"].passed is passed
+        assert by_name(replace(GIVEN, pose=requested(**REQUIRED | changes)))["kappa"].passed is passed
 
 
 def test_what_the_search_misses_the_proof_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search that knows the centre alone: what breaks is told where the proof saw it, what holds is not doubted."""
     changes: dict[str, Any] = {"kappa_max": 2.0, "torque_max": 0.3}
-    tight = replace(GIVEN, pose=asked(**REQUIRED | changes))
+    tight = replace(GIVEN, pose=requested(**REQUIRED | changes))
 
     def centre(*given: Any) -> Extreme:
         _, g, limit, figure = given

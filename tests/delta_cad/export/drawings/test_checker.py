@@ -58,7 +58,7 @@ def test_a_sound_drawing_has_no_faults(sound: tuple[Drawing, Features]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "wording"),
     [
         ("Ø8 H7 through, shaft", None, "holes Ø8 H7 are stated 0 times, 1 are declared"),
         ("2x M4 x 6, drilled 6 deep", "3x M4 x 6, drilled 6 deep", "holes M4 are stated 3 times, 2 are declared"),
@@ -71,11 +71,11 @@ def test_a_sound_drawing_has_no_faults(sound: tuple[Drawing, Features]) -> None:
     ],
 )
 def test_what_is_missing_or_wrong_is_found(
-    sound: tuple[Drawing, Features], old: str, new: str | None, told: str
+    sound: tuple[Drawing, Features], old: str, new: str | None, wording: str
 ) -> None:
     drawing, features = sound
     faults = drawing_faults(edited(drawing, old, new), plate(), features)
-    assert any(told in fault for fault in faults), faults
+    assert any(wording in fault for fault in faults), faults
 
 
 def test_what_is_reported_twice_is_found(sound: tuple[Drawing, Features]) -> None:
@@ -88,7 +88,7 @@ def test_what_is_reported_twice_is_found(sound: tuple[Drawing, Features]) -> Non
 
 
 @pytest.mark.parametrize(
-    ("items", "told"),
+    ("items", "wording"),
     [
         ([Text((100, 100), 2.5, "abc"), Text((103, 101), 2.5, "def")], "'abc' and 'def' overlap"),
         ([Text((100, 100), 2.5, "abc"), Text((103, 98), 2.5, "def", upright=True)], "'abc' and 'def' overlap"),
@@ -97,8 +97,8 @@ def test_what_is_reported_twice_is_found(sound: tuple[Drawing, Features]) -> Non
         ([Text((284, 100), 2.5, "abc")], "'abc' is outside of the frame"),
     ],
 )
-def test_what_lies_over_something_is_found(items: list[Item], told: str) -> None:
-    assert sheet_faults(Sheet(297.0, 210.0, items)) == [told]
+def test_what_lies_over_something_is_found(items: list[Item], wording: str) -> None:
+    assert sheet_faults(Sheet(297.0, 210.0, items)) == [wording]
 
 
 def test_what_lies_clear_is_not_found() -> None:
@@ -133,7 +133,7 @@ def symbol(x: float, y: float, name: str = "datum A") -> Annotation:
 
 
 @pytest.mark.parametrize(
-    ("items", "told"),
+    ("items", "wording"),
     [
         ([symbol(100, 100), Text((103, 101), 2.5, "def")], ["symbol datum A and 'def' overlap"]),
         ([symbol(100, 100), Text((93.8, 102), 2.5, "over")], ["symbol datum A and 'over' overlap"]),
@@ -143,8 +143,8 @@ def symbol(x: float, y: float, name: str = "datum A") -> Annotation:
         ([symbol(100, 100), symbol(104, 100), symbol(100, 104), Stroke("dimension", ((90, 102), (120, 102)))], []),
     ],
 )
-def test_a_symbol_stands_clear_of_texts_edges_and_others(items: list[Item], told: list[str]) -> None:
-    assert sheet_faults(Sheet(297.0, 210.0, items)) == told
+def test_a_symbol_stands_clear_of_texts_edges_and_others(items: list[Item], wording: list[str]) -> None:
+    assert sheet_faults(Sheet(297.0, 210.0, items)) == wording
 
 
 def leader(*points: tuple[float, float]) -> list[Item]:
@@ -157,7 +157,7 @@ LEVEL = leader((120, 90), (100, 90))
 
 
 @pytest.mark.parametrize(
-    ("items", "told"),
+    ("items", "wording"),
     [
         (CROSSED, ["leaders to (80.0, 80.0) and (100.0, 80.0) cross"]),
         ([*CROSSED[:2], *leader((100, 80), (95, 80), (90, 80))], []),
@@ -166,5 +166,5 @@ LEVEL = leader((120, 90), (100, 90))
         ([*LEVEL, Stroke("visible", ((100, 80), (100, 110)))], []),
     ],
 )
-def test_leaders_that_cannot_be_followed_are_found(items: list[Item], told: list[str]) -> None:
-    assert sheet_faults(Sheet(297.0, 210.0, items)) == told
+def test_leaders_that_cannot_be_followed_are_found(items: list[Item], wording: list[str]) -> None:
+    assert sheet_faults(Sheet(297.0, 210.0, items)) == wording

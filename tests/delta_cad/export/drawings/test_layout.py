@@ -15,7 +15,7 @@ from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.sheet_io.sheet import Stroke
 from delta_cad.export.drawings.title import Titles
-from delta_cad.export.drawings.views.choice import View, ViewError, beside, views_of
+from delta_cad.export.drawings.views.choice import View, ViewError, adjacent, views_of
 from delta_cad.export.drawings.views.marks import LETTER_MM
 from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.export.drawings.write import part_drawing
@@ -34,7 +34,7 @@ def views(part: Part) -> list[View]:
 def test_first_angle(slot: str, viewer: tuple[float, float, float]) -> None:
     """The view from above stands below the front view, that from the left on its right; each is in line with it."""
     front = Frame((1, 0, 0), (0, 0, 1))
-    side = beside(front, slot)
+    side = adjacent(front, slot)
     assert np.allclose(side.towards, viewer)
     shared = side.right if slot in ("below", "above") else side.up
     assert np.allclose(shared, front.right if slot in ("below", "above") else front.up)

@@ -125,7 +125,7 @@ def test_leaders_are_disentangled_where_the_first_exchanges_do_not_do_it() -> No
 def test_a_band_that_cannot_give_way_goes_first() -> None:
     level: Leader = ((10.0, 5.0), (0.0, 5.0))
 
-    def beside(leaders: list[Leader]) -> str:
+    def adjacent(leaders: list[Leader]) -> str:
         leaders.append(level)
         return "beside"
 
@@ -137,7 +137,7 @@ def test_a_band_that_cannot_give_way_goes_first() -> None:
 
     def counted(leaders: list[Leader]) -> str:
         tried.append(len(leaders))
-        return beside(leaders)
+        return adjacent(leaders)
 
     assert in_turn([counted, over], [(1, 0), (0, 1)]) == ["beside", "over"]
     assert tried == [1, 0]  # after the other band, then before it

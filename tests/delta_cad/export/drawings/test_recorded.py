@@ -15,7 +15,7 @@ PLAIN = along_z(8.0, (0.0, 0.0), (0.0, 10.0))
 
 
 @pytest.mark.parametrize(
-    ("callout", "bore", "told"),
+    ("callout", "bore", "wording"),
     [
         ("Ø8 through", PLAIN, "Ø8 through"),
         ("2x Ø8 H7 through", fitted(PLAIN, "H7"), f"2x Ø8 H7 (+0.015/0) through {SURFACE}Ra 1.6"),
@@ -28,8 +28,8 @@ PLAIN = along_z(8.0, (0.0, 0.0), (0.0, 10.0))
         ("M4 through", tapped(PLAIN, "M4"), "M4 through"),
     ],
 )
-def test_a_callout_gets_what_is_missing(callout: str, bore: Bore, told: str) -> None:
-    assert recorded(callout, group("", [bore])) == told
+def test_a_callout_gets_what_is_missing(callout: str, bore: Bore, wording: str) -> None:
+    assert recorded(callout, group("", [bore])) == wording
 
 
 def test_bores_of_one_diameter_that_differ_add_nothing() -> None:

@@ -48,7 +48,7 @@ def found(part: Part, held: Controlled) -> Features:
     return features_of(part, faces_of(part.solid), held)
 
 
-def told(features: Features) -> list[tuple[str, float, set[float], str]]:
+def wording(features: Features) -> list[tuple[str, float, set[float], str]]:
     """Kind, zone, diameters of what is held, datums."""
     zones = features.zones
     return [(z.kind, z.value_mm, {round(2 * f.radius, 3) for f in z.faces}, "".join(z.datums)) for z in zones]
@@ -56,7 +56,7 @@ def told(features: Features) -> list[tuple[str, float, set[float], str]]:
 
 def test_a_plate_counts_from_its_plane_its_widest_bore_and_the_next() -> None:
     features = found(plate(), NONE)
-    assert told(features) == [
+    assert wording(features) == [
         ("perpendicularity", 0.02, {16.0}, "A"),
         ("position", 0.05, {12.0}, "AB"),
         ("position", 0.05, {3.0}, "ABC"),
@@ -69,7 +69,7 @@ def test_a_plate_counts_from_its_plane_its_widest_bore_and_the_next() -> None:
 
 
 def test_what_has_to_be_square_is_and_a_seat_is_the_first_datum() -> None:
-    kinds = [row[::2] for row in told(found(plate(), Controlled(square=(12.0,))))]
+    kinds = [row[::2] for row in wording(found(plate(), Controlled(square=(12.0,))))]
     assert kinds[:3] == [("perpendicularity", {16.0}), ("perpendicularity", {12.0}), ("position", {12.0})]
     seated = found(plate(), Controlled(seat=(2, 0.0)))
     assert np.allclose(seated.datums[0].faces[0].axis, (0, 0, -1))
@@ -80,13 +80,13 @@ def test_bores_into_the_seat_come_before_wider_ones_across() -> None:
     boring.add("8 H7 through", [fitted(along_y(8.0, (30.0, 15.0), (0.0, 20.0)), "H7")])
     boring.add("3 H7 x 6", [fitted(blind(along_z(3.0, (x, 10), (0, 6))), "H7") for x in (10.0, 50.0)])
     features = found(part_of(box((0, 0, 0), (60, 20, 30)), boring), Controlled(seat=(2, 0.0)))
-    assert told(features) == [("position", 0.05, {3.0}, "A"), ("position", 0.05, {8.0}, "AB")]
+    assert wording(features) == [("position", 0.05, {3.0}, "A"), ("position", 0.05, {8.0}, "AB")]
     assert np.allclose(features.datums[0].faces[0].axis, (0, 0, -1))
 
 
 def test_a_shaft_s_journal_is_what_its_head_is_true_to() -> None:
     features = found(shaft(), TRUE)
-    assert told(features) == [("coaxiality", 0.05, {6.0}, "A"), ("perpendicularity", 0.02, {0.0}, "A")]
+    assert wording(features) == [("coaxiality", 0.05, {6.0}, "A"), ("perpendicularity", 0.02, {0.0}, "A")]
     assert [zone.is_round for zone in features.zones] == [True, False]
     (journal,) = features.datums
     assert [face.radius for face in journal.faces] == [4.0]

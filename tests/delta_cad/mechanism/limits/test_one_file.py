@@ -81,7 +81,6 @@ def with_the_example(folder: Path) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not shutil.which("git"), reason="git applies the example")
 def test_its_file_and_its_line_are_all_that_a_limit_needs(tmp_path):
     copy = with_the_example(tmp_path / "copy")
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "compiled"), "NUMBA_OPT": "1"}

@@ -27,7 +27,7 @@ def ordinary(kind):
     return around(extremes(), 0.1, kind.name)[kind.name]
 
 
-def beside(limit, figure, towards):
+def adjacent(limit, figure, towards):
     """The limit with one figure's threshold moved by one ulp."""
     return limit.with_bound(figure, math.nextafter(limit.bound(figure), towards))
 
@@ -109,7 +109,7 @@ def test_what_only_measures_bounds_nothing(kind):
         end = figure.range[1] if figure.upper else figure.range[0]
         assert limit.bound(figure) == pytest.approx(end, rel=1e-15)
         with pytest.raises(GeometryError):
-            beside(replace(limit, **{figure.threshold: end}), figure, less_strict_than(figure))
+            adjacent(replace(limit, **{figure.threshold: end}), figure, less_strict_than(figure))
 
 
 def test_limits_that_only_measure_are_proved_together():
@@ -130,7 +130,7 @@ def test_what_needs_more_than_lengths_is_measured_only_where_that_is_known():
 @pytest.mark.parametrize(("kind", "figure"), BOUNDED)
 def test_another_bound_changes_that_figure_alone(kind, figure):
     limit = ordinary(kind)
-    other = beside(limit, figure, less_strict_than(figure))
+    other = adjacent(limit, figure, less_strict_than(figure))
     assert other.bound(figure) == math.nextafter(limit.bound(figure), less_strict_than(figure))
     assert replace(other, **{figure.threshold: limit.bound(figure)}) == limit
 
@@ -140,8 +140,8 @@ def test_one_ulp_looser_is_noticed_and_stricter_is_not(kind, figure):
     limit = ordinary(kind)
     required = Limits.of(limit)
     assert required.less_strict_than(required) is None
-    assert Limits.of(beside(limit, figure, less_strict_than(figure))).less_strict_than(required) == kind.name
-    assert Limits.of(beside(limit, figure, -less_strict_than(figure))).less_strict_than(required) is None
+    assert Limits.of(adjacent(limit, figure, less_strict_than(figure))).less_strict_than(required) == kind.name
+    assert Limits.of(adjacent(limit, figure, -less_strict_than(figure))).less_strict_than(required) is None
 
 
 @EACH

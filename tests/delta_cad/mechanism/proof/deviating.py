@@ -78,8 +78,8 @@ def figures(
         m = carried * np.eye(3) + np.einsum("mpc,mpca,mpcb->mpab", elbow + joint / la**2 + 0.0 * w, rows, rows)
         mixed = np.einsum("mpca,mpcb->mpab", rows, turn)
         m = m + cross * (mixed + np.swapaxes(mixed, -1, -2))
-        borne = np.cross(along, s / lb[..., None])
-        index = _singular(np.where(closed[..., None, None], borne, 0.0))[..., 0]
+        carried_load = np.cross(along, s / lb[..., None])
+        index = _singular(np.where(closed[..., None, None], carried_load, 0.0))[..., 0]
         heaviest = np.linalg.eigvalsh(np.where(np.isfinite(m), m, 0.0))[..., -1]
 
     gravity = np.array([held[0], 0.0, held[1]])

@@ -215,8 +215,8 @@ def exact_margins(
             out[PositionStep] = [allowed - _dot(way, way) for way in signed_sums(moves)]
         if couple := limits.get(CoupleIndex):
             axes = [[-s, c, D(0)] for c, s in turns]
-            borne = [_cross(axis, forearm) for axis, forearm in zip(axes, forearms, strict=True)]
-            products = [[_dot(m, n) for n in borne] for m in borne]
+            carried_load = [_cross(axis, forearm) for axis, forearm in zip(axes, forearms, strict=True)]
+            products = [[_dot(m, n) for n in carried_load] for m in carried_load]
             out[CoupleIndex] = [eigenvalues(products)[0] - (D(couple.couple_index_min) * lb) ** 2]
         return out
 

@@ -33,15 +33,15 @@ LIMITS = limits(
 KAPPA = FIRST[Kappa]
 
 
-def bounds(g, asked, box):
+def bounds(g, requested, box):
     pose, work, out = room()
-    margins(box, numbers(g, asked), ALL, pose, work, out)
+    margins(box, numbers(g, requested), ALL, pose, work, out)
     return out
 
 
-def exact_table(g, asked, point):
+def exact_table(g, requested, point):
     """Every margin of the list; None where a limit is not asked or has no value there."""
-    found = exact_margins(g, asked, tuple(point.tolist()))
+    found = exact_margins(g, requested, tuple(point.tolist()))
     return [value for kind in POSE_LIMITS for value in found.get(kind, [None] * kind.enclosure.rows)]
 
 
@@ -97,15 +97,15 @@ def test_bounds_touch_what_they_bound():
 
 @pytest.mark.parametrize("kappa_max", [1.0, 2.0, 5.0, 30.0])
 def test_kappa_bounds_near_the_axis_and_near_a_singularity(kappa_max):
-    asked = LIMITS.with_(Kappa(kappa_max))
+    requested = LIMITS.with_(Kappa(kappa_max))
     rng = np.random.default_rng(5)
     hidden = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266)
     for g, centre in ((PUBLISHED, (0.0, 0.0, 0.08)), (PUBLISHED, (1e-7, 0.0, 0.1)), (hidden, (0.0, 0.0, 0.0298))):
         for size in (1e-2, 1e-3, 1e-5, 0.0):
             box = np.array([*centre, size, size, size, 0.0])
-            table = bounds(g, asked, box)
+            table = bounds(g, requested, box)
             for point in samples(box, rng, 12):
-                check(table, exact_table(g, asked, point))
+                check(table, exact_table(g, requested, point))
 
 
 def test_nothing_is_said_where_a_chain_is_open():
@@ -149,5 +149,5 @@ def test_kappa_is_not_proved_below_what_a_sample_of_the_box_has():
             kappa = conditioning(g, samples(box, rng, 200))
             if not np.isfinite(kappa).all() or kappa.max() > 1e4:
                 continue
-            asked = limits(kappa_max=float(kappa.max() * (1 - 1e-14 * kappa.max())))
-            assert not bounds(g, asked, box)[KAPPA, LOW] >= 0.0, (g, box)
+            requested = limits(kappa_max=float(kappa.max() * (1 - 1e-14 * kappa.max())))
+            assert not bounds(g, requested, box)[KAPPA, LOW] >= 0.0, (g, box)

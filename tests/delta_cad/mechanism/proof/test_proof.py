@@ -26,13 +26,13 @@ HIDDEN, HIDDEN_CUBE = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266), Cub
 CONDITIONS = tuple(kind.name for kind in POSE_LIMITS)
 
 
-def really_violates(g, cube, asked, finding):
+def really_violates(g, cube, requested, finding):
     """The point lies in the cube, and one of the condition's exact margins there is negative."""
     p = np.array(finding.point)
     assert (p >= cube.lower).all()
     assert (p <= cube.upper).all()
-    exact = exact_margins(g, asked, finding.point)
-    return any(m < 0 for m in exact[type(asked[finding.condition])] if m is not None)
+    exact = exact_margins(g, requested, finding.point)
+    return any(m < 0 for m in exact[type(requested[finding.condition])] if m is not None)
 
 
 def test_the_published_design_a_thousandth_above_its_maxima():
@@ -46,25 +46,25 @@ def test_the_published_design_a_thousandth_above_its_maxima():
 @pytest.mark.parametrize("share", [-1e-3, -1e-6])
 @pytest.mark.parametrize("name", [n for n in CONDITIONS if n != "assembly_mode"])
 def test_just_below_each_maximum_is_refuted_by_a_point_that_violates(name, share):
-    asked = around(extremes(), share, name)
-    proof = prove(PUBLISHED, CUBE, asked)
+    requested = around(extremes(), share, name)
+    proof = prove(PUBLISHED, CUBE, requested)
     assert proof.verdict == "refuted"
     (finding,) = (f for f in proof.findings if f.verdict == "refuted")
     assert finding.condition == name
-    assert really_violates(PUBLISHED, CUBE, asked, finding)
+    assert really_violates(PUBLISHED, CUBE, requested, finding)
     assert prove(PUBLISHED, CUBE, around(extremes(), -share, name)).verdict == "proved"
 
 
 def test_the_planted_singularity_behind_eight_good_corners():
     assert conditioning(HIDDEN, cube_grid(HIDDEN_CUBE, 2)).max() <= 6.04
     assert (direct_margin(HIDDEN, cube_grid(HIDDEN_CUBE, 2)) > 0).all()
-    asked = limits(force=3.0, torque_max=5.0, kappa_max=7.0)
-    proof = prove(HIDDEN, HIDDEN_CUBE, asked)
+    requested = limits(force=3.0, torque_max=5.0, kappa_max=7.0)
+    proof = prove(HIDDEN, HIDDEN_CUBE, requested)
     found = {f.condition: f for f in proof.findings}
     assert found["reach"].verdict == "proved"
     for name in ("assembly_mode", "torque", "kappa"):
         assert found[name].verdict == "refuted"
-        assert really_violates(HIDDEN, HIDDEN_CUBE, asked, found[name])
+        assert really_violates(HIDDEN, HIDDEN_CUBE, requested, found[name])
     assert found["assembly_mode"].value < 0.0
     assert found["kappa"].value > 7.0
 
@@ -72,28 +72,28 @@ def test_the_planted_singularity_behind_eight_good_corners():
 def test_a_hidden_unreachable_pocket_is_refuted():
     g, cube = DeltaGeometry(0.047, 0.04, 0.082, 0.16), Cube(0.077, 0.047)
     assert np.isfinite(joint_angles(g, cube_grid(cube, 2))).all()
-    asked = limits()
-    proof = prove(g, cube, asked)
+    requested = limits()
+    proof = prove(g, cube, requested)
     (finding,) = (f for f in proof.findings if f.verdict == "refuted")
     assert finding.condition == "reach"
     # too near on the axis: the forearm is longer than the upper arm and the way from shoulder to wrist
     assert finding.point == pytest.approx((0.0, 0.0, 0.077), abs=1e-12)
     assert finding.value == pytest.approx(np.hypot(0.007, 0.077) + 0.082 - 0.16, rel=1e-9)
-    assert really_violates(g, cube, asked, finding)
+    assert really_violates(g, cube, requested, finding)
     assert [f.verdict for f in proof.findings if f.condition != "reach"] == ["undecided"]
 
 
 @pytest.mark.slow
 def test_many_points_do_not_violate_a_proved_design():
-    asked = around(extremes(), 1e-3)
-    assert prove(PUBLISHED, CUBE, asked).verdict == "proved"
+    requested = around(extremes(), 1e-3)
+    assert prove(PUBLISHED, CUBE, requested).verdict == "proved"
     rng, n = np.random.default_rng(1), 300_000
     unit = rng.uniform(-1.0, 1.0, (n, 3))
     face = rng.integers(0, 3, n // 2)
     unit[np.arange(n // 2), face] = np.sign(unit[np.arange(n // 2), face])  # half of them on the surface
     unit[: n // 10] = np.sign(unit[: n // 10]) * np.abs(unit[: n // 10]) ** 0.01  # and some close to the corners
     p = np.clip(np.array([0.0, 0.0, BOTTOM + HALF]) + HALF * unit, CUBE.lower, CUBE.upper)
-    for limit in asked:
+    for limit in requested:
         for figure in limit.figures:
             found, bound = figure.worst(limit, PUBLISHED, p), limit.bound(figure)
             worst = found.max() if figure.upper else found.min()
@@ -130,16 +130,16 @@ def test_random_designs_are_all_decided():
             assert really_violates(g, cube, limits(couple_index_min=1e-3), zero.findings[-1])
             continue
         assert prove(g, cube, around(e, 1e-3)).verdict == "proved"
-        asked = around(e, -0.01, "torque")
-        refuted = [f for f in prove(g, cube, asked).findings if f.verdict == "refuted"]
+        requested = around(e, -0.01, "torque")
+        refuted = [f for f in prove(g, cube, requested).findings if f.verdict == "refuted"]
         assert [f.condition for f in refuted] == ["torque"]
-        assert really_violates(g, cube, asked, refuted[0])
+        assert really_violates(g, cube, requested, refuted[0])
         decided += 1
 
 
 def test_the_leaves_cover_half_the_cube_and_contain_what_they_prove():
-    asked = around(extremes(), 1e-3)
-    proof = prove(PUBLISHED, CUBE, asked)
+    requested = around(extremes(), 1e-3)
+    proof = prove(PUBLISHED, CUBE, requested)
     k = proof.leaves[:, ::2]
     assert (2.0 ** -k.sum(axis=1)).sum() == 1.0  # exact: powers of two
     assert ((proof.leaves[:, 1::2] >= 0) & (proof.leaves[:, 1::2] < 2**k)).all()
@@ -154,17 +154,17 @@ def test_the_leaves_cover_half_the_cube_and_contain_what_they_prove():
 
 def test_who_watches_a_proof_can_end_it(monkeypatch):
     monkeypatch.setattr(proving, "CHUNK", 10)
-    asked, seen = around(extremes(), 1e-5), []
-    proof = prove(PUBLISHED, CUBE, asked, progress=lambda n, share: seen.append((n, share)) or len(seen) == 2)
+    requested, seen = around(extremes(), 1e-5), []
+    proof = prove(PUBLISHED, CUBE, requested, progress=lambda n, share: seen.append((n, share)) or len(seen) == 2)
     assert proof.verdict == "undecided"
     assert len(seen) == 2
     assert proof.boxes == seen[-1][0] == 20
 
 
 def test_what_cannot_be_decided_is_said_with_its_box():
-    asked = around(extremes(), 1e-5)
+    requested = around(extremes(), 1e-5)
     seen = []
-    proof = prove(PUBLISHED, CUBE, asked, max_boxes=50, progress=lambda n, share: seen.append((n, share)))
+    proof = prove(PUBLISHED, CUBE, requested, max_boxes=50, progress=lambda n, share: seen.append((n, share)))
     assert proof.verdict == "undecided"
     assert proof.boxes == 50
     assert seen[-1][0] == 50

@@ -20,36 +20,36 @@ def rows(best_assembly: Assembly) -> list[BomRow]:
 
 
 @pytest.fixture(scope="module")
-def told(best_assembly: Assembly, rows: list[BomRow]) -> list[Chapter]:
+def wording(best_assembly: Assembly, rows: list[BomRow]) -> list[Chapter]:
     return chapters(best_assembly, rows, {})
 
 
 def test_parts_reported_are_those_of_the_bill_times_as_many_units_as_are_made(
-    best_assembly: Assembly, rows: list[BomRow], told: list[Chapter]
+    best_assembly: Assembly, rows: list[BomRow], wording: list[Chapter]
 ) -> None:
     made = Counter(unit.kind for unit in best_assembly.order)
     amounts: Counter[str] = Counter()
-    for chapter in told:
+    for chapter in wording:
         for step in chapter.steps:
             for line in step.parts:
                 amounts[line.number] += line.quantity * made[chapter.kind]
     placed = {part.number for part in best_assembly.parts}
     assert amounts == {row.part_number: row.quantity for row in rows if row.part_number in placed}
-    items = {line.number: line.item for chapter in told for step in chapter.steps for line in step.parts}
+    items = {line.number: line.item for chapter in wording for step in chapter.steps for line in step.parts}
     assert all(items[row.part_number] == row.item for row in rows if row.part_number in placed)
 
 
-def test_every_supply_of_the_bill_is_reported(told: list[Chapter], best_assembly: Assembly) -> None:
-    used = {line.number for chapter in told for step in chapter.steps for line in step.supplies}
+def test_every_supply_of_the_bill_is_reported(wording: list[Chapter], best_assembly: Assembly) -> None:
+    used = {line.number for chapter in wording for step in chapter.steps for line in step.supplies}
     assert used == {supply.number for supply in best_assembly.supplies}
 
 
-def test_units_are_reported_once_with_how_many_are_made(told: list[Chapter]) -> None:
-    made = {chapter.kind: chapter.made for chapter in told}
-    assert len(made) == len(told)
+def test_units_are_reported_once_with_how_many_are_made(wording: list[Chapter]) -> None:
+    made = {chapter.kind: chapter.made for chapter in wording}
+    assert len(made) == len(wording)
     assert (made["drive"], made["arm"], made["rod"], made["platform"]) == ("Make three", "Make three", "Make six", "")
-    assert [step.number for chapter in told for step in chapter.steps] == list(
-        range(1, sum(len(chapter.steps) for chapter in told) + 1)
+    assert [step.number for chapter in wording for step in chapter.steps] == list(
+        range(1, sum(len(chapter.steps) for chapter in wording) + 1)
     )
 
 
@@ -63,8 +63,8 @@ def test_what_is_there_grows_by_what_comes_in(best_assembly: Assembly) -> None:
             assert sorted(there) == sorted(o.name for o in best_assembly.occurrences)
 
 
-def test_screws_are_reported_with_key_and_torque(told: list[Chapter]) -> None:
-    steps = {(chapter.kind, step.title): step for chapter in told for step in chapter.steps}
+def test_screws_are_reported_with_key_and_torque(wording: list[Chapter]) -> None:
+    steps = {(chapter.kind, step.title): step for chapter in wording for step in chapter.steps}
     motor = steps["cheek", "Motor on its cheek"]
     assert motor.torques == ("5 × screw M3x6: 1.0 N m",)
     assert motor.tools[:2] == ("hexagon key 2.5", "torque key")
