@@ -58,6 +58,35 @@ def below_elbows() -> dict[str, Any]:
     return minimal() | {"mechanism": lengths, "cube": {"bottom_height_mm": 34.5, "half_side_mm": 9.5}}
 
 
+def placed() -> dict[str, Any]:
+    """Three equal chains placed for a rectangle, a capstan machine that can be built; chains 1 and 2 stand farther out.
+
+    Its parts are those of a three-fold symmetric machine but for base plate and platform; its outline is wide.
+    """
+    mechanism = {"platform_radius_mm": 22.55, "upper_arm_length_mm": 94.4, "forearm_length_mm": 148.4}
+    mechanism |= {"parallelogram_width_mm": 50.0, "azimuths_deg": [0.0, 116.3, -116.3]}
+    return minimal() | {
+        "name": "placed",
+        "mechanism": mechanism | {"base_radii_mm": [30.8, 38.45, 38.45]},
+        "cube": {"bottom_height_mm": 75.8, "half_side_mm": 43.9, "centre_x_mm": 11.1},
+        "requirements": {
+            "envelope_width_mm": 280.0,
+            "envelope_depth_mm": 232.0,
+            "force_N": 2.9,
+            "joint_torque_N_m": 0.395,
+            "clearance_min_mm": 2.0,
+        },
+        "hardware": {
+            "capstan_ratio": 4.85,
+            "sector_radius_mm": 39.6,
+            "arm_thickness_mm": 5.0,
+            "ball_diameter_mm": 6.0,
+            "leads": "bent",
+        },
+        "panel": {"thickness_mm": 2.0, "limit_mm": 3.0},
+    }
+
+
 def changed(path: str, value: object) -> dict[str, Any]:
     """The minimal design with one field changed, or taken away."""
     data = minimal()

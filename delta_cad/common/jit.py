@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from functools import update_wrapper
+from types import CodeType, FunctionType
 from typing import Any
 
 STARTED_S = time.time()
@@ -96,3 +97,28 @@ def unrolled_dispatch(
     function.calls = tuple(functions.values())  # pyright: ignore[reportFunctionMemberAccess]
     function.__qualname__ = f"turn_{digest.hexdigest()[:12]}"
     return Compiled(function)
+
+
+def renamed(function: Compiled, other: Callable[[str, Any], Any], suffix: str) -> Compiled:
+    """Makes a second function of the same text, in which global names stand for something else.
+
+    Args:
+        function: The function.
+        other: (name, value) -> value: what each global name that the function uses is to stand for.
+        suffix: Sets the name of the second apart.
+    """
+    first = function.py_func
+    scope = first.__globals__
+    own = {name: other(name, scope[name]) for name in _names(first.__code__) if name in scope}
+    own |= {name: scope[name] for name in ("__builtins__", "__name__", "__file__") if name in scope}
+    second = FunctionType(first.__code__, own, first.__name__, first.__defaults__, first.__closure__)
+    second.__qualname__, second.__module__ = f"{first.__qualname__}_{suffix}", first.__module__
+    if hasattr(first, "calls"):
+        second.calls = tuple(other("", one) for one in first.calls)  # pyright: ignore[reportFunctionMemberAccess]
+    return Compiled(second, **function.options)
+
+
+def _names(code: CodeType) -> set[str]:
+    """Finds the names that code, and what is defined in it, uses."""
+    inner = (one for one in code.co_consts if isinstance(one, CodeType))
+    return set(code.co_names).union(*map(_names, inner))

@@ -1,16 +1,16 @@
 """Closed-form conditions between the numbers of a design that no build can mend, each naming a field and its bound.
 
 Those that the variables of a synthesis can break are limits of `delta_cad.mechanism.limits`, which a search asks by the
-same margin. They are necessary, not sufficient: reach over the whole cube is proven elsewhere. With a = R - r and, for
-chain i, u and v the radial and tangential coordinates of the platform, its wrist lies at v out of the plane in which
-the upper arm turns and at rho = |(u - a, z)| from the shoulder axis in it. The forearm closes the chain if and only if
-`v^2 + (rho - L_A)^2 <= L_B^2 <= v^2 + (rho + L_A)^2`, which is eq. (7) of [RCIM2018] factored.
+same margin. They are necessary, not sufficient: reach over the whole cube is proven elsewhere. For chain i, with
+a = R_i - r and u and v the radial and tangential coordinates of the platform, its wrist lies at v out of the plane in
+which the upper arm turns and at rho = |(u - a, z)| from the shoulder axis in it. The forearm closes the chain if and
+only if `v^2 + (rho - L_A)^2 <= L_B^2 <= v^2 + (rho + L_A)^2`, which is eq. (7) of [RCIM2018] factored.
 """
 
 from __future__ import annotations
 
 from itertools import product
-from math import cos, hypot, radians, sin, sqrt
+from math import hypot, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -71,31 +71,46 @@ def _platform_size(design: Design) -> _Contradiction | None:
     if _margin(design, ElbowOutside()) >= _MET:
         return None
     m = design.mechanism
-    bound = m.base_radius_mm + m.upper_arm_length_mm
+    bound = min(_base_radii(design)) + m.upper_arm_length_mm
+    radius = "base_radius_mm" if m.base_radii_mm is None else "the least of base_radii_mm"
     return _Contradiction(
         "mechanism.platform_radius_mm",
         m.platform_radius_mm,
-        f"must be < {bound:g} mm, base_radius_mm + upper_arm_length_mm, or no elbow can stand outside its wrist",
+        f"must be < {bound:g} mm, {radius} + upper_arm_length_mm, or no elbow can stand outside its wrist",
         bound,
     )
 
 
+def _base_radii(design: Design) -> tuple[float, float, float]:
+    """R of each chain, mm."""
+    m = design.mechanism
+    return m.base_radii_mm or (m.base_radius_mm, m.base_radius_mm, m.base_radius_mm)
+
+
 def _margin(design: Design, limit: Limit) -> float:
     """The margin of a limit that a closed form of the lengths decides, without unit."""
-    m, cube = design.mechanism, design.cube
+    m, cube, (first, side, _) = design.mechanism, design.cube, _base_radii(design)
     lengths = m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm
-    found = limit.design_margin(np.array([[*lengths, cube.bottom_height_mm, cube.half_side_mm]]).T)
+    placement = side - first, design.geometry.side_cosine, cube.centre_x_mm or 0.0
+    found = limit.design_margin(np.array([[*lengths, cube.bottom_height_mm, cube.half_side_mm, *placement]]).T)
     assert found is not None
     return float(found[0])
 
 
 def _fold(design: Design) -> _Contradiction | None:
-    """The lowest reachable height over the point of the bottom face nearest to shoulder axis 0 (v = 0)."""
+    """The lowest reachable height over the points of the bottom face nearest to the shoulder axes (v = 0)."""
     m, cube = design.mechanism, design.cube
-    a = m.base_radius_mm - m.platform_radius_mm
-    u = max(-cube.half_side_mm, min(cube.half_side_mm, a))
-    stretch = abs(m.forearm_length_mm - m.upper_arm_length_mm)
-    bound = sqrt(max(0.0, stretch**2 - (u - a) ** 2))
+    side, middle = cube.half_side_mm, cube.centre_x_mm or 0.0
+    stretch, bound = abs(m.forearm_length_mm - m.upper_arm_length_mm), 0.0
+    for (c, s, _), radius in zip(design.geometry.radial, _base_radii(design), strict=True):
+        a, low, high = radius - m.platform_radius_mm, -inf, inf
+        for along, least, most in ((c, middle - side, middle + side), (s, -side, side)):
+            if along != 0.0:
+                low, high = max(low, min(least / along, most / along)), min(high, max(least / along, most / along))
+            elif not least <= 0.0 <= most:
+                high = -inf
+        if low <= high:  # else the chain's plane does not meet the face
+            bound = max(bound, sqrt(max(0.0, stretch**2 - (min(max(a, low), high) - a) ** 2)))
     if cube.bottom_height_mm >= bound - _SLACK * (m.upper_arm_length_mm + m.forearm_length_mm):
         return None
     return _Contradiction(
@@ -108,14 +123,13 @@ def _fold(design: Design) -> _Contradiction | None:
 
 
 def _farthest_corner(design: Design) -> _Contradiction | None:
-    m, cube = design.mechanism, design.cube
-    a, arm = m.base_radius_mm - m.platform_radius_mm, m.upper_arm_length_mm
-    side, bottom = cube.half_side_mm, cube.bottom_height_mm
-    low, high = (0.0, 0, (0.0, 0.0, 0.0)), (float("inf"), 0, (0.0, 0.0, 0.0))
-    for i, x, y, z in product(range(3), (-side, side), (-side, side), (bottom, bottom + 2.0 * side)):
-        c, s = cos(radians(120.0 * i)), sin(radians(120.0 * i))
+    m, cube, g, radii = design.mechanism, design.cube, design.geometry, _base_radii(design)
+    arm, side, bottom, middle = m.upper_arm_length_mm, cube.half_side_mm, cube.bottom_height_mm, cube.centre_x_mm or 0.0
+    low, high = (0.0, 0, (0.0, 0.0, 0.0)), (inf, 0, (0.0, 0.0, 0.0))
+    for i, x, y, z in product(range(3), (middle - side, middle + side), (-side, side), (bottom, bottom + 2.0 * side)):
+        c, s, _ = g.radial[i].tolist()
         u, v = x * c + y * s, y * c - x * s
-        rho = hypot(u - a, z)
+        rho = hypot(u - (radii[i] - m.platform_radius_mm), z)
         low = max(low, (hypot(v, rho - arm), i, (x, y, z)))
         high = min(high, (hypot(v, rho + arm), i, (x, y, z)))
     slack = _SLACK * (arm + m.forearm_length_mm)
@@ -140,7 +154,7 @@ def _clashing_wrists(design: Design) -> _Contradiction | None:
     limit = BallClearance(0.0, design.hardware.ball_diameter_mm, m.parallelogram_width_mm)
     if _margin(design, limit) >= _MET:
         return None
-    bound = limit.width_max_mm(m.platform_radius_mm)
+    bound = limit.width_max_mm(m.platform_radius_mm, design.geometry.side_cosine)
     return _Contradiction(
         "mechanism.parallelogram_width_mm",
         m.parallelogram_width_mm,

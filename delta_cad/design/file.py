@@ -32,6 +32,7 @@ from delta_cad.design.record import (
     Panel,
 )
 from delta_cad.design.task import GRAVITY_MAX
+from delta_cad.mechanism.geometry import AZIMUTH_MAX_DEG, AZIMUTH_MIN_DEG
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
 _SECTIONS: dict[str, type[BaseModel]] = {
@@ -283,6 +284,10 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
         return NAME_RULE
     if name == "gravity_m_s2":
         return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
+    if name == "azimuths_deg":
+        return f"must be [0, phi, -phi] with phi >= {AZIMUTH_MIN_DEG:g} and <= {AZIMUTH_MAX_DEG:g} deg"
+    if name == "base_radii_mm":
+        return "must be a list of 3 numbers > 0 and <= 1000 mm, the second and the third equal"
     if name == "schema":
         return f"must be {json.dumps(SCHEMA)}"
     if name == "catalogue":

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, JsonValue, PrivateAttr, create_model
+import numpy as np
+from pydantic import AfterValidator, Field, JsonValue, PrivateAttr, create_model, model_validator
 
 from delta_cad.catalogue import CHOSEN, OwnParts
 from delta_cad.common.units import DOWN, MM_PER_M
+from delta_cad.design.stands import home_x
 from delta_cad.design.task import Gravity, Section, Task, limit_fields
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.geometry import (
+    AZIMUTH_MAX_DEG,
+    AZIMUTH_MIN_DEG,
+    THREE_FOLD,
+    DeltaGeometry,
+    azimuth_cosine,
+)
 from delta_cad.mechanism.workspace import Cube
 
 SCHEMA = "delta-design/1"
@@ -23,24 +32,68 @@ _CAPSTAN_RATIO_LEAST = 2.0
 _CAPSTAN_RATIO_MOST = 30.0  # no pinion makes more on the largest sector
 _SECTOR_LEAST_MM = 15.0
 _SECTOR_MOST_MM = 120.0
+_CHAINS = 3
+_LARGEST_RADIUS_MM = 1000.0
+_MIRRORED_DEG = 1e-9  # within which azimuths of chains 1 and 2 mirror each other
+
+
+def _mirrored(azimuths: tuple[float, float, float]) -> tuple[float, float, float]:
+    first, second, third = azimuths
+    around = [(angle + 180.0) % 360.0 - 180.0 for angle in (first, second + third)]
+    if max(map(abs, around)) > _MIRRORED_DEG or not AZIMUTH_MIN_DEG <= second <= AZIMUTH_MAX_DEG:
+        raise ValueError
+    return azimuths
+
+
+def _alike(radii: tuple[float, float, float]) -> tuple[float, float, float]:
+    if radii[1] != radii[2] or not 0.0 < min(radii) <= max(radii) <= _LARGEST_RADIUS_MM:
+        raise ValueError
+    return radii
+
+
+_Triple = tuple[float, float, float]
+Azimuths = Annotated[_Triple, Field(strict=False), AfterValidator(_mirrored)]
+BaseRadii = Annotated[_Triple, Field(strict=False), AfterValidator(_alike)]
 FOLDER_LONGEST = 1000  # characters of the name of a folder of own parts
 
 
 class Mechanism(Section):
-    """The lengths of the mechanism, mm."""
+    """The lengths of the mechanism, mm, and where its chains stand."""
 
-    base_radius_mm: float = Field(gt=0, le=1000, description="R: base centre to shoulder axis")
+    base_radius_mm: float = Field(
+        gt=0, le=1000, description="R: base centre to shoulder axis; left out where base_radii_mm is given"
+    )
     platform_radius_mm: float = Field(gt=0, le=1000, description="r: platform centre to wrist")
     upper_arm_length_mm: float = Field(gt=0, le=1000, description="L_A: shoulder to elbow")
     forearm_length_mm: float = Field(gt=0, le=2000, description="L_B: elbow to wrist")
     parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
+    azimuths_deg: Azimuths | None = Field(
+        default=None,
+        description="azimuths of the chains, [0, phi, -phi] with phi within "
+        f"{AZIMUTH_MIN_DEG:g} and {AZIMUTH_MAX_DEG:g}; left out: [0, 120, -120]",
+    )
+    base_radii_mm: BaseRadii | None = Field(
+        default=None, description="R of each chain, those of chains 1 and 2 equal; left out: three times base_radius_mm"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _first_radius(cls, data: Any) -> Any:
+        """Takes the base radius of chain 0 as `base_radius_mm`: `base_radii_mm`, where given, decides."""
+        radii = data.get("base_radii_mm") if isinstance(data, Mapping) else None
+        if not isinstance(radii, (list, tuple)) or len(radii) != _CHAINS or not isinstance(radii[0], (int, float)):
+            return data  # none, or the field's own rule refuses it
+        return {**data, "base_radius_mm": radii[0]} if 0.0 < radii[0] <= _LARGEST_RADIUS_MM else data
 
 
 class DesignCube(Section):
-    """The cube workspace: x, y in [-L, L], z in [H, H + 2 L], mm."""
+    """The cube workspace: x in [x_c - L, x_c + L], y in [-L, L], z in [H, H + 2 L], mm."""
 
     bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
     half_side_mm: float = Field(gt=0, le=1000, description="L: half the side")
+    centre_x_mm: float | None = Field(
+        default=None, ge=-1000, le=1000, description="x_c: the cube's middle along the x axis; left out: 0"
+    )
 
 
 _Limited: Any = create_model("_Limited", __base__=Task, **limit_fields())
@@ -160,12 +213,28 @@ class Design(Section):
             platform_radius=m.platform_radius_mm / MM_PER_M,
             upper_arm_length=m.upper_arm_length_mm / MM_PER_M,
             forearm_length=m.forearm_length_mm / MM_PER_M,
+            side_shift=0.0 if m.base_radii_mm is None else (m.base_radii_mm[1] - m.base_radii_mm[0]) / MM_PER_M,
+            side_cosine=THREE_FOLD if m.azimuths_deg is None else azimuth_cosine(m.azimuths_deg[1]),
         )
+
+    @property
+    def azimuths_deg(self) -> tuple[float, float, float]:
+        """Azimuths of the chains, anticlockwise from chain 0, within 0 and 360 deg."""
+        side = 120.0 if self.mechanism.azimuths_deg is None else self.mechanism.azimuths_deg[1]
+        return 0.0, side, 360.0 - side
+
+    @property
+    def home_mm(self) -> np.ndarray:
+        """(3,) handle position in which the machine is drawn and its files are written, see `home_x`."""
+        x = home_x(self.geometry, self.workspace) * MM_PER_M
+        return np.array([x, 0.0, self.cube.bottom_height_mm + self.cube.half_side_mm])
 
     @property
     def workspace(self) -> Cube:
         """The cube in metres."""
-        return Cube(self.cube.bottom_height_mm / MM_PER_M, self.cube.half_side_mm / MM_PER_M)
+        cube = self.cube
+        centre_x = 0.0 if cube.centre_x_mm is None else cube.centre_x_mm / MM_PER_M
+        return Cube(cube.bottom_height_mm / MM_PER_M, cube.half_side_mm / MM_PER_M, centre_x)
 
 
 # Entries of `hardware` that name a bought part: each is called as its family in the catalogue.

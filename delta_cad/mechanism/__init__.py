@@ -6,7 +6,7 @@ Every function takes positions or angles of shape (..., 3) in SI units; the form
 
 from delta_cad.mechanism.errors import BranchError, GeometryError, MechanismError, SingularError, UnreachableError
 from delta_cad.mechanism.forward import forward_kinematics, platform_positions
-from delta_cad.mechanism.geometry import AZIMUTHS, DeltaGeometry
+from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import (
     closure_margin,
     elbow_positions,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.mechanism import kernel
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, positions
+from delta_cad.mechanism.geometry import THREE_FOLD, VERTICAL, DeltaGeometry, directions, positions
 
 PARAMETERS = (
     "base_radius",
@@ -37,6 +37,7 @@ class UnequalDelta:
         forearm_length: (3,) L_B,i.
         side_offset: (3,) of the shoulder along its axis, less that of the wrist.
         height_offset: (3,) of the shoulder along z, less that of the wrist.
+        side_cosine: Cosine of the azimuth of chain 1, as drawn; an error of it is a part of the side offsets.
     """
 
     base_radius: np.ndarray
@@ -45,6 +46,17 @@ class UnequalDelta:
     forearm_length: np.ndarray
     side_offset: np.ndarray
     height_offset: np.ndarray
+    side_cosine: float = THREE_FOLD
+
+    @property
+    def radial(self) -> np.ndarray:
+        """(3 chains, 3) unit vector from the base centre to each shoulder."""
+        return directions(self.side_cosine)[0]
+
+    @property
+    def tangential(self) -> np.ndarray:
+        """(3 chains, 3) unit vector along each shoulder axis."""
+        return directions(self.side_cosine)[1]
 
     @property
     def radius_difference(self) -> np.ndarray:
@@ -52,19 +64,20 @@ class UnequalDelta:
         return self.base_radius - self.platform_radius
 
 
-def unequal(table: ArrayLike) -> UnequalDelta:
+def unequal(table: ArrayLike, side_cosine: float = THREE_FOLD) -> UnequalDelta:
     """Makes the record of a table.
 
     Args:
         table: (3 chains, 6) in the order of `PARAMETERS`, m.
+        side_cosine: Cosine of the azimuth of chain 1.
     """
-    return UnequalDelta(*np.asarray(table, dtype=float).T)
+    return UnequalDelta(*np.asarray(table, dtype=float).T, side_cosine=side_cosine)
 
 
 def equal_chains(g: DeltaGeometry) -> np.ndarray:
     """Gives the table of the nominal mechanism, (3 chains, 6) in the order of `PARAMETERS`, m."""
-    one = [g.base_radius, g.platform_radius, g.upper_arm_length, g.forearm_length, 0.0, 0.0]
-    return np.tile(one, (3, 1))
+    one = [g.platform_radius, g.upper_arm_length, g.forearm_length, 0.0, 0.0]
+    return np.column_stack([g.base_radii, np.tile(one, (3, 1))])
 
 
 def chain_angles(u: UnequalDelta, p: ArrayLike) -> np.ndarray:
@@ -78,8 +91,8 @@ def chain_angles(u: UnequalDelta, p: ArrayLike) -> np.ndarray:
         (..., 3 chains) rad; NaN where a chain cannot be closed.
     """
     p = positions(p)
-    q = p @ RADIAL.T - u.radius_difference
-    t = p @ TANGENTIAL.T - u.side_offset
+    q = p @ u.radial.T - u.radius_difference
+    t = p @ u.tangential.T - u.side_offset
     z = p[..., 2:] - u.height_offset
     rho2, m, w2 = kernel.chain_closure.py_func(q, t, z, u.upper_arm_length, u.forearm_length)
     cos, sin = kernel.arm.py_func(q, z, rho2, m, np.sqrt(np.where(w2 >= 0.0, w2, np.nan)))
@@ -125,15 +138,15 @@ def chain_derivatives(u: UnequalDelta, theta: ArrayLike, p: ArrayLike) -> tuple[
     cos, sin = np.cos(theta)[..., None], np.sin(theta)[..., None]
     forearms = p[..., None, :] - _centres(u, theta)
     inverse = np.linalg.inv(forearms)
-    along, moving = cos * RADIAL + sin * VERTICAL, cos * VERTICAL - sin * RADIAL
-    outward = _dot(forearms, np.broadcast_to(RADIAL, forearms.shape))
+    along, moving = cos * u.radial + sin * VERTICAL, cos * VERTICAL - sin * u.radial
+    outward = _dot(forearms, np.broadcast_to(u.radial, forearms.shape))
     rows = np.stack(
         [
             outward,
             -outward,
             _dot(forearms, along),
             np.broadcast_to(u.forearm_length, outward.shape),
-            _dot(forearms, np.broadcast_to(TANGENTIAL, forearms.shape)),
+            _dot(forearms, np.broadcast_to(u.tangential, forearms.shape)),
             forearms[..., 2],
         ],
         axis=-1,
@@ -146,7 +159,7 @@ def _centres(u: UnequalDelta, theta: np.ndarray) -> np.ndarray:
     """(..., 3 chains, 3) elbows, moved in by the platform, m."""
     radial = u.radius_difference + u.upper_arm_length * np.cos(theta)
     height = u.height_offset + u.upper_arm_length * np.sin(theta)
-    return radial[..., None] * RADIAL + u.side_offset[:, None] * TANGENTIAL + height[..., None] * VERTICAL
+    return radial[..., None] * u.radial + u.side_offset[:, None] * u.tangential + height[..., None] * VERTICAL
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.errors import SingularError, UnreachableError
-from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
+from delta_cad.mechanism.geometry import VERTICAL, DeltaGeometry, chain_coordinates, positions
 from delta_cad.mechanism.inverse import OffBranch, masked, require_branch
 
 # Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last seven
@@ -77,8 +77,8 @@ def platform_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
 
 def _three_spheres(g: DeltaGeometry, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Meeting point (..., 3), sine of the centres' triangle (...), squared height above its plane (...) in m^2."""
-    radial = g.radius_difference + g.upper_arm_length * np.cos(theta)
-    centres = radial[..., None] * RADIAL + (g.upper_arm_length * np.sin(theta))[..., None] * VERTICAL
+    radial = g.radius_differences + g.upper_arm_length * np.cos(theta)
+    centres = radial[..., None] * g.radial + (g.upper_arm_length * np.sin(theta))[..., None] * VERTICAL
     b = centres[..., 1, :] - centres[..., 0, :]
     c = centres[..., 2, :] - centres[..., 0, :]
     n = np.cross(b, c)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import kernel
 from delta_cad.mechanism.errors import BranchError, GeometryError, UnreachableError
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
+from delta_cad.mechanism.geometry import VERTICAL, DeltaGeometry, chain_coordinates, positions
 
 OffBranch = Literal["raise", "nan"]
 _DOWNWARDS = "z must be > 0: z points from the base to the platform; many public codes have z downwards: negate z"
@@ -182,7 +182,7 @@ def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     cos, sin = arm_direction(g, p)
     radial = q - g.upper_arm_length * cos
     vertical = z - g.upper_arm_length * sin
-    return radial[..., None] * RADIAL + t[..., None] * TANGENTIAL + vertical[..., None] * VERTICAL
+    return radial[..., None] * g.radial + t[..., None] * g.tangential + vertical[..., None] * VERTICAL
 
 
 def forearm_determinant(s: np.ndarray) -> np.ndarray:
@@ -208,9 +208,9 @@ def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
         (..., 3 chains, 3) in the base frame, m.
     """
     theta = positions(theta)
-    radial = g.base_radius + g.upper_arm_length * np.cos(theta)
+    radial = g.base_radii + g.upper_arm_length * np.cos(theta)
     vertical = g.upper_arm_length * np.sin(theta)
-    return radial[..., None] * RADIAL + vertical[..., None] * VERTICAL
+    return radial[..., None] * g.radial + vertical[..., None] * VERTICAL
 
 
 def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
@@ -219,7 +219,7 @@ def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     Returns:
         (..., 3 chains, 3) in the base frame, m.
     """
-    return positions(p)[..., None, :] + g.platform_radius * RADIAL
+    return positions(p)[..., None, :] + g.platform_radius * g.radial
 
 
 def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:

@@ -27,15 +27,14 @@ squares takes over, whose error is a rounding of the largest eigenvalue."""
 
 
 @inlined
-def azimuth(i):
-    """Gives cosine and sine of a chain's azimuth."""
-    return (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
+def azimuth(i, c, s):
+    """Gives cosine and sine of a chain's azimuth; c and s are those of chain 1."""
+    return (1.0, 0.0) if i == 0 else ((c, s) if i == 1 else (c, -s))
 
 
 @inlined
-def wrist(i, x, y, a):
-    """Computes a wrist's q and t, README (1); a is R - r."""
-    c, s = azimuth(i)
+def wrist(x, y, a, c, s):
+    """Computes a wrist's q and t, README (1); a is R_i - r, c and s are cosine and sine of the chain's azimuth."""
     return c * x + s * y - a, c * y - s * x
 
 
@@ -54,9 +53,11 @@ def arm(q, z, rho2, m, w):
 
 
 @inlined
-def in_base(i, radial, along):
-    """Turns a vector along a chain's radius and shoulder axis into the base frame: its parts along x and y."""
-    c, s = azimuth(i)
+def in_base(radial, along, c, s):
+    """Turns a vector along a chain's radius and shoulder axis into the base frame: its parts along x and y.
+
+    c and s are cosine and sine of the chain's azimuth.
+    """
     return c * radial - s * along, s * radial + c * along
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import DeltaGeometry, joint_angles
-from delta_cad.mechanism.geometry import AZIMUTHS
+from delta_cad.mechanism.geometry import VERTICAL
 from delta_cad.mechanism.inverse import require_closed
 
 _NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
@@ -37,11 +37,20 @@ LINKS = (
 )
 
 
-def chain_frame(i: int) -> np.ndarray:
+def chain_turn(g: DeltaGeometry, i: int) -> np.ndarray:
     """(4, 4) rotation about z that takes chain i's (radial, tangential, z) directions to the base frame."""
-    c, s = np.cos(AZIMUTHS[i]), np.sin(AZIMUTHS[i])
     frame = np.eye(4)
-    frame[:2, :2] = [[c, -s], [s, c]]
+    frame[:3, 0], frame[:3, 1] = g.radial[i], g.tangential[i]
+    return frame
+
+
+def chain_stand(g: DeltaGeometry, i: int) -> np.ndarray:
+    """(4, 4) frame in which all of chain i that stands on the base lies as chain 0's does in the base frame, mm.
+
+    It is turned to the chain's azimuth and moved out by R_i - R_0: three equal chains, each in its place.
+    """
+    frame = chain_turn(g, i)
+    frame[:3, 3] = (g.base_radii[i] - g.base_radius) * MM_PER_M * g.radial[i]
     return frame
 
 
@@ -107,8 +116,7 @@ class LinkPlacement:
     Attributes:
         geometry: The mechanism, metres.
         parallelogram_width_mm: Distance of the two rods of a chain along the shoulder axis.
-        pinion_centre_mm: (2,) radial and z position of the pinion's axis in the chain's frame, measured from the
-            base centre.
+        pinion_centre_mm: (2,) x and z of the pinion's axis in the chain's frame, `chain_stand`.
         drive_ratio: Turns of the pinion per turn of the arm, positive; 1 for a direct drive, whose pinion link
             turns with the arm.
         springs_mm: Of each of a pair's two springs x and z of its eyes in the rods' frames.
@@ -138,15 +146,14 @@ class LinkPlacement:
         g = self.geometry
         require_closed(g, p / MM_PER_M)
         theta = joint_angles(g, p / MM_PER_M)
-        radius, arm = g.base_radius * MM_PER_M, g.upper_arm_length * MM_PER_M
+        arm = g.upper_arm_length * MM_PER_M
         wrist_radius = g.platform_radius * MM_PER_M
         shape = p.shape[:-1]
         links: dict[str, np.ndarray] = {"base": np.broadcast_to(np.eye(4), (*shape, 4, 4))}
         platform = np.broadcast_to(np.eye(4), (*shape, 4, 4)).copy()
         platform[..., :3, 3] = p
         for i in CHAINS:
-            axes = chain_frame(i)[:3, :3]
-            u, t, z = axes[:, 0], axes[:, 1], axes[:, 2]
+            radius, u, t, z = g.base_radii[i] * MM_PER_M, g.radial[i], g.tangential[i], VERTICAL
             angle = theta[..., i, None]
             x = np.cos(angle) * u + np.sin(angle) * z
             links[f"upper_arm_{i}"] = frames(x, t, radius * u)
@@ -155,7 +162,7 @@ class LinkPlacement:
             links[f"pinion_{i}"] = frames(
                 np.cos(turned) * u + np.sin(turned) * z,
                 t,
-                self.pinion_centre_mm[0] * u + self.pinion_centre_mm[1] * z,
+                self.pinion_centre_mm[0] * u + self.pinion_centre_mm[1] * z + chain_stand(g, i)[:3, 3],
             )
             elbow = radius * u + arm * x
             s = p + wrist_radius * u - elbow

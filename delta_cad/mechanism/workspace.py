@@ -32,11 +32,12 @@ _CROSSING_STEPS = 60  # Bisections between two points of opposite determinant: m
 
 @dataclass(frozen=True)
 class Cube:
-    """Cube workspace with sides along the base frame's axes: x, y in [-L, L], z in [H, H + 2 L].
+    """Cube workspace with sides along the base frame's axes: x in [x_c - L, x_c + L], y in [-L, L], z in [H, H + 2 L].
 
     Attributes:
         bottom_height: H, height of the bottom face above the base plane, m.
         half_side: L, half the side, m; 0 is the single point in the centre of the bottom face.
+        centre_x: x_c, how far the cube's middle stands off the base's axis, in the plane of symmetry, m.
 
     Raises:
         GeometryError: A length is not finite or out of its bounds.
@@ -44,6 +45,7 @@ class Cube:
 
     bottom_height: float
     half_side: float
+    centre_x: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.bottom_height <= LENGTH_MAX:
@@ -53,16 +55,25 @@ class Cube:
             raise GeometryError(
                 f"half_side is {self.half_side!r} m; it must be at least 0 and at most {LENGTH_MAX:g} m"
             )
+        if not abs(self.centre_x) <= LENGTH_MAX:
+            raise GeometryError(
+                f"centre_x is {self.centre_x!r} m; it must be within {-LENGTH_MAX:g} and {LENGTH_MAX:g} m"
+            )
 
     @property
     def lower(self) -> np.ndarray:
         """(3,) corner of the smallest coordinates, m."""
-        return np.array([-self.half_side, -self.half_side, self.bottom_height])
+        return np.array([self.centre_x - self.half_side, -self.half_side, self.bottom_height])
 
     @property
     def upper(self) -> np.ndarray:
         """(3,) corner of the largest coordinates, m."""
-        return np.array([self.half_side, self.half_side, self.bottom_height + 2.0 * self.half_side])
+        return np.array([self.centre_x + self.half_side, self.half_side, self.bottom_height + 2.0 * self.half_side])
+
+    @property
+    def centre(self) -> np.ndarray:
+        """(3,) middle of the cube, m."""
+        return np.array([self.centre_x, 0.0, self.bottom_height + self.half_side])
 
 
 def cube_grid(cube: Cube, n: int) -> np.ndarray:

@@ -16,7 +16,7 @@ from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import LONGEST, short
 from delta_cad.design import NAME_PATTERN
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError, MechanismError
-from delta_cad.mechanism.geometry import require_tolerance
+from delta_cad.mechanism.geometry import THREE_FOLD, require_tolerance
 from delta_cad.mechanism.limits import POSE_LIMITS, HoldingTorque, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
@@ -24,11 +24,21 @@ from optimizer.certify.gravity import GravityAllowance
 
 _SCHEMA = "delta-certificate/1"
 _STATEMENT = (
-    "For every point (x, y, z) with x and y in [-half_side, half_side] and z in [bottom_height, top_height] each "
+    "For every point (x, y, z) with {place} and z in [bottom_height, top_height] each "
     "condition with the verdict proved holds, with the lengths and limits below taken as exact numbers. A leaf "
     "[kx, ix, ky, iy, kz, iz] is the box [i, i + 1] / 2^k of each edge of the half y >= 0; the other half is its "
     "mirror image. Where gravity has a mass file, holding_torque is about force and gravity together, which acts on "
     "the held masses; where it has a reserve, that was given by hand and is taken off the torque."
+)
+_ON_AXIS = "x and y in [-half_side, half_side]"
+_OFF_AXIS = (
+    "x in [centre_x - half_side, centre_x + half_side], both ends rounded to doubles, y in [-half_side, half_side]"
+)
+# Added to the statement where chains or cube do not stand as in a three-fold symmetric machine.
+_PLACED = (
+    " What is left out of side_shift, side_cosine and centre_x is 0, -1/2 and 0. Chain 0 stands on the x axis, "
+    "base_radius out; chains 1 and 2 stand base_radius plus side_shift out, at the azimuth whose cosine is side_cosine "
+    "and at its mirror image."
 )
 # Added to the statement where there is a tolerance.
 _WITHIN = (
@@ -53,12 +63,15 @@ class _Geometry(_FileSection):
     platform_radius: _Number = Field(alias="platform_radius_m")
     upper_arm_length: _Number = Field(alias="upper_arm_length_m")
     forearm_length: _Number = Field(alias="forearm_length_m")
+    side_shift: _Number = Field(default=0.0, alias="side_shift_m")
+    side_cosine: _Number = Field(default=THREE_FOLD)
 
 
 class _Cube(_FileSection):
-    bottom_height_m: _Number
-    half_side_m: _Number
-    top_height_m: _Number
+    bottom_height: _Number = Field(alias="bottom_height_m")
+    half_side: _Number = Field(alias="half_side_m")
+    centre_x: _Number = Field(default=0.0, alias="centre_x_m")
+    top_height: _Number = Field(alias="top_height_m")
 
 
 class _Gravity(_FileSection):
@@ -104,16 +117,12 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         findings.append({key: value for key, value in known.items() if value is not None})
     data = {
         "schema": _SCHEMA,
-        "statement": _statement(certificate.tolerance),
+        "statement": _statement(certificate),
         "verdict": certificate.verdict,
         "design": certificate.design,
         "design_hash": certificate.design_hash,
         "geometry": _named(_Geometry, certificate.geometry),
-        "cube": {
-            "bottom_height_m": cube.bottom_height,
-            "half_side_m": cube.half_side,
-            "top_height_m": float(cube.upper[2]),
-        },
+        "cube": _named(_Cube, cube, top_height=float(cube.upper[2])),
         "limits": certificate.limits.record(),
         "gravity": None if share is None else _named(_Gravity, share),
         "findings": findings,
@@ -125,9 +134,11 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
     return data | {"digest": _digest(data)}
 
 
-def _statement(tolerance: float) -> str:
+def _statement(c: Certificate) -> str:
     """Gives the words for what a certificate says."""
-    return _STATEMENT + _WITHIN if tolerance > 0.0 else _STATEMENT
+    placed = not c.geometry.three_fold or c.cube.centre_x != 0.0
+    said = _STATEMENT.format(place=_OFF_AXIS if placed else _ON_AXIS)
+    return said + (_PLACED if placed else "") + (_WITHIN if c.tolerance > 0.0 else "")
 
 
 def _boxes_of(leaves: int) -> int:
@@ -135,9 +146,12 @@ def _boxes_of(leaves: int) -> int:
     return max(2 * leaves - 1, 0)
 
 
-def _named(kind: type[_FileSection], record: object) -> dict[str, Any]:
-    """Gives the numbers of a record under the names that they have in the file."""
-    return {field.alias or name: getattr(record, name) for name, field in kind.model_fields.items()}
+def _named(kind: type[_FileSection], record: object, **others: float) -> dict[str, Any]:
+    """Gives the numbers of a record under the names that they have in the file, without those left as they are."""
+    values = {name: others[name] if name in others else getattr(record, name) for name in kind.model_fields}
+    return {
+        field.alias or name: values[name] for name, field in kind.model_fields.items() if values[name] != field.default
+    }
 
 
 def _digest(data: dict[str, Any]) -> str:
@@ -168,13 +182,13 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
         raise UnreadableError(f"{file}: {where}: {first['msg']}") from None
     except MechanismError as error:
         raise UnreadableError(f"{file}: {error}") from None
-    if read.statement != _statement(certificate.tolerance):
+    if read.statement != _statement(certificate):
         raise CertificateError(
             f"{file}: statement is not what its numbers prove; it must be the one that {_SCHEMA} has"
         )
     if certificate.verdict != read.verdict:
         raise CertificateError(f"{file}: verdict is {read.verdict}; its findings make it {certificate.verdict}")
-    if float(certificate.cube.upper[2]) != read.cube.top_height_m:
+    if float(certificate.cube.upper[2]) != read.cube.top_height:
         raise CertificateError(f"{file}: top_height_m is not bottom_height_m plus twice half_side_m")
     if read.boxes != _boxes_of(len(read.leaves)):
         made = _boxes_of(len(read.leaves))
@@ -216,7 +230,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
         design=read.design,
         design_hash=read.design_hash,
         geometry=geometry,
-        cube=Cube(cube.bottom_height_m, cube.half_side_m),
+        cube=Cube(cube.bottom_height, cube.half_side, cube.centre_x),
         limits=limits,
         findings=tuple(
             Finding(f.condition, f.verdict, f.limit, f.point_m, f.value, f.box_m)

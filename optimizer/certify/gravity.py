@@ -20,7 +20,7 @@ from delta_cad.mechanism.limits import HeldMasses, HoldingTorque, Limits, Torque
 if TYPE_CHECKING:
     from delta_cad.design import Design
 
-# Agreement of the file's home position with the cube's centre: a sum of two lengths in mm, 1e-13 of rounding.
+# Agreement of the home positions of file and design, a sum of two lengths in mm: 1e-13 of rounding.
 _HOME_MM = 1e-6
 
 
@@ -118,10 +118,10 @@ def allowance_of_masses(path: Path, design: Design, tolerance: float = 0.0) -> G
     """
     try:
         data, content = read_mass_properties(path, design)
-        home, centre = data.get("home_mm"), [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
+        home, drawn = data.get("home_mm"), design.home_mm
         here = numbers_of(home, (3,))
-        if here is None or (abs(here - centre) > _HOME_MM).any():
-            raise GravityError(f"{path.name}: home_mm = {home}: is not the centre {centre} mm of this design's cube")
+        if here is None or (abs(here - drawn) > _HOME_MM).any():
+            raise GravityError(f"{path.name}: home_mm = {home}: is not {drawn.tolist()} mm, where this design is drawn")
         masses = held_masses(path.name, data.get("bodies"), design, tolerance)
     except (MassError, GeometryError) as error:
         raise GravityError(str(error)) from None

@@ -78,9 +78,15 @@ def add(a, b):
 
 
 @compiled
+def negative(a):
+    """Turns the sign of a form, without a rounding."""
+    return (-a[0], -a[1], -a[2], -a[3], -a[4], a[5])
+
+
+@compiled
 def subtract(a, b):
     """Subtracts a form from another."""
-    return add(a, (-b[0], -b[1], -b[2], -b[3], -b[4], b[5]))
+    return add(a, negative(b))
 
 
 @compiled

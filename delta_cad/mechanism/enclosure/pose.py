@@ -7,6 +7,7 @@ makes it; the optimizer makes the same table over boxes of designs, so that a li
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 
@@ -21,12 +22,14 @@ from delta_cad.mechanism.enclosure.affine_form import (
     lower,
     magnitude,
     multiply,
+    negative,
     put,
     root,
     scale,
+    slope,
     subtract,
 )
-from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
+from delta_cad.mechanism.geometry import DeltaGeometry
 
 # First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
 # the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2,
@@ -37,7 +40,9 @@ FOREARM = 33  # First of nine rows, x, y, z a chain: the forearm in the base fra
 # Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2; where there is a tolerance each form holds those of
 # every chain.
 Z, DETERMINANT, UPPER_ARM, UPPER_ARM_2, FOREARM_LENGTH, FOREARM_2 = range(42, 48)
-ROWS = 48
+# Cosine, sine and its square of the azimuth of chain 1; that of chain 2 mirrors it.
+COSINE, SINE, SINE_2 = range(48, 51)
+ROWS = 51
 
 # How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all.
 COORDINATES, CHAINS, FOREARMS = 0, 1, 2
@@ -45,7 +50,7 @@ COORDINATES, CHAINS, FOREARMS = 0, 1, 2
 SIN_60_ERROR = 2.0**-54  # half a last place of a double in [1/2, 1); both operations round to nearest
 
 TOLERANCE = 6  # place of it in `lengths`
-NUMBERS = 7  # of `lengths`
+_SIDE, _AZIMUTH, NUMBERS = 7, 9, 14  # in `lengths`: R_1 - r, what `azimuth_numbers` gives, and how many there are
 _OFFSET = 2.0  # of the wrist against the shoulder in each direction, in tolerances: both ends are off by one
 # Lifts a sum of some thirty products of non-negative numbers, with a root and quotients in it, over its roundings.
 LIFT = 1.0 + 2.0**-40
@@ -59,15 +64,38 @@ def lengths(g: DeltaGeometry, tolerance: float = 0.0) -> tuple[float, ...]:
         tolerance: Of every length and offset of every chain, README (43), m.
 
     Returns:
-        R - r and its error, L_A, L_B, L_A^2 - L_B^2 and its error, the tolerance; m, m^2.
+        R_0 - r and its error, L_A, L_B, L_A^2 - L_B^2 and its error, the tolerance, R_1 - r and its error; m, m^2; and
+        `azimuth_numbers`.
     """
-    la, lb = g.upper_arm_length, g.forearm_length
+    la, lb, (first, side, _) = g.upper_arm_length, g.forearm_length, g.radius_differences.tolist()
     return (
-        *(g.radius_difference, ROUND * (abs(g.base_radius) + abs(g.platform_radius))),
+        *(first, ROUND * (abs(g.base_radius) + abs(g.platform_radius))),
         *(la, lb),
         *((la - lb) * (la + lb), ROUND * (la + lb) ** 2),
         tolerance,
+        *(side, ROUND * (abs(g.base_radius) + abs(g.side_shift) + abs(g.platform_radius))),
+        *azimuth_numbers(g.side_cosine),
     )
+
+
+def azimuth_numbers(cosine: float) -> tuple[float, ...]:
+    """Gives the numbers of an azimuth, whose cosine is exactly the one given.
+
+    With u = 2^-53 each of 1 - c, 1 + c and their product is rounded by at most u of itself, so that the square of the
+    sine is off by at most (1 + u)^3 - 1 < 3.1 u of itself, and its root by half of that and its own u: 2.6 u. Neither
+    is more than 1. Where the square is exact, as at 120 degrees, the root of a number in [1/4, 1) is off by the half of
+    a last place of a double in [1/2, 1).
+
+    Args:
+        cosine: Of the azimuth of chain 1.
+
+    Returns:
+        Cosine, sine and its error, the square of the sine and its error.
+    """
+    square = (1.0 - cosine) * (1.0 + cosine)
+    exact = Fraction(square) == 1 - Fraction(cosine) ** 2
+    near, error = (SIN_60_ERROR, 0.0) if exact else (3.0 * 2.0**-53, 4.0 * 2.0**-53)
+    return cosine, math.sqrt(square), near, square, error
 
 
 def table() -> np.ndarray:
@@ -76,10 +104,25 @@ def table() -> np.ndarray:
 
 
 @compiled
+def put_azimuth(pose, cosine, sine, square):
+    """Fills cosine, sine and its square of the azimuth of chain 1, each a form."""
+    put(pose, COSINE, cosine)
+    put(pose, SINE, sine)
+    put(pose, SINE_2, square)
+
+
+@compiled
+def times(pose, row, a):
+    """Multiplies a form by that of a row, which may be a number that is exact."""
+    if pose[row, TERMS - 1] == 0.0 and slope(at(pose, row)) == 0.0:
+        return scale(pose[row, 0], a)
+    return multiply(at(pose, row), a)
+
+
+@compiled
 def put_wrists(pose, x, y, z):
-    """Fills the coordinates, from which R - r is still to be taken off along the radii."""
-    turn = constant(SIN_60, SIN_60_ERROR)
-    xc, yc, xs, ys = scale(-0.5, x), scale(-0.5, y), multiply(turn, x), multiply(turn, y)
+    """Fills the coordinates, from which R_i - r is still to be taken off along the radii; reads the azimuth."""
+    xc, yc, xs, ys = times(pose, COSINE, x), times(pose, COSINE, y), times(pose, SINE, x), times(pose, SINE, y)
     put(pose, T, y)
     put(pose, T + 1, subtract(yc, xs))
     put(pose, T + 2, add(yc, xs))
@@ -105,7 +148,7 @@ def put_chain(pose, i, m, w2, w, part):
 
 @compiled
 def fill_coordinates(box, k, pose):
-    """Fills coordinates and lengths.
+    """Fills azimuth, coordinates and lengths.
 
     Args:
         box: (7,) centre (3), half sides (3), and a bound of the error of both, m; a point has four zeros.
@@ -117,11 +160,12 @@ def fill_coordinates(box, k, pose):
         (box[1], 0.0, box[4], 0.0, 0.0, box[6]),
         (box[2], 0.0, 0.0, box[5], 0.0, box[6]),
     )
-    a = constant(k[0], k[1])
+    n = _AZIMUTH
+    put_azimuth(pose, constant(k[n], 0.0), constant(k[n + 1], k[n + 2]), constant(k[n + 3], k[n + 4]))
     put_wrists(pose, x, y, z)
     square = add(add(multiply(x, x), multiply(y, y)), multiply(z, z))
     for i in range(3):
-        u = at(pose, Q + i)
+        u, a = at(pose, Q + i), constant(k[0], k[1]) if i == 0 else constant(k[_SIDE], k[_SIDE + 1])
         put(pose, _SQUARE + i, add(square, multiply(a, subtract(a, scale(2.0, u)))))
         put(pose, Q + i, subtract(u, a))
     la, lb = constant(k[2], 0.0), constant(k[3], 0.0)
@@ -232,14 +276,22 @@ def widen_chains(k, pose):
 
 
 @compiled
+def along_radius(pose, i, radial):
+    """Turns a form along a chain's radius into the base frame: its parts along x and y."""
+    if i == 0:
+        return radial, constant(0.0, 0.0)
+    x, y = times(pose, COSINE, radial), times(pose, SINE, radial)
+    return (x, y) if i == 1 else (x, negative(y))
+
+
+@compiled
 def fill_forearms(pose):
-    """Fills the forearms in the base frame, their scalar products and their determinant."""
-    turn = constant(SIN_60, SIN_60_ERROR)
+    """Fills the forearms in the base frame, their scalar products and their determinant; reads the azimuth."""
     for i in range(3):
         r, t = at(pose, RADIAL + i), at(pose, T + i)
         x, y = r, t
         if i > 0:
-            rc, rs, tc, ts = scale(-0.5, r), multiply(turn, r), scale(-0.5, t), multiply(turn, t)
+            rc, rs, tc, ts = times(pose, COSINE, r), times(pose, SINE, r), times(pose, COSINE, t), times(pose, SINE, t)
             x, y = (subtract(rc, ts), add(rs, tc)) if i == 1 else (add(rc, ts), subtract(tc, rs))
         put(pose, FOREARM + 3 * i, x)
         put(pose, FOREARM + 3 * i + 1, y)

@@ -7,12 +7,13 @@ takes quotients, cross products and the definiteness of matrices.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
 
-from delta_cad.mechanism.enclosure.interval import Interval, Slopes, exactly, variables
-from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
+from delta_cad.mechanism.enclosure.interval import DOWN, UP, Interval, Slopes, exactly, variables
+from delta_cad.mechanism.geometry import DeltaGeometry
 
 Vector = tuple[Slopes, Slopes, Slopes]
 Symmetric = Mapping[tuple[int, int], Slopes]  # Entries (i, j), i <= j, of symmetric 3 x 3 matrices.
@@ -36,6 +37,7 @@ class SlopePose:
         arm: Elbow arm w, m; NaN unless w^2 is positive throughout.
         forearm: Components of s in the base frame, m, by chain.
         elbow: Direction in which each elbow moves, in the base frame.
+        azimuths: Cosine and sine of each chain's azimuth.
         cos: Cosine of the shoulder angle.
         sin: Sine of the shoulder angle.
         upper_arm: L_A of every chain, m.
@@ -43,7 +45,8 @@ class SlopePose:
     """
 
     def __init__(self, g: DeltaGeometry, lower: np.ndarray, upper: np.ndarray, tolerance: float = 0.0) -> None:
-        a = exactly(g.base_radius) - exactly(g.platform_radius)
+        first = exactly(g.base_radius) - exactly(g.platform_radius)
+        side = first if g.side_shift == 0.0 else first + exactly(g.side_shift)  # where there is none, nothing is added
         la, lb = exactly(g.upper_arm_length), exactly(g.forearm_length)
         if tolerance == 0.0:
             x, y, z = variables(lower, upper)
@@ -51,11 +54,10 @@ class SlopePose:
         else:
             most = np.tile(np.repeat([2.0 * tolerance, tolerance], [3, 2]), (len(lower), 3))
             x, y, z, *deviations = variables(np.hstack([lower, -most]), np.hstack([upper, most]))
-        root = Interval(np.nextafter(np.float64(SIN_60), 0.0), np.nextafter(np.float64(SIN_60), 1.0))
-        half = exactly(-0.5)
-        self.azimuths = (exactly(1.0), exactly(0.0)), (half, root), (half, -root)
+        cosine, sine = exactly(g.side_cosine), _enclosing(1 - Fraction(g.side_cosine) ** 2).root()
+        self.azimuths = (exactly(1.0), exactly(0.0)), (cosine, sine), (cosine, -sine)
         chains = []
-        for i, (c, s) in enumerate(self.azimuths):
+        for i, ((c, s), a) in enumerate(zip(self.azimuths, (first, side, side), strict=True)):
             q, t, h = (x.times(c) + y.times(s)).plus(-a), y.times(c) - x.times(s), z
             arm: Slopes | Interval = la
             difference: Slopes | Interval = la.square() - lb.square()
@@ -160,6 +162,12 @@ class SlopePose:
     def rounded(x: float) -> Interval:
         """A number that was rounded once to x, at most 1 in size."""
         return exactly(x) + Interval(np.array(-(2.0**-53)), np.array(2.0**-53))
+
+
+def _enclosing(x: Fraction) -> Interval:
+    """Encloses a fraction: by itself where a double is, else by the doubles around it."""
+    near = np.float64(float(x))
+    return exactly(near) if Fraction(float(near)) == x else Interval(np.nextafter(near, DOWN), np.nextafter(near, UP))
 
 
 def _by(a: Slopes, b: Slopes | Interval) -> Slopes:

@@ -30,7 +30,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Vector, centre_o
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, eigenvectors
 from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, Enclosure, keep, store
-from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, chain_coordinates
+from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, chain_coordinates, side_sine
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 
@@ -53,26 +53,32 @@ def couple_index(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     q, _, z = chain_coordinates(g, p)
     cos, sin = arm_direction(g, p)
     L_A, L_B = g.upper_arm_length, g.forearm_length
-    return least_singular_value((q - L_A * cos) / L_B, (z - L_A * sin) / L_B)
+    return least_singular_value((q - L_A * cos) / L_B, (z - L_A * sin) / L_B, g.side_cosine)
 
 
-def least_singular_value(radial: np.ndarray, vertical: np.ndarray) -> np.ndarray:
+def least_singular_value(radial: np.ndarray, vertical: np.ndarray, side_cosine: float) -> np.ndarray:
     """Computes the smallest singular value of the couples from the rods' parts in their chains' planes, README (48).
 
     Args:
         radial: (..., 3 chains) part of n, the unit vector of the rods, along the chain's radius.
         vertical: (..., 3 chains) its part along z.
+        side_cosine: Cosine of the azimuth of chain 1.
 
     Returns:
         (...) without unit; NaN where a part is.
     """
-    return least_of.py_func(*np.moveaxis(radial, -1, 0), *np.moveaxis(vertical, -1, 0))
+    parts = *np.moveaxis(radial, -1, 0), *np.moveaxis(vertical, -1, 0)
+    return least_of.py_func(*parts, side_cosine, side_sine(side_cosine))
 
 
 @inlined
-def least_of(r1, r2, r3, v1, v2, v3):
-    """Computes what `least_singular_value` does: of numbers where it is compiled, of arrays of one shape where not."""
-    a12, a13, a23 = r1 * r2 - 0.5 * v1 * v2, r1 * r3 - 0.5 * v1 * v3, r2 * r3 - 0.5 * v2 * v3
+def least_of(r1, r2, r3, v1, v2, v3, c, s):
+    """Computes what `least_singular_value` does: of numbers where it is compiled, of arrays of one shape where not.
+
+    c and s are cosine and sine of the azimuth of chain 1.
+    """
+    a12, a13 = r1 * r2 + c * v1 * v2, r1 * r3 + c * v1 * v3
+    a23 = r2 * r3 + (2.0 * c * c - 1.0) * v2 * v3  # chains 1 and 2 are twice the azimuth apart
     b11, b22, b33 = r1 * r1 + v1 * v1, r2 * r2 + v2 * v2, r3 * r3 + v3 * v3
     mean = (b11 + b22 + b33) / 3.0
     b11, b22, b33 = b11 - mean, b22 - mean, b33 - mean  # B of README (25)
@@ -91,7 +97,7 @@ def least_of(r1, r2, r3, v1, v2, v3):
     size = 2.0 * np.sqrt(square)
     largest, middle = mean + size * np.cos(angle), mean + size * np.cos(angle - THIRD)
     others = np.sqrt(np.maximum(largest * middle, 0.0))
-    determinant = SIN_60 * np.abs(r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3)
+    determinant = s * np.abs(-2.0 * c * r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3)
     return determinant * (others != 0.0) / (others + (others == 0.0))  # 0 where both are
 
 
@@ -100,33 +106,36 @@ def _directions(pose, work):
     """Fills work[3:6] with the eigenvectors of S^T S at the box's middle; whether they are orthonormal."""
     r1, r2, r3 = pose[forms.RADIAL, 0], pose[forms.RADIAL + 1, 0], pose[forms.RADIAL + 2, 0]
     v1, v2, v3 = pose[forms.VERTICAL, 0], pose[forms.VERTICAL + 1, 0], pose[forms.VERTICAL + 2, 0]
+    c = pose[forms.COSINE, 0]
     a = (
         r1 * r1 + v1 * v1,
         r2 * r2 + v2 * v2,
         r3 * r3 + v3 * v3,
-        r1 * r2 - 0.5 * v1 * v2,
-        r1 * r3 - 0.5 * v1 * v3,
-        r2 * r3 - 0.5 * v2 * v3,
+        r1 * r2 + c * v1 * v2,
+        r1 * r3 + c * v1 * v3,
+        r2 * r3 + (2.0 * c * c - 1.0) * v2 * v3,
     )
     return eigenvectors(a, work)
 
 
 @compiled
 def _turn(pose, work, k):
-    """Computes S w, w column k of work[3:6]: along x, along y by sin 60 degrees, and along -z, m."""
+    """Computes S w, w column k of work[3:6]: along x, along y by the sine of chain 1's azimuth, and along -z, m."""
     w1, w2, w3 = work[3, k], work[4, k], work[5, k]
     v2, v3 = scale(w2, at(pose, forms.VERTICAL + 1)), scale(w3, at(pose, forms.VERTICAL + 2))
     r2, r3 = scale(w2, at(pose, forms.RADIAL + 1)), scale(w3, at(pose, forms.RADIAL + 2))
-    put(work, _TURNED + 3 * k, subtract(scale(w1, at(pose, forms.VERTICAL)), scale(0.5, add(v2, v3))))
+    sides = forms.times(pose, forms.COSINE, add(v2, v3))
+    put(work, _TURNED + 3 * k, add(scale(w1, at(pose, forms.VERTICAL)), sides))
     put(work, _TURNED + 3 * k + 1, subtract(v2, v3))
     put(work, _TURNED + 3 * k + 2, add(scale(w1, at(pose, forms.RADIAL)), add(r2, r3)))
 
 
 @compiled
-def _scalar(work, k, l):  # noqa: E741
-    """Computes the scalar product of S w_k and S w_l; sin 60 degrees squared is exactly 3/4."""
+def _scalar(pose, work, k, l):  # noqa: E741
+    """Computes the scalar product of S w_k and S w_l; at 120 degrees the square of the sine is exactly 3/4."""
     a, b = _TURNED + 3 * k, _TURNED + 3 * l
-    flat = add(multiply(at(work, a), at(work, b)), scale(0.75, multiply(at(work, a + 1), at(work, b + 1))))
+    along_y = forms.times(pose, forms.SINE_2, multiply(at(work, a + 1), at(work, b + 1)))
+    flat = add(multiply(at(work, a), at(work, b)), along_y)
     return add(flat, multiply(at(work, a + 2), at(work, b + 2)))
 
 
@@ -157,8 +166,8 @@ def _enclose_one(pose, k, n, work, out, row):
         return
     for column in range(3):
         _turn(pose, work, column)
-    h11, h22, h33 = _scalar(work, 0, 0), _scalar(work, 1, 1), _scalar(work, 2, 2)
-    h12, h13, h23 = _scalar(work, 0, 1), _scalar(work, 0, 2), _scalar(work, 1, 2)
+    h11, h22, h33 = _scalar(pose, work, 0, 0), _scalar(pose, work, 1, 1), _scalar(pose, work, 2, 2)
+    h12, h13, h23 = _scalar(pose, work, 0, 1), _scalar(pose, work, 0, 2), _scalar(pose, work, 1, 2)
     under = above(scale(-1.0, h33), scale(-1.0, h22), scale(-1.0, h11), h23, h13, h12)
     store(out, row, subtract(h33, multiply(constant(k[n], k[n + 1]), at(pose, forms.FOREARM_2))))
     # columns that are not quite orthonormal change the eigenvalue by that factor
@@ -177,7 +186,7 @@ def _cut(pose, k, n, work, cuts, count):
         _turn(pose, work, column)
         x, y, z = work[3, column], work[4, column], work[5, column]
         size = (x * x + y * y + z * z) * INSIDE
-        count = keep(cuts, count, subtract(_scalar(work, column, column), scale(size, least)))
+        count = keep(cuts, count, subtract(_scalar(pose, work, column, column), scale(size, least)))
         if count == EXCLUDED:
             return count
     return count

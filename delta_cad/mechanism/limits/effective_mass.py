@@ -30,9 +30,9 @@ from delta_cad.mechanism.enclosure.slope_pose import congruent as congruent_slop
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors
 from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, Enclosure, keep, store
-from delta_cad.mechanism.geometry import RADIAL, SIN_60, VERTICAL, DeltaGeometry
+from delta_cad.mechanism.geometry import VERTICAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction, elbow_arm, forearm_vectors
-from delta_cad.mechanism.kernel import add_inertia, in_base
+from delta_cad.mechanism.kernel import add_inertia, azimuth, in_base
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import Masses
 
@@ -77,7 +77,7 @@ def handle_inertia(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np
         (..., 3, 3) kg; NaN where a chain is open, infinite or NaN at a fold.
     """
     cos, sin = arm_direction(g, p)
-    elbow = -sin[..., None] * RADIAL + cos[..., None] * VERTICAL
+    elbow = -sin[..., None] * g.radial + cos[..., None] * VERTICAL
     at_elbow = masses.elbow_mass + masses.joint_inertia / g.upper_arm_length**2
     with np.errstate(divide="ignore", invalid="ignore"):  # at a fold
         n = forearm_vectors(g, p) / elbow_arm(g, p)[..., None]
@@ -105,23 +105,10 @@ def effective_mass(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np
 
 
 @compiled
-def _elbow_direction(pose, i, part):
-    """L_A e_i, along the chain's radius (part 0) or along z (1)."""
-    if part == 0:
-        return scale(-1.0, at(pose, forms.ELBOW_VERTICAL + i))
-    return at(pose, forms.ELBOW_RADIAL + i)
-
-
-@compiled
-def _component(radial, vertical, i, axis):
-    """A component in the base frame of a vector in a chain's plane."""
-    if axis == 2:
-        return vertical
-    if axis == 0:
-        return radial if i == 0 else scale(-0.5, radial)
-    if i == 0:
-        return constant(0.0, 0.0)
-    return multiply(constant(SIN_60 if i == 1 else -SIN_60, forms.SIN_60_ERROR), radial)
+def _elbow_direction(pose, i):
+    """L_A e_i in the base frame: its parts along x, y and z."""
+    x, y = forms.along_radius(pose, i, scale(-1.0, at(pose, forms.ELBOW_VERTICAL + i)))
+    return x, y, at(pose, forms.ELBOW_RADIAL + i)
 
 
 @compiled
@@ -143,10 +130,12 @@ def _enclose(pose, k, n, work, out, row):
     rows, elbows = work[6:15], work[15:24]
     for i in range(3):
         arm = inverse(at(pose, forms.W + i))
-        radial, vertical = _elbow_direction(pose, i, 0), _elbow_direction(pose, i, 1)
+        x, y, z = _elbow_direction(pose, i)
+        put(elbows, 3 * i, x)
+        put(elbows, 3 * i + 1, y)
+        put(elbows, 3 * i + 2, z)
         for axis in range(3):
             put(rows, 3 * i + axis, multiply(at(pose, forms.FOREARM + 3 * i + axis), arm))
-            put(elbows, 3 * i + axis, _component(radial, vertical, i, axis))
     turning = multiply(constant(k[n + 4], 0.0), inverse(at(pose, forms.UPPER_ARM_2)))
     at_elbow = add(constant(k[n + 3], 0.0), turning)
     cross = multiply(constant(k[n + 2], 0.0), inverse(at(pose, forms.UPPER_ARM)))
@@ -195,11 +184,8 @@ def _cut(pose, k, n, work, cuts, count):
                 add(scale(f * x, at(pose, forms.FOREARM + 3 * i)), scale(f * y, at(pose, forms.FOREARM + 3 * i + 1))),
                 scale(f * z, at(pose, forms.FOREARM + 3 * i + 2)),
             )
-            radial, vertical = _elbow_direction(pose, i, 0), _elbow_direction(pose, i, 1)
-            moved = add(
-                add(scale(f * x, _component(radial, vertical, i, 0)), scale(f * y, _component(radial, vertical, i, 1))),
-                scale(f * z, vertical),
-            )
+            ex, ey, ez = _elbow_direction(pose, i)
+            moved = add(add(scale(f * x, ex), scale(f * y, ey)), scale(f * z, ez))
             square = multiply(at_elbow, multiply(along, along))
             mixed = multiply(scale(2.0, cross), multiply(at(pose, forms.W + i), multiply(along, moved)))
             total = subtract(total, multiply(others[i], add(square, mixed)))
@@ -220,7 +206,8 @@ def _directions(pose, k, n, work):
             return False
         s = forms.FOREARM + 3 * i
         row = pose[s, 0] / w, pose[s + 1, 0] / w, pose[s + 2, 0] / w
-        x, y = in_base(i, -pose[forms.ELBOW_VERTICAL + i, 0] / la, 0.0)
+        turn = azimuth(i, pose[forms.COSINE, 0], pose[forms.SINE, 0])
+        x, y = in_base(-pose[forms.ELBOW_VERTICAL + i, 0] / la, 0.0, *turn)
         elbow = x, y, pose[forms.ELBOW_RADIAL + i, 0] / la
         m = add_inertia(m, k[n + 3] + k[n + 4] / la2, k[n + 2], row, elbow)
     return eigenvectors(m, work)

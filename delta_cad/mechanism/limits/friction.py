@@ -13,6 +13,7 @@ from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import (
     ROUND,
+    TERMS,
     TINY,
     UP,
     add,
@@ -111,7 +112,7 @@ def _enclose(pose, k, n, work, out, row):
     along, aside, own = drive * upright, drive * level, drive * drive
     for sense in range(4):
         x, y, z = signed_sum(work, 0, sense), signed_sum(work, 1, sense), signed_sum(work, 2, sense)
-        rx, ry, rz = slope(x) + x[5], slope(y) + y[5], slope(z) + z[5]
+        rx, ry, rz = slope(x) + x[TERMS - 1], slope(y) + y[TERMS - 1], slope(z) + z[TERMS - 1]
         flat = math.sqrt(x[0] * x[0] + y[0] * y[0])
         # 2 d <= d^2 / q + q for every q > 0: this one is the root of the mean of d^2 over the box, or near it
         qz = max(math.sqrt(z[0] * z[0] + rz * rz), LEAST)

@@ -40,7 +40,7 @@ from delta_cad.mechanism.enclosure.affine_form import (
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, cross
 from delta_cad.mechanism.enclosure.table import HIGH, Enclosure, store
-from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
+from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.jacobian import velocity_map
 from delta_cad.mechanism.limits.limit import FigureOfMerit, Values
@@ -111,7 +111,7 @@ def gravity_torque(g: DeltaGeometry, p: np.ndarray, masses: HeldMasses) -> np.nd
     m, (force, torque) = masses, masses.aside
     cos, sin = arm_direction(g, p)
     gravity = np.array([m.gravity_x, 0.0, m.gravity_z])
-    radial = RADIAL @ gravity
+    radial = g.radial @ gravity
     arm = m.arm_moment * (cos * m.gravity_z - sin * radial) - m.cross_moment * (cos * radial + sin * m.gravity_z)
     carried = m.carried_mass * np.einsum("a,...ai->...i", gravity, velocity_map(g, p))
     return np.abs(carried + arm) + worst_joint_torque(g, p, force) + torque
@@ -131,14 +131,15 @@ def _enclose(pose, k, n, work, out, row):
     lb2, det, la = at(pose, forms.FOREARM_2), at(pose, forms.DETERMINANT), at(pose, forms.UPPER_ARM)
     allowed, force = constant(k[n], k[n + 1]), constant(k[n + 2], k[n + 3])
     for i in range(3):
+        c = 1.0 if i == 0 else pose[forms.COSINE, 0]  # exact in a proof; its two roundings are in the error
         product = at(pose, forms.PRODUCT + i)
         face = root(subtract(multiply(lb2, lb2), multiply(product, product)))
         j, h = forms.FOREARM + 3 * ((i + 1) % 3), forms.FOREARM + 3 * ((i + 2) % 3)
         x = subtract(multiply(at(pose, j + 1), at(pose, h + 2)), multiply(at(pose, j + 2), at(pose, h + 1)))
         z = subtract(multiply(at(pose, j), at(pose, h + 1)), multiply(at(pose, j + 1), at(pose, h)))
         fall = add(multiply(constant(k[n + 4], k[n + 5]), x), multiply(constant(k[n + 6], k[n + 7]), z))
-        along = multiply(constant(k[n + 8 + i], k[n + 14]), at(pose, forms.ELBOW_RADIAL + i))
-        up = multiply(constant(k[n + 11 + i], k[n + 14]), at(pose, forms.ELBOW_VERTICAL + i))
+        along = multiply(constant(k[n + 8] - c * k[n + 9], k[n + 12]), at(pose, forms.ELBOW_RADIAL + i))
+        up = multiply(constant(-c * k[n + 10] - k[n + 11], k[n + 12]), at(pose, forms.ELBOW_VERTICAL + i))
         arm = multiply(add(along, up), inverse(la))
         lever = multiply(at(pose, forms.W + i), la)
         most = multiply(force, face)
@@ -166,7 +167,7 @@ class HoldingTorque(HeldForce):
     with_: ClassVar = " with gravity"
     needs: ClassVar = "held_masses"
     mass_kinds: ClassVar = {"masses": HeldMasses}
-    enclosure: ClassVar = Enclosure(forms.FOREARMS, 15, 6, _enclose)
+    enclosure: ClassVar = Enclosure(forms.FOREARMS, 13, 6, _enclose)
 
     @classmethod
     def stated(cls, values: Values, strict: bool = False) -> Self | None:
@@ -181,20 +182,18 @@ class HoldingTorque(HeldForce):
         return f"{self.torque_max:g} N m for {self.force:g} N and gravity (requirements.joint_torque_N_m)"
 
     def numbers(self) -> tuple[float, ...]:
-        """Gives torque and force left, M gamma, and the arms' moments along both directions, with their errors."""
+        """Gives torque and force left, M gamma, and the arms' moments by gravity along z and x, with their errors."""
         m, (force, torque) = self.masses, self.masses.aside
         left, total = self.torque_max - torque, self.force + force
         carried = m.carried_mass * m.gravity_x, m.carried_mass * m.gravity_z
-        radial = RADIAL @ np.array([m.gravity_x, 0.0, m.gravity_z])
         size = (abs(m.gravity_x) + abs(m.gravity_z)) * (abs(m.arm_moment) + abs(m.cross_moment))
-        along = m.arm_moment * m.gravity_z - m.cross_moment * radial
-        up = -m.arm_moment * radial - m.cross_moment * m.gravity_z
         return (
             *(left, 4.0 * ROUND * (self.torque_max + torque)),
             *(total, 4.0 * ROUND * total),
             *(carried[0], ROUND * abs(carried[0])),
             *(carried[1], ROUND * abs(carried[1])),
-            *(float(x) for x in (*along, *up)),
+            *(m.arm_moment * m.gravity_z, m.cross_moment * m.gravity_x),
+            *(m.arm_moment * m.gravity_x, m.cross_moment * m.gravity_z),
             2.0 * ROUND * size,
         )
 

@@ -113,7 +113,7 @@ class FigureOfMerit:
 
 
 class DesignBounds(NamedTuple):
-    """Bounds that a limit puts on the lengths alone.
+    """Bounds that a limit puts on the lengths alone, of three-fold symmetric designs with the cube on the axis.
 
     Attributes:
         reach_max_mm: Largest R + L_A.
@@ -180,7 +180,8 @@ class Limit(ABC):
         """Computes the margin of designs as a whole, where it has a closed form.
 
         Args:
-            lengths_mm: (6, D) L_A, L_B, R, r, H, L.
+            lengths_mm: (9, D) L_A, L_B, R_0, r, H, L, then where chains and cube stand: R_1 - R_0, the cosine of the
+                azimuth of chain 1 (no mm), and x_c.
 
         Returns:
             (D,) without unit, not negative where the limit holds; None where positions decide.
@@ -188,8 +189,20 @@ class Limit(ABC):
         del lengths_mm
         return None
 
+    def smooth_margins(self, lengths_mm: np.ndarray) -> np.ndarray | None:
+        """Computes smooth functions of the design whose least is `design_margin`, so that a descent sees no kink.
+
+        Args:
+            lengths_mm: As of `design_margin`.
+
+        Returns:
+            (parts, D) without unit; None where positions decide.
+        """
+        margin = self.design_margin(lengths_mm)
+        return None if margin is None else margin[None]
+
     def design_bounds(self) -> DesignBounds:
-        """Gives its bounds on the lengths alone, rounded to the lax side."""
+        """Gives its bounds on the lengths of three-fold symmetric designs, rounded to the lax side."""
         return DesignBounds()
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure import pose as forms
-from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, scale, subtract
+from delta_cad.mechanism.enclosure.affine_form import ROUND, TERMS, add, at, constant, scale, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, Enclosure, keep, store
@@ -56,7 +56,7 @@ def _far(pose, i, cuts, count):
     q, z, t = at(pose, forms.Q + i), at(pose, forms.Z), at(pose, forms.T + i)
     size = math.sqrt(q[0] * q[0] + z[0] * z[0])
     nq, nz = q[0] / size * INSIDE, z[0] / size * INSIDE
-    t0 = max(abs(t[0]) - t[5], 0.0)
+    t0 = max(abs(t[0]) - t[TERMS - 1], 0.0)
     lb = at(pose, forms.FOREARM_LENGTH)
     b = max(lb[0], 1.001 * t0)
     f = max(b / math.sqrt(b * b - t0 * t0), 1.0)

@@ -51,7 +51,7 @@ def ball_friction(g: DeltaGeometry, cube: Cube, lean: float, turn: float) -> tup
 
 def _most(g: DeltaGeometry, cube: Cube, lean: float, turn: float, v: np.ndarray) -> float:
     """Bounds the friction over the half y >= 0 of a cube and over some directions (n, 3); the other half mirrors it."""
-    low, high = np.array([-cube.half_side, 0.0, cube.bottom_height]), cube.upper
+    low, high = np.array([cube.lower[0], 0.0, cube.lower[2]]), cube.upper
     edges = [np.linspace(a, b, n + 1) for a, b, n in zip(low, high, _FIRST, strict=True)]
     lower = np.stack(np.meshgrid(*(e[:-1] for e in edges), indexing="ij"), axis=-1).reshape(-1, 3)
     upper = np.stack(np.meshgrid(*(e[1:] for e in edges), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -75,32 +75,32 @@ def _frictions(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds the friction over each box, and gives that of some position in it, for the worst direction of each."""
     lb, la, negative = exactly(g.forearm_length), exactly(g.upper_arm_length), exactly(-1.0)
-    over: list[Interval] = []
-    for where in ("box", "centre"):
-        total = exactly(np.zeros((len(v), len(pose.z.box.lo))))
-        for i in range(3):
-            c, s = pose.azimuths[i]
-            x, y, z = pose.forearm[i]
-            radial = x.times(c) + y.times(s)
-            across2 = pose.t[i].square().times(negative).plus(lb.square())  # L_B^2 cos^2 of the lean
-            inverse = across2.inverse()
-            along = radial * pose.cos[i] + z * pose.sin[i]
-            n = pose.rows[i]
-            rod = (
-                (z.times(-c) - along * n[0]) * inverse,
-                (z.times(-s) - along * n[1]) * inverse,
-                (radial - along * n[2]) * inverse,
-            )
-            arm = [part.times(la.inverse()) for part in n]
-            ends = rod, tuple(a - b for a, b in zip(rod, arm, strict=True))
+    totals = {where: exactly(np.zeros((len(v), len(pose.z.box.lo)))) for where in ("box", "centre")}
+    for i in range(3):
+        c, s = pose.azimuths[i]
+        x, y, z = pose.forearm[i]
+        radial = x.times(c) + y.times(s)
+        t2 = pose.t[i].square()
+        across2 = t2.times(negative).plus(lb.square())  # L_B^2 cos^2 of the lean
+        inverse = across2.inverse()
+        along = radial * pose.cos[i] + z * pose.sin[i]
+        n = pose.rows[i]
+        rod = (
+            (z.times(-c) - along * n[0]) * inverse,
+            (z.times(-s) - along * n[1]) * inverse,
+            (radial - along * n[2]) * inverse,
+        )
+        arm = [part.times(la.inverse()) for part in n]
+        ends = rod, tuple(a - b for a, b in zip(rod, arm, strict=True))
+        for where, total in totals.items():
             adjacent = _along((exactly(0.0) - s, c, exactly(0.0)), v).square() * _at(inverse, where)
-            tilt = _at(pose.t[i].square(), where) * lb.square().inverse()
+            tilt = _at(t2, where) * lb.square().inverse()
             flat = _at(across2, where) * lb.square().inverse()
             for end in ends:
                 rate = _along(tuple(_at(part, where) for part in end), v).square()
                 total = total + exactly(lean) * _root(rate * tilt + adjacent) + exactly(turn) * _root(rate * flat)
-        over.append(total)
-    return over[0].hi.max(axis=0), over[1].lo.max(axis=0)
+            totals[where] = total
+    return totals["box"].hi.max(axis=0), totals["centre"].lo.max(axis=0)
 
 
 def _at(form: Slopes, where: str) -> Interval:

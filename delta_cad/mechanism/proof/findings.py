@@ -39,7 +39,7 @@ class Proof:
 
     Attributes:
         findings: One for each condition.
-        leaves: (n, 6) integers kx, ix, ky, iy, kz, iz: the boxes that cover [-L, L] x [0, L] x [H, z_max], each
+        leaves: (n, 6) integers kx, ix, ky, iy, kz, iz: the boxes that cover [x_min, x_max] x [0, L] x [H, z_max], each
             [i, i + 1] / 2^k of every edge. On each of them every condition of verdict proved was proved; complete
             only if there is one.
         boxes: Boxes examined.

@@ -1,8 +1,8 @@
 """Proof of a design over every point of its cube: branch and bound with affine forms, README (28)-(36).
 
-What is proved is about the doubles given, taken as exact numbers: lengths in metres, the cube [-L, L]^2 x [H, z_max]
-with z_max the double `cube.upper[2]`, and limits in SI units. The half y >= 0 is searched; the other half is its mirror
-image, in which chains 1 and 2 change places.
+What is proved is about the doubles given, taken as exact numbers: lengths in metres, the cosine of the azimuth of
+chains 1 and 2, the cube between the doubles `cube.lower` and `cube.upper`, and limits in SI units. The half y >= 0 is
+searched; the other half is its mirror image, in which chains 1 and 2 change places: no other symmetry is used.
 
 The first proof compiles for some seconds; later runs read what was compiled.
 """
@@ -101,8 +101,8 @@ def prove(
 
 def half_of(cube: Cube) -> tuple[np.ndarray, np.ndarray]:
     """Gives the half y >= 0 of a cube, which is searched: (3,) its lower corner and (3,) its edges, m."""
-    origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
-    return origin, np.array([2.0 * cube.half_side, cube.half_side, cube.upper[2] - cube.bottom_height])
+    origin = np.array([cube.lower[0], 0.0, cube.lower[2]])
+    return origin, cube.upper - origin
 
 
 def _finding(

@@ -222,7 +222,7 @@ def test_arrays_that_inlined_code_passes_on_are_not_counted(copy: Path, tmp_path
 import numpy as np
 from haptics.model.plant import FREE, STATES, Plant, advance
 zero, state, room = np.zeros(3), np.zeros(STATES), np.zeros((13, STATES))
-advance(Plant(*18 * [1.0]), FREE, zero, zero, zero, 1e-4, 1, state, room)
+advance(Plant(*len(Plant._fields) * [1.0]), FREE, zero, zero, zero, 1e-4, 1, state, room)
 (text,) = advance.dispatcher.inspect_llvm().values()
 print(text.count("call void @NRT_incref"))
 """

@@ -6,6 +6,7 @@ Nothing here calls the package's formulas; only the record `DeltaGeometry` is us
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,14 @@ def mechanisms(draw: st.DrawFn) -> DeltaGeometry:
         upper_arm_length=draw(st.floats(0.04, 0.10)),
         forearm_length=draw(st.floats(0.05, 0.20)),
     )
+
+
+@st.composite
+def placed_mechanisms(draw: st.DrawFn) -> DeltaGeometry:
+    """The same with chains 1 and 2 anywhere, in mirror symmetry."""
+    g = draw(mechanisms())
+    shift, cosine = draw(st.floats(0.01, 0.08)) - g.base_radius, draw(st.floats(-0.86, 0.5))
+    return replace(g, side_shift=shift, side_cosine=cosine)
 
 
 def points(reach: float = 0.06, top: float = 0.2) -> st.SearchStrategy[np.ndarray]:

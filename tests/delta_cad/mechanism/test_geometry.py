@@ -7,9 +7,10 @@ import pytest
 
 from delta_cad import mechanism
 from delta_cad.mechanism import DeltaGeometry, GeometryError, MechanismError, SingularError, UnreachableError
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import THREE_FOLD, VERTICAL, directions
 from tests.delta_cad.mechanism.oracles import PUBLISHED, rotation
 
+RADIAL, TANGENTIAL = directions(THREE_FOLD)
 LENGTHS = {"base_radius": 0.04, "platform_radius": 0.03, "upper_arm_length": 0.082, "forearm_length": 0.112}
 
 
@@ -43,7 +44,7 @@ def test_chain_directions_are_the_first_one_turned_by_120_degrees():
         # cos and sin of 120 deg carry one rounding each
         np.testing.assert_allclose(RADIAL[i], turned @ [1, 0, 0], atol=4e-16)
         np.testing.assert_allclose(TANGENTIAL[i], turned @ [0, 1, 0], atol=4e-16)
-        assert np.isclose(mechanism.AZIMUTHS[i], i * 2 * np.pi / 3, rtol=1e-15)
+        assert np.isclose(PUBLISHED.azimuths[i], i * 2 * np.pi / 3, rtol=1e-15)
     np.testing.assert_allclose(np.cross(VERTICAL, RADIAL), TANGENTIAL, atol=0)
 
 

@@ -138,20 +138,20 @@ def test_a_wrong_azimuth_breaks_the_power_balance_on_rods(monkeypatch):
     p = np.array([0.012, -0.02, 0.1])
     theta = inverse_kinematics(PUBLISHED, p)
     expected = differences(lambda angles: forward_kinematics(PUBLISHED, angles), theta, STEP)
-    wrong = np.array([rotation(degrees) @ [1.0, 0.0, 0.0] for degrees in (0.0, 90.0, 240.0)])
-    monkeypatch.setattr("delta_cad.mechanism.inverse.RADIAL", wrong)
+    axes = [np.array([rotation(degrees)[:, k] for degrees in (0.0, 90.0, 240.0)]) for k in range(2)]
+    monkeypatch.setattr("delta_cad.mechanism.geometry.directions", lambda _: axes)
     with pytest.raises(AssertionError):
         np.testing.assert_allclose(jacobian(PUBLISHED, p), expected, atol=1e-7)
 
 
-def mjcf(g, azimuths=(0.0, 120.0, 240.0)):
+def mjcf(g, azimuths=(0.0, 120.0, 240.0), radii=None):
     """The mechanism: hinged arms, one bar a chain on a ball joint, a platform on three slides, three closures."""
     geom = '<geom type="sphere" size="0.004" mass="0.01" contype="0" conaffinity="0"/>'
     arms, sites, closures = "", "", ""
-    for i, azimuth in enumerate(azimuths):
+    for i, (azimuth, radius) in enumerate(zip(azimuths, radii or [g.base_radius] * 3, strict=True)):
         c, s = float(np.cos(np.radians(azimuth))), float(np.sin(np.radians(azimuth)))
         arms += f"""
-        <body name="arm{i}" pos="{g.base_radius * c!r} {g.base_radius * s!r} 0" axisangle="0 0 1 {azimuth}">
+        <body name="arm{i}" pos="{radius * c!r} {radius * s!r} 0" axisangle="0 0 1 {azimuth}">
           <joint name="shoulder{i}" type="hinge" axis="0 -1 0"/>{geom}
           <body name="forearm{i}" pos="{g.upper_arm_length!r} 0 0">
             <joint name="elbow{i}" type="ball"/>{geom}
@@ -238,6 +238,18 @@ def test_the_engine_agrees_in_position_and_jacobian(g):
     model = mjcf(g)
     for p in positions():
         check_engine(model, g, p)
+
+
+@pytest.mark.parametrize(("phi", "side"), [(116.3, 0.03845), (124.0, 0.026), (102.0, 0.044), (138.0, 0.031)])
+def test_the_engine_agrees_where_chains_stand_elsewhere(phi, side):
+    lengths, placement = (0.03119, 0.02255, 0.0944, 0.1484), (side - 0.03119, np.cos(np.radians(phi)))
+    model = mjcf(DeltaGeometry(*lengths), (0.0, phi, -phi), [0.03119, side, side])
+    for p in np.add(positions()[::3], [0.0111, 0.0, 0.0187]):
+        check_engine(model, DeltaGeometry(*lengths, *placement), p)
+    with pytest.raises(AssertionError):
+        check_engine(model, DeltaGeometry(*lengths, placement[0]), p)
+    with pytest.raises(AssertionError):
+        check_engine(model, DeltaGeometry(*lengths, side_cosine=placement[1]), p)
 
 
 def test_a_wrong_azimuth_is_caught_by_the_engine():

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ UP = np.array([0.0, 0.0, 1.0])
 def figures(g, p):
     """Smallest w^2 (m^2), largest torque arm (m) and kappa; of an open chain NaN in the place of kappa."""
     lengths = [g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius, 0.0, 1.0]
+    lengths += [g.side_shift, g.side_cosine, 0.0]
     f = evaluator.figures(np.array([lengths]), np.atleast_2d(p) - UP)  # a cube of 2 m on the base plane
     with np.errstate(divide="ignore", invalid="ignore"):
         kappa = np.where(f.closure >= 0.0, 1.0 / np.abs(f.quality), np.nan)
@@ -30,15 +32,17 @@ def figures(g, p):
     return (g.forearm_length**2 * f.closure)[0], arm[0], kappa[0]
 
 
-def mechanisms(n):
+def mechanisms(n, placed=False):
     rng = np.random.default_rng(11)
     for _ in range(n):
         g = DeltaGeometry(*rng.uniform([0.01, 0.01, 0.04, 0.05], [0.08, 0.08, 0.1, 0.2]))
+        if placed:
+            g = replace(g, side_shift=rng.uniform(0.01, 0.08) - g.base_radius, side_cosine=rng.uniform(-0.86, 0.5))
         yield g, (rng.uniform([-0.06, -0.06, 0.003], [0.06, 0.06, 0.2], (20_000, 3)) - UP) + UP  # exact in either
 
 
 def test_figures_are_those_of_the_numpy_functions():
-    for g, p in mechanisms(8):
+    for g, p in (*mechanisms(8), *mechanisms(4, placed=True)):
         kappa, torque = conditioning(g, p), worst_joint_torque(g, p, 1.0).max(axis=-1)
         closure, arms, own = figures(g, p)
         # w^2 is a difference of squares of lengths up to 0.3 m
@@ -92,9 +96,10 @@ def test_both_singularities_at_once_and_no_position():
     assert closure[0] == pytest.approx(closure_margin(PUBLISHED, [0.0, 0.0, 0.3]).min())
 
 
-def test_mirrored_positions_score_the_same_to_the_last_bit():
+@pytest.mark.parametrize("g", [PUBLISHED, replace(PUBLISHED, side_shift=0.006, side_cosine=-0.45)])
+def test_mirrored_positions_score_the_same_to_the_last_bit(g):
     p = cube_grid(Cube(BOTTOM, HALF), 9)
-    (closure, arm, kappa), mirror = figures(PUBLISHED, p), figures(PUBLISHED, p * [1.0, -1.0, 1.0])
+    (closure, arm, kappa), mirror = figures(g, p), figures(g, p * [1.0, -1.0, 1.0])
     np.testing.assert_array_equal(closure, mirror[0])
     np.testing.assert_allclose(arm, mirror[1], rtol=1e-15)
     np.testing.assert_allclose(kappa, mirror[2], rtol=1e-14)

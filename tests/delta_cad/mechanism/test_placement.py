@@ -10,7 +10,7 @@ from scipy.optimize import brentq, fsolve
 from scipy.spatial.transform import Rotation
 
 from delta_cad.mechanism import DeltaGeometry, UnreachableError, forward_kinematics
-from delta_cad.mechanism.placement import LINKS, LinkPlacement, chain_frame, frames, spring_sway
+from delta_cad.mechanism.placement import LINKS, LinkPlacement, chain_stand, chain_turn, frames, spring_sway
 
 R, r, L_A, L_B, L_c = 40.0, 30.0, 82.0, 112.079, 54.0
 RATIO, PINION = 9.85, (14.5, -36.4)
@@ -205,7 +205,31 @@ def test_frames_put_their_axes_where_they_are_reported() -> None:
     np.testing.assert_array_equal(frame, [[0, 0, 1, 1], [1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 0, 1]])
     for i in range(3):
         u, t = azimuth(i)
-        np.testing.assert_allclose(chain_frame(i)[:3, :3], np.stack([u, t, [0, 0, 1]], axis=-1), atol=1e-15)
+        turn = chain_turn(PLACE.geometry, i)
+        np.testing.assert_allclose(turn[:3, :3], np.stack([u, t, [0, 0, 1]], axis=-1), atol=1e-15)
+        np.testing.assert_array_equal(chain_stand(PLACE.geometry, i), turn)  # equal radii: nothing is moved out
+
+
+def test_three_equal_chains_stand_each_in_its_place() -> None:
+    """What stands on the base lies in its chain's stand as chain 0's does, and each arm reaches its wrist by a rod."""
+    phi, side = 113.0, 47.5
+    g = DeltaGeometry(R / 1e3, r / 1e3, L_A / 1e3, L_B / 1e3, (side - R) / 1e3, np.cos(np.radians(phi)))
+    links = dict(LinkPlacement(g, L_c, PINION, RATIO)(POSES))
+    for i, azimuth_deg in enumerate((0.0, phi, -phi)):
+        turn = Rotation.from_euler("z", azimuth_deg, degrees=True).as_matrix()
+        stand = chain_stand(g, i)
+        np.testing.assert_allclose(stand[:3, :3], turn, atol=1e-15)
+        np.testing.assert_allclose(stand[:3, 3], turn @ [(R, side, side)[i] - R, 0.0, 0.0], atol=EXACT_MM)
+        arm, pinion = (np.linalg.inv(stand) @ links[f"{name}_{i}"] for name in ("upper_arm", "pinion"))
+        np.testing.assert_allclose(arm[:, :3, 3], np.tile([R, 0.0, 0.0], (len(POSES), 1)), atol=EXACT_MM)
+        np.testing.assert_allclose(pinion[:, :3, 3], np.tile([PINION[0], 0, PINION[1]], (len(POSES), 1)), atol=EXACT_MM)
+        elbow = along(links[f"upper_arm_{i}"], (L_A, 0.0, 0.0))
+        wrist = POSES + turn @ [r, 0.0, 0.0]
+        np.testing.assert_allclose(np.linalg.norm(wrist - elbow, axis=-1), L_B, rtol=1e-13)
+        for j in range(2):
+            aside = turn @ [0.0, (j - 0.5) * L_c, 0.0]
+            np.testing.assert_allclose(links[f"rod_{i}_{j}"][:, :3, 3], elbow + aside, atol=EXACT_MM)
+            np.testing.assert_allclose(along(links[f"rod_{i}_{j}"], (L_B, 0.0, 0.0)), wrist + aside, atol=1e-9)
 
 
 @pytest.mark.parametrize("eye_mm", [(0.8, 5.5), (4.0, 0.5)])

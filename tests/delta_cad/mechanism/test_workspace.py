@@ -93,6 +93,27 @@ def test_corners_grid_and_surface():
     np.testing.assert_array_equal(CUBE.upper, [HALF, HALF, BOTTOM + 2 * HALF])
 
 
+def test_a_cube_beyond_the_axis_is_moved_along_x_alone():
+    cube, by = Cube(BOTTOM, HALF, 0.0625), np.array([0.0625, 0.0, 0.0])  # exact in binary, as is its sum with HALF
+    np.testing.assert_allclose(cube_grid(cube, 5), cube_grid(CUBE, 5) + by, atol=1e-17)
+    np.testing.assert_array_equal(
+        [cube.lower, cube.centre, cube.upper], [CUBE.lower + by, CUBE.centre + by, CUBE.upper + by]
+    )
+    for wrong in (11.1, -11.1, math.nan, math.inf):
+        with pytest.raises(GeometryError, match=r"^centre_x .* -10 and 10 m$"):
+            Cube(BOTTOM, HALF, wrong)
+
+
+def test_extremes_are_those_of_the_cube_where_it_stands():
+    g = DeltaGeometry(0.03119, 0.02255, 0.0944, 0.1484, 0.00726, -0.4431)
+    cube, rng = Cube(0.0758, 0.04, 0.0111), np.random.default_rng(5)
+    found, inside = cube_extremes(g, cube, 3.0, n=21), rng.uniform(cube.lower, cube.upper, (20_000, 3))
+    for name, (sign, values) in figures(g, np.concatenate([inside, cube_grid(cube, 24)])).items():
+        best, position = getattr(found, name)
+        assert (sign * values).min() >= sign * best - 1e-6 * np.abs(values).max(), name
+        assert ((cube.lower <= position) & (position <= cube.upper)).all()
+
+
 @pytest.mark.parametrize("function", [cube_grid, cube_surface, lambda cube, n: cube_extremes(PUBLISHED, cube, 3.0, n)])
 @pytest.mark.parametrize("n", [1, 0, -3])
 def test_a_grid_needs_two_points(function, n):

@@ -36,7 +36,7 @@ def changed(
 
 def masses(tmp_path: Path, design: Design, turning: float | None = None) -> Path:
     """Mass properties; `turning` is every body's moment of inertia in kg m^2, left out if None."""
-    home = [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
+    home = list(design.home_mm)
     bodies = {name: {"mass_kg": 0.01, "centre_m": [0.02, 0.0, 0.0]} for name in KNOWN}
     bodies |= {f"pinion_{i}": {"mass_kg": 0.002, "centre_m": [0.0, 0.01, 0.0]} for i in range(3)}
     if turning is not None:

@@ -113,7 +113,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize(
-    ("seed", "count"), [(0, 10), *(pytest.param(n, 27, marks=pytest.mark.slow) for n in range(1, 12))]
+    ("seed", "count"), [(0, 5), *(pytest.param(n, 27, marks=pytest.mark.slow) for n in range(1, 12))]
 )
 def test_every_command_has_the_same_verdict_next_to_a_limit(seed: int, count: int, tmp_path: Path) -> None:
     source, done = designs(seed), 0

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure import pose as forms
@@ -25,14 +26,20 @@ from delta_cad.mechanism.enclosure.affine_form import (
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import HIGH, LOW, Enclosure, store
+from delta_cad.mechanism.geometry import THREE_FOLD
 from delta_cad.mechanism.inverse import rod_lean
 from delta_cad.mechanism.limits.lengths.outline import OUTWARDS
 from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, ThresholdLimit
 from delta_cad.mechanism.limits.numbers import cosine_sine, require
 
-SHARE = (math.sqrt(3.0) + 1.0) / 2.0
-"""Largest t over the cube is this times L, in a corner, for chains 1 and 2: `L sin 60 + L cos 60`."""
 _RANGE = (0.0, math.nextafter(math.pi / 2.0, 0.0))
+
+
+def _share(side_cosine: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """The sine s of chain 1's azimuth, and s + |c|: t is `c y - s x`, at most `s |x_c| + (s + |c|) L`, L or more."""
+    c = np.asarray(side_cosine)
+    s = np.sqrt((1.0 - c) * (1.0 + c))
+    return s, s + np.abs(c)
 
 
 @compiled
@@ -75,9 +82,12 @@ class Lean(ThresholdLimit):
         return [t.times(exact(side)).plus(room) for t in pose.t for side in (1.0, -1.0)]
 
     def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray:
-        """Computes sin(lean_max) - t / L_B at the worst corner of the cube."""
-        return math.sin(self.lean_max) - SHARE * lengths_mm[5] / lengths_mm[1]
+        """Computes sin(lean_max) - t / L_B at the worst corner of the cube, for chains 1 and 2."""
+        _, c, centre = lengths_mm[6:]
+        s, sideways = _share(c)
+        return math.sin(self.lean_max) - (sideways * lengths_mm[5] + s * np.abs(centre)) / lengths_mm[1]
 
     def design_bounds(self) -> DesignBounds:
         """Gives the shortest forearm for a cube."""
-        return DesignBounds(forearm_per_half_side_min=SHARE / math.sin(self.lean_max) * (1.0 - OUTWARDS))
+        sideways = float(_share(THREE_FOLD)[1])
+        return DesignBounds(forearm_per_half_side_min=sideways / math.sin(self.lean_max) * (1.0 - OUTWARDS))

@@ -1,4 +1,4 @@
-"""Elbows outside their wrists, as the inverse kinematics takes them: R + L_A > r at least, with level upper arms."""
+"""Elbows outside their wrists, as the inverse kinematics takes them: R_i + L_A > r at least, with level upper arms."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.mechanism.limits.limit import DesignBounds, Limit
 
 _APART = 1e-6
-"""Share of R + L_A that an elbow is farther out than its wrist: at 0 the mechanism is singular."""
+"""Share of R_i + L_A that an elbow is farther out than its wrist: at 0 the mechanism is singular."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,9 @@ class ElbowOutside(Limit):
     of_every_design: ClassVar = True
 
     def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray:
-        """Computes how far an elbow can be outside its wrist, as a share of R + L_A."""
-        return 1.0 - lengths_mm[3] / (lengths_mm[2] + lengths_mm[0]) - _APART
+        """Computes how far the elbow nearest to the base's centre can be outside its wrist, as a share of R_i + L_A."""
+        nearest = lengths_mm[2] + np.minimum(lengths_mm[6], 0.0)
+        return 1.0 - lengths_mm[3] / (nearest + lengths_mm[0]) - _APART
 
     def design_bounds(self) -> DesignBounds:
         """Gives the least R + L_A - r."""

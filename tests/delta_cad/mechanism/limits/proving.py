@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -73,10 +74,14 @@ def around(found: Mapping[FigureOfMerit, float], share: float, *names: str) -> L
     return Limits.of(*every)
 
 
-def poses(rng: np.random.Generator, n: int, least_w2: float = 1e-5) -> Iterator[tuple[DeltaGeometry, np.ndarray]]:
-    """n mechanisms and positions at which all chains are closed by a margin, m^2."""
+def poses(
+    rng: np.random.Generator, n: int, least_w2: float = 1e-5, placed: bool = False
+) -> Iterator[tuple[DeltaGeometry, np.ndarray]]:
+    """n mechanisms and positions at which all chains are closed by a margin, m^2; placed anywhere or symmetric."""
     while n:
         g = DeltaGeometry(*rng.uniform([0.01, 0.01, 0.04, 0.05], [0.08, 0.08, 0.1, 0.2]))
+        if placed:
+            g = replace(g, side_shift=rng.uniform(0.01, 0.08) - g.base_radius, side_cosine=rng.uniform(-0.86, 0.5))
         p = rng.uniform([-0.05, -0.05, 0.01], [0.05, 0.05, 0.2])
         if (closure_margin(g, p) > least_w2).all():
             n -= 1
@@ -91,7 +96,7 @@ def verdict(g: DeltaGeometry, cube: Cube, limit: PoseLimit) -> Finding:
 
 def leaves(cube: Cube, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper corners of the boxes that cover half the cube, as a proof tells them."""
-    origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
+    origin = np.array([cube.centre_x - cube.half_side, 0.0, cube.bottom_height])
     edges = np.array([2.0 * cube.half_side, cube.half_side, 2.0 * cube.half_side])
     size = edges / 2.0 ** cells[:, ::2]
     low = origin + cells[:, 1::2] * size

@@ -20,14 +20,14 @@ from delta_cad.mechanism import (
     joint_angles,
     wrist_positions,
 )
-from delta_cad.mechanism.geometry import TANGENTIAL
+from delta_cad.mechanism.geometry import THREE_FOLD
 from delta_cad.mechanism.limits import CoupleIndex
 from delta_cad.mechanism.limits.couple_index import couple_index, least_singular_value
 from delta_cad.mechanism.workspace import CubeSearch, cube_grid
 from optimizer.certify.replay import breaks
 from tests.committed import BEST
 from tests.delta_cad.mechanism.limits.proving import verdict
-from tests.delta_cad.mechanism.oracles import PROPERTY, mechanisms, paper_h, points
+from tests.delta_cad.mechanism.oracles import PROPERTY, mechanisms, placed_mechanisms, points
 
 WIDTH = 0.05  # m, of the parallelograms that are turned
 TURN = 1e-6  # rad; the error is its square
@@ -45,9 +45,9 @@ def rods_apart(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
             rotation = np.eye(3)
             rotation[j, j], rotation[j, k], rotation[k, j], rotation[k, k] = c, -s, s, c
             for side in (0.5, -0.5):
-                ends = wrists + side * WIDTH * TANGENTIAL
+                ends = wrists + side * WIDTH * g.tangential
                 turned = p + (ends - p) @ rotation.T
-                lengths.append(np.linalg.norm(turned - elbows - side * WIDTH * TANGENTIAL, axis=-1))
+                lengths.append(np.linalg.norm(turned - elbows - side * WIDTH * g.tangential, axis=-1))
         out[:, axis] = (lengths[0] - lengths[1] - lengths[2] + lengths[3]) / (2.0 * TURN * WIDTH)
     return out
 
@@ -58,26 +58,26 @@ def six_rods(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     for i in range(3):
         n = (wrists[i] - elbows[i]) / g.forearm_length
         for side in (0.5, -0.5):
-            arm = (wrists[i] + side * WIDTH * TANGENTIAL[i] - p) / g.forearm_length
+            arm = (wrists[i] + side * WIDTH * g.tangential[i] - p) / g.forearm_length
             rows.append([*n, *np.cross(arm, n)])
     return np.array(rows)
 
 
 @PROPERTY
-@given(mechanisms(), points())
+@given(mechanisms() | placed_mechanisms(), points())
 def test_it_is_the_hold_of_rods_that_are_turned(g: DeltaGeometry, p: np.ndarray) -> None:
-    assume((paper_h(g, p) < -1e-9).all())
+    assume((closure_margin(g, p) > 1e-7).all())
     hold = np.linalg.svd(rods_apart(g, p), compute_uv=False)[2]
     # central differences: the square of the angle, and roundings of 1e-16 m by width and angle
     assert couple_index(g, p) == pytest.approx(hold, abs=1e-8)
 
 
 @PROPERTY
-@given(mechanisms(), points())
+@given(mechanisms() | placed_mechanisms(), points())
 def test_it_is_the_smallest_singular_value_of_the_couples(g: DeltaGeometry, p: np.ndarray) -> None:
-    assume((paper_h(g, p) < -1e-9).all())
+    assume((closure_margin(g, p) > 1e-7).all())
     n = (wrist_positions(g, p) - elbow_positions(g, joint_angles(g, p))) / g.forearm_length
-    values = np.linalg.svd(np.cross(TANGENTIAL, n), compute_uv=False)
+    values = np.linalg.svd(np.cross(g.tangential, n), compute_uv=False)
     # where both smaller ones vanish a rounding of the middle eigenvalue is all there is
     assert couple_index(g, p) == pytest.approx(values[2], abs=1e-13 / max(values[1], 1e-6))
 
@@ -88,17 +88,23 @@ def test_closed_form_at_random_at_double_values_and_at_zero() -> None:
     r[:500], v[:500] = r[:500, :1], v[:500, :1]  # alike in all chains: two singular values meet
     r[500:1000] *= 1e-4
     v[1000:1500] *= 1e-4
-    r[1500:2000, 2] = -v[1500:2000, 2] * (r[1500:2000, 0] / v[1500:2000, 0] + r[1500:2000, 1] / v[1500:2000, 1])
-    azimuth = np.radians([0.0, 120.0, 240.0])
-    couples = np.stack([v * np.cos(azimuth), v * np.sin(azimuth), -r], axis=-2)
-    values = np.linalg.svd(couples, compute_uv=False)
-    found = least_singular_value(r, v)
+    for phi in (95.0, 110.0, 120.0, 137.0):
+        c = THREE_FOLD if phi == 120.0 else math.cos(math.radians(phi))
+        slopes = r[1500:2000, :2] / v[1500:2000, :2]
+        r[1500:2000, 2] = -v[1500:2000, 2] * (-2.0 * c * slopes[:, 0] + slopes[:, 1])  # README (48): det M = 0
+        azimuth = np.radians([0.0, phi, -phi])
+        couples = np.stack([v * np.cos(azimuth), v * np.sin(azimuth), -r], axis=-2)
+        check_closed_form(r, v, c, np.linalg.svd(couples, compute_uv=False))
+    assert least_singular_value(np.zeros(3), np.zeros(3), THREE_FOLD) == 0.0
+    assert np.isnan(least_singular_value(np.array([np.nan, 1.0, 1.0]), np.ones(3), THREE_FOLD))
+
+
+def check_closed_form(r: np.ndarray, v: np.ndarray, c: float, values: np.ndarray) -> None:
+    found = least_singular_value(r, v, c)
     # the closed form's middle eigenvalue is off by roundings of the largest, 1e-16 l1, and divides the determinant
     allowed = 1e-14 * values[:, 0] + 1e-15 * values[:, 2] * (values[:, 0] / values[:, 1]) ** 2
     assert (np.abs(found - values[:, 2]) <= allowed).all()
     assert (found[1500:2000] < 1e-13 * values[1500:2000, 0] ** 3 / values[1500:2000, 1]).all()
-    assert least_singular_value(np.zeros(3), np.zeros(3)) == 0.0
-    assert np.isnan(least_singular_value(np.array([np.nan, 1.0, 1.0]), np.ones(3)))
 
 
 def test_by_hand_on_the_axis() -> None:

@@ -16,7 +16,6 @@ from delta_cad.mechanism import (
     joint_angles,
     wrist_positions,
 )
-from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import elbow_arm
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass, handle_inertia
@@ -56,7 +55,7 @@ def twice_energy(g, p, v, arm, rod, platform, rotor):
     def elbows(at):
         return elbow_positions(g, joint_angles(g, at))
 
-    shoulders = g.base_radius * RADIAL
+    shoulders = g.base_radii[:, None] * g.radial
     total = platform * v @ v + rotor * (velocity(lambda at: joint_angles(g, at)) ** 2).sum()
     for share, mass in arm:
         total += mass * (velocity(lambda at, f=share: (1.0 - f) * shoulders + f * elbows(at)) ** 2).sum()
@@ -68,7 +67,8 @@ def twice_energy(g, p, v, arm, rod, platform, rotor):
 
 def test_the_inertia_is_that_of_the_particles():
     rng = np.random.default_rng(19)
-    for g, p in poses(rng, 60, 1e-4):  # w > 10 mm, some 80 steps from the fold
+    # w > 10 mm, some 80 steps from the fold
+    for g, p in (*poses(rng, 60, 1e-4), *poses(rng, 30, 1e-4, placed=True)):
         particles, v = bodies(rng), rng.uniform(-1.0, 1.0, 3)
         masses = seen_by_the_handle(g, *particles)
         m = handle_inertia(g, p, masses)

@@ -37,6 +37,7 @@ def figures(
     masses: tuple[float, ...] = (1, 0, 0, 0),
     held: tuple[float, ...] = (0, 0, 0, 0, 0),
     joints: tuple[float, ...] = (1, 0, 0, 1),
+    azimuths_deg: tuple[float, float, float] = (0.0, 120.0, 240.0),
 ) -> Figures:
     """Computes the figures of machines.
 
@@ -47,8 +48,9 @@ def figures(
         masses: Carried, at an elbow, between both (kg), about a joint (kg m^2).
         joints: Friction of a joint (N m), the ball joints' along z and square to it (N), count of an encoder (rad).
         held: Gravity along x and z (m/s^2), kg carried, moments along an arm and square to it (kg m).
+        azimuths_deg: Of the chains.
     """
-    azimuth = np.radians([0.0, 120.0, 240.0])
+    azimuth = np.radians(azimuths_deg)
     out = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], -1)
     along = np.stack([-np.sin(azimuth), np.cos(azimuth), 0.0 * azimuth], -1)
     up = np.array([0.0, 0.0, 1.0])

@@ -147,12 +147,14 @@ def exact_margins(
     with localcontext() as context:
         context.prec = DIGITS + 10
         la, lb = D(g.upper_arm_length), D(g.forearm_length)
-        a = D(g.base_radius) - D(g.platform_radius)
+        first = D(g.base_radius) - D(g.platform_radius)
+        radii = [first, first + D(g.side_shift), first + D(g.side_shift)]
         x, y, z = map(D, p)
-        root = D(3).sqrt() / 2
-        turns = [(D(1), D(0)), (D(-1) / 2, root), (D(-1) / 2, -root)]
+        cosine_1 = D(g.side_cosine)
+        root = (1 - cosine_1**2).sqrt()
+        turns = [(D(1), D(0)), (cosine_1, root), (cosine_1, -root)]
         forearms, arms, w2s, coordinates = [], [], [], []
-        for c, s in turns:
+        for (c, s), a in zip(turns, radii, strict=True):
             big_a, big_b = 2 * la * (a - (x * c + y * s)), -2 * la * z
             big_c = la * la - lb * lb + a * a + x * x + y * y + z * z - 2 * a * (x * c + y * s)
             h = big_c**2 - big_a**2 - big_b**2

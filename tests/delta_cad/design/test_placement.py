@@ -1,0 +1,83 @@
+"""Where chains and cube stand, as a design file says it: read, left out, refused with field, value and bound."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.design import DesignError, design_from_dict, design_hash, design_to_dict, design_to_json
+from delta_cad.mechanism.geometry import THREE_FOLD
+from tests.designs import minimal
+
+RADII, AZIMUTHS = [31.19, 38.45, 38.45], [0.0, 116.3, -116.3]
+
+
+def placed(**values: Any) -> dict[str, Any]:
+    data = minimal()
+    for name, value in values.items():
+        data["cube" if name == "centre_x_mm" else "mechanism"][name] = value
+    return data
+
+
+def test_chains_and_cube_stand_where_the_file_says() -> None:
+    design = design_from_dict(placed(azimuths_deg=AZIMUTHS, base_radii_mm=RADII, centre_x_mm=11.1))
+    g, cube = design.geometry, design.workspace
+    np.testing.assert_allclose(np.degrees(g.azimuths), [0.0, 116.3, 360.0 - 116.3], rtol=1e-14)
+    np.testing.assert_allclose(g.base_radii, np.array(RADII) / 1e3, rtol=1e-15)
+    assert design.mechanism.base_radius_mm == 31.19  # that of chain 0, whatever base_radius_mm says
+    assert cube.centre[0] == 0.0111
+    shoulders = g.base_radii[:, None] * g.radial
+    expected = [(31.19, 0.0), *((38.45 * math.cos(a), 38.45 * math.sin(a)) for a in np.radians(AZIMUTHS[1:]))]
+    np.testing.assert_allclose(1e3 * shoulders[:, :2], expected, atol=1e-13)
+    assert not g.three_fold
+
+
+def test_what_is_left_out_is_not_written_and_changes_no_hash() -> None:
+    data = minimal()
+    design = design_from_dict(data)
+    assert design.geometry.three_fold
+    assert design.workspace.centre_x == 0.0
+    assert not any(name in design_to_json(design) for name in ("azimuths_deg", "base_radii_mm", "centre_x_mm"))
+    given = design_from_dict(placed(azimuths_deg=AZIMUTHS, base_radii_mm=RADII, centre_x_mm=11.1))
+    again = design_from_dict(json.loads(design_to_json(given)))
+    assert (again.geometry, again.workspace) == (given.geometry, given.workspace)
+    assert design_to_dict(again) == design_to_dict(given)
+    assert len({design_hash(one) for one in (design, given)}) == 2
+
+
+@pytest.mark.parametrize("azimuths", [[0, 120, -120], [0.0, 120.0, 240.0], [360.0, 120.0, 240.0]])
+def test_a_hundred_and_twenty_degrees_are_exact(azimuths: list[float]) -> None:
+    g = design_from_dict(placed(azimuths_deg=azimuths, base_radii_mm=[40.0, 40.0, 40.0])).geometry
+    assert g.side_cosine == THREE_FOLD
+    assert g == design_from_dict(minimal()).geometry
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "allowed"),
+    [
+        ("azimuths_deg", [0.0, 116.3, -116.2], "[0, phi, -phi]"),
+        ("azimuths_deg", [1.0, 116.3, -116.3], "[0, phi, -phi]"),
+        ("azimuths_deg", [0.0, 59.9, -59.9], ">= 60 and <= 150 deg"),
+        ("azimuths_deg", [0.0, 150.1, -150.1], ">= 60 and <= 150 deg"),
+        ("azimuths_deg", [0.0, -116.3, 116.3], ">= 60 and <= 150 deg"),
+        ("azimuths_deg", [0.0, 116.3], "[0, phi, -phi]"),
+        ("azimuths_deg", "120", "[0, phi, -phi]"),
+        ("azimuths_deg", [0.0, "116.3", -116.3], "[0, phi, -phi]"),
+        ("base_radii_mm", [31.19, 38.45, 38.46], "the second and the third equal"),
+        ("base_radii_mm", [31.19, 0.0, 0.0], "> 0 and <= 1000 mm"),
+        ("base_radii_mm", [31.19, 1001.0, 1001.0], "> 0 and <= 1000 mm"),
+        ("base_radii_mm", [31.19, 38.45], "3 numbers"),
+        ("centre_x_mm", 1000.5, "<= 1000"),
+        ("centre_x_mm", "11", "number"),
+    ],
+)
+def test_a_placement_that_cannot_be_is_refused(field: str, value: Any, allowed: str) -> None:
+    with pytest.raises(DesignError) as caught:
+        design_from_dict(placed(**{field: value}))
+    section = "cube" if field == "centre_x_mm" else "mechanism"
+    assert caught.value.field.startswith(f"{section}.{field}")
+    assert allowed in caught.value.allowed, caught.value.allowed
