@@ -46,9 +46,9 @@ from delta_cad.dimensions import Dimensions, link_placement
 from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, LINER_GLUE_MM, RING_MM, TUBE_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POCKET_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM, motor_screw_mm
-from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
+from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids import bought_parts, brackets, forearm, platform
-from delta_cad.solids.base_plate import between_chains, make_base_plate
+from delta_cad.solids.base_plate import feet_places, make_base_plate
 from delta_cad.solids.bought_parts import (
     loop_overlap_mm3,
     make_encoder_board,
@@ -86,7 +86,7 @@ def _base(builder: AssemblyBuilder) -> None:
     if stud is not None:
         into = min(stud, d.base.thickness_mm) - CHAMFERS_MM
         held.append(bolted("base_plate", into, "the foot's stud in its thread"))
-    for i, (x, y) in enumerate(between_chains(d.base.foot_circle_mm / 2)):
+    for i, (x, y) in enumerate(feet_places(d)):
         builder.put(f"foot_{i}", builder.made(make_foot), "base", at(x, y, low), *held, path=UP, frame="base_plate")
         if stud is None:
             rest = d.foot.height_mm - row.counterbore_depth_mm
@@ -96,7 +96,7 @@ def _base(builder: AssemblyBuilder) -> None:
 
 def _bracket(builder: AssemblyBuilder, i: int) -> None:
     d, layers, b = builder.d, builder.d.layers, builder.d.bracket
-    shoulder, block, cheek = chain_frame(i) @ at(b.shoulder_u_mm), f"foot_block_{i}", f"motor_cheek_{i}"
+    shoulder, block, cheek = d.stand(i) @ at(b.shoulder_u_mm), f"foot_block_{i}", f"motor_cheek_{i}"
     encoder_side, motor_side = layers.encoder_cheek_mm, layers.motor_cheek_mm
     long, wide = b.foot_u_mm[1] - b.foot_u_mm[0], motor_side[0] - encoder_side[1]
     on_block = long * b.foot_height_mm
@@ -129,16 +129,16 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
     base_screw = builder.screw(brackets.BASE_SCREW, longest(brackets.BASE_SCREW, rest + brackets.BASE_THREAD_MM - 0.5))
     for k, u in enumerate(b.base_screw_u_mm):
         seat = pointing((0, 0, -1), u, middle, low + row.counterbore_depth_mm)
-        builder.put(f"base_screw_{i}_{k}", base_screw, "base", chain_frame(i) @ seat, path=DRIVEN)
+        builder.put(f"base_screw_{i}_{k}", base_screw, "base", d.stand(i) @ seat, path=DRIVEN)
     sunk, filled = brackets.base_pin_mm(d)
     for k, u in enumerate(b.base_dowel_u_mm):
-        bottom = chain_frame(i) @ at(u, middle, d.base.top_mm - sunk)
+        bottom = d.stand(i) @ at(u, middle, d.base.top_mm - sunk)
         builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, block, "base_plate", path=UP)
 
     stop = builder.dowel("4", brackets.stop_pin_length_mm(d))
     held = pressed(cheek, motor_side[1] - motor_side[0] - brackets.STOP_SUNK_MM - CHAMFERS_MM, "stop pin in the cheek")
     for k, (u, z) in enumerate(b.stop_pins_mm):
-        placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
+        placed = d.stand(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
         builder.put(f"stop_pin_{i}_{k}", stop, "base", placed, held, path=DRIVEN)
 
     m, (u, z) = d.motor, b.motor_axis_mm
@@ -146,7 +146,7 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
         f"motor_{i}",
         builder.made(make_motor),
         "base",
-        chain_frame(i) @ at(u, motor_side[1], z),
+        d.stand(i) @ at(u, motor_side[1], z),
         pressed(cheek, 0.8 * m.pilot_height_mm, "the motor's pilot in the cheek"),
         seated(cheek, ring(m.diameter_mm - 1.0, m.pilot_diameter_mm), "motor on the cheek"),
         path=OUT,
@@ -164,7 +164,7 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
 def _board(builder: AssemblyBuilder, i: int) -> None:
     """Places the encoder's board on the cheek's head, on its spacers."""
     d, layers, block, board = builder.d, builder.d.layers, f"foot_block_{i}", f"encoder_board_{i}"
-    shoulder, (back, front) = chain_frame(i) @ at(d.bracket.shoulder_u_mm), layers.encoder_board_mm
+    shoulder, (back, front) = d.stand(i) @ at(d.bracket.shoulder_u_mm), layers.encoder_board_mm
     frame = shoulder @ at(0.0, front, 0.0) @ UPRIGHT
     builder.put(board, builder.made(make_encoder_board), "base", frame, path=IN, frame=block)
     row = catalogue.screw(brackets.BOARD_SCREW)
@@ -238,7 +238,7 @@ def _cross_bar(builder: AssemblyBuilder, i: int, end: str, link: str, frame: np.
 def _rods(builder: AssemblyBuilder, i: int) -> None:
     d, f = builder.d, builder.d.forearm
     in_boss = bonded("platform", d.platform.boss_length_mm - CHAMFERS_MM, *_IN_BOSS)
-    _cross_bar(builder, i, "wrist", "platform", chain_frame(i) @ at(d.platform.radius_mm), in_boss)
+    _cross_bar(builder, i, "wrist", "platform", d.turn(i) @ at(d.platform.radius_mm), in_boss)
     for j in SIDES:
         link, tube = f"rod_{i}_{j}", f"rod_tube_{i}_{j}"
         cups, eyes = [f"rod_cup_{i}_{j}_{end}" for end in _ENDS], [f"rod_eye_{i}_{j}_{k}" for k in range(2)]
@@ -298,11 +298,11 @@ def _platform(builder: AssemblyBuilder) -> None:
 def _joints(d: Dimensions) -> list[Joint]:
     joints = []
     for i in CHAINS:
-        shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
+        shoulder = d.stand(i) @ at(d.bracket.shoulder_u_mm)
         joints.append(Joint(f"shoulder_{i}", "revolute", "base", f"upper_arm_{i}", shoulder, np.eye(4)))
         if d.capstan is not None:
             u, z = d.bracket.motor_axis_mm
-            motor = chain_frame(i) @ at(u, 0.0, z)
+            motor = d.stand(i) @ at(u, 0.0, z)
             joints.append(Joint(f"pinion_{i}", "revolute", "base", f"pinion_{i}", motor, np.eye(4)))
         for j in SIDES:
             side = (j - 0.5) * d.forearm.width_mm
@@ -310,7 +310,7 @@ def _joints(d: Dimensions) -> list[Joint]:
             rod = f"rod_{i}_{j}"
             elbow = at(d.arm.length_mm, side)
             joints.append(Joint(f"elbow_{i}_{j}", "ball", f"upper_arm_{i}", rod, elbow, np.eye(4), limit))
-            wrist = chain_frame(i) @ at(d.platform.radius_mm, side)
+            wrist = d.turn(i) @ at(d.platform.radius_mm, side)
             joints.append(Joint(f"wrist_{i}_{j}", "ball", "platform", rod, wrist, at(d.forearm.length_mm), limit))
     return joints
 
@@ -356,14 +356,14 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         _rods(builder, i)
     _platform(builder)
     dashboard = place_panel(builder)
-    cube, bought = d.design.cube, supplies(d)
+    bought = supplies(d)
     return Assembly(
         name=d.design.name,
         occurrences=tuple(builder.occurrences),
         joints=tuple(_joints(d)),
         fits=builder.all_fits(),
         placement=link_placement(d),
-        home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
+        home_mm=d.design.home_mm,
         contacts=builder.contacts(),
         stops=tuple(_stops(d)),
         supplies=bought,

@@ -50,7 +50,6 @@ from delta_cad.dimensions.capstan import (
 )
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.interference.ferrule_insertion import second_way_rad
-from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids import bought_parts, capstan, upper_arm
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
 from delta_cad.solids.part import Removal, ToolAccess
@@ -143,7 +142,7 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
 def _bearings(builder: AssemblyBuilder, i: int) -> None:
     """Both bearings of a shoulder in their seats, the spring behind one, washer and screw that clamp their rings."""
     d, b, a, arm, shoulder_shaft = builder.d, builder.d.bearing, builder.d.arm, f"upper_arm_{i}", f"shoulder_shaft_{i}"
-    shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
+    shoulder = d.stand(i) @ at(d.bracket.shoulder_u_mm)
     collar = ring(min(a.collar_diameter_mm, b.inner_ring_outer_mm), b.bore_mm)
     inner = max(d.bracket.passage_mm, b.outer_ring_inner_mm)
     (start_e, _), (start_m, end) = d.layers.bearings_mm
@@ -228,11 +227,11 @@ def over_carriage(d: Dimensions, c: CapstanDimensions) -> InsertionPath:
 def _cable(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
     """Places the cable of a chain, in pieces: on the sector at either end, free, and on the pinion."""
     d, link, pinion, sector, run = builder.d, f"upper_arm_{i}", f"pinion_{i}", f"sector_{i}", c.run
-    name, shoulder = f"capstan_cable_{i}", chain_frame(i) @ at(d.bracket.shoulder_u_mm)
+    name, shoulder = f"capstan_cable_{i}", d.stand(i) @ at(d.bracket.shoulder_u_mm)
     u, z = d.bracket.motor_axis_mm
     turns, section = f"{name}_turns", SHARE * ring(c.cable_diameter_mm, 0.0)
     in_groove = wound(pinion, 0.97 * run.wrap_rad * run.pinion_mm, "turns in the pinion's groove", guides=False)
-    builder.put(turns, builder.made(capstan.make_turns), "base", chain_frame(i) @ at(u, 0.0, z), in_groove)
+    builder.put(turns, builder.made(capstan.make_turns), "base", d.stand(i) @ at(u, 0.0, z), in_groove)
     builder.gap(sector, turns, 0.5, "turns beside the rim, 1 mm by design, and beside the lug")
 
     def onward(to: str) -> Connection:

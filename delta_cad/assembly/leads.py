@@ -7,7 +7,6 @@ from math import pi
 from delta_cad.assembly.builder import IN, SEATED_MM, UPRIGHT, AssemblyBuilder, Connection, at
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.leads import CLIP_MM, PLUGGED_MM, TIE_MM
-from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids.leads import CLIP, SENSOR, make_lead, make_lead_clip, make_sensor_lead
 
 SHARE = 0.9  # of the lead's end, on the motor's back; of a plug's face, of a tie's base
@@ -27,10 +26,10 @@ def place_leads(builder: AssemblyBuilder, i: int) -> None:
         part = builder.once(leads.number, lambda leads=leads: make_lead(leads))
         on = _flat(f"motor_{i}", pi / 4.0 * leads.diameter_mm**2, "lead on its motor")
         for k, x in enumerate(leads.across_mm):
-            placed = chain_frame(i) @ at(u, back, z) @ UPRIGHT @ at(x)
+            placed = d.stand(i) @ at(u, back, z) @ UPRIGHT @ at(x)
             builder.put(f"{leads.number}_{i}_{k}", part, "base", placed, on)
     if (s := d.sensor_lead) is not None:
-        shoulder, cheek, clip = chain_frame(i) @ at(b.shoulder_u_mm), f"encoder_cheek_{i}", f"{CLIP}_{i}"
+        shoulder, cheek, clip = d.stand(i) @ at(b.shoulder_u_mm), f"encoder_cheek_{i}", f"{CLIP}_{i}"
         part = builder.once(SENSOR, lambda: make_sensor_lead(s))
         plug = _flat(f"encoder_board_{i}", PLUGGED_MM[0] * PLUGGED_MM[1], "plug in the board's header")
         tied = Connection(clip, "lead in its tie", "cylinder", SHARE * TIE_MM[0], SEATED_MM)

@@ -46,10 +46,11 @@ def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
         return ()
     over, area = p.under_mm + p.thickness_mm, p.area_mm2(p.rim_mm) - p.area_mm2(p.opening_mm)
     on_panel, on_rim = seated("panel", area, "boot's rim on the panel"), seated("boot", area, "bezel on the boot's rim")
+    middle = at(p.centre_x_mm)
     carried = [
-        builder.put("panel", builder.made(panel.make_panel), "base", at(z=p.under_mm), path=DOWN),
-        builder.put("boot", builder.made(panel.make_boot), "base", at(z=over), on_panel),
-        builder.put("bezel", builder.made(panel.make_bezel), "base", at(z=over + CLOTH_MM), on_rim, path=DOWN),
+        builder.put("panel", builder.made(panel.make_panel), "base", middle @ at(z=p.under_mm), path=DOWN),
+        builder.put("boot", builder.made(panel.make_boot), "base", middle @ at(z=over), on_panel),
+        builder.put("bezel", builder.made(panel.make_bezel), "base", middle @ at(z=over + CLOTH_MM), on_rim, path=DOWN),
     ]
     row = catalogue.screw(SCREW)
     held = (
@@ -61,7 +62,7 @@ def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:
             PathSegment((-x / hypot(x, y), -y / hypot(x, y), 0.0)),
             PathSegment((0.0, 0.0, 1.0), p.screw_mm + _OVER_MM),
         )
-        placed, screw = pointing((0, 0, -1), x, y, p.under_mm), builder.screw(SCREW, p.screw_mm)
+        placed, screw = middle @ pointing((0, 0, -1), x, y, p.under_mm), builder.screw(SCREW, p.screw_mm)
         carried.append(builder.put(f"bezel_screw_{k}", screw, "base", placed, *held, path=inwards, frame="base_plate"))
     builder.put("boot_collar", builder.made(panel.make_boot_collar), "platform", at(z=p.collar_mm))
     builder.connect("handle_stem", pressed("boot_collar", 0.95 * COLLAR_MM[1], "boot's collar tied on the stem"))

@@ -13,6 +13,8 @@ from math import ceil, degrees
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from delta_cad import catalogue
 from delta_cad.assembly.builder import DOWN, IN, OUT, AssemblyBuilder, straight
 from delta_cad.assembly.machine import Insertion, Step, Unit
@@ -24,6 +26,7 @@ from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
 from delta_cad.dimensions.panel import TEMPLATE
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
+from delta_cad.mechanism import joint_angles
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought_parts import CORD_SLACK_MM
 from delta_cad.solids.brackets import base_pin_mm
@@ -58,8 +61,10 @@ def _conditions(d: Dimensions) -> dict[str, bool]:
         "stud": d.foot.stud_length_mm is not None,
         "screwed": hardware.mounting in ("screws", "both"),
         "sleeves": bool(d.sleeve_mm),
+        "even": d.design.geometry.three_fold and not d.design.workspace.centre_x,
+        "off_axis": bool(d.design.workspace.centre_x),
     }
-    names = {"direct": "capstan", "own_encoder": "sensor", "no_stud": "stud", "no_sleeves": "sleeves"}
+    names = {"direct": "capstan", "own_encoder": "sensor", "no_stud": "stud", "no_sleeves": "sleeves", "uneven": "even"}
     return holding | {name: not holding[of] for name, of in names.items()}
 
 
@@ -88,6 +93,9 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "pins_under_mm": d.base.thickness_mm - base_pin_mm(d)[0],
         "cube_mm": cube.bottom_height_mm + cube.half_side_mm,
         "home_deg": degrees(d.home_rad),
+        "middle_deg": np.degrees(joint_angles(d.design.geometry, d.design.workspace.centre)),
+        "off_mm": abs(cube.centre_x_mm or 0.0),
+        "off_way": "towards" if (cube.centre_x_mm or 0.0) > 0.0 else "away from",
         "template": TEMPLATE,
     }
     if c is not None:

@@ -10,12 +10,12 @@ from typing import Any
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.design.file import KINEMATICS
+from delta_cad.design.stands import gaps_of
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
 from delta_cad.dimensions.joint import FRICTION_RANGE, limit_values
 from delta_cad.drive import drive_friction_N_m, drive_torque
-from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.limits import POSE_LIMITS, Friction, Limits, Torque
+from delta_cad.mechanism.limits import POSE_LIMITS, Friction, Limits, Outline, Torque
 from delta_cad.mechanism.proof.judgement import can_prove, judge
 from delta_cad.mechanism.workspace import CubeExtremes, cube_extremes
 from delta_cad.structure.report import stiffness
@@ -85,21 +85,27 @@ def inspection(
 
 def _dimensions(design: Design) -> list[InspectionRow]:
     m, c, required = design.mechanism, design.cube, design.requirements
-    named = (
-        ("base radius R", m.base_radius_mm),
+    g, centre_x = design.geometry, c.centre_x_mm or 0.0
+    named: list[tuple[str, float]] = [
+        ("base radius R" if g.three_fold else "base radius R of chain 0", m.base_radius_mm),
         ("platform radius r", m.platform_radius_mm),
         ("upper arm L_A", m.upper_arm_length_mm),
         ("forearm L_B", m.forearm_length_mm),
         ("parallelogram width L_c", m.parallelogram_width_mm),
         ("cube bottom H", c.bottom_height_mm),
         ("cube side 2 L", 2 * c.half_side_mm),
-    )
+    ]
+    if not g.three_fold:
+        named.insert(1, ("base radius R of chains 1 and 2", m.base_radius_mm + g.side_shift * MM_PER_M))
+    if centre_x:
+        named.append(("cube's middle from the base's axis, towards arm 0", centre_x))
     rows = [InspectionRow("dimensions", name, value, "mm") for name, value in named]
-    reach = m.base_radius_mm + m.upper_arm_length_mm
-    points = sorted(
-        (m.parallelogram_width_mm * 0.5 + 2 * SIN_60 * reach, m.parallelogram_width_mm * SIN_60 / 2 + 1.5 * reach),
-        reverse=True,
-    )
+    if not g.three_fold:
+        azimuth = InspectionRow("dimensions", "azimuth of chains 1 and 2, either way", design.azimuths_deg[1], "deg")
+        rows.insert(2, azimuth)
+    outline = Outline(required.envelope_width_mm, required.envelope_depth_mm, m.parallelogram_width_mm)
+    reach, shift = m.base_radius_mm + m.upper_arm_length_mm, g.side_shift * MM_PER_M
+    points = sorted(map(float, outline.size_mm(reach, shift, g.side_cosine)), reverse=True)
     sides = sorted((required.envelope_width_mm, required.envelope_depth_mm), reverse=True)
     return rows + [
         InspectionRow(_OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
@@ -161,12 +167,17 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
 def _reach(design: Design) -> list[InspectionRow]:
     """Heights over the middle between which upper arm and forearm fold and stretch in line."""
     m = design.mechanism
-    aside = m.base_radius_mm - m.platform_radius_mm
+    aside = [MM_PER_M * float(a) for a in design.geometry.radius_differences]
     low, high = abs(m.forearm_length_mm - m.upper_arm_length_mm), m.forearm_length_mm + m.upper_arm_length_mm
-    heights = (("lowest", low), ("highest", high))
+    heights = (("lowest", low, max), ("highest", high, min))
     return [
-        InspectionRow("reach (closed form)", f"{word} position on the axis", sqrt(max(0.0, far**2 - aside**2)), "mm")
-        for word, far in heights
+        InspectionRow(
+            "reach (closed form)",
+            f"{word} position on the axis",
+            sqrt(max(0.0, decides(far**2 - a**2 for a in aside))),
+            "mm",
+        )
+        for word, far, decides in heights
     ]
 
 
@@ -181,7 +192,9 @@ def _smallest(design: Design) -> list[InspectionRow]:
     rows = [InspectionRow(group, "platform radius r, for the wrists", d.forearm.wrist_radius_min_mm, "mm")]
     if (c := d.capstan) is not None:
         thickness = d.layers.arm_mm[1] - d.layers.arm_mm[0]
-        least = base_radius_min_mm(c.run, c.cable_diameter_mm, thickness, d.arm.flange_radius_mm, clear)
+        least = base_radius_min_mm(
+            c.run, c.cable_diameter_mm, thickness, d.arm.flange_radius_mm, clear, gaps_of(design.geometry)
+        )
         rows.insert(0, InspectionRow(group, "base radius R, for the sectors", least, "mm"))
     return rows
 

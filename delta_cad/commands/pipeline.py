@@ -154,6 +154,7 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
         envelope_depth_mm=required.envelope_depth_mm,
         clearance_min_mm=required.clearance_min_mm,
         pose=Limits.of(Lean(d.forearm.tilt_limit_rad), *stated, Shoulder(lowest, highest)),
+        centre_x_mm=cube.centre_x_mm or 0.0,
     )
 
 
@@ -370,8 +371,8 @@ def _stage(machine: BuiltMachine, sweep: Sweep) -> Stage:
     turned = (required.envelope_depth_mm, required.envelope_width_mm)
     reach = sweep.reach_mm
     if reach is None:  # a rejected design: its outline has no bound
-        reach = np.full(4, d.bracket.shoulder_u_mm + d.arm.length_mm)
+        reach = np.full(4, d.bracket.shoulder_u_mm + max(d.outs_mm) + d.arm.length_mm)
     size = reach[0::2] + reach[1::2]
     x, y = (reach[0::2] - reach[1::2]) / 2
     fits = min((upright, turned), key=lambda sides: max(size[0] - sides[0], size[1] - sides[1]))
-    return Stage(fits, (float(x), float(y)), cube.bottom_height_mm, cube.half_side_mm)
+    return Stage(fits, (float(x), float(y)), cube.bottom_height_mm, cube.half_side_mm, cube.centre_x_mm or 0.0)

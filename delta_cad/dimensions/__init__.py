@@ -9,6 +9,7 @@ Frames: the chain's (u, t, z) is radial, tangential (along the shoulder axis), u
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -17,6 +18,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.design.stands import EVEN, Gap, gaps_of
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import (
     BOARD_EDGE_MM,
@@ -29,11 +31,13 @@ from delta_cad.dimensions.bracket import (
     require_room_for_board,
     require_room_for_boss,
 )
+from delta_cad.dimensions.cable_run import CableRun
 from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     cable_run,
     capstan_dimensions,
     collar_off_mm,
+    farther_out_rad,
     pinion_direction_rad,
     pinion_end_mm,
     rim_y_mm,
@@ -49,7 +53,6 @@ from delta_cad.dimensions.leads import (
 )
 from delta_cad.dimensions.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.platform import (
-    MOUNT_SPREAD_RAD,
     BaseDimensions,
     PlatformDimensions,
     base_dimensions,
@@ -61,9 +64,11 @@ from delta_cad.dimensions.rules import (
     STOP_MARGIN_RAD,
     DimensionError,
     Reason,
+    Way,
     all_reasons,
     another,
     larger,
+    reasons_of,
     require,
     smaller,
     tenths_above,
@@ -71,8 +76,7 @@ from delta_cad.dimensions.rules import (
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.mechanism import UnreachableError, joint_angles
-from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.placement import LinkPlacement
+from delta_cad.mechanism.placement import LinkPlacement, chain_stand, chain_turn
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 PRELOAD_N = 10.0  # of the shoulder's bearings, nearest to which a spring is chosen that is strong enough
@@ -80,6 +84,12 @@ PRELOAD_PER_N = 0.6  # its least over the tolerances, by the largest force: some
 ARM_PLATE_MM = 6.0  # of an upper arm that is stiff enough, where the least sizes are
 UP_AND_DOWN = 65  # heights of the handle in the middle, at which the range of an arm is looked at
 CLEARANCE_MOST_MM = 2.4  # that nothing of a drive is made closer than: 2.44 from a sector's dowels to a bearing
+NEXT_TO_MOTORS = {  # reasons that motors farther out do away with
+    ("encoder_cheek", "leg"),
+    ("encoder_board", "beside the neighbour's motor"),
+    ("sensor_lead", "beside the neighbour's motor"),
+}
+HOME_DEG = 1e-6  # by which the arms differ where the machine is drawn: roundings
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
 __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
@@ -121,10 +131,22 @@ class Dimensions:
 
     @property
     def home_rad(self) -> float:
-        """Shoulder angle of all three arms in the cube's centre, where the machine is exported."""
-        cube = self.design.cube
-        home = np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / MM_PER_M])
-        return float(joint_angles(self.design.geometry, home)[0])
+        """Shoulder angle of all three arms in the position in which the machine is exported."""
+        return float(joint_angles(self.design.geometry, self.design.home_mm / MM_PER_M)[0])
+
+    @property
+    def outs_mm(self) -> tuple[float, float, float]:
+        """How much farther out than chain 0 each chain stands."""
+        out = gaps_of(self.design.geometry)[0].next_out_mm
+        return 0.0, out, out
+
+    def stand(self, i: int) -> np.ndarray:
+        """(4, 4) frame of what stands on the base of chain i, see `chain_stand`."""
+        return chain_stand(self.design.geometry, i)
+
+    def turn(self, i: int) -> np.ndarray:
+        """(4, 4) frame of what the platform carries of chain i, see `chain_turn`."""
+        return chain_turn(self.design.geometry, i)
 
     @property
     def sensed_at_shoulder(self) -> bool:
@@ -196,7 +218,8 @@ def dimensions(design: Design) -> Dimensions:
         DimensionError: Parts cannot be given sound dimensions; it holds every reason that was found.
     """
     with all_reasons():
-        extremes = cube_extremes(design.geometry, _cube(design), design.requirements.force_N)
+        extremes = cube_extremes(design.geometry, design.workspace, design.requirements.force_N)
+        _require_home(design)
         travel = extremes if design.panel is None else _travel(design, design.panel.limit_mm, extremes)
         return _dimensions(design, extremes, travel)
 
@@ -209,12 +232,8 @@ def link_placement(d: Dimensions) -> LinkPlacement:
     return LinkPlacement(d.design.geometry, f.width_mm, d.bracket.motor_axis_mm, ratio, springs, f.eye_y_mm)
 
 
-def _cube(design: Design) -> Cube:
-    return Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
-
-
 def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) -> Dimensions:
-    mechanism, hardware, cube = design.mechanism, design.hardware, _cube(design)
+    mechanism, hardware, gaps = design.mechanism, design.hardware, gaps_of(design.geometry)
     shoulder = (travel.shoulder_min.value, travel.shoulder_max.value)
     motor, bearing = catalogue.motor.chosen(hardware), catalogue.bearing.chosen(hardware)
     encoder, magnet = catalogue.encoder.chosen(hardware), catalogue.magnet.chosen(hardware)
@@ -226,7 +245,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
     if hardware.drive == "capstan":
         run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
         clear = design.requirements.clearance_min_mm
-        rim = rim_y_mm(run, cable.diameter_mm, arm_mm, mechanism.base_radius_mm, clear)
+        rim = rim_y_mm(run, cable.diameter_mm, arm_mm, mechanism.base_radius_mm, clear, gaps)
     preload = None if rim is None else preload_spring(bearing, largest_force_N(design.requirements))
     spring_mm = 0.0 if preload is None else preload.work_height_mm
     apart = design.requirements.clearance_min_mm + MESHES_MM
@@ -245,26 +264,12 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
     bar = bar_mm(CROSS_BAR_MM, grown)
     bar_bore = bar + 2 * BAR_GLUE_MM
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, bar_bore, hardware.drive, stack, bearing, apart)
-    capstan = None
-    behind = (mechanism.base_radius_mm + mechanism.upper_arm_length_mm) / 2
-    behind += SIN_60 / 2 * mechanism.parallelogram_width_mm + ELBOW_BEYOND_MM
+    behind = _behind_mm(gaps, mechanism.base_radius_mm + mechanism.upper_arm_length_mm)
+    behind += gaps[0].sine / 2 * mechanism.parallelogram_width_mm + ELBOW_BEYOND_MM
     face = stack.motor_cheek_mm[1]
-    if run is not None:
-        capstan = capstan_dimensions(
-            run=run,
-            ratio=hardware.capstan_ratio,
-            shoulder_rad=shoulder,
-            layers=stack,
-            cable=cable,
-            motor=motor,
-            stop_pin_mm=STOP_PIN_MM,
-            slot_radius_mm=arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
-            direction_rad=pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face),
-            apart_mm=apart,
-        )
-    half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
+    half_width = max(-stack.encoder_cheek_mm[0], face)
 
-    def bracket_on(leg_least_mm: float) -> BracketDimensions:
+    def bracket_on(capstan: CapstanDimensions | None, leg_least_mm: float) -> BracketDimensions:
         return bracket_dimensions(
             base_radius_mm=mechanism.base_radius_mm,
             shoulder_rad=shoulder,
@@ -278,14 +283,46 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
             motor=motor,
             clearance_mm=design.requirements.clearance_min_mm,
             leg_least_mm=leg_least_mm,
+            gaps=gaps,
         )
 
-    bracket = bracket_on(0.0)
-    while (shortfall := tie_shortfall_mm(design, stack, bracket, encoder)) > 0.0:
-        bracket = bracket_on(shortfall - bracket.base_top_mm - bracket.foot_height_mm)
-    if hardware.encoder_at != "motor":
-        require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
-    screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))
+    def drive_at(run: CableRun | None, direction: float) -> tuple[CapstanDimensions | None, BracketDimensions]:
+        capstan = None
+        if run is not None:
+            capstan = capstan_dimensions(
+                run=run,
+                ratio=hardware.capstan_ratio,
+                shoulder_rad=shoulder,
+                layers=stack,
+                cable=cable,
+                motor=motor,
+                stop_pin_mm=STOP_PIN_MM,
+                slot_radius_mm=arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
+                direction_rad=direction,
+                apart_mm=apart,
+            )
+        bracket = bracket_on(capstan, 0.0)
+        while (shortfall := tie_shortfall_mm(design, stack, bracket, encoder)) > 0.0:
+            bracket = bracket_on(capstan, shortfall - bracket.base_top_mm - bracket.foot_height_mm)
+        if hardware.encoder_at != "motor":
+            require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder, gaps)
+        return capstan, bracket
+
+    def has_room(direction: float) -> bool:
+        """Whether what stands beside the neighbours' motors has room."""
+
+        def made() -> None:
+            sensor_lead_dimensions(design, stack, drive_at(run, direction)[1], encoder, motor)
+
+        return not any(reason.key in NEXT_TO_MOTORS for reason in reasons_of(made))
+
+    direction = 0.0
+    if run is not None:
+        direction = pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face, gaps[0])
+        if gaps != EVEN:
+            direction = farther_out_rad(direction, has_room)
+    capstan, bracket = drive_at(run, direction)
+    screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, key_slot_rad(bracket, motor))
     shaft = shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet)
     required = design.requirements
     require(
@@ -312,17 +349,21 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
         bar_mm=bar,
         peak_N=largest_force_N(required),
         wrist_boss_mm=hardware.platform_thickness_mm,
+        gaps=gaps,
     )
     if capstan is None:
         at_shoulder = hardware.encoder_at != "motor"
         halves = encoder.hole_spacing_width_mm / 2, encoder.hole_spacing_length_mm / 2
         board = (*halves, BOARD_EDGE_MM) if at_shoulder else (0.0, 0.0, 0.0)
         require_room_for_boss(arm, bracket, shoulder, stack, board)
-    motors_behind = (bracket.motor_axis_mm[0] + motor.diameter_mm / 2) / 2 + SIN_60 * (face + motor.length_mm)
+    motors_behind = _behind_mm(gaps, bracket.motor_axis_mm[0] + motor.diameter_mm / 2)
+    motors_behind += gaps[0].sine * (face + motor.length_mm)
     platform = platform_dimensions(mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob, grown)
     if (panel := panel_dimensions(design, platform, forearm.cup_radius_mm)) is not None:
         platform = replace(platform, stem_length_mm=panel.stem_length_mm)
-    base = base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width, max(behind, motors_behind))
+    base = base_dimensions(
+        bracket, hardware.base_plate_thickness_mm, half_width, max(behind, motors_behind), gaps, design.azimuths_deg
+    )
     foot = catalogue.foot.chosen(hardware)
     return Dimensions(
         design=design,
@@ -339,7 +380,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
         panel=panel,
         leads=lead_dimensions(design, motor),
         sensor_lead=sensor_lead_dimensions(design, stack, bracket, encoder, motor),
-        sleeve_mm=sleeve_mm(design, foot, base.mount_circle_mm, MOUNT_SPREAD_RAD, base.mount_hole_mm),
+        sleeve_mm=sleeve_mm(design, foot, base.mount_circle_mm, base.mount_spread_rad, base.mount_hole_mm),
         motor=motor,
         bearing=bearing,
         preload=preload,
@@ -356,8 +397,9 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
 def _travel(design: Design, limit_mm: float, within: CubeExtremes) -> CubeExtremes:
     """Extremes over the cube that is larger than the design's by the limit on every side; `within`: over its own."""
     low, half = design.cube.bottom_height_mm - limit_mm, design.cube.half_side_mm + limit_mm
+    wider = Cube(low / MM_PER_M, half / MM_PER_M, design.workspace.centre_x)
     try:
-        return cube_extremes(design.geometry, Cube(low / MM_PER_M, half / MM_PER_M), design.requirements.force_N)
+        return cube_extremes(design.geometry, wider, design.requirements.force_N)
     except UnreachableError as error:
         ways = smaller("panel.limit_mm"), larger(FOREARM), larger(BOTTOM)
         words = f"outside the cube by {limit_mm:g} mm, {error}"
@@ -365,9 +407,29 @@ def _travel(design: Design, limit_mm: float, within: CubeExtremes) -> CubeExtrem
         return within  # in a search of reasons
 
 
-def _set_screws(design: Design, cube: Cube, slot_rad: float) -> tuple[float, float]:
-    """Directions of a pinion's set screws: the pinion turns against the arm."""
-    up = np.zeros((UP_AND_DOWN, 3))
+def _require_home(design: Design) -> None:
+    """Refuses a cube in which the three arms stand alike nowhere half-way up: cables are drawn at one angle."""
+    first, side, _ = np.degrees(joint_angles(design.geometry, design.home_mm / MM_PER_M))
+    require(
+        abs(first - side) <= HOME_DEG,
+        "assembly",
+        "home",
+        f"at the nearest place of the cube's middle level, x = {design.home_mm[0]:.4g} mm, arm 0 stands at {first:.2f} "
+        f"and arms 1 and 2 at {side:.2f} deg; the machine is drawn where the three stand alike, inside the cube",
+        Way(("cube.centre_x_mm",)),
+        larger("cube.half_side_mm"),
+    )
+
+
+def _behind_mm(gaps: Sequence[Gap], out_mm: float) -> float:
+    """How far what is so far out in chain 0's stand reaches behind the base in the stand of chain 1, in its plane."""
+    return -gaps[0].cosine * (out_mm + gaps[0].next_out_mm)
+
+
+def _set_screws(design: Design, slot_rad: float) -> tuple[float, float]:
+    """Directions of a pinion's set screws, of the turns that all three make: the pinion turns against the arm."""
+    cube, up = design.workspace, np.zeros((UP_AND_DOWN, 3))
+    up[:, 0] = cube.centre_x
     up[:, 2] = np.linspace(cube.bottom_height, cube.bottom_height + 2.0 * cube.half_side, UP_AND_DOWN)
-    arm, ratio = joint_angles(design.geometry, up)[:, 0], design.hardware.capstan_ratio
-    return set_screws_rad(slot_rad, (-ratio * float(arm.max()), -ratio * float(arm.min())))
+    arm, ratio = joint_angles(design.geometry, up), design.hardware.capstan_ratio
+    return set_screws_rad(slot_rad, (-ratio * float(arm.max(axis=0).min()), -ratio * float(arm.min(axis=0).max())))

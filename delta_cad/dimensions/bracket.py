@@ -5,6 +5,7 @@ And what runs or stands beside a motor, in closed form: the next chain's encoder
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from math import acos, asin, atan2, cos, degrees, hypot, inf, pi, remainder, sin, sqrt, tau
@@ -12,6 +13,7 @@ from math import acos, asin, atan2, cos, degrees, hypot, inf, pi, remainder, sin
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.design.stands import EVEN, Gap, other_stands
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.layers import Layers, handle_room_mm
@@ -26,8 +28,6 @@ from delta_cad.dimensions.rules import (
     require,
     tenths_below,
 )
-from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 STOP_PIN_MM = 4.0
 _FOOT_HEIGHT_MM = 14.0
@@ -139,12 +139,18 @@ def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float, clear_mm: 
 
 
 def _next_to_mm(
-    inner_mm: float, base_top_mm: float, axis_mm: tuple[float, float], radius_mm: float, leg_mm: float
+    inner_mm: float,
+    base_top_mm: float,
+    axis_mm: tuple[float, float],
+    radius_mm: float,
+    leg_mm: float,
+    gaps: Sequence[Gap],
 ) -> float:
     """Gives how far out a foot must begin for the encoder's leg above it to pass the neighbour's motor.
 
     The leg's inner edge runs from `inner_mm` at the shoulder's height to the foot's inner end; the motor that lies
-    across it, 120 degrees on, is round about `axis_mm`, (u, z) of its own chain.
+    across it, of the chain before it, is round about `axis_mm`, (u, z) of its own chain. A chain less than 90 degrees
+    farther on has its leg beside that motor, whose way out this foot does not decide.
 
     Args:
         inner_mm: Leg's inner edge at the shoulder's height, from the base's centre.
@@ -152,14 +158,18 @@ def _next_to_mm(
         axis_mm: The motors' axis in their chains' planes.
         radius_mm: Of the motors.
         leg_mm: How far the leg reaches aside.
+        gaps: Of the chains.
     """
     found = -inf
+    across = [gap for gap in gaps if gap.cosine < 0.0]
     for k in range(HEIGHTS):
         off = radius_mm * cos(pi * k / (HEIGHTS - 1))
         height = min(axis_mm[1] + off, -_CLEAR_MM)
         wide = radius_mm * sin(pi * k / (HEIGHTS - 1))
-        edge = 2 * (SIN_60 * leg_mm + _CLEAR_MM / 2 - axis_mm[0] + wide)
-        found = max(found, inner_mm + (edge - inner_mm) * base_top_mm / height)
+        for gap in across:
+            off = gap.sine * leg_mm + _CLEAR_MM / 2 - axis_mm[0] + wide - gap.out_mm
+            edge = off / -gap.cosine - gap.next_out_mm
+            found = max(found, inner_mm + (edge - inner_mm) * base_top_mm / height)
     return found
 
 
@@ -261,6 +271,7 @@ def bracket_dimensions(
     motor: catalogue.Motor,
     clearance_mm: float,
     leg_least_mm: float = 0.0,
+    gaps: Sequence[Gap] = EVEN,
 ) -> BracketDimensions:
     """Dimensions the bracket of a chain; the base lies as low as motor, sector, elbows and the leg ask for.
 
@@ -268,7 +279,7 @@ def bracket_dimensions(
     stop, and the feet then stand as far inside as the arm's beam asks for.
 
     Args:
-        base_radius_mm: Base centre to shoulder axis.
+        base_radius_mm: Base centre to shoulder axis of chain 0; the others are made like it.
         shoulder_rad: Smallest and largest shoulder angle over the cube.
         lowest_elbow_mm: Lowest height of an elbow axis over the cube.
         base_thickness_mm: Thickness of the base plate, whose underside stays below the elbows.
@@ -280,6 +291,7 @@ def bracket_dimensions(
         motor: Whose body must stay over the base.
         clearance_mm: That is asked between what moves and what stands.
         leg_least_mm: How far below the shoulder the encoder's leg must end on its foot, at least.
+        gaps: Of the chains.
 
     Raises:
         DimensionError: The arms swing in so far that no room is left for the feet.
@@ -316,12 +328,14 @@ def bracket_dimensions(
         leg_least_mm + _FOOT_HEIGHT_MM,
     )
     long = _FOOT_MM[1] - _FOOT_MM[0]
+    nearer = max(0.0, *(-gap.out_mm for gap in gaps))  # than chain 0 another chain stands
+    inside = _FOOT_INSIDE_MM + nearer
 
     def foot_on(top: float) -> tuple[float, float]:
         """Both ends of a foot on a base there: where the arm leaves it room, and beside the neighbour's motor."""
         end = min(u + _FOOT_MM[1], u + _foot_outer_end_mm(arm, stop, top + _FOOT_HEIGHT_MM, off))
         inner = u + 2 * _LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
-        adjacent = -inf if capstan is None else _next_to_mm(inner, top, (u + du, dz), body, leg_mm)
+        adjacent = -inf if capstan is None else _next_to_mm(inner, top, (u + du, dz), body, leg_mm, gaps)
         low = tenths_below(end - long)
         if low < adjacent:
             low = -tenths_below(-adjacent)
@@ -330,7 +344,7 @@ def bracket_dimensions(
     def clear(top: float) -> bool:
         """Whether the arm at its stop passes foot and plate on a base there."""
         low, end = foot_on(top)
-        if low < _FOOT_INSIDE_MM or top + _FOOT_HEIGHT_MM > _under_arm_mm(arm, stop, end - u, off) + _ROUNDING_MM:
+        if low < inside or top + _FOOT_HEIGHT_MM > _under_arm_mm(arm, stop, end - u, off) + _ROUNDING_MM:
             return False
         over = u + arm.length_mm * cos(stop) - boss < hypot(end, half_width_mm) + PLATE_RIM_MM
         return not over or top <= -boss - arm.length_mm * abs(sin(stop))
@@ -344,11 +358,11 @@ def bracket_dimensions(
     base_top = tenths_below(base_top)
     foot = foot_on(base_top)
     require(
-        foot[0] >= _FOOT_INSIDE_MM,
+        foot[0] >= inside,
         "foot_block",
         "place",
-        f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
-        f"it must stay at least {_FOOT_INSIDE_MM:g} mm away",
+        f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0] - nearer:.2f} mm from the "
+        f"centre; it must stay at least {_FOOT_INSIDE_MM:g} mm away",
         *FARTHER_OUT,
         larger(BOTTOM),
     )
@@ -411,15 +425,17 @@ def require_room_for_board(
     stack: Layers,
     motor: catalogue.Motor,
     encoder: catalogue.Encoder,
+    gaps: Sequence[Gap] = EVEN,
 ) -> None:
     """Refuses a base on which a motor, or its way off its cheek, runs into the next chain's encoder board.
 
     Args:
-        base_radius_mm: Base centre to shoulder axis.
-        motor_axis_mm: (u, z) of the motor's axis in its chain's plane.
+        base_radius_mm: Base centre to shoulder axis of chain 0.
+        motor_axis_mm: (u, z) of the motor's axis in its chain's stand.
         stack: Stack of a chain along the shoulder axis.
         motor: Row of the catalogue.
         encoder: Row of the catalogue; its board stands upright.
+        gaps: Of the chains.
 
     Raises:
         DimensionError: It does.
@@ -431,7 +447,7 @@ def require_room_for_board(
         if off < radius:
             half = sqrt(radius**2 - off**2)
             body = (u - half, u + half), (face, face + 2 * motor.length_mm)  # and its way off
-            found = min(found, _apart_mm(body, ((base_radius_mm - wide, base_radius_mm + wide), y)))
+            found = min(found, _apart_mm(body, ((base_radius_mm - wide, base_radius_mm + wide), y), gaps))
     require(
         found >= _NEXT_TO_MM,
         "encoder_board",
@@ -511,19 +527,21 @@ def _board_boxes(
     ]
 
 
-def _apart_mm(one: tuple[tuple[float, float], ...], other: tuple[tuple[float, float], ...]) -> float:
+def _apart_mm(
+    one: tuple[tuple[float, float], ...], other: tuple[tuple[float, float], ...], gaps: Sequence[Gap]
+) -> float:
     """Largest distance of two rectangles (u, t) of neighbouring chains along any of their sides; negative: they meet.
 
-    Either chain may be the first's neighbour; of both the smaller.
+    Either chain may be the first's neighbour; of all pairs the smallest.
     """
     found = []
-    for chain in CHAINS[1:]:
-        frames = chain_frame(0)[:2, :2], chain_frame(chain)[:2, :2]
+    for stand in other_stands(gaps):
+        frames = np.eye(4), stand
         corners = [
-            np.array([[u, t] for u in box[0] for t in box[1]]) @ frame.T
+            np.array([[u, t] for u in box[0] for t in box[1]]) @ frame[:2, :2].T + frame[:2, 3]
             for box, frame in zip((one, other), frames, strict=True)
         ]
-        sides = np.concatenate([frame.T for frame in frames])
+        sides = np.concatenate([frame[:2, :2].T for frame in frames])
         first, second = (points @ sides.T for points in corners)
         found.append(
             max((second.min(axis=0) - first.max(axis=0)).max(), (first.min(axis=0) - second.max(axis=0)).max())

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
+from math import acos, cos, floor, hypot, inf, pi, radians, sin, sqrt
 
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.design.stands import EVEN, Gap
 from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import (
@@ -24,10 +26,10 @@ from delta_cad.dimensions.rules import (
     smaller,
     tenths_above,
 )
-from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import frames
 
 _SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
+_WAYS, _WAY_HALVINGS = 13, 10  # directions that are tried; the first that has room is made finer
 _DIRECTIONS_RAD = radians(-130.0), radians(-100.0)  # of the pinion from the shoulder, down and inwards
 _GAP_MM = 1.0  # of the pitch circles; the strands cross between them
 _PINION_TURNS = 4  # hold 20 times the slack side's tension at a friction of 0.12
@@ -199,36 +201,54 @@ def _sector_width_mm(run: CableRun, cable_mm: float) -> float:
 
 
 def rim_y_mm(
-    run: CableRun, cable_mm: float, arm_thickness_mm: float, base_radius_mm: float, clearance_mm: float
+    run: CableRun,
+    cable_mm: float,
+    arm_thickness_mm: float,
+    base_radius_mm: float,
+    clearance_mm: float,
+    gaps: Sequence[Gap] = EVEN,
 ) -> tuple[float, float]:
-    """Places the rim along the shoulder's axis: beside the arm, and as far out as the neighbour's sector asks for.
+    """Places the rim along the shoulder's axis: beside the arm, and as far out as a neighbour's sector asks for.
 
-    Two sectors that swing inwards under the platform meet at 120 degrees: the tip of one, at its rim's height, passes
-    the other's inner side when R >= tip - y sqrt 3 + clearance 2 / sqrt 3.
+    Two sectors that swing inwards under the platform meet at the angle between their chains, twice h: the tip of one,
+    at its rim's height, passes the other's inner side when `2 sin(h)^2 y >= 2 sin(h) cos(h) (tip - R) + clearance`, R
+    being that of the first one. Where they meet at less than 90 degrees, the tip's outer side is nearer.
 
     Args:
         run: The cable.
         cable_mm: Its diameter.
         arm_thickness_mm: Thickness of the arm's plate.
-        base_radius_mm: Base centre to shoulder axis, R.
+        base_radius_mm: Base centre to shoulder axis of chain 0, R.
         clearance_mm: Between links.
+        gaps: Of the chains.
 
     Returns:
         Both sides of the rim.
     """
-    tip = run.sector_mm + cable_mm / 2
-    neighbour = (tip - base_radius_mm + clearance_mm / SIN_60) / (2 * SIN_60)
-    low = tenths_above(max(arm_thickness_mm / 2 + _SECTOR_OFF_MM, neighbour))
-    return low, low + _sector_width_mm(run, cable_mm)
+    tip, width = run.sector_mm + cable_mm / 2, _sector_width_mm(run, cable_mm)
+
+    def neighbour(gap: Gap) -> float:
+        inwards = 2 * gap.half_cosine * (tip - (base_radius_mm + gap.out_mm))
+        wider = max(gap.cosine, 0.0) * width / gap.half_sine
+        return (inwards + clearance_mm / gap.half_sine + wider) / (2 * gap.half_sine)
+
+    low = tenths_above(max(arm_thickness_mm / 2 + _SECTOR_OFF_MM, *map(neighbour, gaps)))
+    return low, low + width
 
 
 def base_radius_min_mm(
-    run: CableRun, cable_mm: float, arm_thickness_mm: float, flange_radius_mm: float, clearance_mm: float
+    run: CableRun,
+    cable_mm: float,
+    arm_thickness_mm: float,
+    flange_radius_mm: float,
+    clearance_mm: float,
+    gaps: Sequence[Gap] = EVEN,
 ) -> float:
-    """Computes the smallest base radius at which a sector passes the neighbours' sectors and upper arms.
+    """Computes the smallest base radius of chain 0 at which sectors pass their neighbours' sectors and upper arms.
 
-    The tip of a sector that swings inwards lies `1.5 R - tip / 2 - y sin 60` from the neighbour's shoulder axis, y
-    being the outer side of its rim, see `rim_y_mm`: there the neighbour's flange and the clearance must have room.
+    The tip of a sector that swings inwards lies `R' - (R - tip) cos(a) - y sin(a)` from the neighbour's shoulder axis,
+    a being the angle between both chains, R and R' their radii and y the outer side of its rim, see `rim_y_mm`: there
+    the neighbour's flange and the clearance must have room.
 
     Args:
         run: The cable.
@@ -236,15 +256,26 @@ def base_radius_min_mm(
         arm_thickness_mm: Thickness of the arm's plate.
         flange_radius_mm: Of the upper arm about the shoulder.
         clearance_mm: Between links.
+        gaps: Of the chains, their radii as much larger than that of chain 0 as they state.
 
     Returns:
         R, mm, of a rim a whole tenth farther out by rounding; arms whose sectors stay outside may stand closer.
     """
     tip, width = run.sector_mm + cable_mm / 2, _sector_width_mm(run, cable_mm)
     next_to_arm = tenths_above(arm_thickness_mm / 2 + _SECTOR_OFF_MM) + width
-    by_arm = (flange_radius_mm + tip / 2 + SIN_60 * next_to_arm + clearance_mm) / 1.5
-    by_sector = (flange_radius_mm + tip + clearance_mm * (1.0 + 0.5 / SIN_60) + SIN_60 * (width + 0.1)) / 2.0
-    return max(by_arm, by_sector)
+    found = []
+    for gap in gaps:
+        off = gap.out_mm * gap.cosine - gap.next_out_mm
+        adjacent = flange_radius_mm - gap.cosine * tip + gap.sine * next_to_arm + clearance_mm + off
+        found.append(adjacent / (1.0 - gap.cosine))
+        for at in gaps:  # whose sectors decide where the rim is
+            share = gap.sine / at.half_sine
+            wide = width + 0.1 + max(at.cosine, 0.0) * width / (2 * at.half_sine**2)
+            clear = clearance_mm * (1.0 + share * 0.5 / at.half_sine)
+            inwards = share * at.half_cosine
+            reached = flange_radius_mm + (inwards - gap.cosine) * tip + clear + gap.sine * wide
+            found.append((reached + off - inwards * at.out_mm) / (1.0 - gap.cosine + inwards))
+    return max(found)
 
 
 def collar_mm(pinion_mm: float, cable_mm: float, motor: catalogue.Motor) -> float:
@@ -279,25 +310,57 @@ def pinion_end_mm(rim_y: tuple[float, float] | None, off_mm: float) -> float:
 
 
 def pinion_direction_rad(
-    run: CableRun, base_radius_mm: float, behind_mm: float, motor: catalogue.Motor, motor_face_mm: float
+    run: CableRun,
+    base_radius_mm: float,
+    behind_mm: float,
+    motor: catalogue.Motor,
+    motor_face_mm: float,
+    gap: Gap = EVEN[0],
 ) -> float:
     """Chooses the direction of the pinion from the shoulder: as far out as the motor stays within the arms' outline.
 
-    The motor lies square to its chain's plane; its far end, the motor's radius beyond its axis, reaches behind the base
-    by (u + radius) / 2 + end sqrt 3 / 2, u being its axis' distance from the base's centre along its chain.
+    The motor of chain 1 lies square to its plane; its far end, the motor's radius beyond its axis, reaches behind the
+    base by `end sin(a) - (u + radius) cos(a)`, u being its axis' distance from the base's centre along its chain. Where
+    chain 1 itself does not stand behind, a motor farther out reaches less.
 
     Args:
         run: The cable.
-        base_radius_mm: Base centre to shoulder axis.
-        behind_mm: How far the arms reach behind the base's centre, opposite to a chain.
+        base_radius_mm: Base centre to shoulder axis of chain 0.
+        behind_mm: How far the arms of chains 1 and 2 reach behind the base's centre, opposite to chain 0.
         motor: Row of the catalogue.
         motor_face_mm: Its mounting face along the shoulder's axis.
+        gap: That of chains 0 and 1, a its angle.
     """
     end = motor_face_mm + motor.length_mm
-    out = 2 * (behind_mm - SIN_60 * end) - motor.diameter_mm / 2
-    cosine = (out - base_radius_mm) / run.centre_distance_mm
+    out = inf
+    if gap.cosine < 0.0:
+        out = (behind_mm - gap.sine * end) / -gap.cosine - motor.diameter_mm / 2
+    cosine = (out - (base_radius_mm + gap.next_out_mm)) / run.centre_distance_mm
     wanted = -acos(min(max(cosine, -1.0), 1.0))
     return min(max(wanted, _DIRECTIONS_RAD[0]), _DIRECTIONS_RAD[1])
+
+
+def farther_out_rad(direction_rad: float, has_room: Callable[[float], bool]) -> float:
+    """Turns a pinion farther out, outside the arms' outline, until what stands beside the motors has room.
+
+    Chains that stand unevenly leave some neighbours less room than others; the outline is checked of the whole machine.
+
+    Args:
+        direction_rad: As far out as the motor stays within the arms' outline.
+        has_room: Whether there is room in a direction.
+
+    Returns:
+        The least direction that has it; the first one where none has.
+    """
+    ways = np.linspace(direction_rad, _DIRECTIONS_RAD[1], _WAYS).tolist()
+    first = next((k for k, way in enumerate(ways) if has_room(way)), 0)
+    if not first:
+        return direction_rad
+    low, high = ways[first - 1], ways[first]
+    for _ in range(_WAY_HALVINGS):
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if has_room(middle) else (middle, high)
+    return high
 
 
 def capstan_dimensions(

@@ -6,10 +6,12 @@ plane is a spin about the stud and free, the lean is all that a cup must give wa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
+from delta_cad.design.stands import EVEN, Gap, narrowest_gap
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.joint import (
     CLEARANCE_MM,
@@ -21,7 +23,6 @@ from delta_cad.dimensions.joint import (
     joint_dimensions,
 )
 from delta_cad.dimensions.rules import ARM, BOTTOM, FOREARM, WIDTH, another, ceil_sig, larger, require, smaller
-from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
 GUSSET = (0.65, 0.9)  # of the cup's radius, along and across the rod: the gusset's shoulder, before the cup's dome
@@ -145,12 +146,16 @@ def rod_tilt_rad(stand_off_mm: float, shoulder_radius_mm: float, rod_radius_mm: 
     return acos(rod_radius_mm / far) - atan2(shoulder_radius_mm, stand_off_mm)
 
 
-def wrist_radius_min_mm(cup_radius_mm: float, width_mm: float, clearance_mm: float) -> float:
+def wrist_radius_min_mm(
+    cup_radius_mm: float, width_mm: float, clearance_mm: float, gaps: Sequence[Gap] = EVEN
+) -> float:
     """Computes the platform radius at which the cups of neighbouring chains are a clearance apart, mm.
 
-    A wrist lies `r sin 60 - L_c / 4` from the plane half-way to its neighbour's; a cup reaches its sphere's radius.
+    A wrist lies `r sin(h) - L_c / 2 cos(h)` from the plane half-way to its neighbour's, h being half the angle between
+    both chains; a cup reaches its sphere's radius.
     """
-    return (cup_radius_mm + clearance_mm / 2 + width_mm / 4) / SIN_60
+    gap = narrowest_gap(gaps)
+    return (cup_radius_mm + clearance_mm / 2 + width_mm * gap.half_cosine / 2) / gap.half_sine
 
 
 def eyes_mm(
@@ -236,6 +241,7 @@ def forearm_dimensions(
     bar_mm: float = CROSS_BAR_MM,
     peak_N: float = 0.0,
     wrist_boss_mm: float = 0.0,
+    gaps: Sequence[Gap] = EVEN,
 ) -> ForearmDimensions:
     """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
@@ -253,6 +259,7 @@ def forearm_dimensions(
         bar_mm: Diameter of the cross-bars.
         peak_N: Largest force at the handle; the springs are made for it.
         wrist_boss_mm: Diameter of the platform's bosses, which a thicker platform has, beside its springs.
+        gaps: Of the chains.
 
     Raises:
         DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
@@ -351,7 +358,7 @@ def forearm_dimensions(
         contact_tilt_rad=min(
             lip_tilt_rad(seat / 2, neck), rod_tilt_rad(stand_off, step, rod), rod_tilt_rad(stem, rod, neck / 2)
         ),
-        wrist_radius_min_mm=wrist_radius_min_mm(cup, width_mm, clearance_mm),
+        wrist_radius_min_mm=wrist_radius_min_mm(cup, width_mm, clearance_mm, gaps),
         ball=row,
         spring=spring,
         joint=joint,

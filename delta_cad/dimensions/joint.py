@@ -296,14 +296,21 @@ def ball_preload_N(design: Design) -> float:
     return preload_N(design.mechanism.parallelogram_width_mm, largest_force_N(design.requirements))
 
 
-def known_joints(design: Design) -> dict[str, Any]:
+def known_joints(design: Design, *, friction: bool = True) -> dict[str, Any]:
     """Gathers what limits on the feel need to know of a design's joints, coefficients of friction nominal.
+
+    Args:
+        design: The design.
+        friction: Whether that is bounded over the cube, which takes a quarter of a second.
 
     Returns:
         `friction`: what rubs, the ball joints bounded over the cube under their preload alone; None where no spring
-        fits or the cube is out of reach. `encoder_count`: turn of a joint for one count of its encoder, rad.
+        fits, the cube is out of reach, or it is not asked for. `encoder_count`: turn of a joint for one count of its
+        encoder, rad.
     """
     known: dict[str, Any] = {"friction": None, "encoder_count": encoder_count_rad(design)}
+    if not friction:
+        return known
     try:
         preload = ball_preload_N(design)
     except DimensionError:

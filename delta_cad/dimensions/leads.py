@@ -8,6 +8,7 @@ what stands.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import acos, cos, hypot, pi, radians, sin
 
@@ -15,11 +16,11 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.design import Design
+from delta_cad.design.stands import Gap, gaps_of, other_stands
 from delta_cad.dimensions.bracket import PLUG_MM as ROOM_MM
 from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import FARTHER_OUT, another, require
-from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 LEAD_MM = 2.3  # outside diameter of a silicone lead of 0.5 mm^2; makers' tables: 2.1 to 2.3; from memory
 LEAD_G_M = 9.0  # 4.5 of copper, the rest silicone
@@ -173,7 +174,7 @@ def sensor_lead_dimensions(
     """
     found = _tied(design, stack, bracket, encoder)
     if found is not None:
-        _require_room(found, bracket, stack, motor)
+        _require_room(found, bracket, stack, motor, gaps_of(design.geometry))
     return found
 
 
@@ -206,12 +207,14 @@ def _tied(
     return found
 
 
-def _require_room(lead: SensorLeadDimensions, b: BracketDimensions, stack: Layers, motor: catalogue.Motor) -> None:
+def _require_room(
+    lead: SensorLeadDimensions, b: BracketDimensions, stack: Layers, motor: catalogue.Motor, gaps: Sequence[Gap]
+) -> None:
     """Refuses a base on which a neighbour's motor, or its way off its cheek, runs into a board's lead."""
     points, radius = lead.line_mm + np.array([b.shoulder_u_mm, 0.0, 0.0]), (SENSOR_MM + motor.diameter_mm) / 2.0
     found = np.inf
-    for chain in CHAINS[1:]:
-        own = points @ chain_frame(chain)[:3, :3]  # in the neighbour's frame
+    for lead_stand in other_stands(gaps):  # as seen from that of a neighbour's motor
+        own = points @ lead_stand[:3, :3].T + lead_stand[:3, 3]
         beyond = stack.motor_cheek_mm[1] - own[:, 1]  # before its mounting face there is no motor
         off = np.hypot(own[:, 0] - b.motor_axis_mm[0], own[:, 2] - b.motor_axis_mm[1]) - radius
         found = min(found, float(np.maximum(off, beyond - SENSOR_MM / 2.0).min()))

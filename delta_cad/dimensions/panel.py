@@ -1,9 +1,10 @@
-"""The dashboard's panel over the machine: opening, bezel, boot, and the stem that passes them (base frame).
+"""The dashboard's panel over the machine: opening, bezel, boot, and the stem that passes them.
 
-The handle does not turn: x and y go from -L to L whatever its height. What a stem of radius r passes of a level plane
-is therefore exactly the square of half side L with a disc of radius r around each of its points, and what keeps a
-distance g from that, the same square with discs of `r + g`. So every outline here is a square with round corners about
-the same four centres (+-L, +-L); each is told by its radius alone.
+Everything lies about the cube's middle, seen from above, the origin here. The handle does not turn: x and y go from -L
+to L whatever its height. What a stem of radius r passes of a level plane is therefore exactly the square of half side L
+with a disc of radius r around each of its points, and what keeps a distance g from that, the same square with discs of
+`r + g`. So every outline here is a square with round corners about the same four centres (+-L, +-L); each is told by
+its radius alone.
 
 The bezel's edge is met by the stem alone: the platform stays below the panel, the knob and the boot's collar above it.
 """
@@ -54,6 +55,7 @@ class PanelDimensions:
         stem_length_mm: From platform to knob.
         collar_mm: From the platform's centre to the collar's lower end.
         cloth_mm: Length of the boot from rim to collar.
+        centre_x_mm: Of the opening's middle, the cube's, along the base's x axis.
     """
 
     half_mm: float
@@ -67,6 +69,7 @@ class PanelDimensions:
     stem_length_mm: float
     collar_mm: float
     cloth_mm: float
+    centre_x_mm: float = 0.0
 
     @property
     def edge_mm(self) -> float:
@@ -172,6 +175,7 @@ def panel_dimensions(design: Design, platform: PlatformDimensions, cup_radius_mm
         stem_length_mm=stem,
         collar_mm=collar,
         cloth_mm=_EASE * hypot(aside, up),
+        centre_x_mm=cube.centre_x_mm or 0.0,
     )
 
 

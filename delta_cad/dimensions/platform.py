@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
+from itertools import pairwise
+from math import atan2, ceil, cos, floor, hypot, radians, sin, tau
 
 from delta_cad import catalogue
+from delta_cad.design.stands import EVEN, EVEN_DEG, Gap, narrowest_gap
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ForearmDimensions
 from delta_cad.dimensions.rules import (
@@ -20,7 +23,6 @@ from delta_cad.dimensions.rules import (
     smaller,
 )
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
-from delta_cad.mechanism.placement import CHAINS
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 _UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
@@ -28,7 +30,7 @@ _UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
-MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
+_MOUNT_SPREAD_RAD, _EVEN_RAD = radians(18.0), radians(60.0)  # mounting holes beside the feet, in a gap of twice that
 _FLAT_LEAST_MM = 45.0  # from the plate's centre: beside a hole for the cables, feet that do not tip at once
 _FOOT_RIM_MM, _MOUNT_RIM_MM = 10.0, 8.0  # from the axis of a foot, and of a mounting hole, to the plate's edge
 _HOLE_RIM_MM = 8.0  # around the hole in the middle
@@ -85,17 +87,19 @@ class PlatformDimensions:
 
 @dataclass(frozen=True)
 class BaseDimensions:
-    """Base plate under the three foot blocks: a disc, or six-sided where that would stand out alone between the chains.
+    """Base plate under the three foot blocks: discs about the stands, or six-sided where these would stand out alone.
 
     Attributes:
-        radius_mm: Of the disc, which holds the six-sided one, too.
-        rim_mm: Circles (x, y, radius) whose hull the six-sided plate is; empty for a disc.
+        radius_mm: Of the disc about a stand, which holds its block with a rim.
+        rim_mm: Circles (x, y, radius) whose hull the plate is; empty for one disc, where no chain stands farther out.
         thickness_mm: Of the plate.
         top_mm: Height of its upper face in the base frame.
         centre_hole_mm: Diameter of the hole in its middle.
         window_mm: Diameter of the holes that lighten it, between the chains; 0 where there is no room.
         foot_circle_mm: Diameter on which the rubber feet stand.
-        mount_circle_mm: The same of the mounting holes, beside the feet.
+        between_rad: Azimuths of the feet, half-way between the chains.
+        mount_circle_mm: Diameter on which the mounting holes are, beside the feet.
+        mount_spread_rad: Angle between a mounting hole and the foot beside it.
         mount_hole_mm: Diameter of these.
     """
 
@@ -106,14 +110,16 @@ class BaseDimensions:
     centre_hole_mm: float
     window_mm: float
     foot_circle_mm: float
+    between_rad: tuple[float, ...]
     mount_circle_mm: float
+    mount_spread_rad: float
     mount_hole_mm: float
 
     @property
     def holes_mm(self) -> list[Circle]:
         """Circles (x, y, radius) of the large holes: that in the middle, and those between the chains."""
-        out, angles = (self.centre_hole_mm + self.foot_circle_mm) / 4, [pi / 3 + i * 2 * pi / 3 for i in CHAINS]
-        windows = [(out * cos(a), out * sin(a), self.window_mm / 2) for a in angles if self.window_mm]
+        out = (self.centre_hole_mm + self.foot_circle_mm) / 4
+        windows = [(out * cos(a), out * sin(a), self.window_mm / 2) for a in self.between_rad if self.window_mm]
         return [(0.0, 0.0, self.centre_hole_mm / 2), *windows]
 
     @property
@@ -193,15 +199,24 @@ def platform_dimensions(
 
 
 def base_dimensions(
-    bracket: BracketDimensions, thickness_mm: float, half_width_mm: float, behind_mm: float
+    bracket: BracketDimensions,
+    thickness_mm: float,
+    half_width_mm: float,
+    behind_mm: float,
+    gaps: Sequence[Gap] = EVEN,
+    azimuths_deg: Sequence[float] = EVEN_DEG,
 ) -> BaseDimensions:
     """Dimensions a base plate that carries the brackets' feet with a rim of 4 mm at least.
+
+    Feet and mounting holes are on circles about the base's axis, in each gap alike.
 
     Args:
         bracket: Brackets, screwed on from below.
         thickness_mm: Thickness of the plate.
         half_width_mm: How far the brackets reach aside of their chain's plane.
-        behind_mm: How far arms and motors reach behind the base's centre, opposite to a chain: so far the plate may.
+        behind_mm: How far arms and motors reach behind the base's centre, opposite to chain 0: so far the plate may.
+        gaps: Of the chains.
+        azimuths_deg: Of the chains.
 
     Raises:
         DimensionError: The screws' counterbores leave too little under their heads.
@@ -214,22 +229,33 @@ def base_dimensions(
         f"{thickness_mm:g} mm leave too little under the screws' heads; at least {least:g} mm",
         larger("hardware.base_plate_thickness_mm"),
     )
+    azimuths, out = [radians(angle) for angle in azimuths_deg], gaps[0].next_out_mm
+    between = tuple((one + after) / 2 for one, after in pairwise([*azimuths, tau]))
+    halves = [radians((after - one) / 2) for one, after in pairwise([*azimuths_deg, 360.0])]
+    stands = [(cos(a) * off, sin(a) * off) for a, off in zip(azimuths, (0.0, out, out), strict=True)]
+    spread = _MOUNT_SPREAD_RAD * (min(halves) / _EVEN_RAD)
     radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
-    flat = float(min(radius, max(floor(behind_mm), _FLAT_LEAST_MM)))
+    behind = max(floor(behind_mm), _FLAT_LEAST_MM)
+    is_round = behind >= radius - min(stands[1][0], 0.0)
+    flat = float(radius if is_round else behind)
     adjacent = flat - _FOOT_RIM_MM  # of the feet, from the centre
-    hole = min(bracket.foot_u_mm[0] - _HOLE_RIM_MM, adjacent - _HOLE_RIM_MM)
-    room = 2 * floor((adjacent - hole) / 2 - _WINDOW_RIM_MM)
+    hole = min(bracket.foot_u_mm[0] + min(out, 0.0) - _HOLE_RIM_MM, adjacent - _HOLE_RIM_MM)
+    lacking = EVEN[0].half_sine - narrowest_gap(gaps).half_sine  # of the way aside between even chains, as a share
+    narrower = (hole + adjacent) / 2 * lacking
+    room = 2 * floor((adjacent - hole) / 2 - _WINDOW_RIM_MM - narrower)
     mount, rim = radius - _MOUNT_RIM_MM, list[Circle]()
-    if flat < radius:
-        mount = (flat - _MOUNT_RIM_MM) / cos(MOUNT_SPREAD_RAD)
-        corner = atan2(half_width_mm, bracket.foot_u_mm[1])
-        for i in CHAINS:
-            for off, out, wide in (
-                (corner, hypot(bracket.foot_u_mm[1], half_width_mm), PLATE_RIM_MM),
-                (pi / 3 - MOUNT_SPREAD_RAD, mount, _MOUNT_RIM_MM),
+    if not is_round:
+        mount = (flat - _MOUNT_RIM_MM) / cos(spread)
+        corner, far = atan2(half_width_mm, bracket.foot_u_mm[1]), hypot(bracket.foot_u_mm[1], half_width_mm)
+        for i, (azimuth, (x, y)) in enumerate(zip(azimuths, stands, strict=True)):
+            for before, after, (x0, y0), reach, wide in (
+                (corner, corner, (x, y), far, PLATE_RIM_MM),
+                (halves[i - 1] - spread, halves[i] - spread, (0.0, 0.0), mount, _MOUNT_RIM_MM),
             ):
-                ways = (side * off + 2 * pi / 3 * i for side in (-1, 1))
-                rim += [(out * cos(way), out * sin(way), wide) for way in ways]
+                ways = azimuth - before, azimuth + after
+                rim += [(x0 + reach * cos(way), y0 + reach * sin(way), wide) for way in ways]
+    elif out > 0.0:
+        rim = [(x, y, float(radius)) for x, y in stands]
     return BaseDimensions(
         radius_mm=radius,
         rim_mm=tuple(rim),
@@ -238,6 +264,8 @@ def base_dimensions(
         centre_hole_mm=float(floor(2 * hole)),
         window_mm=0.0 if room < _WINDOW_LEAST_MM else min(_WINDOW_MM, room),
         foot_circle_mm=2 * adjacent,
+        between_rad=between,
         mount_circle_mm=2 * mount,
+        mount_spread_rad=spread,
         mount_hole_mm=5.5,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -168,3 +168,16 @@ def all_reasons() -> Iterator[list[Reason]]:
         _COLLECTED.reset(token)
     if collected:
         raise DimensionError(collected)
+
+
+def reasons_of(make: Callable[[], object]) -> tuple[Reason, ...]:
+    """Gives the reasons why something cannot be made, none of which is noted for who asks."""
+    token = _COLLECTED.set(None)
+    try:
+        with all_reasons():
+            make()
+    except DimensionError as error:
+        return error.reasons
+    finally:
+        _COLLECTED.reset(token)
+    return ()

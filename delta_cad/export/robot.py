@@ -232,7 +232,7 @@ def _fill(body: ET.Element, robot: Robot, link: str) -> None:
         ET.SubElement(body, "geom", type="cylinder", size=size, pos=at, rgba=rgba)
 
     if link == "base":
-        disc(g.base_radius + 0.03, 0.002, -0.06, "0.5 0.5 0.55 1")
+        disc(float(g.base_radii.max()) + 0.03, 0.002, -0.06, "0.5 0.5 0.55 1")
     elif link == "platform":
         disc(g.platform_radius, 0.003, 0.0, "0.8 0.8 0.82 1")
         ET.SubElement(body, "site", name="handle", pos="0 0 0", size="0.003")

@@ -93,7 +93,7 @@ def fields(s: Subject, handle: Handle) -> list[Field]:
     table, what = beam_model(s.dimensions), moving(s.masses["bodies"], g.forearm_length)
     bodies, gravity = moving_bodies(s.masses), np.array(required.gravity_m_s2)
     all_mm = limits.poses_mm()
-    coarse_mm = sampled_mm(limits.bottom_height_mm, limits.half_side_mm, GRID)
+    coarse_mm = sampled_mm(limits.workspace, GRID)
 
     def torque(p: np.ndarray) -> np.ndarray:
         held = np.abs(holding_torque(s.assembly, bodies, p, gravity))
@@ -158,6 +158,7 @@ def maps(s: Subject, over: list[Field]) -> dict[str, Any]:
             "limit": field.limit,
             "note": field.note,
             "x_mm": plain(slices[0, 0, :, 0], 6),
+            "y_mm": plain(slices[0, :, 0, 1], 6),
             "values": plain(field.values(positions).reshape(slices.shape[:3]), _DIGITS),
         }
         for field in over
@@ -186,6 +187,7 @@ def _clearance(s: Subject) -> list[dict[str, Any]]:
             "limit": s.limits.clearance_min_mm,
             "note": f"{reported} Closest: {' / '.join(least.names)}{whole}.",
             "x_mm": plain(slices[0, 0, :, 0], 6),
+            "y_mm": plain(slices[0, :, 0, 1], 6),
             "values": plain(np.reshape([one.distance_mm for one in s.near], slices.shape[:3]), _DIGITS),
             "names": names,
             "pairs": np.reshape([names.index(" / ".join(one.names)) for one in s.near], slices.shape[:3]).tolist(),

@@ -62,7 +62,7 @@ def outline(s: Subject) -> dict[str, Any]:
         "home": plain([hull for _, hull in sorted(home, key=lambda one: one[0])], _DIGITS),
         "allowed": plain([*(middle - size / 2.0), *size], _DIGITS),
         "bound": plain(bound, _DIGITS),
-        "cube": plain([-half, -half, 2.0 * half, 2.0 * half], _DIGITS),
+        "cube": plain([s.limits.centre_x_mm - half, -half, 2.0 * half, 2.0 * half], _DIGITS),
         "frame": plain([*low, *(high - low)], _DIGITS),
     }
 

@@ -113,6 +113,9 @@ def mechanism(placement: LinkPlacement, force_N: float, handle: Handle) -> dict[
     return plain(
         {
             "base_radius_mm": g.base_radius * MM_PER_M,
+            "outs_mm": (g.base_radii - g.base_radius) * MM_PER_M,
+            "radial": g.radial,
+            "tangential": g.tangential,
             "platform_radius_mm": g.platform_radius * MM_PER_M,
             "upper_arm_mm": g.upper_arm_length * MM_PER_M,
             "forearm_mm": g.forearm_length * MM_PER_M,
@@ -158,7 +161,11 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
             o.name: [o.link, numbers[o.part.number], plain(moves[o.name], _DIGITS)] for o in s.assembly.occurrences
         },
         "home_mm": plain(s.assembly.home_mm),
-        "cube": {"bottom_mm": s.limits.bottom_height_mm, "half_mm": s.limits.half_side_mm},
+        "cube": {
+            "bottom_mm": s.limits.bottom_height_mm,
+            "half_mm": s.limits.half_side_mm,
+            "centre_x_mm": s.limits.centre_x_mm,
+        },
         "outline": {"centre_mm": plain(s.stage.envelope_centre_mm), "size_mm": plain(s.stage.envelope_mm)},
     }
 

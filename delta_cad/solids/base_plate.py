@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import cos, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.platform import MOUNT_SPREAD_RAD
-from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, fitted, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
 from delta_cad.solids.making import GRAPHITE, made_part, material
@@ -15,21 +13,23 @@ from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import bore_z, cut, edge_break, feature, hull_along_z
 
 
-def between_chains(radius: float, spread: float = 0.0) -> list[tuple[float, float]]:
-    """(x, y) half way between the chains, turned by `spread`."""
-    return [
-        (radius * cos(pi / 3 + i * 2 * pi / 3 + spread), radius * sin(pi / 3 + i * 2 * pi / 3 + spread)) for i in CHAINS
-    ]
+def feet_places(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, y) of the feet, half-way between the chains."""
+    return _between_chains(d, d.base.foot_circle_mm / 2)
+
+
+def _between_chains(d: Dimensions, radius: float, spread: float = 0.0) -> list[tuple[float, float]]:
+    return [(radius * cos(a + spread), radius * sin(a + spread)) for a in d.base.between_rad]
 
 
 def mount_places(d: Dimensions) -> list[tuple[float, float]]:
     """(x, y) of the mounting holes, one on either side of each foot."""
-    radius = d.base.mount_circle_mm / 2
-    return [at for sign in (-1, 1) for at in between_chains(radius, sign * MOUNT_SPREAD_RAD)]
+    b = d.base
+    return [at for sign in (-1, 1) for at in _between_chains(d, b.mount_circle_mm / 2, sign * b.mount_spread_rad)]
 
 
 def make_base_plate(d: Dimensions) -> Part:
-    """Disc, or six-sided plate, with the holes of all that is screwed to it."""
+    """Disc, hull of discs, or six-sided plate, with the holes of all that is screwed to it."""
     number, b, k = "base_plate", d.base, d.bracket
     low, high = b.top_mm - b.thickness_mm, b.top_mm
     through = (low, high)
@@ -44,7 +44,11 @@ def make_base_plate(d: Dimensions) -> Part:
         boring.add(callout, (along_z(diameter, at, through) for at in places))
 
     def of_chains(along: tuple[float, ...]) -> list[tuple[float, float]]:
-        return [(u * c - middle * s, u * s + middle * c) for c, s in map(_turn, CHAINS) for u in along]
+        found = []
+        for angle, out in zip(map(radians, d.design.azimuths_deg), d.outs_mm, strict=True):
+            c, s = cos(angle), sin(angle)
+            found += [((u + out) * c - middle * s, (u + out) * s + middle * c) for u in along]
+        return found
 
     bored(f"{b.centre_hole_mm:g} through, cables", b.centre_hole_mm, [(0.0, 0.0)])
     screws, dowels = of_chains(k.base_screw_u_mm), of_chains(k.base_dowel_u_mm)
@@ -61,15 +65,13 @@ def make_base_plate(d: Dimensions) -> Part:
     solid = feature(number, "bores", "base_radius_mm", lambda: cut(plate, boring.tools))
     along, across = b.reach_mm
     description = f"base plate {max(along[1] - along[0], across[1] - across[0]):.4g} x {b.thickness_mm:g}"
+    if not d.design.geometry.three_fold:
+        (_, first, second), out = d.design.azimuths_deg, d.outs_mm[1]
+        description += f", chains at 0, {first:.6g}, {second:.6g} deg, the latter two {out:+.6g} mm out"
     extent = along, across, (low, high)
     return made_part(number, description, solid, material("aluminium-6082", GRAPHITE), extent, boring.holes)
 
 
-def _turn(i: int) -> tuple[float, float]:
-    """Cosine and sine of a chain's direction, those of chain 0 without rounding."""
-    return cos(i * 2 * pi / 3), sin(i * 2 * pi / 3)
-
-
 def _threads(d: Dimensions, through: tuple[float, float]) -> list[Bore]:
     """The feet's threads."""
-    return [tapped(along_z(0.0, at, through), d.foot.thread) for at in between_chains(d.base.foot_circle_mm / 2)]
+    return [tapped(along_z(0.0, at, through), d.foot.thread) for at in feet_places(d)]

@@ -10,10 +10,9 @@ from delta_cad.dimensions.platform import (
     BOSS_BEVEL_MM,
     STEM_FLATS_MM,
     STEM_FLATS_Z_MM,
-    PlatformDimensions,
 )
 from delta_cad.dimensions.tolerances import BAR_WIDER_UM
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, between, tapped, within
 from delta_cad.solids.bought_parts import CORE_PLAY_MM
 from delta_cad.solids.making import BLUE, bought_part, made_part, material, round_z
@@ -35,9 +34,9 @@ from delta_cad.solids.primitive import (
 STEM_CORE_DEPTH_MM = 9.0
 
 
-def turned_to_chain(solid: cq.Shape, i: int) -> cq.Shape:
+def turned_to_chain(d: Dimensions, solid: cq.Shape, i: int) -> cq.Shape:
     """A solid drawn in chain 0's frame, turned to chain i about z."""
-    return solid.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 0, 1), i * 120.0)
+    return solid.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 0, 1), d.design.azimuths_deg[i])
 
 
 def make_platform(d: Dimensions) -> Part:
@@ -51,12 +50,12 @@ def make_platform(d: Dimensions) -> Part:
         hub = bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))
         webs, shapes = list[cq.Shape](), list[cq.Shape]()
         for i in CHAINS:
-            webs.append(turned_to_chain(hull_along_z(p.web_mm, plate), i))
+            webs.append(turned_to_chain(d, hull_along_z(p.web_mm, plate), i))
             barrel = bevelled(boss, (-half, half), BOSS_BEVEL_MM, (r, 0.0, 0.0))
-            shapes.append(turned_to_chain(barrel, i))
+            shapes.append(turned_to_chain(d, barrel, i))
             if plate[0] > 0.0:  # an upright flank under the plate, where the boss would be undercut
                 end = half - BOSS_BEVEL_MM
-                shapes.append(turned_to_chain(box((r - boss, -end, 0.0), (r, end, plate[0])), i))
+                shapes.append(turned_to_chain(d, box((r - boss, -end, 0.0), (r, end, plate[0])), i))
         # bosses will stand in the way of a cutter from the side
         star = round_inside(number, fuse(hub, *webs), (0.0, 0.0, 1.0), lambda _: False)
         return fuse(star, *shapes)
@@ -65,14 +64,14 @@ def make_platform(d: Dimensions) -> Part:
     boring, tools = Boring(), list[cq.Shape]()
     bars = []
     for i in CHAINS:
-        u, t = chain_frame(i)[:3, 0], chain_frame(i)[:3, 1]
+        u, t = d.turn(i)[:3, 0], d.turn(i)[:3, 1]
         ends = (tuple((r * u + side * t).tolist()) for side in (-half, half))
         bars.append(within(between(p.bar_bore_mm, *ends), 0.0, BAR_WIDER_UM))
     boring.add(f"{p.bar_bore_mm:g} through each boss, a cross-bar's middle bonded in it", bars)
     boring.add(f"{p.stem_thread} through, handle", [tapped(along_z(0.0, (0.0, 0.0), (top, -top)), p.stem_thread)])
     if p.window_mm:
         window = hull_along_z(p.window_mm, (plate[0] - THROUGH_MM, plate[1] + THROUGH_MM))
-        tools += [turned_to_chain(window, i) for i in CHAINS]
+        tools += [turned_to_chain(d, window, i) for i in CHAINS]
     solid = feature(
         number,
         "bores and windows",
@@ -80,17 +79,20 @@ def make_platform(d: Dimensions) -> Part:
         lambda: cut(shape, [*boring.tools, *tools]),
     )
     description = f"platform, wrist radius {r:g}"
-    extent = *_reach(p), (-top, top)
+    if not d.design.geometry.three_fold:
+        description += f", wrists at {', '.join(f'{angle:.6g}' for angle in d.design.azimuths_deg)} deg"
+    extent = *_reach(d), (-top, top)
     return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, boring.holes)
 
 
-def _reach(p: PlatformDimensions) -> tuple[Span, Span]:
+def _reach(d: Dimensions) -> tuple[Span, Span]:
     """Reach of the wrist bosses along x and y: their bevelled ends, or their sides."""
+    p = d.platform
     boss, half = p.boss_diameter_mm / 2, p.boss_length_mm / 2
     along: list[Span] = []
     for axis in range(2):
         reach = []
-        for u in (chain_frame(i)[axis] for i in CHAINS):
+        for u in (d.turn(i)[axis] for i in CHAINS):
             middle = p.radius_mm * u[0]
             for radius, end in ((boss, half - BOSS_BEVEL_MM), (boss - BOSS_BEVEL_MM, half)):
                 beyond = radius * abs(u[0]) + end * abs(u[1])

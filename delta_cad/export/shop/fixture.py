@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import cos, sin
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,6 @@ from delta_cad.export.drawings.part.controlled import Controlled, Length, Round
 from delta_cad.export.drawings.write import Drawn, titles_of, write_part_drawing
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import GeometryError, joint_angles
-from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, blind, fitted, tapped
 from delta_cad.solids.making import GRAPHITE, made_part, material, round_z
 from delta_cad.solids.part import Part
@@ -43,7 +42,8 @@ class Seats:
         mouth_mm: Diameter of a cone where it begins.
         relief_mm: Diameter of the bore through it, for the stem's thread.
         places_mm: (7, 2) of the cones' axes.
-        column_radius_mm: From the middle to a column.
+        column_radius_mm: From the base's axis to a column.
+        columns_rad: Azimuths of the columns, between the chains.
         column_mm: Length of a column under the plate, without its spigot.
         spacer_mm: Height of a spacer.
         poses_mm: (21, 3) of the platform's centre, level by level, the lowest first.
@@ -53,6 +53,7 @@ class Seats:
     relief_mm: float
     places_mm: np.ndarray
     column_radius_mm: float
+    columns_rad: tuple[float, ...]
     column_mm: float
     spacer_mm: float
     poses_mm: np.ndarray
@@ -89,10 +90,11 @@ def seats_of(d: Dimensions) -> Seats:
     radius = float(round(SHARE * cube.half_side_mm))
     angles = np.arange(_RING) * math.pi / 3.0
     places = np.vstack([np.zeros(2), radius * np.column_stack([np.cos(angles), np.sin(angles)])])
+    places += [d.design.workspace.centre_x * MM_PER_M, 0.0]
     poses = [(x, y, first + level * spacer) for level in range(LEVELS) for x, y in places]
     relief = catalogue.screw(stem.stem_thread).clearance_hole_mm
-    adjacent = d.base.radius_mm + _NEXT_TO_MM + COLUMN_MM / 2
-    return Seats(mouth, relief, places, adjacent, float(column), float(spacer), np.array(poses))
+    adjacent = d.base.radius_mm + max(d.outs_mm) + _NEXT_TO_MM + COLUMN_MM / 2
+    return Seats(mouth, relief, places, adjacent, d.base.between_rad, float(column), float(spacer), np.array(poses))
 
 
 def _nominal_readings_deg(d: Dimensions, seats: Seats) -> np.ndarray:
@@ -125,7 +127,7 @@ def _plate(s: Seats) -> Part:
         seats,
     )
     boring.add(f"{s.relief_mm:g} through", (along_z(s.relief_mm, at, through) for at in places))
-    columns = [s.column_radius_mm * np.array([cos(a), sin(a)]) for a in (pi / 3 + 2 * pi / 3 * i for i in CHAINS)]
+    columns = [s.column_radius_mm * np.array([cos(a), sin(a)]) for a in s.columns_rad]
     spigots = [fitted(along_z(_SPIGOT_MM, (float(x), float(y)), through), "H7") for x, y in columns]
     boring.add(f"{_SPIGOT_MM:g} H7 through, columns", spigots)
     disc = bore_z(2 * s.plate_radius_mm, (0.0, 0.0), through)

@@ -44,6 +44,10 @@ def _corners(half_mm: float, corner_mm: float) -> list[tuple[float, float, float
     return [(x, y, _BULGE if k % 2 == 0 else 0.0) for k, (x, y) in enumerate(points)]
 
 
+def _axis_words(p: PanelDimensions) -> str:
+    return f"axis of the machine's base, {abs(p.centre_x_mm):g} mm from the opening's middle"
+
+
 def template_dxf(p: PanelDimensions) -> str:
     """Gives the text of the DXF R2010, the same each time: the opening closed on CUT, the holes on DRILL."""
 
@@ -63,6 +67,12 @@ def template_dxf(p: PanelDimensions) -> str:
         radius = catalogue.screw(SCREW).clearance_hole_mm / 2
         for at in p.screw_places():
             space.add_circle(at, radius, dxfattribs={"layer": "DRILL"})
+        if p.centre_x_mm:  # both strokes of the cross on the base's axis
+            for x, y in ((_HEAD_MM, 0.0), (0.0, _HEAD_MM)):
+                ends = [(-p.centre_x_mm - x, -y), (-p.centre_x_mm + x, y)]
+                space.add_lwpolyline(ends, dxfattribs={"layer": "ARM"})
+            named = space.add_text(_axis_words(p), height=_LETTER_MM, dxfattribs={"layer": "ARM"})
+            named.set_placement((-p.centre_x_mm - _HEAD_MM, -3 * _LETTER_MM))
 
     return r2010_text(draw)
 
@@ -70,7 +80,7 @@ def template_dxf(p: PanelDimensions) -> str:
 def template_svg(p: PanelDimensions) -> str:
     """Gives the text of the SVG, in millimetres, seen from above: opening, bezel's rim, holes, a bar to measure."""
     far = p.half_mm + p.rim_mm + _MARGIN_MM
-    below = far + 3.0 * _MARGIN_MM
+    below = far + (3.5 if p.centre_x_mm else 3.0) * _MARGIN_MM
     size = f'width="{2 * far:g}mm" height="{far + below:g}mm" viewBox="{-far:g} {-far:g} {2 * far:g} {far + below:g}"'
     radius, half = catalogue.screw(SCREW).clearance_hole_mm / 2, _BAR_MM / 2
     drawn = [f'<path d="{_path(p, p.opening_mm)}"/>', f'<path d="{_path(p, p.rim_mm)}" stroke-dasharray="3 2"/>']
@@ -78,6 +88,10 @@ def template_svg(p: PanelDimensions) -> str:
         drawn.append(f'<circle cx="{x:g}" cy="{-y:g}" r="{radius:g}"/>')
         drawn.append(f'<path d="M{x - 3:g} {-y:g}h6M{x:g} {-y - 3:g}v6"/>')
     drawn.append('<path d="M-4 0h8M0 -4v8"/>')
+    if p.centre_x_mm:
+        x, across = -p.centre_x_mm - _HEAD_MM, 2 * _HEAD_MM
+        slanted = f"M{x:g} {-_HEAD_MM:g}l{across:g} {across:g}m0 {-across:g}l{-across:g} {across:g}"
+        drawn.append(f'<path d="{slanted}"/>')
     drawn.append(
         f'<path d="M{far - _MARGIN_MM:g} 0h{_ARROW_MM:g}m{-_HEAD_MM:g} {-_HEAD_MM / 2:g}l{_HEAD_MM:g} {_HEAD_MM / 2:g}'
         f'l{-_HEAD_MM:g} {_HEAD_MM / 2:g}"/>'
@@ -89,6 +103,7 @@ def template_svg(p: PanelDimensions) -> str:
         "seen from above; the arrow:",
         _ARM_WORDS,
         f"opening {side:g} x {side:g}, corners R{p.opening_mm:g}; {len(p.screw_places())} holes {2 * radius:g}; mm",
+        *([f"slanted cross: {_axis_words(p)}"] if p.centre_x_mm else []),
     )
     texts = "".join(f'<text x="0" y="{bar + 6 + 5 * k:g}" {_FONT}>{line}</text>' for k, line in enumerate(words))
     lines = "".join(drawn)

@@ -18,7 +18,8 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, Meshes
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.design.stands import Gap, gaps_of
+from delta_cad.mechanism.placement import CHAINS, chain_stand
 from delta_cad.solids.part import Occurrence
 
 _BONDED = ("joint_ball",)  # what stays on its bar
@@ -26,7 +27,6 @@ GAP_MM = 4.0  # between the boxes of two parts of a group
 _APART_MM = 18.0  # between the boxes of two groups
 ROUND = 0.03  # relative difference up to which two principal moments are those of a body of revolution
 X, Y, Z = range(3)
-_WEDGE = np.tan(np.pi / 3.0)  # a chain's parts keep |y| <= WEDGE x in its frame: a third of the round
 
 
 @dataclass(eq=False)
@@ -86,18 +86,22 @@ def exploded(assembly: Assembly, meshes: Meshes) -> dict[str, np.ndarray]:
     ground = taken.group(lambda o: o.link == "base" and (chain_of(o.name) is None or taken.upright(o)), np.eye(4), Z)
     top = taken.group(lambda o: o.link == "platform", np.eye(4), Z)
     moves = _moved(ground, np.array([0.0, 0.0, -2.0 * _APART_MM]))
-    height = -np.inf
+    height, geometry = -np.inf, assembly.placement.geometry
+    gaps = gaps_of(geometry)
     for i in CHAINS:
-        u = chain_frame(i)[:3, 0]
+        stand, adjacent = chain_stand(geometry, i), (gaps[(i - 1) % len(gaps)], gaps[i % len(gaps)])
+        u = stand[:3, 0]
         drive = taken.group(
             lambda o, i=i: (chain_of(o.link) == i and not o.link.startswith(("rod", "spring"))) or taken.of(o, i),
-            chain_frame(i),
+            stand,
             Y,
         )
         rods = taken.group(
             lambda o, i=i: chain_of(o.link) == i and o.link.startswith(("rod", "spring")), taken.rod_frame(i), X
         )
-        out = max(_outwards(drive.points, i), _outwards(rods.points, i)) * u
+        out = (
+            max(_outwards(drive.points @ stand[:3, :3], adjacent), _outwards(rods.points @ stand[:3, :3], adjacent)) * u
+        )
         lift = _lift(drive.points, rods.points)
         moves |= _moved(drive, out)
         moves |= _moved(rods, out + lift * np.array([0.0, 0.0, 1.0]))
@@ -109,18 +113,29 @@ def exploded(assembly: Assembly, meshes: Meshes) -> dict[str, np.ndarray]:
 
 def exploded_chain(assembly: Assembly, meshes: Meshes, parts: Sequence[Occurrence], i: int) -> dict[str, np.ndarray]:
     """Computes how far each of some parts of a chain moves where they alone are taken apart; as `exploded`."""
-    names = {o.name for o in parts}
-    return _moved(_Taken(assembly, meshes).group(lambda o: o.name in names, chain_frame(i), Y), np.zeros(3))
+    names, stand = {o.name for o in parts}, chain_stand(assembly.placement.geometry, i)
+    return _moved(
+        _Taken(assembly, meshes).group(lambda o: o.name in names, stand, Y),
+        np.zeros(3),
+    )
 
 
 def _moved(group: _Group, by: np.ndarray) -> dict[str, np.ndarray]:
     return {name: group.frame[:3, :3] @ move + by for name, move in group.moves.items()}
 
 
-def _outwards(points: np.ndarray, i: int) -> float:
-    """How far a group moves along its chain's radius until it is in that chain's third of the round, mm."""
-    inside = points @ chain_frame(i)[:3, :3]
-    return max(0.0, float((np.abs(inside[:, Y]) / _WEDGE - inside[:, X]).max(initial=-np.inf)) + _APART_MM)
+def _outwards(points: np.ndarray, adjacent: tuple[Gap, Gap]) -> float:
+    """How far a group moves along its chain's radius until it is in that chain's share of the round, mm.
+
+    Args:
+        points: (n, 3) of the group, along the chain's directions.
+        adjacent: The gaps before and after the chain, of which its share has half.
+    """
+    off = -np.inf
+    for side, gap in zip((-1.0, 1.0), adjacent, strict=True):
+        needed = side * points[:, Y] * gap.half_cosine / gap.half_sine - points[:, X]
+        off = max(off, float(needed.max(initial=-np.inf)))
+    return max(0.0, off + _APART_MM)
 
 
 def _lift(below: np.ndarray, above: np.ndarray) -> float:

@@ -42,17 +42,19 @@ class Stage:
         envelope_centre_mm: (2,) its centre, mm.
         cube_bottom_mm: Height of the cube's bottom face, mm.
         cube_half_side_mm: Half the side of the cube, mm.
+        cube_centre_x_mm: How far its middle stands off the base's axis along x, mm.
     """
 
     envelope_mm: tuple[float, float]
     envelope_centre_mm: tuple[float, float]
     cube_bottom_mm: float
     cube_half_side_mm: float
+    cube_centre_x_mm: float = 0.0
 
     def cube(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest corner of the cube, (3,) mm each."""
-        half, bottom = self.cube_half_side_mm, self.cube_bottom_mm
-        return np.array([-half, -half, bottom]), np.array([half, half, bottom + 2 * half])
+        half, bottom, middle = self.cube_half_side_mm, self.cube_bottom_mm, self.cube_centre_x_mm
+        return np.array([middle - half, -half, bottom]), np.array([middle + half, half, bottom + 2 * half])
 
     def envelope(self, z: float) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest corner of the outline rectangle at a height, (3,) mm each."""

@@ -2,9 +2,6 @@
 
 // The mechanism in closed form, as delta_cad/mechanism has it: lengths in mm, angles in rad, base frame as there.
 const Delta = (() => {
-  const S = Math.sqrt(3) / 2;
-  const RADIAL = [[1, 0, 0], [-0.5, S, 0], [-0.5, -S, 0]];
-  const TANGENTIAL = [[0, 1, 0], [-S, -0.5, 0], [S, -0.5, 0]];
   const UP = [0, 0, 1];
   const SENSES = [[1, 1, 1], [1, 1, -1], [1, -1, 1], [1, -1, -1]];
   const MM_PER_M = 1000;
@@ -19,8 +16,8 @@ const Delta = (() => {
   // One chain at a position: cosine and sine of the shoulder angle, elbows outwards, and w, the forearm's component
   // along the elbow's direction of motion; null where it cannot be closed.
   function chain(m, p, i) {
-    const q = dot(p, RADIAL[i]) - (m.base_radius_mm - m.platform_radius_mm);
-    const t = dot(p, TANGENTIAL[i]);
+    const q = dot(p, m.radial[i]) - (m.base_radius_mm + m.outs_mm[i] - m.platform_radius_mm);
+    const t = dot(p, m.tangential[i]);
     const z = p[2];
     const rho2 = q * q + z * z;
     const a = m.upper_arm_mm;
@@ -30,7 +27,7 @@ const Delta = (() => {
     const w = Math.sqrt(w2);
     const cos = (q * along + z * w) / rho2;
     const sin = (z * along - q * w) / rho2;
-    const forearm = plus(times(q - a * cos, RADIAL[i]), times(t, TANGENTIAL[i]), times(z - a * sin, UP));
+    const forearm = plus(times(q - a * cos, m.radial[i]), times(t, m.tangential[i]), times(z - a * sin, UP));
     return { cos, sin, w, t, theta: Math.atan2(sin, cos), forearm };
   }
 
@@ -52,14 +49,15 @@ const Delta = (() => {
     if (!solved) return null;
     const out = { base: frame([1, 0, 0], [0, 1, 0], [0, 0, 0]), platform: frame([1, 0, 0], [0, 1, 0], p) };
     solved.forEach((c, i) => {
-      const u = RADIAL[i];
-      const t = TANGENTIAL[i];
+      const u = m.radial[i];
+      const t = m.tangential[i];
+      const shoulder = times(m.base_radius_mm + m.outs_mm[i], u);
       const x = plus(times(c.cos, u), times(c.sin, UP));
-      out[`upper_arm_${i}`] = frame(x, t, times(m.base_radius_mm, u));
+      out[`upper_arm_${i}`] = frame(x, t, shoulder);
       const turned = (m.ratio > 1 ? -m.ratio : m.ratio) * c.theta;
       const pinion = plus(times(Math.cos(turned), u), times(Math.sin(turned), UP));
-      out[`pinion_${i}`] = frame(pinion, t, plus(times(m.pinion_mm[0], u), times(m.pinion_mm[1], UP)));
-      const elbow = plus(times(m.base_radius_mm, u), times(m.upper_arm_mm, x));
+      out[`pinion_${i}`] = frame(pinion, t, plus(times(m.pinion_mm[0] + m.outs_mm[i], u), times(m.pinion_mm[1], UP)));
+      const elbow = plus(shoulder, times(m.upper_arm_mm, x));
       const along = unit(c.forearm);
       const across = unit(plus(t, times(-dot(along, t), along)));
       const normal = cross(along, across);
@@ -122,7 +120,7 @@ const Delta = (() => {
     const columns = faces.map((v, i) => times(lever[i] / dot(s[0], faces[0]), v)); // of the Jacobian
     const gram = eigenvalues(summed(0, rows.map((r) => [1, r, r])));
     const n = rows.map((r) => times(arm, r));
-    const elbow = solved.map((c, i) => plus(times(-c.sin, RADIAL[i]), times(c.cos, UP)));
+    const elbow = solved.map((c, i) => plus(times(-c.sin, m.radial[i]), times(c.cos, UP)));
     const { carried_kg, elbow_kg, cross_kg, joint_kg_m2 } = m.inertia;
     const at_elbow = elbow_kg + joint_kg_m2 / (arm * arm);
     const pairs = n.flatMap((v, i) => [[at_elbow, v, v], [2 * cross_kg, v, elbow[i]]]);

@@ -5,7 +5,7 @@
   const data = JSON.parse(get("data").textContent);
   const degrees = (rad) => (rad * 180) / Math.PI;
   const half = data.cube.half_mm;
-  const middle = [0, 0, data.cube.bottom_mm + half];
+  const middle = [data.cube.centre_x_mm, 0, data.cube.bottom_mm + half];
   const sliders = [..."xyz"].map((axis) => get(`pose-${axis}`));
   let viewer = null;
   let at = data.home_mm;

@@ -18,6 +18,7 @@ class MapRow {
   constructor(home, data, map, told, chosen) {
     this.map = map;
     this.x = map.x_mm;
+    this.y = map.y_mm;
     const row = element(home, "section", "map");
     const title = element(row, "h3", "", map.unit ? `${map.words}, ${map.unit}` : map.words);
     if (map.limit !== null) element(title, "small", "", ` required ${map.upper ? "≤" : "≥"} ${map.limit}`);
@@ -44,7 +45,7 @@ class MapRow {
       const at = (event) => this.place(canvas, event);
       const words = (event) => {
         const [i, j] = at(event);
-        const where = `${this.x[i].toFixed(1)}, ${this.x[j].toFixed(1)}, ${data.z_mm[k].toFixed(1)} mm`;
+        const where = `${this.x[i].toFixed(1)}, ${this.y[j].toFixed(1)}, ${data.z_mm[k].toFixed(1)} mm`;
         const value = Number.isFinite(values[j][i]) ? values[j][i] : "without bound";
         told(event, `${map.words} ${value} ${map.unit}`, where, ...(map.names ? [map.names[map.pairs[k][j][i]]] : []));
       };
@@ -52,7 +53,7 @@ class MapRow {
       canvas.addEventListener("pointerleave", (event) => told(event, ""));
       canvas.addEventListener("click", (event) => {
         const [i, j] = at(event);
-        chosen([this.x[i], this.x[j], data.z_mm[k]]);
+        chosen([this.x[i], this.y[j], data.z_mm[k]]);
       });
       this.mark(frame, values);
       const scale = element(figure, "figcaption", "");

@@ -39,7 +39,7 @@ class Viewer {
     this.model = new THREE.Group();
     this.scene.add(this.model, this.caps);
     this.cube = this.lines(boxEdges(2 * data.cube.half_mm), 0x2f6fd0);
-    this.cube.position.set(0, 0, data.cube.bottom_mm + data.cube.half_mm);
+    this.cube.position.set(data.cube.centre_x_mm, 0, data.cube.bottom_mm + data.cube.half_mm);
     this.scene.add(this.cube);
     this.handle = new THREE.LineSegments(crossOf(7), new THREE.LineBasicMaterial({ color: 0xd05a10, depthTest: false }));
     this.handle.renderOrder = 2;
@@ -74,10 +74,12 @@ class Viewer {
     this.outline = this.lines(rectangle(x, y, w, d, this.box.min.z), 0xc0392b, true);
     // what stays in the picture wherever the machine is moved: arms over the rectangle, about as high as the cube's
     // floor, and the knob over the cube
-    const { half_mm: half, bottom_mm: bottom } = this.data.cube;
+    const { half_mm: half, bottom_mm: bottom, centre_x_mm: middle } = this.data.cube;
     const over = this.box.max.z - bottom - half;
     const arms = new THREE.Box3().setFromObject(this.outline).expandByPoint(new THREE.Vector3(x, y, bottom));
-    const knob = new THREE.Box3(new THREE.Vector3(-half, -half, bottom), new THREE.Vector3(half, half, bottom + 2 * half + over));
+    const knob = new THREE.Box3(
+      new THREE.Vector3(middle - half, -half, bottom), new THREE.Vector3(middle + half, half, bottom + 2 * half + over),
+    );
     this.reach = [...cornersOf(arms), ...cornersOf(knob)];
     this.scene.add(this.outline);
     this.look("iso");

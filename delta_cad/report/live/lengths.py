@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.mechanism import DeltaGeometry, closure_margin
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
+from delta_cad.mechanism.geometry import THREE_FOLD
 from delta_cad.mechanism.inverse import elbow_positions, joint_angles, rod_lean, wrist_positions
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
@@ -23,7 +23,10 @@ _ROUNDED = 4  # significant digits of a figure
 
 @dataclass(frozen=True)
 class Lengths:
-    """What sliders change, mm; as in the design file."""
+    """What sliders change, mm, as in the design file; where chains 1 and 2 and the cube's middle stand is the design's.
+
+    `side_shift_mm`, `side_cosine` and `centre_x_mm` are those of `DeltaGeometry` and `Cube`.
+    """
 
     base_radius_mm: float
     platform_radius_mm: float
@@ -31,23 +34,30 @@ class Lengths:
     forearm_length_mm: float
     bottom_height_mm: float
     half_side_mm: float
+    side_shift_mm: float = 0.0
+    side_cosine: float = THREE_FOLD
+    centre_x_mm: float = 0.0
 
     @classmethod
     def of(cls, design: Design) -> Lengths:
         """Gives those of a design."""
-        stated = {**vars(design.mechanism), **vars(design.cube)}
+        g = design.geometry
+        placed = {"side_shift_mm": g.side_shift * MM_PER_M, "side_cosine": g.side_cosine}
+        placed["centre_x_mm"] = design.workspace.centre_x * MM_PER_M
+        stated = {**vars(design.mechanism), **vars(design.cube), **placed}
         return cls(**{field.name: stated[field.name] for field in fields(cls)})
 
     @property
     def geometry(self) -> DeltaGeometry:
         """The mechanism, metres."""
         lengths = (self.base_radius_mm, self.platform_radius_mm, self.upper_arm_length_mm, self.forearm_length_mm)
-        return DeltaGeometry(*(length / MM_PER_M for length in lengths))
+        placed = {"side_shift": self.side_shift_mm / MM_PER_M, "side_cosine": self.side_cosine}
+        return DeltaGeometry(*(length / MM_PER_M for length in lengths), **placed)
 
     @property
     def centre_mm(self) -> np.ndarray:
         """(3,) centre of the cube."""
-        return np.array([0.0, 0.0, self.bottom_height_mm + self.half_side_mm])
+        return np.array([self.centre_x_mm, 0.0, self.bottom_height_mm + self.half_side_mm])
 
     def within(self, p_mm: np.ndarray) -> np.ndarray:
         """Gives the position of the cube that is nearest to one, (3,) mm."""
@@ -83,8 +93,8 @@ def skeleton(lengths: Lengths, width_mm: float, p_mm: np.ndarray) -> dict[str, n
     g, p = lengths.geometry, np.asarray(p_mm) / MM_PER_M
     theta = joint_angles(g, p)
     elbows, wrists = MM_PER_M * elbow_positions(g, theta), MM_PER_M * wrist_positions(g, p)
-    shoulders = lengths.base_radius_mm * RADIAL
-    side = width_mm / 2.0 * TANGENTIAL
+    shoulders = MM_PER_M * g.base_radii[:, None] * g.radial
+    side = width_mm / 2.0 * g.tangential
     rods = [(elbows[i] + s * side[i], wrists[i] + s * side[i]) for i in range(3) for s in (-1.0, 1.0)]
     bars = [(at[i] - side[i], at[i] + side[i]) for i in range(3) for at in (elbows, wrists)]
     around = [(k, (k + 1) % 3) for k in range(3)]

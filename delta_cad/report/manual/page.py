@@ -96,12 +96,22 @@ def page(d: Dimensions, assembly: Assembly, wording: list[Chapter], pictures: Ma
         parts=len(assembly.occurrences),
         tools=sorted(tools, key=_sorted_as),
         torques=TORQUES,
+        others=_others(d),
         pictures=pictures,
         size=SIZE,
         hash=design_hash(d.design),
         style=Markup((_ASSETS / "manual.css").read_text(encoding="utf-8")),
     )
     return text.replace("</style>", f"{face_rules(sorted(set(text)))}</style>", 1)
+
+
+def _others(d: Dimensions) -> str:
+    """Where chains 1 and 2 stand."""
+    if d.design.geometry.three_fold:
+        return "chains 1 and 2 follow at 120 degrees each, counter-clockwise seen from above."
+    (_, first, second), out = d.design.azimuths_deg, d.outs_mm[1]
+    words = f"chains 1 and 2 stand at {first:.6g} and {second:.6g} degrees, counter-clockwise seen from above"
+    return f"{words}, {abs(out):.6g} mm {'farther out' if out > 0.0 else 'nearer'}." if out else f"{words}."
 
 
 def _sorted_as(tool: str) -> tuple[str, float]:

@@ -217,7 +217,7 @@ def random_dimensions(seed: int) -> Dimensions | str:
         return str(refused)
 
 
-@pytest.mark.quick(4)
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("seed", range(12))
 def test_a_random_design_is_assembled_or_refused_with_a_reason(seed: int) -> None:
     d = random_dimensions(seed)

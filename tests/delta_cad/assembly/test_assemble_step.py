@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from math import cos, degrees, sin
+from pathlib import Path
 
 import gmsh
 import numpy as np
@@ -27,17 +28,21 @@ def exported(built: Built) -> dict[str, list[list[tuple[str, np.ndarray, np.ndar
 
     Spheres and axes are fitted to points and normals of the faces: nothing of the writer's numbers enters.
     """
+    return read(built.folder / "assembly.step", LOOKED_AT)
+
+
+def read(path: Path, numbers: set[str]) -> dict[str, list[list[tuple[str, np.ndarray, np.ndarray, float]]]]:
     gmsh.initialize(["-noenv"], readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
         gmsh.model.add("read")
-        solids = [tag for _, tag in gmsh.model.occ.importShapes(str(built.folder / "assembly.step"))]
+        solids = [tag for _, tag in gmsh.model.occ.importShapes(str(path))]
         gmsh.model.occ.synchronize()
         found: dict[str, list[list[tuple[str, np.ndarray, np.ndarray, float]]]] = {}
         for tag in solids:
             number = gmsh.model.getEntityName(3, tag).split("/")[-1]
-            if number not in LOOKED_AT:
+            if number not in numbers:
                 continue
             faces = gmsh.model.getBoundary([(3, tag)], oriented=False)
             found.setdefault(number, []).append([fit for _, face in faces if (fit := fitted(face))])

@@ -33,7 +33,7 @@ from delta_cad.dimensions.leads import (
     lead_dimensions,
     sensor_lead_dimensions,
 )
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.leads import make_lead, make_sensor_lead
 from delta_cad.solids.part import location_of
 from delta_cad.structure.hardware.refusals import least_outline_mm
@@ -180,7 +180,7 @@ def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> No
         found.append(vertices @ o.placement[:2, :3].T + o.placement[:2, 3])
     (leads,) = d.leads
     back = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    reported = np.concatenate([(np.array(leads.outside_mm) + back) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+    reported = np.concatenate([(np.array(leads.outside_mm) + back) @ d.turn(i)[:2, :2].T for i in CHAINS])
     solids = np.concatenate(found)
     assert reported.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
     assert reported[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)

@@ -34,7 +34,6 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export.drawings.write import Drawn
 from delta_cad.export.fingerprint import canonical
-from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning, worst_joint_torque
 from delta_cad.mechanism.limits import EffectiveMass, Kappa, Lean, Shoulder, Torque
@@ -47,10 +46,10 @@ BAD = CheckResult("clearance", False, 0.7, 2.0, "mm", (1.0, 2.0, 90.0), ("upper_
 
 
 @pytest.fixture(scope="module")
-def machine(best_dimensions: Dimensions, best_assembly: Assembly) -> BuiltMachine:
+def machine(best_dimensions: Dimensions, best_assembly: Assembly, best_masses: dict[str, Any]) -> BuiltMachine:
     """The committed design as `make_machine` makes it, of the solids that all tests share."""
     meshes = MeshLibrary(best_assembly.parts, LINEAR_MM, ANGULAR_RAD)
-    return BuiltMachine(best_dimensions, best_assembly, meshes, mass_report(best_assembly))
+    return BuiltMachine(best_dimensions, best_assembly, meshes, best_masses)
 
 
 class Idle:

@@ -1,6 +1,6 @@
 """The command line: exit codes, one line on stderr for every fault, JSON on stdout.
 
-28 s of processor: refused designs search the thresholds of their reasons.
+18 s of processor: refused designs search the thresholds of their reasons.
 """
 
 from __future__ import annotations
@@ -80,14 +80,10 @@ def test_inspect_prints_a_table_or_json_of_the_same_facts(best: Design, capsys: 
         ("envelope_width_mm", 150.0),
     ],
 )
-def test_inspect_says_which_requirement_fails(
-    requirement: str, value: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "asking.json"
-    file.write_text(json.dumps(changed(**{f"requirements__{requirement}": value})))
-    assert main(["inspect", "--design", str(file), "--json"]) == 1
-    rows = json.loads(capsys.readouterr().out)["rows"]
-    assert f"{value:g}" in " ".join(row["limit"] for row in rows if row["holds"] is False)
+def test_inspection_says_which_requirement_fails(requirement: str, value: float) -> None:
+    """By which the process ends with 1: `test_cli_process`."""
+    rows = inspection(design_from_dict(changed(**{f"requirements__{requirement}": value})))
+    assert f"{value:g}" in " ".join(row.limit for row in rows if row.holds is False)
 
 
 def test_the_inspection_s_rows_are_the_mechanism_s_figures() -> None:
@@ -118,9 +114,11 @@ def test_the_inspection_s_rows_are_the_mechanism_s_figures() -> None:
             )
 
 
-def test_a_direct_drive_has_no_cable_in_its_inspection() -> None:
-    from delta_cad.design import design_from_dict
+def test_a_folder_is_no_design(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "Is a directory" in refused(capsys, ["inspect", "--design", str(tmp_path)])
 
+
+def test_a_direct_drive_has_no_cable_in_its_inspection() -> None:
     rows = inspection(design_from_dict(changed(hardware__drive="direct", hardware__motor="maxon-ec60flat-625858")))
     assert not any("cable" in row.quantity for row in rows)
     assert any(row.quantity == "ratio" and row.value == 1.0 for row in rows)

@@ -27,9 +27,7 @@ def test_exit_codes_of_the_process(tmp_path: Path) -> None:
     thin.write_text(json.dumps(changed(hardware__platform_thickness_mm=9.0)))
     out = str(tmp_path / "out")
     for arguments, code in (
-        (["inspect", "--design", str(BEST)], 0),
         (["inspect", "--design", str(asking)], 1),
-        (["inspect", "--design", str(tmp_path)], 2),
         (["inspect", "--out", out], 2),
         (["build", "--design", str(thin), "--out", out], 2),
     ):

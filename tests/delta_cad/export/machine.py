@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.mass_properties import part_mass_properties
 from delta_cad.mechanism import DeltaGeometry
-from delta_cad.mechanism.placement import LinkPlacement, chain_frame
+from delta_cad.mechanism.placement import LinkPlacement, chain_turn
 from delta_cad.solids.part import Hole, Material, Occurrence, Part
 
 if TYPE_CHECKING:
@@ -64,19 +64,19 @@ def make_parts(arm_hole_mm: float = 6.0) -> dict[str, Part]:
 
 def make_assembly(parts: dict[str, Part] | None = None, name: str = "test-joystick") -> Assembly:
     parts = parts or make_parts()
+    geometry = DeltaGeometry(0.040, 0.030, ARM_MM / 1000, ROD_MM / 1000)
     placed = [
         Occurrence("base_plate", parts["base_plate"], "base", translation(0, 0, -64)),
         Occurrence("platform", parts["platform"], "platform", np.eye(4)),
     ]
     for i in range(3):
-        motor = chain_frame(i) @ translation(35.0, -3.0, -21.0)
+        motor = chain_turn(geometry, i) @ translation(35.0, -3.0, -21.0)
         placed.append(Occurrence(f"motor_{i}", parts["motor_30x68"], "base", motor))
         placed.append(Occurrence(f"upper_arm_{i}", parts["upper_arm"], f"upper_arm_{i}", np.eye(4)))
         for j in range(2):
             placed.append(Occurrence(f"rod_tube_{i}_{j}", parts["rod_tube"], f"rod_{i}_{j}", np.eye(4)))
             elbow = translation(ARM_MM, (j - 0.5) * WIDTH_MM, 0.0)
             placed.append(Occurrence(f"ball_{i}_{j}_elbow", parts["ball_8"], f"upper_arm_{i}", elbow))
-    geometry = DeltaGeometry(0.040, 0.030, ARM_MM / 1000, ROD_MM / 1000)
     placement = LinkPlacement(geometry, WIDTH_MM, (20.0, -40.0), 9.0)
     return Assembly(name, tuple(placed), (), (), placement, HOME_MM)
 

@@ -25,7 +25,6 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import joint_friction
 from delta_cad.drive.masses import masses_from_dict
-from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.robot import DUST_KG, Robot, mjcf, sdf, urdf
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from haptics.gravity import gravity_torque
@@ -44,13 +43,8 @@ LINKS = {
 
 
 @pytest.fixture(scope="module")
-def masses(best_assembly: Assembly) -> dict[str, Any]:
-    return mass_report(best_assembly)
-
-
-@pytest.fixture(scope="module")
-def robot(best: Design, best_dimensions: Dimensions, best_assembly: Assembly, masses: dict[str, Any]) -> Robot:
-    stops, bodies = best_dimensions.stops_rad, masses["bodies"]
+def robot(best: Design, best_dimensions: Dimensions, best_assembly: Assembly, best_masses: dict[str, Any]) -> Robot:
+    stops, bodies = best_dimensions.stops_rad, best_masses["bodies"]
     return Robot(best_assembly, bodies, drive_torque(best), stops, joint_friction(best))
 
 
@@ -113,10 +107,12 @@ def joints_at(robot: Robot, p_mm: np.ndarray) -> dict[str, float]:
         found[f"shoulder_{i}"] = float(theta[i])
         for j in range(2):
             now, before = (f[f"upper_arm_{i}"][:3, :3].T @ f[f"rod_{i}_{j}"][:3, :3] for f in (at, home))
-            swing, lean, turn = Rotation.from_matrix(before.T @ now).as_euler("YZX")
+            stud = robot.stud(i, j)  # at home the rod's y, or against it, but for the rod's lean there
+            sense = np.sign(stud[1])
+            leant = Rotation.from_euler("z", np.arctan2(-sense * stud[0], sense * stud[1])).as_matrix()
+            swing, lean, turn = Rotation.from_matrix(leant.T @ before.T @ now @ leant).as_euler("YZX")
             assert abs(turn) < 1e-12
-            # the stud is the rod's y at home, or against it
-            found[f"elbow_{i}_{j}_swing"] = swing * np.sign(robot.stud(i, j)[1])
+            found[f"elbow_{i}_{j}_swing"] = swing * sense
             found[f"elbow_{i}_{j}_lean"] = lean
     return found
 
@@ -278,8 +274,8 @@ def twin(robot: Robot) -> Any:
 
 
 @pytest.fixture(scope="module")
-def project_own(best: Design, masses: dict[str, Any]) -> tuple[DeltaGeometry, Any, Plant]:
-    known = masses_from_dict(masses, best.geometry.forearm_length, drive_torque(best))
+def project_own(best: Design, best_masses: dict[str, Any]) -> tuple[DeltaGeometry, Any, Plant]:
+    known = masses_from_dict(best_masses, best.geometry.forearm_length, drive_torque(best))
     return best.geometry, known, plant(best.geometry, known, GRAVITY)
 
 
@@ -300,12 +296,12 @@ def closures(twin: Any, data: Any) -> np.ndarray:
     return jacobian[np.asarray(data.efc_type) == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
 
 
-def test_every_link_is_there_with_its_mass(twin: Any, masses: dict[str, Any]) -> None:
+def test_every_link_is_there_with_its_mass(twin: Any, best_masses: dict[str, Any]) -> None:
     names = [twin.body(k).name for k in range(1, twin.nbody)]
     assert set(names) == LINKS
     assert (twin.nv, twin.nu, twin.neq) == (DOF, 3, 6)
     for name in names:
-        body, known = twin.body(name), masses["bodies"][name]
+        body, known = twin.body(name), best_masses["bodies"][name]
         assert body.mass[0] == pytest.approx(known["mass_kg"], rel=1e-12)
         rotated = Rotation.from_quat(np.roll(body.iquat, -1)).as_matrix()
         inertia = rotated @ np.diag(body.inertia) @ rotated.T
@@ -322,6 +318,35 @@ def test_every_pose_is_closed(twin: Any, robot: Robot) -> None:
         frames = robot.assembly.placement(p)
         for name in ("upper_arm_1", "rod_2_0", "platform"):
             assert data.body(name).xpos == pytest.approx(frames[name][:3, 3] / 1000.0, abs=1e-12)
+
+
+def test_joints_of_a_placed_machine_are_where_a_textbook_has_them(
+    placed_assembly: Assembly, placed_dimensions: Dimensions, best_masses: dict[str, Any]
+) -> None:
+    """Over the cube, its corners among the positions: shoulders at R_i, arms of L_A, rods of L_B that all close."""
+    d = placed_dimensions
+    robot = Robot(placed_assembly, best_masses["bodies"], drive_torque(d.design), d.stops_rad)
+    twin: Any = mujoco.MjModel.from_xml_string(mjcf(robot, GRAVITY))
+    m, cube, half = d.design.mechanism, d.design.cube, d.forearm.width_mm / 2
+    centre = np.array([11.1, 0.0, cube.bottom_height_mm + cube.half_side_mm])
+    shares = np.array(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1])).reshape(3, -1).T
+    for p in centre + cube.half_side_mm * shares:
+        data = posed(twin, robot, p)
+        assert np.abs(np.asarray(data.efc_pos)[: 6 * 3]).max() < 1e-12
+        for i, (degree, out) in enumerate(((0.0, 30.8), (116.3, 38.45), (-116.3, 38.45))):
+            a = np.radians(degree)
+            radial, tangent = np.array([np.cos(a), np.sin(a), 0.0]), np.array([-np.sin(a), np.cos(a), 0.0])
+            arm = data.body(f"upper_arm_{i}")
+            shoulder, along = 1e3 * arm.xpos, arm.xmat.reshape(3, 3)[:, 0]
+            assert shoulder == pytest.approx(out * radial, abs=1e-9)
+            assert abs(along @ tangent) < 1e-12
+            elbow, wrist = shoulder + m.upper_arm_length_mm * along, p + m.platform_radius_mm * radial
+            assert np.linalg.norm(wrist - elbow) == pytest.approx(m.forearm_length_mm, abs=1e-9)
+            assert (elbow - wrist) @ radial > 0.0  # outwards
+            for j in range(2):
+                aside = (2 * j - 1) * half * tangent
+                assert 1e3 * data.body(f"rod_{i}_{j}").xpos == pytest.approx(elbow + aside, abs=1e-9)
+                assert 1e3 * data.site(f"wrist_{i}_{j}").xpos == pytest.approx(wrist + aside, abs=1e-9)
 
 
 def test_the_engine_holds_the_same_against_gravity(twin: Any, robot: Robot, project_own: Any) -> None:
@@ -375,8 +400,8 @@ def test_the_engine_converges_to_our_motion_at_first_order(twin: Any, robot: Rob
     assert errors[-1] < 1e-3 * np.linalg.norm(exact[:3] - home)
 
 
-def test_a_direct_drive_has_no_pinion(best: Design, robot: Robot, masses: dict[str, Any]) -> None:
-    bare = {name: body for name, body in masses["bodies"].items() if "pinion" not in name}
+def test_a_direct_drive_has_no_pinion(best: Design, robot: Robot, best_masses: dict[str, Any]) -> None:
+    bare = {name: body for name, body in best_masses["bodies"].items() if "pinion" not in name}
     drive = drive_torque(best)
     light = mujoco.MjModel.from_xml_string(mjcf(Robot(robot.assembly, bare, drive, (-1.0, 1.0)), GRAVITY))
     assert light.dof_armature[:1] == pytest.approx(drive.reflected_inertia_kg_m2, rel=1e-12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,9 @@ from tests.committed import Built
 from tests.delta_cad.export.machine import make_assembly, make_parts
 from tests.delta_cad.report.reading import Page
 
+GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # WebGL, on the processor
 FLAGS = (
     "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
@@ -57,17 +56,24 @@ def page(built: Built) -> Page:
     return Page((built.folder / "report.html").read_text(encoding="utf-8"))
 
 
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    """A headless browser, which `make test` installs. Its loop must not outlive the module."""
+@contextmanager
+def headless(*flags: str) -> Iterator[Any]:
+    """A browser without a screen, which `make test` installs."""
     from playwright import sync_api
 
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     assert found is not None, f"the page is tested in a browser: none of {', '.join(BROWSERS)} is on the path"
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=found, args=[*FLAGS, *flags])
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """A browser that draws in three dimensions. Its loop must not outlive the module."""
+    with headless(*GRAPHICS) as browser:
+        yield browser
 
 
 @pytest.fixture

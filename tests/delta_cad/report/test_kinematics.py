@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,14 +35,17 @@ def positions(best_dimensions: Dimensions) -> np.ndarray:
     return centre + np.concatenate([corners, np.random.default_rng(7).uniform(-half, half, (POSES, 3))])
 
 
-@pytest.fixture(scope="module", params=["geared", "direct"])
+@pytest.fixture(scope="module", params=["geared", "direct", "placed"])
 def placement(request: pytest.FixtureRequest, best_dimensions: Dimensions) -> LinkPlacement:
     d = best_dimensions
     springs = ((41.0, -1.5), (102.0, 1.5))
     if request.param == "direct":
         radius_mm = 1000.0 * d.design.geometry.base_radius
         return LinkPlacement(d.design.geometry, d.forearm.width_mm, (radius_mm, 0.0), 1.0, springs, 2.5)
-    return LinkPlacement(d.design.geometry, d.forearm.width_mm, d.bracket.motor_axis_mm, 4.8, springs, 2.5)
+    geometry = d.design.geometry
+    if request.param == "placed":
+        geometry = replace(geometry, side_shift=0.004, side_cosine=np.cos(np.radians(117.0)))
+    return LinkPlacement(geometry, d.forearm.width_mm, d.bracket.motor_axis_mm, 4.8, springs, 2.5)
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from delta_cad.design import Design
+from delta_cad.design import Design, design_from_dict
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.statics import conditioning
 from delta_cad.report.live.lengths import Lengths, readings, skeleton
+from tests.designs import placed
 
 INERTIA = HandleInertia(0.071, 0.0043, 0.0011, 3.1e-4)
 WIDTH_MM = 54.0
@@ -77,3 +78,14 @@ def test_out_of_reach_is_reported(lengths: Lengths) -> None:
     assert not short.reaches(short.positions_mm())
     assert {r.worst for r in readings(short, 3.0, None, short.centre_mm)} == {"out of reach"}
     assert readings(short, 3.0, None, np.array([0.0, 0.0, 900.0])) == []
+
+
+def test_the_mechanism_of_a_placed_design_keeps_its_placement() -> None:
+    design = design_from_dict(placed())
+    lengths = Lengths.of(design)
+    assert lengths.geometry == design.geometry
+    assert lengths.centre_mm == pytest.approx([11.1, 0.0, 119.7])
+    lines = skeleton(lengths, WIDTH_MM, lengths.centre_mm)
+    assert np.linalg.norm(lines["arms"][:, 0], axis=1) == pytest.approx([30.8, 38.45, 38.45])
+    assert np.degrees(np.arctan2(*lines["arms"][:, 0, 1::-1].T)) == pytest.approx([0.0, 116.3, -116.3])
+    assert long(lines["rods"])[:6] == pytest.approx([148.4] * 6)

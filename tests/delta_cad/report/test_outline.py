@@ -67,3 +67,9 @@ def test_the_caption_tells_the_bound(page: Page) -> None:
     (caption,) = (e.text for e in page.all("figcaption"))
     w, h = re.findall(r"(\d+\.\d) × (\d+\.\d) mm", caption)[0]
     assert (float(w), float(h)) == pytest.approx(size.tolist(), abs=0.051)
+
+
+def test_the_cube_is_drawn_where_it_stands(subject: Subject) -> None:
+    aside = replace(subject, limits=replace(subject.limits, centre_x_mm=11.0))
+    assert outline(aside)["cube"] == pytest.approx([11.0 - 20.0, -20.0, 40.0, 40.0])
+    assert outline(subject)["cube"] == pytest.approx([-20.0, -20.0, 40.0, 40.0])

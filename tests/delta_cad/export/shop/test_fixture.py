@@ -27,9 +27,11 @@ def seats(best_dimensions: Dimensions) -> Seats:
     return seats_of(best_dimensions)
 
 
-def test_poses_lie_in_the_cube_and_are_enough(best_dimensions: Dimensions, seats: Seats) -> None:
-    cube = best_dimensions.design.cube
-    middle = np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm])
+@pytest.mark.parametrize("machine", ["best", "placed"])
+def test_poses_lie_in_the_cube_and_are_enough(machine: str, request: pytest.FixtureRequest) -> None:
+    d: Dimensions = request.getfixturevalue(f"{machine}_dimensions")
+    cube, seats = d.design.cube, seats_of(d)
+    middle = np.array([0.0 if machine == "best" else 11.1, 0.0, cube.bottom_height_mm + cube.half_side_mm])
     assert np.abs(seats.poses_mm - middle).max() < cube.half_side_mm - 2.0
     assert len(seats.poses_mm) >= poses_needed(own_frame=True)
     apart = np.linalg.norm(seats.places_mm[:, None] - seats.places_mm, axis=-1) + 1e3 * np.eye(len(seats.places_mm))
@@ -69,24 +71,30 @@ def test_the_stems_edge_lies_on_the_cones_at_every_pose(
 
 
 @pytest.mark.slow
-def test_it_stands_clear_of_the_machine(best_dimensions: Dimensions, best_assembly: Assembly, seats: Seats) -> None:
+@pytest.mark.parametrize(("machine", "azimuths"), [("best", (0.0, 120.0, 240.0)), ("placed", (0.0, 116.3, 243.7))])
+def test_it_stands_clear_of_the_machine(
+    machine: str, azimuths: tuple[float, ...], request: pytest.FixtureRequest
+) -> None:
     import trimesh
 
+    d: Dimensions = request.getfixturevalue(f"{machine}_dimensions")
+    assembly: Assembly = request.getfixturevalue(f"{machine}_assembly")
+    seats = seats_of(d)
     points: dict[str, list[np.ndarray]] = {}
-    for one in best_assembly.occurrences:
-        if one.part.number in ("handle_stem", best_assembly_knob(best_assembly)):
+    for one in assembly.occurrences:
+        if one.part.number in ("handle_stem", knob_of(assembly)):
             continue  # the stem stands in the seat, the knob is off
         vertices, faces = one.part.solid.tessellate(0.5, 0.5)
         mesh = [np.array([v.toTuple() for v in vertices]), np.array(faces)]
         fine, _ = trimesh.remesh.subdivide_to_size(mesh[0], mesh[1], 8.0, max_iter=20)
         points.setdefault(one.link, []).append(fine @ one.placement[:3, :3].T + one.placement[:3, 3])
     cloud = {link: np.vstack(many) for link, many in points.items()}
-    bench = best_dimensions.base.top_mm - best_dimensions.base.thickness_mm
-    angles = np.pi / 3 + 2 * np.pi / 3 * np.arange(3)
+    bench = d.base.top_mm - d.base.thickness_mm
+    angles = np.radians(np.array([azimuths[0] + azimuths[1], azimuths[1] + azimuths[2], azimuths[2] + 360.0]) / 2)
     columns = seats.column_radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
     least = [np.inf, np.inf]
     for n in range(len(seats.poses_mm)):
-        frames = best_assembly.placement(seats.poses_mm[n])
+        frames = assembly.placement(seats.poses_mm[n])
         under = bench + seats.column_mm + (n // 7) * seats.spacer_mm
         for link, many in cloud.items():
             placed = many @ frames[link][:3, :3].T + frames[link][:3, 3]
@@ -96,7 +104,7 @@ def test_it_stands_clear_of_the_machine(best_dimensions: Dimensions, best_assemb
     assert min(least) > 5.0 + 1.0, least  # points of a mesh of 8 mm are at most 4.7 from any other; its chords 0.5
 
 
-def best_assembly_knob(assembly: Assembly) -> str:
+def knob_of(assembly: Assembly) -> str:
     (knob,) = {one.part.number for one in assembly.occurrences if one.name == "knob"}
     return knob
 

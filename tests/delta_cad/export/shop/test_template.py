@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from math import atan, hypot, pi, sin
 from xml.etree import ElementTree
 
@@ -11,7 +12,7 @@ import pytest
 
 from delta_cad.dimensions.panel import PanelDimensions
 from delta_cad.export.shop.template import template_dxf, template_svg
-from delta_cad.mechanism.placement import chain_frame
+from delta_cad.mechanism.placement import chain_turn
 from tests.delta_cad.dimensions.paneled import of_panel
 from tests.delta_cad.export.drawings.reading import Entity, entities
 
@@ -77,7 +78,9 @@ def test_an_arrow_tells_which_way_round_the_machine_stands() -> None:
     assert words == "seen from above: an arm of the machine points this way"
     assert re.search(r">seen from above; the arrow:<.*>an arm of the machine points this way<", template_svg(p))
     arm = np.array([1.0, 0.0, 0.0])
-    assert chain_frame(0)[:3, :3] @ arm == pytest.approx(arm)  # an arm's own x points to its elbow
+    assert chain_turn(of_panel().design.geometry, 0)[:3, :3] @ arm == pytest.approx(
+        arm
+    )  # an arm's own x points to its elbow
 
 
 def test_the_dxf_is_the_same_each_time_and_sound() -> None:
@@ -105,3 +108,12 @@ def test_the_svg_prints_in_true_size() -> None:
     holes = [(float(n.attrib["cx"]), -float(n.attrib["cy"])) for n in root.iter(f"{space}circle")]
     assert sorted(holes) == sorted(p.screw_places())
     assert any("h50M" in path for path in paths)  # the bar that a rule is laid on
+
+
+def test_the_axis_of_a_base_that_is_not_under_the_middle_is_marked() -> None:
+    p = replace(panel(), centre_x_mm=11.1)
+    lines = [entity for entity in entities(template_dxf(p)) if entity[0][1] == "LWPOLYLINE"]
+    middles = [(np.mean(values(one, 10)), np.mean(values(one, 20))) for one in lines if dict(one)[8] == "ARM"]
+    assert sum(abs(x + 11.1) < 1e-9 and abs(y) < 1e-9 for x, y in middles) == 2
+    assert "axis of the machine's base, 11.1 mm from the opening's middle" in template_svg(p)
+    assert "axis of the machine's base" not in template_svg(replace(p, centre_x_mm=0.0))

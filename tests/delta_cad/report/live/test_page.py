@@ -18,8 +18,8 @@ from delta_cad.checks.clearance.pairing import by_several_joints, clearance_pair
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.design import Design
 from delta_cad.mechanism import jacobian
+from delta_cad.mechanism.geometry import THREE_FOLD, directions
 from delta_cad.mechanism.limits import HandleInertia
-from delta_cad.mechanism.placement import chain_frame
 from delta_cad.report.live import page as live_page
 from delta_cad.report.live.guard import Guard, guarded_server
 from delta_cad.report.live.nearest import Nearest, Neighbours
@@ -273,5 +273,8 @@ def turned(wxyz: Any) -> np.ndarray:
 
 def test_a_quaternion_turns_as_its_rotation() -> None:
     for i in range(3):
-        rotation = chain_frame(i)[:3, :3] @ np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+        radial, tangential = (along[i] for along in directions(THREE_FOLD))
+        rotation = np.stack([radial, tangential, [0.0, 0.0, 1.0]], axis=1) @ np.array(
+            [[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]]
+        )
         assert turned(quaternion(rotation)) == pytest.approx(rotation)
