@@ -28,6 +28,7 @@ class CheckLimits:
         clearance_grid: The same where meshes are measured; a proof covers what lies between.
         random_poses: Number of seeded random positions besides the grid.
         seed: Seed of the random positions.
+        centre_x_mm: How far the cube's middle stands off the base's axis, in the plane of symmetry.
     """
 
     bottom_height_mm: float
@@ -40,16 +41,17 @@ class CheckLimits:
     clearance_grid: int = 7
     random_poses: int = 200
     seed: int = 20180051
+    centre_x_mm: float = 0.0
 
     @property
     def workspace(self) -> Cube:
         """The cube in metres."""
-        return Cube(self.bottom_height_mm / MM_PER_M, self.half_side_mm / MM_PER_M)
+        return Cube(*(mm / MM_PER_M for mm in (self.bottom_height_mm, self.half_side_mm, self.centre_x_mm)))
 
     @property
     def centre_mm(self) -> np.ndarray:
         """(3,) centre of the cube in the base frame, mm."""
-        return np.array([0.0, 0.0, self.bottom_height_mm + self.half_side_mm])
+        return np.array([self.centre_x_mm, 0.0, self.bottom_height_mm + self.half_side_mm])
 
     @property
     def corners_mm(self) -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, SpringSway, chain_frame, spring_sway
+from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, SpringSway, chain_stand, chain_turn, spring_sway
 from delta_cad.solids.part import Occurrence
 
 _LEAN_MAX_RAD = np.radians(60.0)  # of rods whose joints state no tilt: more than any cube asks
@@ -54,7 +54,7 @@ def fixed_frame(link: str, placement: LinkPlacement) -> np.ndarray:
         return np.eye(4)
     offset = np.eye(4)
     offset[[0, 2], 3] = placement.pinion_centre_mm
-    return turn_about_z(2.0 * np.pi / 3.0 * chain_of(link)) @ offset
+    return chain_stand(placement.geometry, chain_of(link)) @ offset
 
 
 def free_tilt(assembly: Assembly) -> float:
@@ -100,7 +100,7 @@ def clearance_frames(placement: LinkPlacement, p_mm: np.ndarray) -> dict[str, np
         links[name] = np.broadcast_to(fixed_frame(name, placement), (len(p_mm), 4, 4))
     for i in CHAINS:
         for k in SIDES:
-            moved = np.broadcast_to(chain_frame(i), (len(p_mm), 4, 4)).copy()
+            moved = np.broadcast_to(chain_turn(placement.geometry, i), (len(p_mm), 4, 4)).copy()
             moved[:, :3, 3] = links[f"spring_{i}_{k}"][:, :3, 3]
             links[f"swaying_{i}_{k}"] = moved
     return links
@@ -120,9 +120,3 @@ def turn_about_x(angle_rad: np.ndarray) -> np.ndarray:
     out[..., 0, 0] = out[..., 3, 3] = 1.0
     out[..., 1, 1], out[..., 1, 2], out[..., 2, 1], out[..., 2, 2] = c, -s, s, c
     return out
-
-
-def turn_about_z(angle_rad: float) -> np.ndarray:
-    """(4, 4) rotation about z."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    return np.array([[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])

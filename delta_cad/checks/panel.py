@@ -1,9 +1,9 @@
 """Handle and panel: the bezel stops the stem where stated, before any other contact; the boot is long enough.
 
-Aside the handle is stopped by the bezel at |x| or |y| = L + limit, at every height; up and down, and where a design has
-no panel, the arms' stops end its way. The stem is a straight round bar and the bezel's edge a straight wall over the
-cube's square, so that it is enough to look at the middles of the square's sides and at its corners, and at the heights
-where what passes the bezel changes.
+Aside the handle is stopped by the bezel at |x - x_c| or |y| = L + limit, at every height; up and down, and where a
+design has no panel, the arms' stops end its way. The stem is a straight round bar and the bezel's edge a straight wall
+over the cube's square, so that it is enough to look at the middles of the square's sides and at its corners, and at the
+heights where what passes the bezel changes.
 """
 
 from __future__ import annotations
@@ -77,10 +77,11 @@ def stem_limit(assembly: Assembly, p: PanelDimensions, limits: CheckLimits) -> C
         if abs(off) >= abs(worst):
             worst, at = off, position
     reach = limits.half_side_mm + p.limit_mm
+    from_middle = f"x - {limits.centre_x_mm:g}" if limits.centre_x_mm else "x"
     detail = (
-        f"the stem meets the bezel, through the boot's cloth, at |x| or |y| = {reach:.2f} mm, {p.limit_mm:g} mm "
-        f"outside the cube; {len(_SIDES)} ways, 3 heights, exact distances of the solids; up and down the arms' stops "
-        "end the way"
+        f"the stem meets the bezel, through the boot's cloth, at |{from_middle}| or |y| = {reach:.2f} mm, "
+        f"{p.limit_mm:g} mm outside the cube; {len(_SIDES)} ways, 3 heights, exact distances of the solids; up and "
+        "down the arms' stops end the way"
     )
     x, y, z = at.tolist()
     return CheckResult("handle limit", abs(worst) <= _OFF_MM, worst, _OFF_MM, "mm", (x, y, z), (_STEM, BEZEL), detail)
@@ -139,7 +140,9 @@ def boot_length(assembly: Assembly, p: PanelDimensions, limits: CheckLimits, mes
     """Computes the cloth beyond the longest way from the bezel's lower edge to the collar, both as they are placed."""
     bodies = bodies_of(assembly.occurrences, meshes)
     points, ring = bodies[BEZEL].vertices, bodies[_COLLAR].vertices
-    inner = np.hypot(*np.maximum(np.abs(points[:, :2]) - p.half_mm, 0.0).T) < p.edge_mm + LIP_MM / 2
+    inner = (
+        np.hypot(*np.maximum(np.abs(points[:, :2] - limits.centre_mm[:2]) - p.half_mm, 0.0).T) < p.edge_mm + LIP_MM / 2
+    )
     edge = points[inner & (points[:, 2] < points[:, 2].min() + 1e-3)]
     low = ring[:, 2].min()
     radius = float(np.hypot(*ring[:, :2].T).max())

@@ -25,8 +25,7 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.forearm import GUSSET, ForearmDimensions
 from delta_cad.interference.platform import platform_points, platform_shapes
 from delta_cad.interference.shapes import Bar, Beam, Block, Placed, Points, Ring, Round, Shape, union_distance
-from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame, spring_sway
+from delta_cad.mechanism.placement import CHAINS, SIDES, chain_turn, spring_sway
 from delta_cad.mechanism.workspace import Cube, cube_grid
 
 COUNT = 4  # positions along an edge of the cube that are looked at first
@@ -146,7 +145,7 @@ def spring_points(d: Dimensions) -> Points:
 
 def sector_clearance(d: Dimensions, c: CapstanDimensions, kind: str) -> DistanceField:
     """Gives how near other chains' "sector", "rod" or "spring", or the "platform", come to an arm with its sector."""
-    f, shapes, reach = d.forearm, arm_shapes(d, c), c.keep_out_radius_mm + FAR_MM
+    f, g, shapes, reach = d.forearm, d.design.geometry, arm_shapes(d, c), c.keep_out_radius_mm + FAR_MM
     edges, solid = sector_points(d, c), platform_shapes(d)
     points, radii = {
         "sector": lambda: (edges, np.zeros(len(edges))),
@@ -167,7 +166,7 @@ def sector_clearance(d: Dimensions, c: CapstanDimensions, kind: str) -> Distance
         for k, (i, link) in enumerate(looked):
             frame = placed[link]
             if kind == "spring":  # what it strays is known about the shoulder's direction
-                level = np.broadcast_to(chain_frame(int(link.split("_")[1])), frame.shape).copy()
+                level = np.broadcast_to(chain_turn(g, int(link.split("_")[1])), frame.shape).copy()
                 level[:, :3, 3] = frame[:, :3, 3]
                 frame = level
             seen, ball = np.linalg.inv(placed[f"upper_arm_{i}"]) @ frame, radii[some]
@@ -200,7 +199,7 @@ def spring_clearance(d: Dimensions) -> DistanceField:
     """Gives how near springs of different chains come to one another, over positions, with all that they stray."""
     points, radii = spring_points(d)
     pairs = [(i, (i + 1) % 3, k, m) for i, k, m in product(CHAINS, SIDES, SIDES)]
-    stray = float(radii[0])
+    stray, turns = float(radii[0]), [d.turn(i)[:3, :3] for i in CHAINS]
 
     def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         placed = link_placement(d)(positions_mm)
@@ -208,7 +207,7 @@ def spring_clearance(d: Dimensions) -> DistanceField:
         off = []
         for i, j, k, m in pairs if only is None else [pairs[only]]:
             a, b = (
-                placed[f"spring_{chain}_{side}"][:, None, :3, 3] + some @ chain_frame(chain)[:3, :3].T
+                placed[f"spring_{chain}_{side}"][:, None, :3, 3] + some @ turns[chain].T
                 for chain, side in ((i, k), (j, m))
             )
             off.append(np.linalg.norm(a[:, :, None] - b[:, None], axis=3).min(axis=(1, 2)) - 2.0 * stray)
@@ -227,16 +226,15 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
     Returns:
         Positions -> (n, 1) mm, all of them as one pair; negative: what is lacking.
     """
-    f = d.forearm
+    f, g = d.forearm, d.design.geometry
     rod, outer = f.tube_outer_mm / 2, f.cup_radius_mm
     along, across = (share * outer for share in GUSSET)
     edge, wide = np.linspace(0.0, along, _GUSSET_POINTS[0]), np.linspace(-rod, rod, _GUSSET_POINTS[1])
     edges = np.array([(-x, across, z) for x in edge for z in wide])  # of a gusset, from its ball
-    apart_mm = 2.0 * (d.platform.radius_mm * SIN_60 - f.width_mm / 4.0)
 
     def around(frame: np.ndarray, chain: int, side: int) -> np.ndarray:
         """(n, points, 3) points of a cup from its ball, as it is and turned."""
-        lean = np.arcsin(np.clip(np.abs(frame[:, :, 0] @ chain_frame(chain)[:3, 1]), 0.0, 1.0))
+        lean = np.arcsin(np.clip(np.abs(frame[:, :, 0] @ g.tangential[chain]), 0.0, 1.0))
         free = np.arccos(np.clip(np.cos(f.tilt_limit_rad) / np.cos(lean), 0.0, 1.0))
         x, y, z = (edges * np.array([1.0, 1.0 if side else -1.0, 1.0])).T
         found = []
@@ -254,10 +252,14 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
     def reserve(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
         del rough, only
         placed = link_placement(d)(positions_mm)
-        least = np.full(len(positions_mm), apart_mm - 2 * outer - needed_mm)
+        least = np.full(len(positions_mm), np.inf)
         for i in CHAINS:
             j = (i + 1) % 3
-            n = chain_frame(i)[:3, 1] + chain_frame(j)[:3, 1]  # a unit vector: they are 120 degrees apart
+            n = g.radial[j] - g.radial[i]
+            chord = float(np.linalg.norm(n))  # the wrists part along it, less half a parallelogram's width each
+            n = n / chord
+            apart_mm = d.platform.radius_mm * chord - f.width_mm / 2.0 * float(n @ (g.tangential[i] + g.tangential[j]))
+            least = np.minimum(least, apart_mm - 2 * outer - needed_mm)
             a = around(placed[f"rod_{i}_1"][:, :3, :3], i, 1)
             b = around(placed[f"rod_{j}_0"][:, :3, :3], j, 0)
             between = apart_mm * n
@@ -271,28 +273,27 @@ def cup_margin(d: Dimensions, needed_mm: float) -> DistanceField:
     return reserve
 
 
-def nearest(apart: DistanceField, bottom_mm: float, half_mm: float, count: int = COUNT) -> float:
+def nearest(apart: DistanceField, cube: Cube, count: int = COUNT) -> float:
     """Searches a cube for where things come nearest: a grid, then steps that halve around its nearest positions.
 
     From each of these the pair goes on that is nearest there.
 
     Args:
         apart: Distances over positions.
-        bottom_mm: Height of the cube's bottom face.
-        half_mm: Half its side.
+        cube: The cube, m.
         count: Positions along an edge of the grid.
 
     Returns:
         The least that was found, mm.
     """
-    positions = cube_grid(Cube(bottom_mm / MM_PER_M, half_mm / MM_PER_M), count) * MM_PER_M
+    positions = cube_grid(cube, count) * MM_PER_M
     low, high = positions.min(axis=0), positions.max(axis=0)
     found = apart(positions, True, None)
     least = float(found.min())
     if least >= FAR_MM:
         return least
     for k in np.argsort(found.min(axis=1), kind="stable")[: STARTS[count]]:
-        at, pair, step = positions[k], int(np.argmin(found[k])), 2.0 * half_mm / (count - 1)
+        at, pair, step = positions[k], int(np.argmin(found[k])), 2.0 * cube.half_side * MM_PER_M / (count - 1)
         for turn in range(HALVINGS):
             step /= 2.0
             around = np.clip(at + step * _AROUND, low, high)

@@ -7,7 +7,7 @@ import numpy as np
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM
 from delta_cad.interference.shapes import Block, Placed, Points, Prism, Round, Shape, Windowed
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.mechanism.placement import CHAINS, chain_turn
 
 _STEP_MM = 3.0  # between points of an axis
 _NOSE_POINTS = 24  # around a boss's end
@@ -16,7 +16,7 @@ _UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])  # axes
 
 def platform_shapes(d: Dimensions) -> list[Shape]:
     """Lists bosses, plate with its windows, hub and stem."""
-    p = d.platform
+    p, g = d.platform, d.design.geometry
     half, top = p.boss_length_mm / 2 - BOSS_BEVEL_MM, p.boss_diameter_mm / 2
     under = top - p.plate_mm
     web: Shape = Prism(p.web_mm, (under, top))
@@ -30,7 +30,7 @@ def platform_shapes(d: Dimensions) -> list[Shape]:
     )
     found: list[Shape] = [Placed(_UPRIGHT, one) for one in uprights]
     for i in CHAINS:
-        turned = chain_frame(i)[:3, :3]
+        turned = chain_turn(g, i)[:3, :3]
         boss = Round(top, (-half, half), (p.radius_mm, 0.0))
         found += [Placed(turned, boss), Placed(turned @ _UPRIGHT, web)]
         if under > 0.0:  # an upright flank of the boss
@@ -54,4 +54,4 @@ def platform_points(d: Dimensions) -> Points:
     local = np.concatenate([middles, *edges]) + np.array([p.radius_mm, 0.0, 0.0])
     radii = [min(boss, half)] * len(y) + [f.bar_diameter_mm / 2] * len(bar) + [f.ball_diameter_mm / 2] * 2
     radii += [0.0] * (len(local) - len(radii))
-    return np.concatenate([local @ chain_frame(i)[:3, :3].T for i in CHAINS]), np.tile(radii, 3)
+    return np.concatenate([local @ d.turn(i)[:3, :3].T for i in CHAINS]), np.tile(radii, 3)

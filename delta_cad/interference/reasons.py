@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from math import cos, degrees, pi, radians, sqrt
@@ -43,7 +44,8 @@ from delta_cad.interference.static_obstacles import (
     slide_in_clearance_mm,
 )
 from delta_cad.mechanism.errors import UnreachableError
-from delta_cad.mechanism.placement import CHAINS, SIDES, chain_frame
+from delta_cad.mechanism.placement import CHAINS, SIDES, chain_stand, chain_turn
+from delta_cad.mechanism.workspace import Cube
 
 # Rods and springs beside their own drive: motor, cheeks and board, and the arm with its sector.
 _WIDEST_RAD = radians(60.0)  # at an elbow, that rods may be asked to keep off a drive by
@@ -63,7 +65,7 @@ def drive_clearances(d: Dimensions) -> tuple[DistanceField, DistanceField]:
 
 def _adjacent(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None) -> DistanceField:
     """How near rods and springs come to shapes of their chain: in the shoulder's frame, or None: in the arm's."""
-    moving = {"rod": rod_points(d.forearm), "spring": spring_points(d)}
+    g, moving = d.design.geometry, {"rod": rod_points(d.forearm), "spring": spring_points(d)}
     inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
     pairs = [*product(CHAINS, SIDES, moving)]
 
@@ -72,11 +74,11 @@ def _adjacent(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | Non
         some, off = slice(None, None, ROUGH if rough else 1), []
         for i, side, link in pairs if only is None else [pairs[only]]:
             points, radii = (held[some] for held in moving[link])
-            level, frame = chain_frame(i), placed[f"{link}_{i}_{side}"]
-            turned = level[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
+            frame = placed[f"{link}_{i}_{side}"]
+            turned = chain_turn(g, i)[:3, :3] if link == "spring" else frame[:, :3, :3]  # all that it strays is level
             at = points @ np.swapaxes(turned, -2, -1) + frame[:, None, :3, 3]
             adjacent = np.broadcast_to(radii, at.shape[:2])
-            inverse = np.linalg.inv(placed[f"upper_arm_{i}"] if shoulder is None else level @ shoulder)
+            inverse = np.linalg.inv(placed[f"upper_arm_{i}"] if shoulder is None else chain_stand(g, i) @ shoulder)
             seen = at @ np.swapaxes(inverse[..., :3, :3], -2, -1) + inverse[..., None, :3, 3]
             y, found = seen[..., 1], np.full(at.shape[:2], FAR_MM)
             near = np.maximum(inside - y, y - outside) - adjacent < FAR_MM
@@ -95,23 +97,24 @@ def fold_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
         d: The machine.
         least_mm: Least distance between them.
     """
-    cube, long, forearm = d.design.cube, d.arm.length_mm, d.forearm.length_mm
+    cube, long, forearm = d.design.workspace, d.arm.length_mm, d.forearm.length_mm
     drive = drive_clearances(d)
 
-    def shortfall(bottom_mm: float) -> float:
+    def shortfall(at: Cube) -> float:
         try:
-            return least_mm - min(nearest(apart, bottom_mm, cube.half_side_mm, FEW) for apart in drive)
+            return least_mm - min(nearest(apart, at, FEW) for apart in drive)
         except UnreachableError:  # so high does not fold
             return 0.0
 
-    lacking = shortfall(cube.bottom_height_mm)
+    lacking = shortfall(cube)
     if lacking <= 0.0:
         return
     sharpest = d.travel.forearm_angle_max
-    bottom, fold, lowest = cube.bottom_height_mm, pi - sharpest.value, sharpest.position[2] * MM_PER_M
+    fold, lowest = pi - sharpest.value, sharpest.position[2] * MM_PER_M
     # |AB|^2 = L_A^2 + L_B^2 - 2 L_A L_B cos(fold), of which a higher cube changes z^2 alone
     opened = 2.0 * long * forearm * max(cos(fold) - cos(_WIDEST_RAD), 0.0)
-    if fold >= _WIDEST_RAD or shortfall(bottom + sqrt(lowest**2 + opened) - lowest) > 0.0:
+    bottom_mm = d.design.cube.bottom_height_mm + sqrt(lowest**2 + opened) - lowest
+    if fold >= _WIDEST_RAD or shortfall(replace(cube, bottom_height=bottom_mm / MM_PER_M)) > 0.0:
         return  # no height parts them: it is not for the fold
     own = f"what holds {d.motor.id}, or their arm" if d.capstan is None else "their own drive, its arm or its sector"
     message = (
@@ -215,16 +218,14 @@ def _over_cube(kind: str) -> _Margin:
     """What "sector", "rod" or "spring" of another chain keep of a sector over the cube."""
 
     def margin(d: Dimensions, c: CapstanDimensions) -> float:
-        cube = d.design.cube
-        return nearest(sector_clearance(d, c, kind), cube.bottom_height_mm, cube.half_side_mm) - _least_mm(d)
+        return nearest(sector_clearance(d, c, kind), d.design.workspace) - _least_mm(d)
 
     return margin
 
 
 def _springs(d: Dimensions, _: CapstanDimensions) -> float:
     """What springs of different chains keep of one another over the cube."""
-    cube = d.design.cube
-    return nearest(spring_clearance(d), cube.bottom_height_mm, cube.half_side_mm, FEW) - _least_mm(d)
+    return nearest(spring_clearance(d), d.design.workspace, FEW) - _least_mm(d)
 
 
 # Part, feature, in words, spare, whether it is an angle: what chains that stand farther out pass.
@@ -269,9 +270,9 @@ def _sleeves(d: Dimensions) -> Iterator[Reason]:
 
 def _cups(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
     """Cups of neighbouring wrists, the rods turned about themselves."""
-    cube, clear = d.design.cube, d.design.requirements.clearance_min_mm
+    clear = d.design.requirements.clearance_min_mm
     reserve = cup_margin(d, clear + _CUPS_MM + margin_mm)
-    if (lacking := -nearest(reserve, cube.bottom_height_mm, cube.half_side_mm, FEW)) <= 0.0:
+    if (lacking := -nearest(reserve, d.design.workspace, FEW)) <= 0.0:
         return
     message = f"cups of neighbouring rods that turn about themselves lack {lacking:.2f} mm of {clear + margin_mm:g}"
     ways = larger(PLATFORM), larger(BASE, PLATFORM), smaller(WIDTH)

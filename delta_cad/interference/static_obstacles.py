@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import permutations, product
 from math import cos, pi, sin
 
 import numpy as np
 
 from delta_cad import catalogue
-from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import CHEEK_EDGE_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
@@ -23,7 +24,7 @@ from delta_cad.dimensions.layers import (
 from delta_cad.interference.moving_bodies import arm_shapes, sector_points
 from delta_cad.interference.shapes import Block, Placed, Prism, Round, Shape, collides, union_distance
 from delta_cad.mechanism.inverse import inverse_kinematics
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.mechanism.placement import CHAINS
 
 _AROUND = 48  # points around a motor and a pinion
 _ALONG_MM = 3.0  # between their circles, and between points of a key
@@ -88,10 +89,27 @@ def _on_round(one: Round) -> np.ndarray:
     return np.stack([np.tile(x, len(levels)), np.repeat(levels, _AROUND), np.tile(z, len(levels))], axis=1)
 
 
-def _seen_from(points: np.ndarray, chain: int, base_radius_mm: float) -> np.ndarray:
-    """Gives points of one chain's shoulder frame in chain 0's when they are those of another chain."""
-    out = np.array([base_radius_mm, 0.0, 0.0])
-    return (points + out) @ chain_frame(chain)[:3, :3].T - out
+def are_alike(design: Design) -> bool:
+    """Decides whether what is of one chain is of all three: they stand alike about the cube's middle axis."""
+    return design.geometry.three_fold and not design.cube.centre_x_mm
+
+
+def _adjacent(d: Dimensions) -> list[tuple[int, int]]:
+    """Pairs of chains (of what stands, of what comes near it) that stand for all: each where they stand alike."""
+    pairs = [*permutations(CHAINS, 2)]
+    return [pair for pair in pairs if pair[0] == 0] if d.design.geometry.three_fold else pairs
+
+
+def _in_base(d: Dimensions, points: np.ndarray, chain: int) -> np.ndarray:
+    """Gives points (..., 3) of a chain's shoulder frame in the base frame, mm."""
+    stand, out = d.stand(chain), np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
+    return (points + out) @ stand[:3, :3].T + stand[:3, 3]
+
+
+def _seen_from(d: Dimensions, points: np.ndarray, chain: int, own: int) -> np.ndarray:
+    """Gives points (..., 3) of one chain's shoulder frame in that of another, its own, mm."""
+    stand, out = d.stand(own), np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
+    return (_in_base(d, points, chain) - stand[:3, 3]) @ stand[:3, :3] - out
 
 
 def pinion(c: CapstanDimensions, d: Dimensions) -> list[Round]:
@@ -112,7 +130,7 @@ def pinion_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes the distance of a pinion to the static obstacles of another chain."""
     points = np.concatenate([_on_round(one) for one in pinion(c, d)])
     stands = [*cheeks(d), motor(d)]
-    return min(float(union_distance(stands, _seen_from(points, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
+    return min(float(union_distance(stands, _seen_from(d, points, j, i)).min()) for i, j in _adjacent(d))
 
 
 def sector_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
@@ -122,45 +140,45 @@ def sector_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     turns, (x, y, z) = np.linspace(low, high, _SWINGS)[:, None], sector_points(d, c).T
     cosine, sine = np.cos(turns), np.sin(turns)
     at = np.stack([cosine * x - sine * z, y + 0.0 * turns, sine * x + cosine * z], axis=2)
-    return min(float(union_distance(stands, _seen_from(at, j, d.bracket.shoulder_u_mm)).min()) for j in CHAINS[1:])
+    return min(float(union_distance(stands, _seen_from(d, at, j, i)).min()) for i, j in _adjacent(d))
 
 
 def slide_in_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes how near a motor or pinion comes to another's motor cheek as either drive slides in along its radius."""
-    u, cheek = d.bracket.shoulder_u_mm, cheeks(d)[0]
+    cheek, radial = cheeks(d)[0], d.design.geometry.radial
     points = np.concatenate([_on_round(one) for one in (motor(d), *pinion(c, d), _shaft_end(c, d))])
     way = np.linspace(0.0, _SLID_MM, _SLIDES)[:, None, None]
     found = _FAR_MM
-    for j in CHAINS[1:]:
-        there, own = _seen_from(points, j, u), chain_frame(j)[:3, 0]
+    for i, j in _adjacent(d):
+        there, own = _seen_from(d, points, j, i), radial[j] @ d.stand(i)[:3, :3]
         for out in (own, np.array([-1.0, 0.0, 0.0])):  # the motor's drive comes last, or the cheek's
             found = min(found, float(union_distance([cheek], there + way * out).min()))
     return found
 
 
-def _in_the_way(d: Dimensions) -> list[_Obstacle]:
-    """Static obstacles around a motor's screws."""
+def _in_the_way(d: Dimensions, chain: int) -> list[_Obstacle]:
+    """Static obstacles around a chain's motor screws."""
     block = foot(d)
     others: list[Shape] = [*cheeks(d), motor(d), block]
     own = pinion(d.capstan, d) if d.capstan is not None else []
-    return [([*cheeks(d)[1:], block, *own], 0), (others, 1), (others, 2)]
+    return [([*cheeks(d)[1:], block, *own], chain), *((others, i) for i in CHAINS if i != chain)]
 
 
 def _arms(d: Dimensions) -> list[list[_Obstacle]]:
     """Arms with sectors for handle positions on the cube's middle axis, the middle first."""
     if d.capstan is None:
         return [[]]
-    cube, still = d.design.cube, arm_shapes(d, d.capstan)
+    cube, still = d.design.workspace, arm_shapes(d, d.capstan)
     shares = np.linspace(0.0, 1.0, HEIGHTS)
-    heights = cube.bottom_height_mm + 2.0 * cube.half_side_mm * shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
-    at = np.stack([0.0 * heights, 0.0 * heights, heights], axis=1) / MM_PER_M
-    found = []
-    for angle in inverse_kinematics(d.design.geometry, at)[:, 0]:
+    heights = cube.bottom_height + 2.0 * cube.half_side * shares[np.argsort(np.abs(shares - 0.5), kind="stable")]
+    at = np.stack([cube.centre[0] + 0.0 * heights, 0.0 * heights, heights], axis=1)
+
+    def arm(angle: float) -> list[Shape]:
         cosine, sine = np.cos(angle), np.sin(angle)
         axes = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
-        arm = [Placed(axes, shape) for shape in still]
-        found.append([(arm, i) for i in CHAINS])
-    return found
+        return [Placed(axes, shape) for shape in still]
+
+    return [[(arm(angles[i]), i) for i in CHAINS] for angles in inverse_kinematics(d.design.geometry, at)]
 
 
 def key_swing_rad(d: Dimensions) -> float:
@@ -179,20 +197,21 @@ def key_swing_rad(d: Dimensions) -> float:
         return 2.0 * pi
     keys = key_legs_mm(row.socket_mm)
     mouth = d.layers.motor_cheek_mm[0] + motor_screw_mm(d.motor, d.layers)[1] - row.head_height_mm
-    radius, stands, arms = CORNERS * row.socket_mm / 2.0, _in_the_way(d), _arms(d)
+    radius, arms = CORNERS * row.socket_mm / 2.0, _arms(d)
 
-    def free(
-        at: tuple[float, float], key: tuple[float, float], adjacent: list[_ObstacleDistance], among: np.ndarray
-    ) -> np.ndarray:
-        return _free(d, at, mouth, radius, row.socket_depth_mm, key, adjacent, among)
-
-    def best(at: tuple[float, float]) -> float:
+    def best(at: tuple[float, float], chain: int) -> float:
         """Swing of the key that swings farthest; the search ends at the first that swings far enough."""
         most, still = 0.0, dict[tuple[float, float], np.ndarray]()
         point = np.array([[at[0], mouth, at[1]]])
-        around = _off(stands, point, d.bracket.shoulder_u_mm)
+        around = _off(d, _in_the_way(d, chain), point, chain)
+
+        def free(
+            at: tuple[float, float], key: tuple[float, float], adjacent: list[_ObstacleDistance], among: np.ndarray
+        ) -> np.ndarray:
+            return _free(d, chain, at, mouth, radius, row.socket_depth_mm, key, adjacent, among)
+
         for one in arms:
-            arm = _off(one, point, d.bracket.shoulder_u_mm)
+            arm = _off(d, one, point, chain)
             for key in keys:
                 if key not in still:
                     still[key] = free(at, key, around, np.ones(_TURNS[0], dtype=bool))
@@ -208,8 +227,8 @@ def key_swing_rad(d: Dimensions) -> float:
         return most
 
     least = 2.0 * pi
-    for at in _screws(d):
-        least = min(least, best(at))
+    for chain, at in product(CHAINS[:1] if are_alike(d.design) else CHAINS, _screws(d)):
+        least = min(least, best(at, chain))
         if least < SWING_RAD:
             break
     return least
@@ -221,12 +240,12 @@ def _screws(d: Dimensions) -> Iterator[tuple[float, float]]:
         yield x + radius * cos(angle), z + radius * sin(angle)
 
 
-def _off(stands: list[_Obstacle], point: np.ndarray, shoulder_u: float) -> list[_ObstacleDistance]:
-    """Signed distances from a point (1, 3) to all static obstacles."""
+def _off(d: Dimensions, stands: list[_Obstacle], point: np.ndarray, chain: int) -> list[_ObstacleDistance]:
+    """Signed distances from a point (1, 3) of a chain's shoulder frame to all static obstacles."""
     found = []
-    for shapes, chain in stands:
-        there = _seen_from(point, -chain % 3, shoulder_u)
-        found += [(float(shape.signed_distance(there)[0]), shape, chain) for shape in shapes]
+    for shapes, of in stands:
+        there = _seen_from(d, point, chain, of)
+        found += [(float(shape.signed_distance(there)[0]), shape, of) for shape in shapes]
     return found
 
 
@@ -236,9 +255,9 @@ def _within(stands: list[_ObstacleDistance], reach: float) -> list[_Obstacle]:
     return [one for one in near if one[0]]
 
 
-def _met_by_plate(d: Dimensions, points: np.ndarray, radius: float) -> np.ndarray:
-    """Whether balls at points (..., 3) in a shoulder's frame meet the base plate outside its large holes."""
-    at = points + np.array([d.bracket.shoulder_u_mm, 0.0, 0.0])
+def _met_by_plate(d: Dimensions, points: np.ndarray, chain: int, radius: float) -> np.ndarray:
+    """Whether balls at points (..., 3) in a chain's shoulder frame meet the base plate outside its large holes."""
+    at = _in_base(d, points, chain)
     top, (x, y, z) = d.bracket.base_top_mm, np.moveaxis(at, -1, 0)
     bottom = top - d.base.thickness_mm
     rim = d.base.rim_mm or ((0.0, 0.0, d.base.radius_mm),)
@@ -252,6 +271,7 @@ def _met_by_plate(d: Dimensions, points: np.ndarray, radius: float) -> np.ndarra
 
 def _free(
     d: Dimensions,
+    chain: int,
     at: tuple[float, float],
     mouth: float,
     radius: float,
@@ -261,19 +281,19 @@ def _free(
     among: np.ndarray,
 ) -> np.ndarray:
     """In which of the directions (n), from the first of a circle on, one key in one screw is free, (n)."""
-    (inside, handle), u, free = key, d.bracket.shoulder_u_mm, among.copy()
+    (inside, handle), free = key, among.copy()
     turns = np.linspace(0.0, 2.0 * np.pi, len(free), endpoint=False)
     out = np.linspace(radius, handle - radius, int(handle / _ALONG_MM) + 2)  # balls within it
     flat = np.stack([np.outer(np.cos(turns), out), 0.0 * np.outer(turns, out), np.outer(np.sin(turns), out)], axis=2)
     leg = np.arange(0.0, inside, _ALONG_MM)[:, None] * np.array([0.0, -1.0, 0.0]) + np.array([at[0], mouth, at[1]])
     stands = _within(adjacent, inside + handle)
-    if any((union_distance(shapes, _seen_from(leg, -chain % 3, u)) < radius).any() for shapes, chain in stands):
+    if any((union_distance(shapes, _seen_from(d, leg, chain, of)) < radius).any() for shapes, of in stands):
         return np.zeros_like(free)
     bends = np.array([[[at[0], mouth - inside + deep, at[1]]] for deep in (depth, 0.0)])
     points = flat[:, None] + bends  # (directions, bends, along the handle, 3)
-    free &= ~_met_by_plate(d, points, radius).any(axis=(1, 2))
-    for shapes, chain in stands:
-        free[free] = ~collides(shapes, _seen_from(points[free], -chain % 3, u), radius).any(axis=1)
+    free &= ~_met_by_plate(d, points, chain, radius).any(axis=(1, 2))
+    for shapes, of in stands:
+        free[free] = ~collides(shapes, _seen_from(d, points[free], chain, of), radius).any(axis=1)
     return free
 
 

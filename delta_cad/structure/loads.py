@@ -15,7 +15,6 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.cable_run import FRICTION, least_turns
 from delta_cad.dimensions.capstan import ROPE_FACTOR
-from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.workspace import Cube, cube_grid
 from delta_cad.structure.beam_model import BeamModel
@@ -88,9 +87,9 @@ class PartLoads:
     torque: np.ndarray
 
 
-def sampled_mm(bottom_mm: float, half_side_mm: float, count: int = GRID) -> np.ndarray:
+def sampled_mm(cube: Cube, count: int = GRID) -> np.ndarray:
     """Gives the sampled positions of a cube, corners included, (count^3, 3) mm."""
-    return cube_grid(Cube(bottom_mm / MM_PER_M, half_side_mm / MM_PER_M), count) * MM_PER_M
+    return cube_grid(cube, count) * MM_PER_M
 
 
 def largest(rows: np.ndarray, force_N: float, weight: np.ndarray) -> np.ndarray:
@@ -119,7 +118,7 @@ def part_loads(table: BeamModel, what: Moving, p_mm: np.ndarray, force_N: float,
         gravity_m_s2: (3,) in the base frame.
     """
     unit = unit_loads(table, p_mm)
-    lift, weight = at_knob(table.knob_mm), _platform_weight(what, gravity_m_s2)
+    lift, weight = at_knob(table.knob_mm), _platform_weight(table, what, gravity_m_s2)
     rods = (unit.rods @ lift)[..., None, :]
     rod = largest(rods, force_N, (unit.rods @ weight)[..., None]).max(axis=-1)
     elbow_rows = unit.elbows @ lift
@@ -249,7 +248,7 @@ def _add_ends(add: Callable[..., None], table: BeamModel, h: Allowables, p_mm: n
     """Adds what the ball joints and the rods' ends bear, pose by pose with the lean that each rod has there."""
     f, rod = h.forearm, given.rod
     along = forearm_vectors(table.geometry, p_mm / MM_PER_M) / table.geometry.forearm_length
-    lean = np.arcsin(np.clip((along * TANGENTIAL).sum(axis=-1), -1.0, 1.0))
+    lean = np.arcsin(np.clip((along * table.geometry.tangential).sum(axis=-1), -1.0, 1.0))
     j = f.joint
     add(
         "ball joint",
@@ -282,10 +281,12 @@ def _strands(table: BeamModel, h: Allowables) -> float:
     return float(2.0 * h.pretension_N * np.sin(table.cable.across_rad))
 
 
-def _platform_weight(what: Moving, gravity_m_s2: np.ndarray) -> np.ndarray:
+def _platform_weight(table: BeamModel, what: Moving, gravity_m_s2: np.ndarray) -> np.ndarray:
     """Wrench of the platform's weight, with the rods' halves at its wrists, (6,) N and N mm."""
-    own = what.platform.mass_kg * gravity_m_s2
-    return np.concatenate([own + 3.0 * what.rod_kg * gravity_m_s2, np.cross(what.platform.centre_mm, own)])
+    own, halves = what.platform.mass_kg * gravity_m_s2, what.rod_kg * gravity_m_s2
+    wrists = table.geometry.platform_radius * MM_PER_M * table.geometry.radial.sum(axis=0)
+    moment = np.cross(what.platform.centre_mm, own) + np.cross(wrists, halves)
+    return np.concatenate([own + 3.0 * halves, moment])
 
 
 def _turned_weight(unit: UnitLoads, mass_kg: float, at_mm: np.ndarray, gravity_m_s2: np.ndarray) -> np.ndarray:

@@ -10,7 +10,6 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.drive.masses import rod_masses
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.structure.beam_model import BeamModel
 from delta_cad.structure.compliance import Compliance, compliance
 from delta_cad.structure.unit_loads import unit_loads
@@ -108,12 +107,13 @@ def mass_matrix(
     arm = np.diag([what.arm.mass_kg, inertia[2, 2] / length**2, inertia[1, 1] / length**2, inertia[0, 0], 0.0, 0.0])
     total += (np.swapaxes(elbows, -1, -2) @ arm @ elbows).sum(axis=-3)
     at_elbow, cross, at_wrist = what.rod
-    wrist = table.geometry.platform_radius * MM_PER_M * RADIAL
+    g = table.geometry
+    wrist = g.platform_radius * MM_PER_M * g.radial
     for i in range(3):
         for side in (-0.5, 0.5):
             start = np.concatenate([np.eye(3), _turning(side * table.width_mm * np.array([0.0, 1.0, 0.0]))], axis=-1)
             u = np.swapaxes(unit.arms[..., i, :, :], -1, -2) @ (start @ elbows[..., i, :, :])
-            v = np.concatenate([np.eye(3), _turning(wrist[i] + side * table.width_mm * TANGENTIAL[i])], axis=-1)
+            v = np.concatenate([np.eye(3), _turning(wrist[i] + side * table.width_mm * g.tangential[i])], axis=-1)
             mixed = np.swapaxes(u, -1, -2) @ v
             total += at_elbow * np.swapaxes(u, -1, -2) @ u + cross * (mixed + np.swapaxes(mixed, -1, -2))
             total += at_wrist * v.T @ v

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.structure.beam_model import BeamModel, beam_model
 from delta_cad.structure.compliance import Compliance, Softest, compliance, softest
@@ -60,9 +61,8 @@ def stiffness(d: Dimensions, count: int = GRID) -> KnobStiffness:
         d: Dimensions of the design.
         count: Positions along an edge of the cube; its corners are among them.
     """
-    table, cube = beam_model(d), d.design.cube
-    sampled = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, count)
-    positions = np.concatenate([sampled, [[0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]]])
+    table, cube = beam_model(d), d.design.workspace
+    positions = np.concatenate([sampled_mm(cube, count), [cube.centre * MM_PER_M]])
     given = compliance(table, positions)
     return KnobStiffness(table, positions, given, softest(given.at_knob()))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import asin, cos, inf, pi, sin
+from math import acos, asin, inf, pi, sin
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import STEM_FLATS_MM, STEM_FLATS_Z_MM, WEB_CORNER_MM
 from delta_cad.dimensions.rules import CORNERS_MM
-from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.structure.beam import Beam, BeamSlice
 from delta_cad.structure.beam_model import CHEEK_ROOT, BeamModel, beam_model, moduli_N_mm2
@@ -152,16 +151,20 @@ def _webs(d: Dimensions, table: BeamModel) -> list[Span]:
 
     Beside a wide platform's hub the neighbours' webs and bosses run into a web: there it is only heavier than its own.
     """
-    p, bar = d.platform, table.spoke
+    p, bar, g = d.platform, table.spoke, table.geometry
     root, half = p.radius_mm - bar.length_mm, p.boss_length_mm / 2
     boss = p.radius_mm - p.boss_diameter_mm / 2
-    neighbours = max(WEB_CORNER_MM[1] - p.radius_mm / 2 + SIN_60 * (half - WEB_CORNER_MM[0]), SIN_60 * half - boss / 2)
-    shared = min(max(p.hub_radius_mm, neighbours), boss)
     found = []
     for i in CHAINS:
-        u = np.array([cos(2 * pi * i / 3), sin(2 * pi * i / 3), 0.0])
-        frame = _frame(root * u + table.spoke_up_mm * Z, u, np.cross(Z, u))
-        own = -root, pi / 3  # wide bosses of the neighbours reach beside a web's root
+        u, t = g.radial[i], g.tangential[i]
+        shared, between = p.hub_radius_mm, pi
+        for other in np.delete(g.radial, i, axis=0):
+            cosine, sine = float(u @ other), abs(float(t @ other))
+            web = WEB_CORNER_MM[1] + cosine * p.radius_mm + sine * (half - WEB_CORNER_MM[0])
+            shared, between = max(shared, web, cosine * boss + sine * half), min(between, acos(cosine))
+        shared = min(shared, boss)
+        frame = _frame(root * u + table.spoke_up_mm * Z, u, t)
+        own = -root, between / 2  # wide bosses of the neighbours reach beside a web's root
         for name, low, high, most in (
             ("web's root", p.hub_radius_mm, shared, inf),
             ("web", shared, boss, _WINDOW[1]),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import VERTICAL
 from delta_cad.mechanism.inverse import arm_direction, forearm_vectors
 from delta_cad.structure.beam_model import BeamModel
 
@@ -75,8 +75,9 @@ def unit_loads(table: BeamModel, p_mm: np.ndarray) -> UnitLoads:
     n = forearm_vectors(g, p / MM_PER_M) / g.forearm_length
     cosine, sine = arm_direction(g, p / MM_PER_M)
     shape = p.shape[:-1]
-    couples = np.cross(np.broadcast_to(TANGENTIAL, n.shape), n)
-    wrist = g.platform_radius * MM_PER_M * RADIAL
+    radial, tangential = g.radial, g.tangential
+    couples = np.cross(np.broadcast_to(tangential, n.shape), n)
+    wrist = g.platform_radius * MM_PER_M * radial
     zeros = np.zeros((*shape, 3, 3))
     sums = np.concatenate([inverse(n), zeros], axis=-1)  # (..., 3 chains, 6)
     moments = np.concatenate([zeros, np.broadcast_to(np.eye(3), (*shape, 3, 3))], axis=-1)
@@ -84,10 +85,10 @@ def unit_loads(table: BeamModel, p_mm: np.ndarray) -> UnitLoads:
     half = table.width_mm / 2.0
     differences = inverse(couples) @ moments / half
     rods = np.stack([sums - differences, sums + differences], axis=-2) / 2.0
-    x = cosine[..., None] * RADIAL + sine[..., None] * VERTICAL
-    y = np.broadcast_to(TANGENTIAL, x.shape)
+    x = cosine[..., None] * radial + sine[..., None] * VERTICAL
+    y = np.broadcast_to(tangential, x.shape)
     arms = np.stack([x, y, np.cross(x, y)], axis=-2)
-    chains = np.broadcast_to(np.stack([RADIAL, TANGENTIAL, np.broadcast_to(VERTICAL, (3, 3))], axis=-2), arms.shape)
+    chains = np.broadcast_to(np.stack([radial, tangential, np.broadcast_to(VERTICAL, (3, 3))], axis=-2), arms.shape)
 
     def wrench(axes: np.ndarray) -> np.ndarray:
         force = (axes @ n[..., None]) * sums[..., None, :]

@@ -11,8 +11,10 @@ subdivided (configuration spaces).
 | rod i j or spring i k - upper arm i | direction of the forearm seen from the arm | |
 | all others | the handle's position | |
 
-Where the variables are joint angles, pairs that are the same after a turn by 120 degrees are one pair, over the union
-of the angles of the three chains: equal shapes, equally placed to `EQUAL_MM`.
+Where the variables are joint angles, pairs that are the same seen from where each chain stands are one pair, over the
+union of the angles of these chains: equal shapes, equally placed to `EQUAL_MM`. Of a three-fold symmetric machine that
+is the union over all three. Of another the parts of one chain among themselves are the same in all three, too; what
+stands beside a chain is not, and no two arms stand to each other as any other two.
 """
 
 from __future__ import annotations
@@ -28,7 +30,6 @@ from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import Raster
 from delta_cad.checks.clearance.segments import cells_of
-from delta_cad.checks.links import turn_about_z
 from delta_cad.mechanism.placement import LinkPlacement, frames
 
 X, Y, Z = np.eye(3)
@@ -225,30 +226,37 @@ class Fixed(ConfigurationSpace):
 
 
 class _Arms(ConfigurationSpace):
-    """Upper arms that turn about their own shoulder axes, each by its own variable, in the frame of the first's chain.
+    """Upper arms that turn about their own shoulder axes, each by its own variable, where the first's chain stands.
 
     Args:
         name: For reports.
         pairs: The pairs; what is on no link of an arm stands still.
         links: Links of the space.
         arms: Those of the arms among them, in the order of the variables.
-        base_radius_mm: Of the shoulders.
+        base_radius_mm: Of the shoulders where their chains stand.
+        stands: (4, 4) of each arm where its chain stands, seen from the first.
     """
 
     def __init__(
-        self, name: str, pairs: Pairs, links: Sequence[str], arms: Sequence[str], base_radius_mm: float
+        self,
+        name: str,
+        pairs: Pairs,
+        links: Sequence[str],
+        arms: Sequence[str],
+        base_radius_mm: float,
+        stands: Sequence[np.ndarray],
     ) -> None:
         super().__init__(name, pairs, links)
-        self._radius, self._turned = base_radius_mm, turn_about_z(2.0 * np.pi / 3.0)
+        self._radius, self._stands = base_radius_mm, stands
         self._levers = np.stack([[b.lever_about_y() if b.link == arm else 0.0 for b in pairs.bodies] for arm in arms])
         self._arm = np.array([arms.index(b.link) if b.link in arms else 0 for b in pairs.bodies])
-        self._axes = np.stack([Y, self._turned[:3, :3] @ Y])
+        self._axes = np.stack([stand[:3, 1] for stand in stands])
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
         """Frames of the links at the variables."""
         arms = [_arm_frames(self._radius, theta) for theta in centres.T]
         still = [np.broadcast_to(np.eye(4), arms[0].shape)] * (len(self.links) - len(arms))
-        return np.stack([*still, *([arms[0], self._turned @ arms[1]] if len(arms) == 2 else arms)], axis=1)
+        return np.stack([*still, *(stand @ arm for stand, arm in zip(self._stands, arms, strict=True))], axis=1)
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
@@ -279,10 +287,10 @@ class _Arms(ConfigurationSpace):
 
 
 class Swing(_Arms):
-    """A fixed link and an upper arm, in the frame of the arm's chain: theta."""
+    """A fixed link and an upper arm, where the arm's chain stands: theta."""
 
     def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, theta: tuple[float, float]) -> None:
-        super().__init__(name, pairs, ("fixed", "arm"), ("arm",), base_radius_mm)
+        super().__init__(name, pairs, ("fixed", "arm"), ("arm",), base_radius_mm, [np.eye(4)])
         self._theta = theta
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
@@ -306,13 +314,23 @@ class Swing(_Arms):
 
 
 class TwoSwings(_Arms):
-    """The upper arms of chains i and i + 1 in the frame of chain i: theta_i, theta_(i + 1)."""
+    """The upper arms of chains i and i + 1 where chain i stands: theta_i, theta_(i + 1).
 
-    def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, rasters: Sequence[Raster]) -> None:
-        super().__init__(name, pairs, ("arm", "next_arm"), ("arm", "next_arm"), base_radius_mm)
+    Args:
+        name, pairs, base_radius_mm: As of `_Arms`.
+        rasters: The angles that occur.
+        next_stand: (4, 4) where chain i + 1 stands, seen from where chain i does.
+    """
+
+    def __init__(
+        self, name: str, pairs: Pairs, base_radius_mm: float, rasters: Sequence[Raster], next_stand: np.ndarray
+    ) -> None:
+        arms = "arm", "next_arm"
+        super().__init__(name, pairs, arms, arms, base_radius_mm, [np.eye(4), next_stand])
         self._rasters = rasters
-        between = self._axes[0] + self._axes[1], self._axes[0] - self._axes[1]
-        self.directions = np.stack([*self._axes, *(way / np.linalg.norm(way) for way in between)])
+        halving = max(self._axes[0] + self._axes[1], self._axes[0] - self._axes[1], key=np.linalg.norm)
+        halving = halving / np.linalg.norm(halving)
+        self.directions = np.stack([*self._axes, halving, np.cross(Z, halving)])
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
         """The whole range as one box."""
@@ -320,7 +338,8 @@ class TwoSwings(_Arms):
 
     def in_pieces(self, which: np.ndarray) -> TwoSwings:
         """The space of some pairs in pieces: a sector reaches round its hub, its hull is full."""
-        return TwoSwings(self.name, self.pairs.chosen(which).cut(_in_cells), self._radius, self._rasters)
+        pairs = self.pairs.chosen(which).cut(_in_cells)
+        return TwoSwings(self.name, pairs, self._radius, self._rasters, self._stands[1])
 
     def always_apart(self) -> np.ndarray:
         """Widest slab between the bodies of revolution that the two arms' bodies sweep about their own shoulder axes.
@@ -430,7 +449,7 @@ def sine(direction: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def _arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:
-    """(n, 4, 4) frames of chain 0's upper arm at shoulder angles (n,), as `LinkPlacement` gives them, mm."""
+    """(n, 4, 4) frames of an upper arm where its chain stands at shoulder angles (n,), mm."""
     angle = theta[:, None]
     return frames(np.cos(angle) * X + np.sin(angle) * Z, np.broadcast_to(Y, (len(theta), 3)), base_radius_mm * X)
 

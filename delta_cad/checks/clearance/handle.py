@@ -33,7 +33,7 @@ from delta_cad.checks.clearance.motion import BoxMotion, box_motion
 from delta_cad.checks.clearance.segments import segments_of
 from delta_cad.checks.links import chain_of, clearance_frames
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import VERTICAL
 from delta_cad.mechanism.placement import LinkPlacement
 
 _PARTS = 8192  # of all boxes together: 20 ms, against 1 s of distances that the sharper angles save
@@ -52,7 +52,6 @@ class Handle(ConfigurationSpace):
         theta: (3, 2) lowest and highest shoulder angle of each chain, rad.
     """
 
-    directions = np.concatenate([TANGENTIAL, VERTICAL[None]])
     in_mm = True
 
     def __init__(
@@ -69,6 +68,7 @@ class Handle(ConfigurationSpace):
         self._known: tuple[np.ndarray, np.ndarray, tuple[BoxMotion, np.ndarray, np.ndarray]] | None = None
         self._placement, self._centre, self._half = placement, centre_mm, half_mm
         g, count = placement.geometry, len(pairs.bodies)
+        self._radial, self.directions = g.radial, np.concatenate([g.tangential, VERTICAL[None]])
         self._arm = g.upper_arm_length * MM_PER_M
         self._chain = np.array([max(chain_of(b.link), 0) for b in pairs.bodies])
         self._spring = np.array([b.link.startswith("swaying") for b in pairs.bodies])
@@ -143,7 +143,7 @@ class Handle(ConfigurationSpace):
             for k, n in ((self.pairs.first[pair], -normal), (self.pairs.second[pair], normal)):
                 i = self._chain[k]
                 at, lowest, highest = theta[box, i], low[box, i], high[box, i]
-                size = np.hypot((n * RADIAL[i]).sum(axis=1), n[:, 2])
+                size = np.hypot((n * self._radial[i]).sum(axis=1), n[:, 2])
                 turn = np.maximum(highest - at, at - lowest)
                 own += self._lever[k] * size * turn + self._off_axis[k] * rotation[box, i]
                 elbow.append(self._rod[k] * self._elbow_fall(i, n, at, lowest, highest))
@@ -167,7 +167,7 @@ class Handle(ConfigurationSpace):
         highest: np.ndarray,
     ) -> np.ndarray:
         """(k,) how far elbows come down along directions (k, 3) from where they are, while theta stays in a range."""
-        radial = (direction * RADIAL[chain]).sum(axis=1)
+        radial = (direction * self._radial[chain]).sum(axis=1)
         size, ahead = np.hypot(radial, direction[:, 2]), np.arctan2(direction[:, 2], radial)
         back = (lowest - ahead - np.pi) % (2.0 * np.pi) + highest - lowest >= 2.0 * np.pi
         least = np.where(back, -1.0, np.minimum(np.cos(lowest - ahead), np.cos(highest - ahead)))
@@ -191,7 +191,7 @@ class Handle(ConfigurationSpace):
                 spin = rotation[box, i][:, None] * (off + stray)
                 return np.abs(1.0 - share) * elbow + np.abs(share) * handle + spin + stray / forearm * (elbow + handle)
             if self._lever[k]:
-                size = np.hypot((direction * RADIAL[i]).sum(axis=1), direction[:, 2])
+                size = np.hypot((direction * self._radial[i]).sum(axis=1), direction[:, 2])
                 return (size * turn[box, i])[:, None] * (np.hypot(points[:, 0], points[:, 2]) + stray)
             return np.broadcast_to(handle * self._share[k, 0], (len(box), len(points)))
 

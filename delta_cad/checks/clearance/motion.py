@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry
+from delta_cad.mechanism.geometry import VERTICAL, DeltaGeometry
 
 
 @dataclass(frozen=True)
@@ -74,22 +74,23 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
         The bounds; infinite where the box might hold an unreachable point.
     """
     arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
-    q = centres_mm @ RADIAL.T - g.radius_difference * MM_PER_M
-    t = centres_mm @ TANGENTIAL.T
+    radial, tangential = g.radial, g.tangential
+    q = centres_mm @ radial.T - g.radius_differences * MM_PER_M
+    t = centres_mm @ tangential.T
     z = np.broadcast_to(centres_mm[:, 2:], q.shape)
     reach = np.linalg.norm(halves_mm, axis=1)[:, None]
     wrist = np.sqrt(q**2 + t**2 + z**2)
     rho2 = q**2 + z**2
     m = (wrist**2 + arm**2 - forearm**2) / (2.0 * arm)
     w2 = rho2 - m**2
-    spread_t = halves_mm @ np.abs(TANGENTIAL).T
+    spread_t = halves_mm @ np.abs(tangential).T
     lean = np.arcsin(np.clip(t / forearm, -1.0, 1.0))
     lean_low = np.arcsin(np.clip((t - spread_t) / forearm, -1.0, 1.0))
     lean_high = np.arcsin(np.clip((t + spread_t) / forearm, -1.0, 1.0))
     cos_lean = np.cos(np.maximum(np.abs(lean_low), np.abs(lean_high)))
 
-    gradient = 2.0 * (q[..., None] * RADIAL + z[..., None] * VERTICAL) - (2.0 * m / arm)[..., None] * (
-        q[..., None] * RADIAL + t[..., None] * TANGENTIAL + z[..., None] * VERTICAL
+    gradient = 2.0 * (q[..., None] * radial + z[..., None] * VERTICAL) - (2.0 * m / arm)[..., None] * (
+        q[..., None] * radial + t[..., None] * tangential + z[..., None] * VERTICAL
     )
     slope = (wrist + reach) / arm
     curvature = 2.0 + 2.0 * slope**2 + 2.0 * (np.abs(m) + slope * reach) / arm
@@ -102,7 +103,7 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
     theta = np.arctan2(z * m - q * w, q * m + z * w)
     s_radial, s_vertical = q - arm * np.cos(theta), z - arm * np.sin(theta)
 
-    s = s_radial[..., None] * RADIAL + t[..., None] * TANGENTIAL + s_vertical[..., None] * VERTICAL
+    s = s_radial[..., None] * radial + t[..., None] * tangential + s_vertical[..., None] * VERTICAL
     change = forearm * turn[..., None]
     with np.errstate(invalid="ignore"):
         directed = ((np.abs(s) + change) @ halves_mm[..., None])[..., 0] * inverse / arm
@@ -110,7 +111,7 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
     elbow = np.arctan2(w, m - arm)
     with np.errstate(invalid="ignore"):
         elbow_low, elbow_high = elbow - rotation - theta_change, elbow + rotation + theta_change
-    low, high = _elbow_range(arm, forearm, (q, t, z), halves_mm)
+    low, high = _elbow_range(g, (q, t, z), halves_mm)
     elbow_low, elbow_high = np.fmax(low, elbow_low), np.fmin(high, elbow_high)
     return BoxMotion(
         theta=theta,
@@ -129,16 +130,17 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
 
 
 def _elbow_range(
-    arm: float, forearm: float, wrist: tuple[np.ndarray, np.ndarray, np.ndarray], halves_mm: np.ndarray
+    g: DeltaGeometry, wrist: tuple[np.ndarray, np.ndarray, np.ndarray], halves_mm: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n, 3) lowest and highest angle from the upper arm to s in the chain's plane, from the ranges of m and t."""
+    arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
     lowest, highest = np.zeros_like(wrist[0]), np.zeros_like(wrist[0])
     reach: list[np.ndarray] = []
-    for value, direction in zip(wrist, (RADIAL, TANGENTIAL, VERTICAL * np.ones((3, 1))), strict=True):
+    for value, direction in zip(wrist, (g.radial, g.tangential, VERTICAL * np.ones((3, 1))), strict=True):
         spread = halves_mm @ np.abs(direction).T
         near, far = np.maximum(np.abs(value) - spread, 0.0), np.abs(value) + spread
         lowest, highest = lowest + near**2, highest + far**2
-        if direction is TANGENTIAL:
+        if direction is g.tangential:
             reach = [np.sqrt(np.maximum(forearm**2 - x**2, 1e-12)) for x in (far, near)]  # smallest, largest
     along = [(x + arm**2 - forearm**2) / (2.0 * arm) - arm for x in (lowest, highest)]
     cosines = [np.where(a < 0.0, a / reach[k], a / reach[1 - k]) for k, a in enumerate(along)]

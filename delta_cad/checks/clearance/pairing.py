@@ -29,9 +29,10 @@ from delta_cad.checks.clearance.joint_ranges import JointRanges, Raster
 from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, SpringAtJoint
 from delta_cad.checks.clearance.segments import cells_of, cut, near, segments_of
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, rigid_link, sway_of, swept_links, turn_about_z
+from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, rigid_link, sway_of, swept_links
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.placement import LinkPlacement
+from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism.placement import CHAINS, LinkPlacement, chain_stand, chain_turn
 
 _REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
 _SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
@@ -47,6 +48,10 @@ EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e
 _CHAIN = np.eye(
     3
 )  # what is near a joint is cut along the chain, whatever way round its part is: the same for all three
+
+Chains = tuple[int, ...]
+_Found = tuple[CollisionBody, CollisionBody, float, int]
+"""Bodies of a pair on the links of a space, its limit, mm, and its chain."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,8 @@ def spaces_of(
     Where the sockets leave the rods a tilt, each body of a rod counts at every turn of the rod about itself: as the
     body of revolution that it sweeps where it is round; otherwise within convex bodies that hold all turns of a slice
     each, or, beside the holder of its own ball, with the turn as a variable. There the lean takes its share of the
-    tilt.
+    tilt. A space covers the joint angles of those chains about which its pairs occur; of a three-fold symmetric machine
+    all are taken as one that occurs about each.
 
     Args:
         pairs: The pairs.
@@ -135,15 +141,21 @@ def spaces_of(
     base, wrist = g.base_radius * MM_PER_M, g.platform_radius * MM_PER_M
     arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
     width = placement.parallelogram_width_mm
-    groups: dict[str, list[tuple[CollisionBody, CollisionBody, float]]] = defaultdict(list)
+    groups: dict[tuple[str, int], list[_Found]] = defaultdict(list)
     moved = _Moved(swept_links(placement))
     for pair in pairs:
-        kind, a, b = _classified(pair, placement, moved)
+        kind, chain, a, b = _classified(pair, placement, moved)
         turn = tilt_rad and kind in ("handle", "rods")
         ones, others = (moved.turning(x, tilt_rad) if turn and x.link.startswith("rod") else [x] for x in (a, b))
-        groups[kind] += [(one, other, pair.limit_mm) for one, other in product(ones, others)]
-    theta = (float(ranges.theta[:, 0].min()), float(ranges.theta[:, 1].max()))
-    lean = (float(ranges.lean[:, 0].min()), float(ranges.lean[:, 1].max()))
+        which = chain if kind == "arms" and not g.three_fold else 0  # which two arms, where that matters
+        groups[kind, which] += [(one, other, pair.limit_mm, chain) for one, other in product(ones, others)]
+
+    def over(angles: np.ndarray, chains: Chains) -> tuple[float, float]:
+        low, high = angles[list(chains)].T
+        return float(low.min()), float(high.max())
+
+    def of(rasters: Sequence[Raster], chains: Chains) -> list[Raster]:
+        return [rasters[i] for i in chains]
 
     def at_joint(name: str, p: Pairs, joint: tuple[np.ndarray, float], rasters: Sequence[Raster]) -> list[RodAtJoint]:
         spaces: list[RodAtJoint] = []
@@ -159,20 +171,24 @@ def spaces_of(
                 spaces.append(RodAtJoint(reported, turned, *joint, width, rasters, round_holders, tilt_rad))
         return spaces
 
-    made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {
-        "fixed": lambda p: [Fixed("fixed links", p, ("fixed",))],
-        "swing": lambda p: [Swing("an arm and what is fixed (shoulder angle)", _arms_in_segments(p), base, theta)],
-        "arms": lambda p: [TwoSwings("two arms (shoulder angles)", p, base, ranges.neighbours)],
-        "rods": lambda p: [ParallelRods("the rods of a chain (lean)", p, placement, lean)],
-        "spring at wrist": lambda p: [
-            SpringAtJoint("a spring and the platform", p, wrist * X, forearm, placement, ranges.at_wrist)
+    made: dict[str, Callable[[Pairs, Chains], Sequence[ConfigurationSpace]]] = {
+        "fixed": lambda p, _: [Fixed("fixed links", p, ("fixed",))],
+        "swing": lambda p, c: [
+            Swing("an arm and what is fixed (shoulder angle)", _arms_in_segments(p), base, over(ranges.theta, c))
         ],
-        "spring at elbow": lambda p: [
-            SpringAtJoint("a spring and its arm", p, arm * X, 0.0, placement, ranges.at_elbow)
+        "arms": lambda p, c: [
+            TwoSwings("two arms (shoulder angles)", p, base, of(ranges.neighbours, c), _next_stand(g, c[0]))
         ],
-        "wrist": lambda p: at_joint("a rod and the platform", p, (wrist * X, forearm), ranges.at_wrist),
-        "elbow": lambda p: at_joint("a rod and its arm", p, (arm * X, 0.0), ranges.at_elbow),
-        "handle": lambda p: [
+        "rods": lambda p, c: [ParallelRods("the rods of a chain (lean)", p, placement, over(ranges.lean, c))],
+        "spring at wrist": lambda p, c: [
+            SpringAtJoint("a spring and the platform", p, wrist * X, forearm, placement, of(ranges.at_wrist, c))
+        ],
+        "spring at elbow": lambda p, c: [
+            SpringAtJoint("a spring and its arm", p, arm * X, 0.0, placement, of(ranges.at_elbow, c))
+        ],
+        "wrist": lambda p, c: at_joint("a rod and the platform", p, (wrist * X, forearm), of(ranges.at_wrist, c)),
+        "elbow": lambda p, c: at_joint("a rod and its arm", p, (arm * X, 0.0), of(ranges.at_elbow, c)),
+        "handle": lambda p, _: [
             Handle(
                 "handle position",
                 p.cut(
@@ -189,40 +205,47 @@ def spaces_of(
             )
         ],
     }
-    return [space for kind, make in made.items() if groups[kind] for space in make(_unique(groups[kind]))]
+    kinds = [(make, found) for name, make in made.items() for (kind, _), found in groups.items() if kind == name]
+    return [space for make, found in kinds for chains, p in _unique(found, g.three_fold) for space in make(p, chains)]
+
+
+def _next_stand(g: DeltaGeometry, i: int) -> np.ndarray:
+    """(4, 4) where chain i + 1 stands, seen from where chain i does, mm."""
+    return np.linalg.inv(chain_stand(g, i)) @ chain_stand(g, (i + 1) % len(CHAINS))
 
 
 def _classified(
     pair: ClearancePair, placement: LinkPlacement, moved: _Moved
-) -> tuple[str, CollisionBody, CollisionBody]:
-    """The space of a pair, and its bodies placed on that space's links."""
+) -> tuple[str, int, CollisionBody, CollisionBody]:
+    """The space of a pair, its chain (of two the first; where none counts 0), its bodies on that space's links."""
+    g = placement.geometry
     a, b = sorted((pair.a, pair.b), key=lambda x: x.link)
     fixed = [x.link == "base" or x.link in moved.swept for x in (a, b)]
     chain_a, chain_b = chain_of(a.link), chain_of(b.link)
     if all(fixed):
         one, other = (moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
-        return "fixed", one, other
+        return "fixed", 0, one, other
     if fixed[0] and b.link.startswith("upper_arm"):
-        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "swing", moved(a, "fixed", back @ fixed_frame(a.link, placement)), moved(b, "arm")
+        back = np.linalg.inv(chain_stand(g, chain_b))
+        return "swing", chain_b, moved(a, "fixed", back @ fixed_frame(a.link, placement)), moved(b, "arm")
     if a.link.startswith("upper_arm") and b.link.startswith("upper_arm"):
-        if (chain_a + 1) % 3 != chain_b:
-            a, b = b, a
-        return "arms", moved(a, "arm"), moved(b, "next_arm")
+        if (chain_a + 1) % len(CHAINS) != chain_b:
+            a, b, chain_a = b, a, chain_b
+        return "arms", chain_a, moved(a, "arm"), moved(b, "next_arm")
     if _on_one_pair(a, b):
         one, other = (moved(x, f"{x.link.split('_')[0]}_{x.link[-1]}") for x in (a, b))
-        return "rods", one, other
+        return "rods", chain_a, one, other
     if a.link == "platform" and b.link.startswith("swaying"):
-        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "spring at wrist", moved(a, "holder", back), moved(b, f"spring_{b.link[-1]}")
+        back = np.linalg.inv(chain_turn(g, chain_b))
+        return "spring at wrist", chain_b, moved(a, "holder", back), moved(b, f"spring_{b.link[-1]}")
     if a.link.startswith("swaying") and b.link.startswith("upper_arm") and chain_a == chain_b:
-        return "spring at elbow", moved(b, "holder"), moved(a, f"spring_{a.link[-1]}")
+        return "spring at elbow", chain_a, moved(b, "holder"), moved(a, f"spring_{a.link[-1]}")
     if a.link == "platform" and b.link.startswith("rod"):
-        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "wrist", moved(a, "holder", back), moved(b, f"rod_{b.link[-1]}")
+        back = np.linalg.inv(chain_turn(g, chain_b))
+        return "wrist", chain_b, moved(a, "holder", back), moved(b, f"rod_{b.link[-1]}")
     if a.link.startswith("rod") and b.link.startswith("upper_arm") and chain_a == chain_b:
-        return "elbow", moved(b, "holder"), moved(a, f"rod_{a.link[-1]}")
-    return "handle", a, b
+        return "elbow", chain_a, moved(b, "holder"), moved(a, f"rod_{a.link[-1]}")
+    return "handle", 0, a, b
 
 
 class _Moved:
@@ -256,14 +279,22 @@ class _Moved:
         return self._turned[id(b)]
 
 
-def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pairs:
-    """Pairs of bodies by index, those that are equal in shape, link and placement taken once at their larger limit."""
+def _unique(found: Sequence[_Found], alike: bool) -> Iterator[tuple[Chains, Pairs]]:
+    """Pairs of bodies by index, those that are equal in shape, link and placement taken once at their larger limit.
+
+    Args:
+        found: Bodies, limit and chain of each pair.
+        alike: Whether the chains stand alike: each pair then counts as one of all of them.
+
+    Yields:
+        The chains about which pairs occur, and these pairs.
+    """
     bodies: list[CollisionBody] = []
     index: dict[tuple[object, ...], int] = {}
     limit: dict[tuple[int, int], float] = {}
     names: dict[tuple[int, int], tuple[str, str]] = {}
-
-    known: dict[int, int] = {}  # by identity; the triples keep the bodies alive
+    chains: dict[tuple[int, int], set[int]] = defaultdict(set)
+    known: dict[int, int] = {}  # by identity; what was found keeps the bodies alive
 
     def number(b: CollisionBody) -> int:
         if id(b) not in known:
@@ -273,12 +304,19 @@ def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pa
                 bodies.append(b)
         return known[id(b)]
 
-    for a, b, gap in triples:
+    for a, b, gap, chain in found:
         pair = (number(a), number(b))
         limit[pair] = max(gap, limit.get(pair, gap))
         names.setdefault(pair, (a.name, b.name))
-    first, second = np.array(list(limit)).T
-    return Pairs(bodies, first, second, np.array(list(limit.values())), list(names.values()))
+        chains[pair] |= set(CHAINS) if alike else {chain}
+    of: dict[Chains, list[tuple[int, int]]] = defaultdict(list)
+    for pair, about in chains.items():
+        of[tuple(sorted(about))].append(pair)
+    for about, pairs in of.items():
+        used, held = np.unique(np.array(pairs), return_inverse=True)
+        first, second = held.reshape(-1, 2).T
+        gaps, named = np.array([limit[pair] for pair in pairs]), [names[pair] for pair in pairs]
+        yield about, Pairs([bodies[k] for k in used.tolist()], first, second, gaps, named)
 
 
 def _by_roundness(pairs: Pairs, centre_mm: np.ndarray) -> Iterator[tuple[bool, Pairs]]:

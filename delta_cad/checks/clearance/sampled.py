@@ -22,10 +22,9 @@ from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, box
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap
 from delta_cad.checks.clearance.pairing import ClearancePair
 from delta_cad.checks.clearance.segments import near
-from delta_cad.checks.links import chain_of, clearance_frames, free_turn, swept_links, turn_about_x, turn_about_z
+from delta_cad.checks.links import chain_of, clearance_frames, free_turn, swept_links, turn_about_x
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.geometry import TANGENTIAL
-from delta_cad.mechanism.placement import CHAINS, LinkPlacement
+from delta_cad.mechanism.placement import CHAINS, LinkPlacement, chain_turn
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
 _SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
@@ -80,7 +79,8 @@ class Sampler:
         self._still = len(poses_mm)
         if tilt_rad:
             self.poses_mm = np.tile(poses_mm, (3, 1))
-            self.frames = {name: _turned(name, frame, tilt_rad) for name, frame in self.frames.items()}
+            across = placement.geometry.tangential
+            self.frames = {name: _turned(name, frame, tilt_rad, across) for name, frame in self.frames.items()}
 
     def _arm_of(self, pair: ClearancePair) -> str | None:
         """The upper arm of a pair of an arm and something fixed, whose shoulder angle decides all."""
@@ -284,7 +284,7 @@ class Sampler:
         wrist = np.array([g.forearm_length * MM_PER_M, 0.0, 0.0])
         ball = (links[rod.link][0] @ np.append(wrist, 1.0))[:3] - links["platform"][0][:3, 3]  # it never turns
         reach = rod.lever(wrist) + best + max(pair.a.mesh.deviation_mm, pair.b.mesh.deviation_mm)
-        chain = turn_about_z(2.0 * np.pi / 3.0 * chain_of(rod.link))[:3, :3]
+        chain = chain_turn(g, chain_of(rod.link))[:3, :3]
         samples = [b if b is rod else near(b, ball, reach, chain) for b in (pair.a, pair.b)]
         return None if samples[0] is None or samples[1] is None else (samples[0], samples[1])
 
@@ -319,11 +319,11 @@ def _below(best: np.ndarray, poses: np.ndarray, low: np.ndarray) -> tuple[np.nda
     return poses[kept], low[kept]
 
 
-def _turned(link: str, frame: np.ndarray, tilt_rad: float) -> np.ndarray:
-    """(3 n, 4, 4) frames of a link, then again with the rods turned about themselves either way."""
+def _turned(link: str, frame: np.ndarray, tilt_rad: float, across: np.ndarray) -> np.ndarray:
+    """(3 n, 4, 4) frames of a link, then again with the rods turned either way; `across` (3, 3) the shoulder axes."""
     if not link.startswith("rod"):
         return np.concatenate([frame] * 3)
-    lean = np.arccos(np.clip(frame[:, :3, 1] @ TANGENTIAL[chain_of(link)], -1.0, 1.0))
+    lean = np.arccos(np.clip(frame[:, :3, 1] @ across[chain_of(link)], -1.0, 1.0))
     turn = free_turn(tilt_rad, lean)
     return np.concatenate([frame, frame @ turn_about_x(turn), frame @ turn_about_x(-turn)])
 

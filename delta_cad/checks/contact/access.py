@@ -31,7 +31,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.common.vectors import cross_rows
 from delta_cad.dimensions.layers import CORNERS, KEYS_MM, SWING_RAD, key_legs_mm, longest_run
 from delta_cad.mechanism import inverse_kinematics
-from delta_cad.mechanism.placement import LinkPlacement, chain_frame
+from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import Part, Removal, ToolAccess
 
 _DIRECTIONS, _FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
@@ -202,7 +202,7 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
     out = np.zeros((len(scene.occurrences), 3))
     for k, occurrence in enumerate(scene.occurrences):
         if (chain := _CHAIN.search(occurrence.name)) is not None:
-            out[k] = chain_frame(int(chain[1]))[:3, 0]
+            out[k] = assembly.placement.geometry.radial[int(chain[1])]
     home = scene.frames.copy()
 
     def free(more_mm: float) -> bool:
@@ -223,12 +223,12 @@ def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -
 def up_and_down(placement: LinkPlacement, limits: CheckLimits) -> np.ndarray:
     """Positions of the handle on the cube's middle axis, its middle and then those nearest to it first, (n, 3) mm.
 
-    From one to the next arms and pinions turn by the same.
+    From one to the next the arm that turns most, and its pinion, turn by the same.
     """
     up = np.linspace(-limits.half_side_mm, limits.half_side_mm, _FINE_HEIGHTS)
     along = np.array([0.0, 0.0, 1.0])
-    angles = inverse_kinematics(placement.geometry, (limits.centre_mm + up[:, None] * along) / MM_PER_M)[:, 0]
-    turned = np.append(0.0, np.cumsum(np.abs(np.diff(angles))))
+    angles = inverse_kinematics(placement.geometry, (limits.centre_mm + up[:, None] * along) / MM_PER_M)
+    turned = np.append(0.0, np.cumsum(np.abs(np.diff(angles, axis=0)).max(axis=1)))
     count = max(HEIGHTS, ceil(placement.drive_ratio * turned[-1] / TURN_RAD) + 1)
     heights = np.append(0.0, np.interp(np.linspace(0.0, turned[-1], count), turned, up))
     return limits.centre_mm + heights[np.argsort(np.abs(heights), kind="stable"), None] * along

@@ -3,9 +3,9 @@
 Upper bounds, body by body:
     base: the mesh.
     geared pinion: the body of revolution about its axis.
-    upper arm: each vertex runs on a circle, `R + a cos(theta) - c sin(theta)` outwards; its extremes over the enclosed
-        range of theta are in closed form.
-    platform: the mesh, moved by the cube's half side.
+    upper arm: each vertex runs on a circle, `R_i + a cos(theta) - c sin(theta)` outwards; its extremes over its chain's
+        enclosed range of theta are in closed form.
+    platform: the mesh, moved over the cube.
     rod: branch and bound over boxes of handle positions, at every turn about itself that its sockets leave it, see
         `rod_reach`.
     spring across a pair of rods: the same of its middle, and what its body holds about that, see `sway_of`.
@@ -39,7 +39,7 @@ from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.checks.outline.rod_reach import RodReach, SpringReach, turned_reach
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
+from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.placement import LinkPlacement
 
 _THETA_BOXES = 7  # boxes along an edge of the cube at first, for the shoulder angles
@@ -155,12 +155,12 @@ def _reach(
         return (DIRECTIONS @ (frame[:3, :3] @ b.vertices.T + frame[:3, 3:])).max(axis=1)
     if b.link == "platform":
         return (DIRECTIONS @ (b.vertices + limits.centre_mm).T).max(axis=1) + limits.half_side_mm
-    i = chain_of(b.link)
-    on_axis = placement.geometry.base_radius * MM_PER_M
-    radius = on_axis if b.link.startswith("upper_arm") else placement.pinion_centre_mm[0]
+    i, g = chain_of(b.link), placement.geometry
+    on_axis = g.base_radius * MM_PER_M if b.link.startswith("upper_arm") else placement.pinion_centre_mm[0]
+    radius = on_axis + (g.base_radii[i] - g.base_radius) * MM_PER_M
     least, most = radial_range(b.vertices, radius, theta[i])
-    across = (DIRECTIONS @ TANGENTIAL[i])[:, None] * b.vertices[:, 1]
-    outwards = (DIRECTIONS @ RADIAL[i])[:, None]
+    across = (DIRECTIONS @ g.tangential[i])[:, None] * b.vertices[:, 1]
+    outwards = (DIRECTIONS @ g.radial[i])[:, None]
     return (np.maximum(outwards * least, outwards * most) + across).max(axis=1)
 
 
@@ -214,12 +214,14 @@ class _Sampled:
     def __init__(self, assembly: Assembly, poses: np.ndarray) -> None:
         placement = assembly.placement
         self._links, self._tilt = clearance_frames(placement, poses), free_tilt(assembly)
+        self._across = placement.geometry.tangential
 
     def reach(self, b: CollisionBody, direction: int) -> tuple[float, int]:
         """Reach of the body's mesh, mm, and the index of the position."""
         frame, d = self._links[b.link], DIRECTIONS[direction]
         axes, turn = d @ frame[:, :3, :3], np.zeros(len(frame))
         if b.link.startswith("rod"):
-            turn = free_turn(self._tilt, np.arccos(np.clip(frame[:, :3, 1] @ TANGENTIAL[chain_of(b.link)], -1.0, 1.0)))
+            lean = np.arccos(np.clip(frame[:, :3, 1] @ self._across[chain_of(b.link)], -1.0, 1.0))
+            turn = free_turn(self._tilt, lean)
         along = turned_reach(axes, b.hull, turn[:, None]).max(axis=1) + frame[:, :3, 3] @ d
         return float(along.max()), int(along.argmax())

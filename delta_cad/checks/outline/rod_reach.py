@@ -1,7 +1,7 @@
 """Reach of a body on a rod along a direction over the cube, by branch and bound with first-order bounds.
 
 Over a box of handle positions, along a direction d,
-    the elbow's ball E reaches `outwards (R + L_A cos(theta)) + side`, exact over the enclosed range of theta;
+    the elbow's ball E reaches `outwards (R_i + L_A cos(theta)) + side`, exact over the enclosed range of theta;
     the wrist's ball W is exact, the handle moves along straight lines;
     a vector h fixed in the rod turns by at most the rotation phi of the rod's whole frame, so from its place at the
         box's centre, at the angle alpha from d, it reaches `|h| cos(alpha - phi)`, or |h| once phi >= alpha.
@@ -26,8 +26,7 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, free_turn
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
-from delta_cad.mechanism.placement import LinkPlacement, chain_frame
+from delta_cad.mechanism.placement import LinkPlacement, chain_turn
 
 BOXES = 7  # boxes along an edge of the cube at first, 11 mm: most bodies are told apart with these
 GAP_MM = 0.02  # what the bound may leave above an attained reach; less than a mesh's deviation
@@ -121,10 +120,10 @@ class RodReach:
         g, motion = self._geometry, boxes.motion
         low = np.maximum(motion.theta[:, i] - motion.theta_change[:, i], self._theta[i, 0])
         high = np.minimum(motion.theta[:, i] + motion.theta_change[:, i], self._theta[i, 1])
-        outwards = float(d @ RADIAL[i])
-        side = (j - 0.5) * self._placement.parallelogram_width_mm * float(d @ TANGENTIAL[i])
+        outwards = float(d @ g.radial[i])
+        side = (j - 0.5) * self._placement.parallelogram_width_mm * float(d @ g.tangential[i])
         swing = np.sort(outwards * g.upper_arm_length * MM_PER_M * np.stack(cosine_range(low, high)), axis=0)
-        elbow = outwards * g.base_radius * MM_PER_M + side + swing[..., None]
+        elbow = outwards * g.base_radii[i] * MM_PER_M + side + swing[..., None]
         middle = boxes.centres @ d + outwards * g.platform_radius * MM_PER_M + side
         wrist = (middle + np.stack([-1.0, 1.0])[:, None] * (boxes.halves @ np.abs(d)))[..., None]
         return elbow, wrist
@@ -168,9 +167,9 @@ class SpringReach:
 
     def _beyond(self, body: CollisionBody, direction: np.ndarray) -> float:
         """How far a spring's body reaches along a direction from the place on rod 0, mm."""
-        i = chain_of(body.link)
-        aside = self._placement.parallelogram_width_mm / 2.0 * float(direction @ TANGENTIAL[i])
-        return aside + float((body.vertices @ (direction @ chain_frame(i)[:3, :3])).max())
+        turn = chain_turn(self._placement.geometry, chain_of(body.link))[:3, :3]
+        aside = self._placement.parallelogram_width_mm / 2.0 * float(direction @ turn[:, 1])
+        return aside + float((body.vertices @ (direction @ turn)).max())
 
 
 def _at_most(factor: np.ndarray, between: np.ndarray) -> np.ndarray:

@@ -95,8 +95,11 @@ def _platform(d: Dimensions, joints_kg: float) -> MovingBody:
     stem += _round_kg(STEM_FLATS_MM, high - low, _TURNED)
     stem += _round_kg(catalogue.screw(p.stem_thread).tap_drill_mm - _CORE_PLAY, d.knob.thread_depth_mm - 1.0, _TURNED)
     knob = top + p.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2.0
+    aside = float(d.design.geometry.radial[:, 0].mean())  # of what is once on each chain's radius, as a share of that
     return _body([
-        ((3.0 * (bosses + web) + hub) * density + 3.0 * joints_kg, (0.0, 0.0, 0.0)),
+        (hub * density, (0.0, 0.0, 0.0)),
+        (3.0 * (bosses * density + joints_kg), (aside * p.radius_mm, 0.0, 0.0)),
+        (3.0 * web * density, (aside * (first + last) / 2.0, 0.0, 0.0)),
         (stem, (0.0, 0.0, top + p.stem_length_mm / 2.0)),
         (d.knob.mass_g / 1e3, (0.0, 0.0, knob)),
     ])  # fmt: skip

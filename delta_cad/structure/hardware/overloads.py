@@ -38,8 +38,7 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
         d: The machine.
         weighed: How many times what moves at least is taken to weigh; 0: nothing weighs anything.
     """
-    required, cube = d.design.requirements, d.design.cube
-    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm)
+    required, positions = d.design.requirements, sampled_mm(d.design.workspace)
     table, limits, what = beam_model(d), allowables(d), mass_lower_bound(d)
     pushed = part_loads(table, what, positions, 1.0, np.zeros(3))
     below_elbows = part_loads(table, what, positions, 0.0, np.array(required.gravity_m_s2))
@@ -68,8 +67,7 @@ def gravity_share_N_m(d: Dimensions) -> float:
     Args:
         d: The machine.
     """
-    required, cube = d.design.requirements, d.design.cube
-    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm)
+    required, positions = d.design.requirements, sampled_mm(d.design.workspace)
     table, what = beam_model(d), mass_lower_bound(d)
     alone, both = (
         float(part_loads(table, what, positions, required.force_N, gravity).torque.max())

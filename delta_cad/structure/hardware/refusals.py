@@ -36,10 +36,10 @@ from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
 from delta_cad.drive import drive_torque
 from delta_cad.interference.reasons import INTERFERENCE_FORMS
-from delta_cad.mechanism import direct_margin, reach_excess
-from delta_cad.mechanism.geometry import RADIAL
+from delta_cad.interference.static_obstacles import are_alike
+from delta_cad.mechanism import direct_margin, joint_angles, reach_excess
 from delta_cad.mechanism.inverse import forearm_vectors
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.mechanism.placement import CHAINS, chain_stand
 from delta_cad.structure.hardware.overloads import overloads
 from delta_cad.structure.loads import sampled_mm
 
@@ -136,8 +136,7 @@ def refusals(design: Design, held: Held = NECESSARY) -> tuple[Reason, ...]:
 
 def _mode(design: Design) -> tuple[Reason, ...]:
     """The assembly mode where it is not the machine's own, of a cube that can be reached."""
-    cube = design.cube
-    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, _COUNT)
+    positions = sampled_mm(design.workspace, _COUNT)
     margins = direct_margin(design.geometry, positions / MM_PER_M)
     if margins.min() > 0.0 or reach_excess(design.geometry, positions / MM_PER_M).max() > 0.0:
         return ()
@@ -151,10 +150,11 @@ def _mode(design: Design) -> tuple[Reason, ...]:
 
 def _turning(design: Design) -> Iterator[Reason]:
     """A constraint singularity inside the cube, where no rod holds the platform against turning: a higher cube."""
-    cube = design.cube
-    rods = forearm_vectors(design.geometry, sampled_mm(cube.bottom_height_mm, cube.half_side_mm) / MM_PER_M)
-    (r1, r2, r3), (v1, v2, v3) = np.moveaxis((rods * RADIAL).sum(axis=-1), -1, 0), np.moveaxis(rods[..., 2], -1, 0)
-    held = r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3  # determinant of the couples that rods bear, README (48)
+    g = design.geometry
+    rods = forearm_vectors(g, sampled_mm(design.workspace) / MM_PER_M)
+    (r1, r2, r3), (v1, v2, v3) = np.moveaxis((rods * g.radial).sum(axis=-1), -1, 0), np.moveaxis(rods[..., 2], -1, 0)
+    # determinant of the couples that rods bear, README (48), over the sine between chains 0 and 1
+    held = -2.0 * g.side_cosine * r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3
     if held.min() <= 0.0 <= held.max():
         message = "somewhere in the cube rods let the platform turn"
         yield Reason("platform", "turning", message, (Way((BOTTOM,)),))
@@ -191,15 +191,26 @@ def least_outline_mm(d: Dimensions) -> np.ndarray:
     Args:
         d: Its dimensions.
     """
-    angle = min(max(0.0, d.extremes.shoulder_min.value), d.extremes.shoulder_max.value)
-    elbow, half = d.bracket.shoulder_u_mm + d.arm.length_mm * cos(angle), d.forearm.bar_length_mm / 2
+    g, half = d.design.geometry, d.forearm.bar_length_mm / 2
     u, face, radius = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1], d.motor.diameter_mm / 2
-    points = [(elbow, -half), (elbow, half), (elbow + d.arm.boss_radius_mm, 0.0)]
-    points += [(u + side * radius, face + d.motor.length_mm) for side in (-1.0, 1.0)]
+    drive = [(u + side * radius, face + d.motor.length_mm) for side in (-1.0, 1.0)]
     for leads in d.leads:
-        points += [(u + out, face + d.motor.length_mm + behind) for out, behind in leads.outside_mm]
-    placed = np.concatenate([np.array(points) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+        drive += [(u + out, face + d.motor.length_mm + behind) for out, behind in leads.outside_mm]
+    found = []
+    for i, angle in zip(CHAINS, _flattest_rad(d), strict=True):
+        elbow, stand = d.bracket.shoulder_u_mm + d.arm.length_mm * cos(angle), chain_stand(g, i)
+        arm = [(elbow, -half), (elbow, half), (elbow + d.arm.boss_radius_mm, 0.0)]
+        found.append(np.array([*arm, *drive]) @ stand[:2, :2].T + stand[:2, 3])
+    placed = np.concatenate(found)
     return np.maximum(np.ptp(placed, axis=0), np.ptp(d.base.reach_mm, axis=1))
+
+
+def _flattest_rad(d: Dimensions) -> list[float]:
+    """Angle of each chain's arm nearest to level that occurs, rad; of chains that are not alike of those sampled."""
+    if are_alike(d.design):
+        return [min(max(0.0, d.extremes.shoulder_min.value), d.extremes.shoulder_max.value)] * len(CHAINS)
+    theta = joint_angles(d.design.geometry, sampled_mm(d.design.workspace) / MM_PER_M)
+    return np.clip(0.0, theta.min(axis=0), theta.max(axis=0)).tolist()
 
 
 def _outline(d: Dimensions) -> list[Reason]:

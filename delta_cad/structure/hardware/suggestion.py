@@ -10,7 +10,7 @@ from math import ceil, floor, log, log10
 from delta_cad.design import Design
 from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.dimensions import Reason
-from delta_cad.dimensions.joint import limit_values
+from delta_cad.dimensions.joint import known_joints
 from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, RATIO, SECTOR, WIDTH, Way, larger, smaller
 from delta_cad.mechanism import MechanismError
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits
@@ -246,7 +246,8 @@ class _Search:
 
 def _broken(design: Design) -> tuple[Reason, ...]:
     """Limits of the requirements that are not proved over the cube, as far as they need no masses."""
-    values = limit_values(design)
+    values = design.requirements.model_dump()
+    values |= known_joints(design, friction=values["friction_max_N"] is not None)
     known = [kind.stated(values) for kind in POSE_LIMITS if not kind.needs or values.get(kind.needs) is not None]
     proof = prove(design.geometry, design.workspace, Limits.of(*known), max_boxes=_MOST_BOXES)
     return tuple(Reason("mechanism", one.condition, one.verdict) for one in proof.findings if one.verdict != "proved")

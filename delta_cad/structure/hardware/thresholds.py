@@ -24,6 +24,7 @@ _SHARES = 0.01, 0.03, 0.1, 0.3, 1.0, 2.0  # by which a field is changed until th
 _NAMED = 4  # rows of the catalogue that a message names at most
 _CHOICES = {"leads": ("none", "bent"), "mounting": ("feet", "screws", "both")}  # entries of the hardware that are words
 LENGTHS = "mechanism."  # fields that move together by the same length; others by the same share
+_FIRST = "base_radius_mm"  # of chain 0
 REQUIRED = "requirements.", "panel.", "cube.half_side"  # fields that say what is asked
 
 Values = Mapping[str, float | str]
@@ -79,10 +80,13 @@ def value_of(design: Design, field: str) -> float | str:
 
 def changed(design: Design, values: Values) -> Design | None:
     """Gives a design with some fields changed, its own parts kept; None where a value is out of its field's bounds."""
-    sections: dict[str, dict[str, float | str]] = {}
+    sections: dict[str, dict[str, Any]] = {}
     for field, value in values.items():
         section, _, name = field.partition(".")
         sections.setdefault(section, {})[name] = value
+    if (radii := design.mechanism.base_radii_mm) is not None and (first := sections.get("mechanism", {}).get(_FIRST)):
+        side = rounded(radii[1] + first - radii[0])  # all chains go out by the same
+        sections["mechanism"]["base_radii_mm"] = (first, side, side)
     made = design.model_copy(
         update={name: getattr(design, name).model_copy(update=given) for name, given in sections.items()}
     )

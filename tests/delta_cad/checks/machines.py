@@ -15,10 +15,11 @@ from delta_cad.checks.clearance.clearance import CALLS_MAX, mesh_clearance, with
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism import DeltaGeometry
-from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
+from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_stand, chain_turn
 from delta_cad.solids.part import Contact, Fit, Hole, Joint, Material, Occurrence, Part, Stop
 
 GEOMETRY = DeltaGeometry(base_radius=0.040, platform_radius=0.030, upper_arm_length=0.082, forearm_length=0.112079)
+PLACED = replace(GEOMETRY, side_shift=0.006, side_cosine=float(np.cos(np.radians(116.0))))
 L_A, L_B, R, RADIUS_PLATFORM, WIDTH = 82.0, 112.079, 40.0, 30.0, 54.0
 PINION = (40.0, -43.5)
 STEEL = Material("steel", 7850.0, (0.6, 0.6, 0.6))
@@ -30,6 +31,8 @@ LIMITS = CheckLimits(
     grid=5,
     random_poses=40,
 )
+PLACED_LIMITS = replace(LIMITS, half_side_mm=33.0, bottom_height_mm=61.0, centre_x_mm=6.0)
+"""Of the same chains in other places: one radius is longer by 6 mm, the azimuths are 116 deg, the cube is aside."""
 
 
 EDGE = np.array([60.0 - R, -64.0])  # of the plate, seen from the shoulder of chain 0
@@ -37,8 +40,8 @@ STOP_RAD = np.arctan2(EDGE[1], EDGE[0]) + np.arcsin(6.0 / np.linalg.norm(EDGE)) 
 STOP = Stop("shoulder_0", "base_plate", "arm_0", float(STOP_RAD), -1, 7.9)
 
 
-def placement(drive_ratio: float = 9.5) -> LinkPlacement:
-    return LinkPlacement(GEOMETRY, WIDTH, PINION if drive_ratio != 1.0 else (R, 0.0), drive_ratio)
+def placement(drive_ratio: float = 9.5, geometry: DeltaGeometry = GEOMETRY) -> LinkPlacement:
+    return LinkPlacement(geometry, WIDTH, PINION if drive_ratio != 1.0 else (R, 0.0), drive_ratio)
 
 
 def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
@@ -115,7 +118,7 @@ def parts() -> dict[str, Part]:
     }
 
 
-def machine(drive_ratio: float = 9.5, extra_screws: int = 0) -> Assembly:
+def machine(drive_ratio: float = 9.5, extra_screws: int = 0, geometry: DeltaGeometry = GEOMETRY) -> Assembly:
     p = parts()
     flip = np.diag([-1.0, -1.0, 1.0, 1.0])  # turns a stud to the other side
     mirror = at(L_B) @ np.diag([-1.0, -1.0, 1.0, 1.0])  # the wrist's socket
@@ -128,11 +131,11 @@ def machine(drive_ratio: float = 9.5, extra_screws: int = 0) -> Assembly:
             Occurrence(f"extra_screw_{k}", p["screw"], "base", at(7.0 * (k % 10) - 30, 7.0 * (k // 10) - 20, -90))
         )
     for i in CHAINS:
-        chain = chain_frame(i)
+        stand, chain = chain_stand(geometry, i), chain_turn(geometry, i)
         out += [
-            Occurrence(f"bracket_{i}", p["bracket"], "base", chain),
-            Occurrence(f"bearing_{i}", p["bearing"], "base", chain @ at(R)),
-            Occurrence(f"motor_{i}", p["motor"], "base", chain @ at(PINION[0], 0.0, PINION[1])),
+            Occurrence(f"bracket_{i}", p["bracket"], "base", stand),
+            Occurrence(f"bearing_{i}", p["bearing"], "base", stand @ at(R)),
+            Occurrence(f"motor_{i}", p["motor"], "base", stand @ at(PINION[0], 0.0, PINION[1])),
             Occurrence(f"pinion_{i}", p["pinion"], f"pinion_{i}", np.eye(4)),
             Occurrence(f"arm_{i}", p["arm"], f"upper_arm_{i}", np.eye(4)),
             Occurrence(f"shaft_{i}", p["shaft"], f"upper_arm_{i}", np.eye(4)),
@@ -145,7 +148,7 @@ def machine(drive_ratio: float = 9.5, extra_screws: int = 0) -> Assembly:
             Fit(f"sector_{i}", f"pinion_{i}", "running gap", gap_mm=0.5, reason="cable drive"),
             Fit(f"arm_{i}", f"bracket_{i}", "running gap", gap_mm=0.5, reason="side by side"),
         ]
-        joints.append(Joint(f"shoulder_{i}", "revolute", "base", f"upper_arm_{i}", chain @ at(R), np.eye(4)))
+        joints.append(Joint(f"shoulder_{i}", "revolute", "base", f"upper_arm_{i}", stand @ at(R), np.eye(4)))
         for j in SIDES:
             y, side = (j - 0.5) * WIDTH, np.eye(4) if j else flip
             link = f"rod_{i}_{j}"
@@ -167,7 +170,7 @@ def machine(drive_ratio: float = 9.5, extra_screws: int = 0) -> Assembly:
                 joints.append(Joint(f"{end}_{i}_{j}", "ball", holder, link, frame, at(x), limit))
     out.append(Occurrence("platform", p["platform"], "platform", np.eye(4)))
     touching = tuple(_contact(f) for f in fits if f.kind == "contact")
-    where = placement(drive_ratio)
+    where = placement(drive_ratio, geometry)
     parts_ = tuple(out), tuple(joints), tuple(fits)
     return Assembly("synthetic", *parts_, where, LIMITS.centre_mm, touching, (STOP,))
 

@@ -1,7 +1,4 @@
-"""What passes what in closed form comes as near as the exact solids do, and a search finds where.
-
-33 s of processor: positions of many machines in closed form and in solids.
-"""
+"""What passes what in closed form comes as near as the exact solids do, and a search finds where."""
 
 from __future__ import annotations
 
@@ -10,6 +7,10 @@ from math import radians
 import cadquery as cq
 import numpy as np
 import pytest
+from OCP.BRepClass3d import BRepClass3d_SolidClassifier
+from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+from OCP.gp import gp_Pnt
+from OCP.TopAbs import TopAbs_State
 
 from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.builder import at
@@ -35,7 +36,7 @@ from delta_cad.interference.shapes import (
     union_distance,
 )
 from delta_cad.interference.static_obstacles import board, cheeks, foot, key_swing_rad, motor
-from delta_cad.mechanism.placement import CHAINS, chain_frame
+from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.bought_parts import make_joint_ball
 from delta_cad.solids.capstan import make_cable_end, make_crimp_sleeve
 from delta_cad.solids.forearm import make_cross_bar, make_rod_cup
@@ -74,17 +75,17 @@ def test_ends_of_rods_come_as_near_to_the_arms_boss_as_the_exact_solids_do() -> 
 
 def test_springs_that_fold_come_near_the_encoders_cheek() -> None:
     """The capstan's own arm alone leaves them more room."""
-    d, cube = dimensions(machine("folded_cheeks")), machine("folded_cheeks").cube
-    cheek, arm = (nearest(one, cube.bottom_height_mm, cube.half_side_mm, 3) for one in drive_clearances(d))
+    d = dimensions(machine("folded_cheeks"))
+    cheek, arm = (nearest(one, d.design.workspace, 3) for one in drive_clearances(d))
     assert cheek < 1.5 < 2.0 < arm
 
 
 def test_the_nearest_position_is_found_though_it_is_not_of_the_grids_nearest_pair() -> None:
-    d, cube = dimensions(machine("springs_below")), machine("springs_below").cube
+    d = dimensions(machine("springs_below"))
     assert d.capstan is not None
     apart = sector_clearance(d, d.capstan, "spring")
     there = float(apart(np.array([[-42.58, -41.677, 74.514]]), False, None).min())
-    assert nearest(apart, cube.bottom_height_mm, cube.half_side_mm, COUNT) < there + 0.05
+    assert nearest(apart, d.design.workspace, COUNT) < there + 0.05
 
 
 def test_a_key_swings_over_the_base_plates_hole_and_not_behind_its_own_sector() -> None:
@@ -175,8 +176,17 @@ def adjacent(solids: list[cq.Shape], count: int) -> np.ndarray:
 
 
 def off_solids(solids: list[cq.Shape], points: np.ndarray) -> np.ndarray:
-    """(n) how far points are off the nearest of several solids, by the kernel."""
-    return np.array([min(one.distance(cq.Vertex.makeVertex(*spot)) for one in solids) for spot in points])
+    """(n) how far points are off the nearest of several solids, by the kernel, which takes them apart once."""
+    apart, inside = BRepExtrema_DistShapeShape(), [BRepClass3d_SolidClassifier(one.wrapped) for one in solids]
+    apart.LoadS1(cq.Compound.makeCompound(solids).wrapped)
+    found = []
+    for spot in points:
+        apart.LoadS2(cq.Vertex.makeVertex(*spot).wrapped)
+        assert apart.Perform()
+        for one in inside:
+            one.Perform(gp_Pnt(*spot), 1e-7)
+        found.append(0.0 if any(one.State() == TopAbs_State.TopAbs_IN for one in inside) else apart.Value())
+    return np.array(found)
 
 
 @pytest.mark.parametrize("name", ["plates", "wrists", "synthesized"])
@@ -184,7 +194,7 @@ def test_shapes_and_balls_of_a_platform_are_where_its_solids_are(name: str) -> N
     """Of plate, windows, hub, bosses and stem, shapes; of bosses, cross-bars and their joints' balls, balls."""
     d = dimensions(machine(name))
     p, wide = d.platform, d.forearm.width_mm / 2
-    wrists = [chain_frame(i) @ at(p.radius_mm) for i in CHAINS]
+    wrists = [d.turn(i) @ at(p.radius_mm) for i in CHAINS]
     bars = [placed(make_cross_bar(d).solid, wrist) for wrist in wrists]
     balls = [placed(make_joint_ball(d).solid, wrist @ at(0.0, y)) for wrist in wrists for y in (-wide, wide)]
     fixed = [make_platform(d).solid, placed(make_handle_stem(d).solid, at(z=p.boss_diameter_mm / 2))]
@@ -218,7 +228,7 @@ def test_shapes_of_a_drive_and_its_arm_are_where_its_solids_are() -> None:
     """Beside recesses and pockets, which hulls fill, and what is small: of nine points in ten the distance is known."""
     d = dimensions(of("best.json"))
     assert d.capstan is not None
-    made, shoulder = assemble(d).occurrences, np.linalg.inv(chain_frame(0))
+    made, shoulder = assemble(d).occurrences, np.linalg.inv(d.stand(0))
     shoulder[0, 3] -= d.bracket.shoulder_u_mm
 
     def solids(*names: str) -> list[cq.Shape]:

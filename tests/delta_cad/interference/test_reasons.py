@@ -20,7 +20,8 @@ from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, union
 from delta_cad.interference.static_obstacles import key_swing_rad, pinion_clearance_mm, slide_in_clearance_mm
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.errors import UnreachableError
-from delta_cad.mechanism.placement import chain_frame, spring_sway
+from delta_cad.mechanism.placement import spring_sway
+from delta_cad.mechanism.workspace import Cube
 from delta_cad.solids.capstan import make_sector
 from delta_cad.solids.platform import make_platform
 from delta_cad.structure.hardware.refusals import refusals
@@ -60,7 +61,7 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
         p, found = at / MM_PER_M, np.inf
         elbows = elbow_positions(g, inverse_kinematics(g, p)) * MM_PER_M
         for i, elbow in enumerate(elbows):
-            radial, tangential = chain_frame(i)[:3, 0], chain_frame(i)[:3, 1]
+            radial, tangential = g.radial[i], g.tangential[i]
             wrist = at + g.platform_radius * MM_PER_M * radial
             way = elbow + np.linspace(0.1, 0.9, 161)[:, None] * (wrist - elbow)
             off = np.hypot(way @ radial - g.base_radius * MM_PER_M, way[:, 2])
@@ -71,12 +72,12 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
                     found = min(found, np.hypot(np.maximum(off - radius, 0.0), adjacent).min() - f.tube_outer_mm / 2)
         return found
 
-    first = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, 9)
+    first = sampled_mm(d.design.workspace, 9)
     start = first[np.argmin([apart(p) for p in first])]
     step = np.linspace(-0.25, 0.25, 17) * cube.half_side_mm
     around = start + np.stack(np.meshgrid(step, step, 0.0), axis=-1).reshape(-1, 3)
     found = min(apart(p) for p in around)
-    near = nearest(drive_clearances(d)[0], cube.bottom_height_mm, cube.half_side_mm, 3)
+    near = nearest(drive_clearances(d)[0], d.design.workspace, 3)
     assert near < 2.0
     assert near == pytest.approx(found, abs=0.1)
     (reason,) = fold_interference(d, 2.1)
@@ -86,10 +87,10 @@ def test_rods_come_as_near_to_their_motor_as_lines_of_points_say() -> None:
 def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """The height at which they are unfolded most is beyond their reach."""
 
-    def within_reach(apart: DistanceField, bottom_mm: float, half_mm: float, count: int) -> float:
-        if bottom_mm > 90.0:
+    def within_reach(apart: DistanceField, cube: Cube, count: int) -> float:
+        if cube.bottom_height > 0.09:
             raise UnreachableError("too high")
-        return nearest(apart, bottom_mm, half_mm, count)
+        return nearest(apart, cube, count)
 
     monkeypatch.setattr(reasons, "nearest", within_reach)
     (reason,) = fold_interference(dimensions(machine("folded_springs")), 2.1)
@@ -143,7 +144,7 @@ def test_wrists_come_as_near_to_sectors_as_the_exact_solids_do() -> None:
     """At the four positions of a grid where they are nearest: an edge's points lie 1.5 mm apart."""
     d = dimensions(machine("wrists"))
     assert d.capstan is not None
-    positions = sampled_mm(machine("wrists").cube.bottom_height_mm, machine("wrists").cube.half_side_mm, 5)
+    positions = sampled_mm(machine("wrists").workspace, 5)
     apart, links = sector_clearance(d, d.capstan, "platform")(positions, False, None), link_placement(d)
     sector, platform = make_sector(d).solid, make_platform(d).solid
     for k in np.argsort(apart.min(axis=1))[:4]:
@@ -182,7 +183,7 @@ def test_a_sleeve_comes_next_to_the_foot_block_that_is_in_its_way() -> None:
 def test_cups_part_by_what_they_lack() -> None:
     """Wrists that stand apart by so much more than a machine's lacks leave nothing lacking, at any position."""
     d = dimensions(machine("cups"))
-    positions = sampled_mm(machine("cups").cube.bottom_height_mm, machine("cups").cube.half_side_mm, 3)
+    positions = sampled_mm(machine("cups").workspace, 3)
     lacking = -cup_margin(d, 2.14)(positions, False, None).min()
     assert lacking > 0.0
     wider = spread(d, lacking / np.sqrt(3.0))

@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import VERTICAL, DeltaGeometry
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.structure.beam import Beam
 from delta_cad.structure.beam_model import BeamModel
@@ -121,21 +121,27 @@ class Built:
         return solver.solve(load)[6 * node : 6 * node + 3]
 
 
+def axes_of(g: DeltaGeometry, i: int) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors outwards and along the shoulder axis of a chain, by its azimuth."""
+    c, s = np.cos(g.azimuths[i]), np.sin(g.azimuths[i])
+    return np.array([c, s, 0.0]), np.array([-s, c, 0.0])
+
+
 def built(table: BeamModel, p_mm: np.ndarray) -> Built:
     """Makes the frame of a machine with a capstan at one position."""
     frame, g = Frame(), table.geometry
     assert table.shoulder is not None
     assert table.cable is not None
     theta = inverse_kinematics(g, p_mm / MM_PER_M)
-    radius, length = g.base_radius * MM_PER_M, g.upper_arm_length * MM_PER_M
+    length = g.upper_arm_length * MM_PER_M
     wrist_radius, half = g.platform_radius * MM_PER_M, table.width_mm / 2
     hub = frame.node()
-    up = np.array([VERTICAL, RADIAL[0], TANGENTIAL[0]])
+    up = np.array([VERTICAL, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     knob = frame.bar(hub, (table.knob_mm - table.stem.length_mm) * VERTICAL, up, table.stem)
     made = Built(frame, hub, knob, [], [], [], [])
     zero = np.zeros(3)
     for i in range(3):
-        u, t = RADIAL[i], TANGENTIAL[i]
+        u, t = axes_of(g, i)
         rise = table.spoke_up_mm * VERTICAL
         boss = frame.bar(
             hub, (wrist_radius - table.spoke.length_mm) * u + rise, np.array([u, t, VERTICAL]), table.spoke
@@ -144,7 +150,7 @@ def built(table: BeamModel, p_mm: np.ndarray) -> Built:
         x, z = c * u + s * VERTICAL, c * VERTICAL - s * u
         shaft = frame.node()
         elbow = frame.bar(shaft, (length - table.arm.length_mm) * x, np.array([x, t, z]), table.arm)
-        shoulder_at = radius * u
+        shoulder_at = (g.base_radius + (g.side_shift if i else 0.0)) * MM_PER_M * u
         along = p_mm + wrist_radius * u - shoulder_at - length * x
         along = along / np.linalg.norm(along)
         for side in (-1.0, 1.0):
@@ -196,7 +202,7 @@ def first_mode_Hz(made: Built, what: Moving, grip_kg: float, table: BeamModel, p
     put(made.knob, np.diag([grip_kg] * 3 + [0.0] * 3))
     theta = inverse_kinematics(table.geometry, p_mm / MM_PER_M)
     for i, shaft in enumerate(made.shafts):
-        u, t = RADIAL[i], TANGENTIAL[i]
+        u, t = axes_of(table.geometry, i)
         x = np.cos(theta[i]) * u + np.sin(theta[i]) * VERTICAL
         axes = np.array([x, t, np.cross(x, t)])
         centre = axes.T @ what.arm.centre_mm

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from math import cos, radians
 
 import numpy as np
 
@@ -27,9 +28,12 @@ def committed() -> Dimensions:
     return dimensions(design())
 
 
-def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm) -> BeamModel:
+def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm, placed: bool = False) -> BeamModel:
     made = beam_model(committed())
-    changed = replace(made, joint_N_mm=joint_N_mm)
+    g = made.geometry
+    if placed:  # the same chains elsewhere: azimuths of 116.3 degrees, shoulders of chains 1 and 2 by 5 mm farther out
+        g = replace(g, side_shift=0.005, side_cosine=cos(radians(116.3)))
+    changed = replace(made, joint_N_mm=joint_N_mm, geometry=g)
     if knob_mm is None:
         return changed
     # the stem is as long as the knob stands over the platform's top
@@ -38,13 +42,13 @@ def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm) ->
     return replace(changed, knob_mm=knob_mm, stem=replace(made.stem, slices=(longer,)))
 
 
-def places() -> np.ndarray:
-    """(12, 3) centre, corners and three places inside the committed cube, mm."""
+def places(aside_mm: float = 0.0) -> np.ndarray:
+    """(12, 3) centre, corners and three places inside the committed cube, mm, all of it aside along x."""
     cube = design().cube
     side, low = cube.half_side_mm, cube.bottom_height_mm
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
     inside = np.array([[0.0, 0.0, 0.0], [0.9, 0.2, -1.0], [-0.3, -0.7, 0.4], [0.1, 0.6, -0.8]])
-    return np.concatenate([inside, signs]) * side + [0.0, 0.0, low + side]
+    return np.concatenate([inside, signs]) * side + [aside_mm, 0.0, low + side]
 
 
 def what_moves() -> Moving:

@@ -11,9 +11,8 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import design_from_dict, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.mechanism import DeltaGeometry, jacobian
-from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import elbow_positions, forearm_vectors, inverse_kinematics
-from delta_cad.mechanism.placement import chain_frame
+from delta_cad.mechanism.workspace import Cube
 from delta_cad.structure.beam_model import BeamModel, beam_model
 from delta_cad.structure.compliance import compliance
 from delta_cad.structure.loads import largest, loads, part_loads, sampled_mm
@@ -21,6 +20,7 @@ from delta_cad.structure.modes import first_mode_Hz
 from delta_cad.structure.strength import Allowables, allowables, screw_N, set_screws_N_mm, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.unit_loads import at_knob, unit_loads
 from tests.committed import COMMITTED
+from tests.delta_cad.structure.frame import axes_of
 from tests.delta_cad.structure.machines import committed, design, knob_stiffness, places, table, what_moves
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -46,8 +46,9 @@ def test_no_direction_loads_more(components: int) -> None:
         assert bare > 0.99 * largest(rows, 3.0, 0.0 * weight)
 
 
-def test_rods_hold_what_pulls_at_the_knob() -> None:
-    machine = table()
+@pytest.mark.parametrize("placed", [False, True])
+def test_rods_hold_what_pulls_at_the_knob(placed: bool) -> None:
+    machine = table(placed=placed)
     unit = unit_loads(machine, places())
     force = np.array([1.0, -2.0, 0.5])
     pulls = (unit.rods @ at_knob(machine.knob_mm) @ force)[..., None] * unit.along[..., None, :]
@@ -55,17 +56,17 @@ def test_rods_hold_what_pulls_at_the_knob() -> None:
     # moments about the knob vanish: of wrists at their own places
     wrists = np.array(
         [
-            [chain_frame(i)[:3, :3] @ [machine.geometry.platform_radius * MM_PER_M, s * machine.width_mm / 2, 0.0]
-             for s in (-1, 1)]
-            for i in range(3)
+            [machine.geometry.platform_radius * MM_PER_M * out + s * machine.width_mm / 2 * across for s in (-1, 1)]
+            for out, across in (axes_of(machine.geometry, i) for i in range(3))
         ]
-    )  # fmt: skip
+    )
     arms = wrists - [0.0, 0.0, machine.knob_mm]
     np.testing.assert_allclose(np.cross(arms, pulls).sum(axis=(-3, -2)), 0.0, atol=1e-7)
 
 
-def test_the_weights_torque_is_the_slope_of_the_energy() -> None:
-    machine, what = table(), what_moves()
+@pytest.mark.parametrize("placed", [False, True])
+def test_the_weights_torque_is_the_slope_of_the_energy(placed: bool) -> None:
+    machine, what = table(placed=placed), what_moves()
     g = machine.geometry
 
     def energy(p: np.ndarray) -> float:
@@ -74,7 +75,7 @@ def test_the_weights_torque_is_the_slope_of_the_energy() -> None:
         heights = 0.0
         for i in range(3):
             c, s = np.cos(theta[i]), np.sin(theta[i])
-            u = chain_frame(i)[:3, 0]
+            u, _ = axes_of(g, i)
             x, z = c * u + [0, 0, s], c * np.array([0, 0, 1.0]) - s * u
             centre = what.arm.centre_mm
             heights += what.arm.mass_kg * (x[2] * centre[0] + z[2] * centre[2])
@@ -87,6 +88,28 @@ def test_the_weights_torque_is_the_slope_of_the_energy() -> None:
         slope = [(energy(p + d) - energy(p - d)) / (2 * step) for d in step * np.eye(3)]
         torque = jacobian(g, p / MM_PER_M).T @ slope * MM_PER_M
         np.testing.assert_allclose(given.torque[k], np.abs(torque), rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("placed", [False, True])
+def test_rods_hold_the_weights_where_they_hang(placed: bool) -> None:
+    """Six rods in balance with the platform's weight and with that of half of each rod at its own wrist."""
+    machine = table(placed=placed)
+    g, what = machine.geometry, replace(what_moves(), platform=replace(what_moves().platform, mass_kg=0.01))
+    given = part_loads(machine, what, places(), 0.0, GRAVITY)
+    for p, rod in zip(places(), given.rod, strict=True):
+        elbows = elbow_positions(g, inverse_kinematics(g, p / MM_PER_M)) * MM_PER_M
+        rows, weight = [], np.concatenate([what.platform.mass_kg * GRAVITY, 3 * [0.0]])
+        weight[3:] += np.cross(what.platform.centre_mm, weight[:3])
+        for i in range(3):
+            out, across = axes_of(g, i)
+            wrist = g.platform_radius * MM_PER_M * out
+            along = (p + wrist - elbows[i]) / np.linalg.norm(p + wrist - elbows[i])
+            for side in (-machine.width_mm / 2, machine.width_mm / 2):
+                ball, half = wrist + side * across, what.rod_kg / 2 * GRAVITY
+                rows.append(np.concatenate([along, np.cross(ball, along)]))
+                weight += np.concatenate([half, np.cross(ball, half)])
+        pulls = np.linalg.solve(np.transpose(rows), weight).reshape(3, 2)
+        np.testing.assert_allclose(rod, np.abs(pulls).max(axis=1), rtol=1e-7, atol=1e-9)
 
 
 def test_loads_are_linear_in_the_force() -> None:
@@ -115,7 +138,8 @@ def test_two_machines_bear_what_a_study_found(
         shoulder=replace(machine.shoulder, y_mm=(-7.5, 13.5)),
         cable=replace(machine.cable, radius_mm=40.0, y_mm=7.0, direction_rad=np.radians(-125.0)),
     )
-    given = part_loads(machine, what_moves(), sampled_mm(low_mm, side_mm / 2, STUDY_GRID), 1.0, 0.0 * GRAVITY)
+    cube = Cube(low_mm / MM_PER_M, side_mm / 2 / MM_PER_M)
+    given = part_loads(machine, what_moves(), sampled_mm(cube, STUDY_GRID), 1.0, 0.0 * GRAVITY)
     found = {name: float(getattr(given, name).max()) for name in expected}
     assert found == pytest.approx(expected, rel=0.01)
 
@@ -270,9 +294,9 @@ def test_at_its_peak_the_weakest_springs_let_the_contact_touch_the_lip_but_never
         dimensions(best).forearm.joint,
         best.requirements.peak_force_N,
     )
-    positions = sampled_mm(best.cube.bottom_height_mm, best.cube.half_side_mm, 5)
+    positions = sampled_mm(best.workspace, 5)
     along = forearm_vectors(made.geometry, positions / MM_PER_M) / made.geometry.forearm_length
-    lean, weakest_N = np.arcsin((along * TANGENTIAL).sum(axis=-1)), np.array(0.9 * joint.preload_N)
+    lean, weakest_N = np.arcsin((along * best.geometry.tangential).sum(axis=-1)), np.array(0.9 * joint.preload_N)
     assert peak is not None
 
     def rod(force_N: float) -> np.ndarray:

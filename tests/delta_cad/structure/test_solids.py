@@ -134,7 +134,7 @@ def test_a_platforms_spoke(tmp_path: Path) -> None:
 
     filled = _shape(make_platform(d))
     for i in range(3):  # with its cross-bars
-        filled = fuse(filled, turned_to_chain(bore_y(p.bar_bore_mm, (r, 0.0), (-end, end)), i))
+        filled = fuse(filled, turned_to_chain(d, bore_y(p.bar_bore_mm, (r, 0.0), (-end, end)), i))
     solid = flexibility(
         meshed(filled, 7.0, tmp_path),
         ALUMINIUM,

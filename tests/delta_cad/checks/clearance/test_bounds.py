@@ -163,7 +163,8 @@ def test_arms_of_which_every_pair_is_apart_at_all_angles_need_no_box() -> None:
     arms = space_named("two arms")
     apart = arms.always_apart() >= arms.pairs.limit + 1.0
     assert apart.any()
-    proof = prove(spaces.TwoSwings(arms.name, arms.pairs.chosen(apart), arms._radius, arms._rasters), DistanceEngine())
+    given = arms._radius, arms._rasters, arms._stands[1]
+    proof = prove(spaces.TwoSwings(arms.name, arms.pairs.chosen(apart), *given), DistanceEngine())
     assert (proof.undecided, proof.boxes, proof.calls) == ([], 0, 0)
 
 

@@ -15,7 +15,6 @@ from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import clearance_pairs, spaces_of
 from delta_cad.checks.links import free_tilt, free_turn, sway_of, turn_about_x
 from delta_cad.checks.outline.envelope import DIRECTIONS, swept_outline
-from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.placement import LINKS, spring_sway
 from delta_cad.solids.part import Occurrence
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, WIDTH, at, ball, box, machine, part, placement, rod
@@ -40,7 +39,7 @@ def eyes(rng: np.random.Generator, i: int, k: int, p: np.ndarray) -> tuple[np.nd
     found = []
     for j in range(2):
         frame = PLACEMENT(p)[f"rod_{i}_{j}"]
-        lean = np.arccos(np.clip(frame[:, :3, 1] @ TANGENTIAL[i], -1.0, 1.0))
+        lean = np.arccos(np.clip(frame[:, :3, 1] @ GEOMETRY.tangential[i], -1.0, 1.0))
         share = rng.choice([-1.0, 0.0, 1.0], len(p)) * rng.uniform(0.0, 1.0, len(p)) ** 0.2
         turned = frame @ turn_about_x(share * free_turn(TILT, lean))
         found.append((turned @ np.array([x, EYE * (1 - 2 * j), z, 1.0]))[:, :3])
@@ -74,10 +73,10 @@ def test_no_turn_of_the_rods_takes_a_spring_farther_than_it_may_sway() -> None:
     for i, k in ((0, 0), (1, 1), (2, 0)):
         one, other = eyes(rng, i, k, p)
         strays = (one + other) / 2.0 - links[f"spring_{i}_{k}"][:, :3, 3]
-        along = strays @ TANGENTIAL[i]
-        across = np.linalg.norm(strays - along[:, None] * TANGENTIAL[i], axis=1)
+        along = strays @ GEOMETRY.tangential[i]
+        across = np.linalg.norm(strays - along[:, None] * GEOMETRY.tangential[i], axis=1)
         way = (other - one) / np.linalg.norm(other - one, axis=1, keepdims=True)
-        turn = np.arccos(np.clip(way @ TANGENTIAL[i], -1.0, 1.0))
+        turn = np.arccos(np.clip(way @ GEOMETRY.tangential[i], -1.0, 1.0))
         worst = np.maximum(worst, [np.abs(along).max(), across.max(), turn.max()])
     allowed = np.array([SWAY.along_mm, SWAY.across_mm, SWAY.turn_rad])
     assert (worst <= allowed).all()

@@ -11,9 +11,9 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.attachment import SEAT_MM, check_attachment
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.report import CheckResult
-from delta_cad.mechanism.placement import chain_frame
+from delta_cad.mechanism.placement import chain_turn
 from delta_cad.solids.part import Hole, Occurrence, Part
-from tests.delta_cad.checks.machines import at, box, changed, machine, part, rod
+from tests.delta_cad.checks.machines import GEOMETRY, at, box, changed, machine, part, rod
 
 MACHINE = machine()
 MESHES = MeshLibrary(MACHINE.parts)
@@ -35,7 +35,7 @@ def test_the_machine_holds_together() -> None:
 
 
 def test_a_motor_off_the_plate_is_refused_by_name_and_distance() -> None:
-    lifted = changed(MACHINE, "motor_1", placement=chain_frame(1) @ at(40.0, 0.0, -43.5 + 2.0))
+    lifted = changed(MACHINE, "motor_1", placement=chain_turn(GEOMETRY, 1) @ at(40.0, 0.0, -43.5 + 2.0))
     result = check_attachment(lifted, MESHES)
     assert not result.passed
     assert result.worst_pair == ("motor_1",)
@@ -55,7 +55,7 @@ def test_a_group_that_floats_is_named_whole() -> None:
     # the lug is 4 mm high and the platform 10, so that half a millimetre is no gap; outwards it is
     assert check_attachment(away, MESHES).passed
     outwards = np.eye(4)
-    outwards[:3, 3] = 0.5 * chain_frame(2)[:3, 0]
+    outwards[:3, 3] = 0.5 * chain_turn(GEOMETRY, 2)[:3, 0]
     names = ("wrist_bar_2", "stud_2_0_wrist", "stud_2_1_wrist")
     moved = tuple(replace(o, placement=outwards @ o.placement) if o.name in names else o for o in MACHINE.occurrences)
     result = check_attachment(replace(MACHINE, occurrences=moved), MESHES)
@@ -114,8 +114,8 @@ def test_a_screw_that_clamps_passes() -> None:
     assert all(r.passed for r in found.values()), found
     assert found["screws engaged"].value == pytest.approx(5.0 / 3.0)
     assert found["screws seated"].value == pytest.approx(0.0, abs=1e-9)
-    turned = replace(joint(), occurrences=tuple(replace(o, placement=chain_frame(1) @ at(3.0, 4.0) @ o.placement)
-                                                for o in joint().occurrences))  # fmt: skip
+    moved = chain_turn(GEOMETRY, 1) @ at(3.0, 4.0)
+    turned = replace(joint(), occurrences=tuple(replace(o, placement=moved @ o.placement) for o in joint().occurrences))
     assert all(r.passed for r in checked(turned).values())
 
 

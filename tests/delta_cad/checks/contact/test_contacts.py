@@ -12,9 +12,9 @@ from delta_cad.checks.contact import poses as contacts
 from delta_cad.checks.contact.features import is_turned
 from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.poses import TURNS, contact_positions
-from delta_cad.mechanism.placement import chain_frame
+from delta_cad.mechanism.placement import chain_turn
 from delta_cad.solids.part import Fit, Joint
-from tests.delta_cad.checks.machines import LIMITS, at, box, changed, machine, part, parts, rod, solid
+from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, at, box, changed, machine, part, parts, rod, solid
 
 
 def geared(bump: bool = False, post_rad: float | None = None) -> Assembly:
@@ -29,7 +29,7 @@ def geared(bump: bool = False, post_rad: float | None = None) -> Assembly:
         motor = motor.fuse(rod(0.5, (x, 9.5, z), (x, 15, z)))
     whole = changed(whole, "pinion_0", part=part("bumped", solid(pinion)))
     whole = changed(whole, "motor_0", part=part("posted", solid(motor)))
-    frame = chain_frame(0) @ at(40.0, 0.0, -43.5)
+    frame = chain_turn(GEOMETRY, 0) @ at(40.0, 0.0, -43.5)
     joint = Joint("pinion_0", "revolute", "base", "pinion_0", frame, np.eye(4))
     fit = Fit("pinion_0", "motor_0", "contact", overlap_mm3=0.01, reason="pinion on the motor's shaft")
     return replace(whole, joints=(*whole.joints, joint), fits=(*whole.fits, fit))

@@ -1,6 +1,7 @@
 """The swept outline: closed forms, dense sampling from below, and machines that are too large."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,8 +12,21 @@ from delta_cad.checks.outline.envelope import DIRECTIONS, check_envelope, radial
 from delta_cad.checks.outline.rod_reach import cosine_range
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism import inverse_kinematics
-from delta_cad.mechanism.placement import chain_frame
-from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, PINION, at, ball, box, changed, machine, part, rod
+from delta_cad.mechanism.placement import chain_turn
+from tests.delta_cad.checks.machines import (
+    GEOMETRY,
+    LIMITS,
+    PINION,
+    PLACED,
+    PLACED_LIMITS,
+    at,
+    ball,
+    box,
+    changed,
+    machine,
+    part,
+    rod,
+)
 
 MACHINE = machine()
 
@@ -26,22 +40,43 @@ def only(a: Assembly, *names: str) -> Assembly:
     return replace(a, occurrences=tuple(o for o in a.occurrences if o.name in names))
 
 
-def test_the_outline_bounds_dense_sampling_and_exceeds_it_by_little() -> None:
-    meshes = MeshLibrary(MACHINE.parts, 0.05, 0.35)
-    outline = swept_outline(MACHINE, LIMITS, meshes)
+def sampled_reach(a: Assembly, meshes: MeshLibrary, middle: np.ndarray, half: float) -> np.ndarray:
+    """(4,) reach of all bodies' meshes over corners and 3000 positions of a cube."""
     rng = np.random.default_rng(3)
-    p = np.concatenate([LIMITS.corners_mm, LIMITS.centre_mm + rng.uniform(-37.5, 37.5, (3000, 3))])
+    p = middle + half * np.concatenate([[*product((-1.0, 1.0), repeat=3)], rng.uniform(-1.0, 1.0, (3000, 3))])
     reach = np.full(4, -np.inf)
-    poses = MACHINE.poses(p)
-    for o in MACHINE.occurrences:
+    poses = a.poses(p)
+    for o in a.occurrences:
         frame, hull = poses[o.name], meshes[o.part.number].hull_points
         for k, d in enumerate(DIRECTIONS):
             along = ((d @ frame[:, :3, :3]) @ hull.T).max(axis=1) + frame[:, :3, 3] @ d
             reach[k] = max(reach[k], along.max())
+    return reach
+
+
+@pytest.mark.parametrize("placed", [False, True])
+def test_the_outline_bounds_dense_sampling_and_exceeds_it_by_little(placed: bool) -> None:
+    a, limits = (machine(geometry=PLACED), PLACED_LIMITS) if placed else (MACHINE, LIMITS)
+    meshes = MeshLibrary(a.parts, 0.05, 0.35)
+    outline = swept_outline(a, limits, meshes)
+    middle = np.array([6.0, 0.0, 94.0]) if placed else limits.centre_mm
+    reach = sampled_reach(a, meshes, middle, limits.half_side_mm)
     assert (outline.reach_mm >= reach).all()
     meshes_mm = outline.reach_mm - [b.mesh.deviation_mm for b in outline.bodies]
     assert (meshes_mm - reach).max() < 0.1  # gap 0.02, the rest is between the samples
     assert outline.reach_mm[2] == pytest.approx(outline.reach_mm[3], abs=0.1)  # the machine is its mirror image
+
+
+@pytest.mark.parametrize("name", ["platform", "arm_0", "arm_1", "pinion_2", "socket_2_0_elbow", "motor_1"])
+def test_each_body_of_a_placed_machine_reaches_as_far_as_it_does_where_it_stands(name: str) -> None:
+    """About the cube's own middle, which is not the base's axis."""
+    a = only(machine(geometry=PLACED), name)
+    meshes = MeshLibrary(a.parts, 0.05, 0.35)
+    outline = swept_outline(a, PLACED_LIMITS, meshes)
+    reach = sampled_reach(a, meshes, np.array([6.0, 0.0, 94.0]), 33.0)
+    over = outline.reach_mm - [b.mesh.deviation_mm for b in outline.bodies] - reach
+    assert (over > -1e-9).all()
+    assert over.max() < 0.3
 
 
 def test_fits_in_one_orientation_and_says_which() -> None:
@@ -135,4 +170,4 @@ def test_ranges_of_a_turning_point_and_of_the_cosine() -> None:
         assert (least[0], most[0]) == pytest.approx((out.min(), out.max()), abs=1e-4)  # 2000 steps of a 50 mm circle
         low, high = cosine_range(theta[:1], theta[1:])
         assert (low[0], high[0]) == pytest.approx((np.cos(fine).min(), np.cos(fine).max()), abs=1e-5)
-    assert chain_frame(0)[0, 0] == 1.0
+    assert chain_turn(GEOMETRY, 0)[0, 0] == 1.0

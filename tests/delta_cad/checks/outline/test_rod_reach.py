@@ -14,7 +14,6 @@ from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.checks.outline.envelope import DIRECTIONS, shoulder_range, swept_outline
 from delta_cad.checks.outline.rod_reach import GAP_MM, RodReach
 from delta_cad.mechanism import inverse_kinematics
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, at, changed, machine, part, placement, rod
 
@@ -44,7 +43,7 @@ def reach(body: CollisionBody, p: np.ndarray, d: np.ndarray, turns: np.ndarray |
     """
     frame = PLACEMENT(p)[body.link]
     if turns is not None and body.link.startswith("rod"):
-        lean = np.arccos(np.clip(frame[:, :3, 1] @ TANGENTIAL[int(body.link[4])], -1.0, 1.0))
+        lean = np.arccos(np.clip(frame[:, :3, 1] @ GEOMETRY.tangential[int(body.link[4])], -1.0, 1.0))
         free = np.arccos(np.clip(np.cos(TILT) / np.cos(lean), 0.0, 1.0))
         turned = (frame @ turn_about_x(share * free) for share in turns)
         return np.max(
@@ -161,7 +160,7 @@ def test_shoulder_range_meets_the_polished_extremes() -> None:
 def test_elbow_socket_along_the_chain_in_closed_form() -> None:
     """With theta = 0 in the cube the ball reaches R + L_A, and the ring about it between its radius and its rim."""
     rods = RodReach(PLACEMENT, LIMITS, shoulder_range(GEOMETRY, LIMITS))
-    bound, attained = rods.refined(BODIES["socket_0_0_elbow"], RADIAL[0], -np.inf)
+    bound, attained = rods.refined(BODIES["socket_0_0_elbow"], GEOMETRY.radial[0], -np.inf)
     assert attained > 40.0 + 82.0 + 5.5 - 0.06  # the facets of the ring stay 0.06 mm inside
     assert bound < 40.0 + 82.0 + np.hypot(5.5, 2.25) + GAP_MM
 

@@ -15,7 +15,7 @@ from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.mechanism.placement import LinkPlacement, chain_frame
+from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.capstan import make_pinion, make_sector
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import at
@@ -126,7 +126,7 @@ def test_a_pinion_moved_along_its_axis_is_refused(
     alone = found(moved(best_assembly, {"pinion_1": at(y=by_mm)}))["cable on its groove"]
     assert not alone.passed
     assert alone.value == pytest.approx(margin_mm(capstan(best_dimensions)) - 1.0, abs=1e-3)
-    turn = chain_frame(1)
+    turn = best_dimensions.turn(1)
     both = {"pinion_1": at(y=by_mm), "capstan_cable_1_turns": turn @ at(y=by_mm) @ np.linalg.inv(turn)}
     results = found(moved(best_assembly, both))
     assert results["cable on its groove"].passed

@@ -9,7 +9,6 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.range.holding import holding_torque, potential_energy
-from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinematics, jacobian
 from delta_cad.mechanism.placement import LinkPlacement
 
@@ -103,18 +102,13 @@ def test_potential_energy_of_known_heights() -> None:
     np.testing.assert_allclose(energy, [2 * 9.81 * 0.100, 2 * 9.81 * 0.110], rtol=1e-14)
 
 
-@pytest.fixture(scope="module")
-def masses(best_assembly: Assembly) -> dict[str, Any]:
-    return mass_report(best_assembly)
-
-
 def test_the_committed_design_holds_its_own_weight_by_the_power_balance(
-    best_assembly: Assembly, masses: dict[str, Any]
+    best_assembly: Assembly, best_masses: dict[str, Any]
 ) -> None:
     """Masses from the solids, oracle from placed parts: weight times height of each occurrence's own centre."""
     moving = {
         link: (body["mass_kg"], 1e3 * np.array(body["centre_m"]))
-        for link, body in masses["bodies"].items()
+        for link, body in best_masses["bodies"].items()
         if link != "base"
     }
     geometry = best_assembly.placement.geometry
@@ -123,7 +117,7 @@ def test_the_committed_design_holds_its_own_weight_by_the_power_balance(
         poses = best_assembly.poses(forward_kinematics(geometry, theta) * 1e3)
         total = 0.0
         for o in best_assembly.occurrences:
-            own = masses["parts"][o.part.number]
+            own = best_masses["parts"][o.part.number]
             centre = poses[o.name] @ np.array([*(1e3 * np.array(own["centre_m"])), 1.0])
             total += own["mass_kg"] * 9.81 * centre[2] / 1e3
         return total

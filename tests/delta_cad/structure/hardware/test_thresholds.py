@@ -12,7 +12,7 @@ import pytest
 from delta_cad.design import Design, design_from_dict, design_to_dict
 from delta_cad.dimensions.rules import Way, larger
 from delta_cad.structure.hardware.refusals import Judged, refusals
-from delta_cad.structure.hardware.suggestion import _Search, suggestion
+from delta_cad.structure.hardware.suggestion import LIMITS, _Search, suggestion
 from delta_cad.structure.hardware.thresholds import Threshold, along, changed, least, refused
 from tests.committed import changed as spoiled
 from tests.delta_cad.structure.hardware.broken import broken, ended, enough, of_family
@@ -54,6 +54,19 @@ def test_radii_move_by_the_same_length_and_sector_and_ratio_by_the_same_share() 
     assert wheels["hardware.capstan_ratio"] == pytest.approx(1.1 * h.capstan_ratio, rel=1e-4)
 
 
+def test_chains_that_stand_unevenly_go_out_by_the_same_length() -> None:
+    """What is judged is what a file of it would be read as."""
+    radii = [31.182, 36.0, 36.0]
+    design = design_from_dict(spoiled(mechanism__base_radii_mm=radii, mechanism__azimuths_deg=[0.0, 118.0, -118.0]))
+    made = changed(design, {"mechanism.base_radius_mm": 33.0, "mechanism.platform_radius_mm": 25.0})
+    assert made is not None
+    assert made.geometry.base_radii * 1000.0 == pytest.approx([33.0, 37.818, 37.818], abs=1e-9)
+    assert design_from_dict(design_to_dict(made)).geometry == made.geometry
+    alone = changed(design, {"mechanism.platform_radius_mm": 25.0})
+    assert alone is not None
+    assert alone.mechanism.base_radii_mm == tuple(radii)
+
+
 def keys(design: Design | None, form: str) -> set[tuple[str, str]]:
     """What one form says of a design, judged anew."""
     assert design is not None
@@ -72,7 +85,7 @@ def nearer(design: Design, one: Threshold) -> dict[str, float | str]:
     return along(design, Way(tuple(one.enough)), just if (just - own) * (found - own) > 0.0 else own)
 
 
-@pytest.mark.quick(10)
+@pytest.mark.quick(7)  # one of each family
 @pytest.mark.parametrize("number", range(200))
 def test_just_below_each_threshold_the_reason_is_there_and_at_it_it_is_gone(number: int) -> None:
     design = broken(number)
@@ -113,6 +126,8 @@ def test_both_radii_4_mm_too_short_are_suggested_4_mm_longer() -> None:
     Its own radii are the smallest: 0.1 mm more hold the margin that solids take.
     """
     best = of_family("best.json")
+    unbounded = best.requirements.model_copy(update={"friction_max_N": None})  # whose bound no refusal is about
+    best = best.model_copy(update={"requirements": unbounded})
     m = best.mechanism
     short = changed(
         best,
@@ -143,6 +158,12 @@ def test_a_suggestion_is_the_smallest_in_each_of_its_fields() -> None:
         unit = 10.0 ** (floor(log10(abs(float(value)))) - 3)
         closer = float(value) - unit if float(value) > own else float(value) + unit
         assert search.reasons({**values, field: round(closer, 6)})[1]
+
+
+def test_a_bound_on_friction_is_looked_at_where_there_is_one() -> None:
+    design = design_from_dict(spoiled(requirements__friction_max_N=0.01))
+    form, there = _Search(design, margin=False).reasons({})
+    assert (form, [one.feature for one in there]) == (LIMITS, ["friction"])
 
 
 def test_a_requirement_that_would_have_to_change_is_said_to_be_one() -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from delta_cad.assembly.machine import Assembly
+from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict
-from delta_cad.dimensions import Dimensions
-from delta_cad.export.mass_properties import mass_report
+from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.mechanism import worst_joint_torque
+from delta_cad.solids.forearm import make_cross_bar
+from delta_cad.solids.platform import make_platform
 from delta_cad.structure.hardware.mass_lower_bound import mass_lower_bound
 from delta_cad.structure.hardware.refusals import HEAVIER, LEARNT, refusals
 from delta_cad.structure.loads import sampled_mm
@@ -21,9 +24,9 @@ from tests.delta_cad.structure.hardware.broken import ended, enough
 TORQUE = "requirements.joint_torque_N_m"
 
 
-def test_solids_weigh_no_less_and_little_more(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+def test_solids_weigh_no_less_and_little_more(best_masses: dict[str, Any], best_dimensions: Dimensions) -> None:
     least = mass_lower_bound(best_dimensions)
-    whole = moving(mass_report(best_assembly)["bodies"], best_dimensions.design.geometry.forearm_length)
+    whole = moving(best_masses["bodies"], best_dimensions.design.geometry.forearm_length)
     along = [body.mass_kg * body.centre_mm[0] for body in (least.arm, whole.arm)]
     across = [body.mass_kg * body.centre_mm[2] for body in (least.arm, whole.arm)]
     assert least.platform.mass_kg < whole.platform.mass_kg < 1.06 * least.platform.mass_kg
@@ -33,6 +36,24 @@ def test_solids_weigh_no_less_and_little_more(best_assembly: Assembly, best_dime
     assert least.platform.centre_mm[2] == pytest.approx(whole.platform.centre_mm[2], rel=0.15)
 
 
+def test_a_platform_of_uneven_wrists_weighs_aside_of_the_axis() -> None:
+    """Its solid, cross-bars and balls: the moment about the axis within a tenth, that of even wrists none."""
+    places = {"mechanism__azimuths_deg": [0.0, 124.0, -124.0], "mechanism__platform_radius_mm": 30.0}
+    d = dimensions(
+        design_from_dict(changed(**places, mechanism__base_radius_mm=40.0, requirements__envelope_width_mm=900.0))
+    )
+    density = catalogue.material("aluminium-7075").density_kg_m3 / MM_PER_M**3
+    plate, bar = make_platform(d).solid, make_cross_bar(d).solid
+    wrists = 30.0 * (1.0 + 2.0 * np.cos(np.radians(124.0)))
+    moment = (
+        density * (plate.Volume() * plate.Center().x + bar.Volume() * wrists) + 2e-3 * d.forearm.ball.mass_g * wrists
+    )
+    least = mass_lower_bound(d).platform
+    assert moment < -0.03
+    assert least.mass_kg * least.centre_mm[0] == pytest.approx(moment, rel=0.1)
+    assert mass_lower_bound(dimensions(light(0.4))).platform.centre_mm[0] == 0.0
+
+
 def light(torque: float) -> Design:
     return design_from_dict(changed(requirements__joint_torque_N_m=torque))
 
@@ -40,8 +61,7 @@ def light(torque: float) -> Design:
 def test_a_torque_that_the_weight_exceeds_is_refused() -> None:
     """3 N alone take 0.353 N m: 0.36 would do if nothing had a weight."""
     design = light(0.36)
-    d = design.cube
-    pushed = worst_joint_torque(design.geometry, sampled_mm(d.bottom_height_mm, d.half_side_mm) / MM_PER_M, 3.0)
+    pushed = worst_joint_torque(design.geometry, sampled_mm(design.workspace) / MM_PER_M, 3.0)
     assert pushed.max() < 0.36
     assert refusals(design, LEARNT) == ()
     (reason,) = refusals(design)
