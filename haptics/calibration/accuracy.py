@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.mechanism.workspace import cube_grid
 from haptics.calibration.fit import Fit
 
 _FINE, COARSE = 9, 5  # positions along an edge of the cube: where the error is computed, and of candidate poses
@@ -49,14 +49,6 @@ class Proposal:
     accuracy: Accuracy
 
 
-def cube_grid(design: Design, count: int) -> np.ndarray:
-    """Gives (count^3, 3) positions of a regular grid over the cube of a design, its corners included, m."""
-    half = design.cube.half_side_mm / MM_PER_M
-    across = np.linspace(-half, half, count)
-    up = design.cube.bottom_height_mm / MM_PER_M + half + across
-    return np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
-
-
 def accuracy(found: Fit, design: Design) -> Accuracy:
     """Predicts the position error of a calibrated device over its cube.
 
@@ -67,7 +59,7 @@ def accuracy(found: Fit, design: Design) -> Accuracy:
     Raises:
         FitError: The calibrated device does not reach all of it.
     """
-    grid = cube_grid(design, _FINE)
+    grid = cube_grid(design.workspace, _FINE)
     return _accuracy(grid, _squares(found.at(grid).rows(found.x), found.covariance))
 
 
@@ -85,7 +77,7 @@ def helpful_poses(found: Fit, design: Design, limit: float) -> Proposal:
     Raises:
         FitError: The calibrated device does not reach all of the cube.
     """
-    grid, places = cube_grid(design, _FINE), cube_grid(design, COARSE)
+    grid, places = cube_grid(design.workspace, _FINE), cube_grid(design.workspace, COARSE)
     rows, there = found.at(grid).rows(found.x), found.at(places)
     # In units in which the noise of each coordinate is 1; a misfit makes a further pose worth as little as the others.
     candidates = there.whitened(found.x) @ there.rows(found.x) / max(1.0, found.misfit)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -200,7 +200,8 @@ def load_calibration(path: Path, design: Design) -> Calibration:
         rule = f"is of another design than {design.name}, {design_hash(design)[:12]}; calibrate again"
         raise CalibrationError(file, "design_sha256", short(data["design_sha256"]), rule)
     turns = _number(file, "encoder_turns", data["encoder_turns"], 1.0, _TURNS_MOST)
-    drawn = nominal(design.geometry).table
+    as_drawn = nominal(design.geometry, turns)
+    drawn = as_drawn.table
     off = np.radians([_ZERO_OFF_DEG] + [_WAVE_OFF_DEG] * (len(ANGLES) - 1))
     off = np.concatenate([[_LENGTH_OFF_MM / MM_PER_M] * LENGTHS, off])
     table = _table(file, "chains", data["chains"], drawn - off, drawn + off)
@@ -212,7 +213,8 @@ def load_calibration(path: Path, design: Design) -> Calibration:
         raise CalibrationError(file, "fit", short(figures), "must be an object of numbers and text")
     if not isinstance(data["name"], str):
         raise CalibrationError(file, "name", short(data["name"]), "must be text")
-    return Calibration(data["name"], data["design_sha256"], Unknowns(table, turns), sigma, tuple(words), figures)
+    made = replace(as_drawn, table=table)
+    return Calibration(data["name"], data["design_sha256"], made, sigma, tuple(words), figures)
 
 
 def _rows(table: np.ndarray) -> list[dict[str, float]]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.chains import PARAMETERS, UnequalDelta, equal_chains, unequal
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.geometry import THREE_FOLD, DeltaGeometry
 
 LENGTHS = len(PARAMETERS)
 ANGLES = ("zero", "cos_1", "sin_1", "cos_2", "sin_2")
@@ -31,15 +31,17 @@ class Unknowns:
     Attributes:
         table: (3 chains, 11) in the order of `NAMES`, m and rad.
         turns: Turns of an encoder in one of the arm: 1 on the shoulder, the drive's ratio on the motor.
+        side_cosine: Cosine of the azimuth of chain 1, as drawn.
     """
 
     table: np.ndarray
     turns: float = 1.0
+    side_cosine: float = THREE_FOLD
 
     @property
     def mechanism(self) -> UnequalDelta:
         """The lengths and offsets."""
-        return unequal(self.table[:, :LENGTHS])
+        return unequal(self.table[:, :LENGTHS], self.side_cosine)
 
     def angles(self, readings: ArrayLike) -> np.ndarray:
         """Computes the shoulder angles behind readings.
@@ -72,7 +74,7 @@ class Unknowns:
 
 def nominal(g: DeltaGeometry, turns: float = 1.0) -> Unknowns:
     """Gives the device as it was drawn, its encoders without an error."""
-    return Unknowns(np.hstack([equal_chains(g), np.zeros((3, len(ANGLES)))]), turns)
+    return Unknowns(np.hstack([equal_chains(g), np.zeros((3, len(ANGLES)))]), turns, g.side_cosine)
 
 
 def sigmas(wave: float = WAVE_SIGMA) -> np.ndarray:

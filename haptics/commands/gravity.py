@@ -75,7 +75,7 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
     from delta_cad.drive import drive_torque
     from delta_cad.drive.masses import PointMasses
     from haptics.gravity import gravity_torque
-    from haptics.model.machine import load_machine, require_assembled
+    from haptics.model.machine import cube_centre_mm, load_machine, require_assembled
 
     if given.point_masses is not None:
         design = load_design(given.design, given.catalogue)
@@ -85,7 +85,7 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
         machine = load_machine(given.design, given.mass_properties, given.catalogue)
         design, masses, source = machine.design, machine.masses, "from the solids"
     if given.at is None:
-        given.at = (0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm)
+        given.at = cube_centre_mm(design)
     gravity, position = design.requirements.gravity_m_s2, np.array(given.at) / MM_PER_M
     torque = gravity_torque(design.geometry, masses, position, gravity)
     return {

@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.kernel import azimuth
 from haptics.calibration.unknowns import LENGTHS, Unknowns
 from haptics.control.sincos import sincos
 
@@ -36,7 +37,10 @@ class Correction(NamedTuple):
     """Parameters of the map, SI.
 
     Attributes:
-        radius_difference: R - r as drawn, m.
+        radius_difference: R_0 - r of chain 0 as drawn, m.
+        side_difference: R_1 - r of chains 1 and 2 as drawn, m.
+        side_cosine: Cosine of the azimuth of chain 1 as drawn; chain 2 mirrors it.
+        side_sine: Its sine.
         upper_arm_length: L_A as drawn, m.
         forearm_length: L_B as drawn, m.
         turns: Turns of an encoder in one of the arm.
@@ -44,6 +48,9 @@ class Correction(NamedTuple):
     """
 
     radius_difference: float
+    side_difference: float
+    side_cosine: float
+    side_sine: float
     upper_arm_length: float
     forearm_length: float
     turns: float
@@ -60,7 +67,14 @@ def correction(g: DeltaGeometry, unknowns: Unknowns) -> Correction:
     made, table = unknowns.mechanism, unknowns.table
     own = np.column_stack([made.radius_difference, table[:, 2:LENGTHS], table[:, LENGTHS:]])
     return Correction(
-        g.radius_difference, g.upper_arm_length, g.forearm_length, unknowns.turns, np.ascontiguousarray(own)
+        radius_difference=float(g.radius_differences[0]),
+        side_difference=float(g.radius_differences[1]),
+        side_cosine=g.side_cosine,
+        side_sine=g.side_sine,
+        upper_arm_length=g.upper_arm_length,
+        forearm_length=g.forearm_length,
+        turns=unknowns.turns,
+        table=np.ascontiguousarray(own),
     )
 
 
@@ -98,8 +112,7 @@ def correct(known, readings, out):
     shoulders(known, readings, out[ANGLE])
     for i in range(3):
         s[i], c[i] = sincos(out[ANGLE, i])
-        rx = 1.0 if i == 0 else -0.5
-        ry = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
+        rx, ry = azimuth(i, known.side_cosine, known.side_sine)
         radial = table[i, 0] + table[i, 1] * c[i]
         e[i, 0] = radial * rx - table[i, 3] * ry
         e[i, 1] = radial * ry + table[i, 3] * rx
@@ -127,16 +140,14 @@ def correct(known, readings, out):
     )
     for j in range(3):
         k, n = (j + 1) % 3, (j + 2) % 3
-        jx = 1.0 if j == 0 else -0.5
-        jy = 0.0 if j == 0 else (SIN_60 if j == 1 else -SIN_60)
+        jx, jy = azimuth(j, known.side_cosine, known.side_sine)
         rate = table[j, 1] * (c[j] * e[j, 2] - s[j] * (e[j, 0] * jx + e[j, 1] * jy)) / det
         moves[j, 0] = rate * (e[k, 1] * e[n, 2] - e[k, 2] * e[n, 1])
         moves[j, 1] = rate * (e[k, 2] * e[n, 0] - e[k, 0] * e[n, 2])
         moves[j, 2] = rate * (e[k, 0] * e[n, 1] - e[k, 1] * e[n, 0])
     for i in range(3):
-        rx = 1.0 if i == 0 else -0.5
-        ry = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
-        q = px * rx + py * ry - known.radius_difference
+        rx, ry = azimuth(i, known.side_cosine, known.side_sine)
+        q = px * rx + py * ry - (known.radius_difference if i == 0 else known.side_difference)
         t = py * rx - px * ry
         rho2 = q * q + pz * pz
         la, lb = known.upper_arm_length, known.forearm_length

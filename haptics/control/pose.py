@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from delta_cad.common.jit import compiled
 from delta_cad.drive.masses import Masses
-from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
+from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.control.pose_margins import singularity_margins
 from haptics.control.sincos import sincos
 
@@ -24,7 +24,10 @@ class Model(NamedTuple):
     """Parameters of the device as the controller knows it, SI; plain floats.
 
     Attributes:
-        radius_difference: R - r, m.
+        radius_difference: R_0 - r, of chain 0, m.
+        side_difference: R_1 - r, of chains 1 and 2, m.
+        side_cosine: Cosine of the azimuth of chain 1; chain 2 mirrors it.
+        side_sine: Its sine.
         upper_arm_length: L_A, m.
         forearm_length: L_B, m.
         hanging: Mass on the wrists, kg.
@@ -36,6 +39,9 @@ class Model(NamedTuple):
     """
 
     radius_difference: float
+    side_difference: float
+    side_cosine: float
+    side_sine: float
     upper_arm_length: float
     forearm_length: float
     below_elbows: float
@@ -56,7 +62,10 @@ def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, 
     """
     gx, gy, gz = (float(g) for g in gravity_vector)
     return Model(
-        radius_difference=geometry.radius_difference,
+        radius_difference=float(geometry.radius_differences[0]),
+        side_difference=float(geometry.radius_differences[1]),
+        side_cosine=geometry.side_cosine,
+        side_sine=geometry.side_sine,
         upper_arm_length=geometry.upper_arm_length,
         forearm_length=geometry.forearm_length,
         below_elbows=masses.at_wrists,
@@ -81,15 +90,16 @@ def pose(known, theta, out):
     Returns:
         Smallest w of the chains (m), and det S / L_B^3: the distances to both kinds of singularity; NaN likewise.
     """
-    la, lb, a = known.upper_arm_length, known.forearm_length, known.radius_difference
+    la, lb = known.upper_arm_length, known.forearm_length
+    a, side, cs, sn = known.radius_difference, known.side_difference, known.side_cosine, known.side_sine
     s0, c0 = sincos(theta[0])
     s1, c1 = sincos(theta[1])
     s2, c2 = sincos(theta[2])
-    r0, r1, r2 = a + la * c0, a + la * c1, a + la * c2
+    r0, r1, r2 = a + la * c0, side + la * c1, side + la * c2
     # sphere centres: the elbows, moved in by the platform's radius
     x0, y0, z0 = r0, 0.0, la * s0
-    x1, y1, z1 = -0.5 * r1, SIN_60 * r1, la * s1
-    x2, y2, z2 = -0.5 * r2, -SIN_60 * r2, la * s2
+    x1, y1, z1 = cs * r1, sn * r1, la * s1
+    x2, y2, z2 = cs * r2, -sn * r2, la * s2
     bx, by, bz = x1 - x0, y1 - y0, z1 - z0
     cx, cy, cz = x2 - x0, y2 - y0, z2 - z0
     nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
@@ -105,8 +115,8 @@ def pose(known, theta, out):
     ex, ey, ez = px - x2, py - y2, pz - z2
     # w: the forearm along the elbow's direction of motion, -sin radial + cos up
     w0 = c0 * az - s0 * ax
-    w1 = c1 * dz - s1 * (SIN_60 * dy - 0.5 * dx)
-    w2 = c2 * ez - s2 * (-SIN_60 * ey - 0.5 * ex)
+    w1 = c1 * dz - s1 * (cs * dx + sn * dy)
+    w2 = c2 * ez - s2 * (cs * ex - sn * ey)
     fx, fy, fz = dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex
     det = ax * fx + ay * fy + az * fz
     scale = la / det
@@ -119,7 +129,7 @@ def pose(known, theta, out):
     gx, gy, gz = known.gravity_x, known.gravity_y, known.gravity_z
     for i in range(3):
         c, s = (c0, s0) if i == 0 else ((c1, s1) if i == 1 else (c2, s2))
-        g = gx if i == 0 else (SIN_60 * gy - 0.5 * gx if i == 1 else -SIN_60 * gy - 0.5 * gx)  # along the radius
+        g = gx if i == 0 else (cs * gx + sn * gy if i == 1 else cs * gx - sn * gy)  # along the radius
         platform = out[i, 0] * gx + out[i, 1] * gy + out[i, 2] * gz
         out[5, i] = -known.below_elbows * platform - known.moment * (c * gz - s * g) + known.across * (c * g + s * gz)
     return singularity_margins(w0, w1, w2, det, lb)

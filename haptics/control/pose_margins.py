@@ -17,7 +17,7 @@ def pose_margins(par, p):
     """The distances to both kinds of singularity.
 
     Args:
-        par: Any record with `radius_difference`, `upper_arm_length` and `forearm_length`, such as `plant.Plant`.
+        par: `plant.Plant`, or any record with what its `chain` reads.
         p: (3,) position, m.
 
     Returns:

@@ -45,6 +45,7 @@ def feel_map(
     levels = np.geomspace(low, high, _FILL + 1) if wide else np.linspace(low, high, _FILL + 1)
     scale = LogNorm(low, high) if wide else Normalize(low, high)
     axes = figure.subplots(1, 3, sharex=True, sharey=True)
+    middle = (x_mm[0] + x_mm[-1]) / 2.0, (y_mm[0] + y_mm[-1]) / 2.0
     colours = "viridis_r" if small else "viridis"
     filled = [ax.contourf(x_mm, y_mm, values[k], levels=levels, cmap=colours, norm=scale) for k, ax in enumerate(axes)]
     for k, ax in enumerate(axes):
@@ -54,8 +55,8 @@ def feel_map(
             lines = ax.contour(x_mm, y_mm, values[k], levels=steps, colors="black", linewidths=0.6)
             for text in ax.clabel(lines, fontsize=8, fmt="%g"):
                 text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6})
-        ax.plot(0.0, 0.0, marker="+", color="white", markeredgewidth=2.2, markersize=9)
-        ax.plot(0.0, 0.0, marker="+", color="black", markersize=8)
+        ax.plot(*middle, marker="+", color="white", markeredgewidth=2.2, markersize=9)
+        ax.plot(*middle, marker="+", color="black", markersize=8)
         ax.set_title(f"{HEIGHTS[k]}, z = {z_mm[k]:.1f} mm\n{least:.4g} to {most:.4g}")
         ax.set(xlabel="x, mm", aspect="equal")
         ax.grid(visible=False)

@@ -17,5 +17,7 @@ _SAME_MM = 0.1  # Tables 11 and 12 print the forearm's length as 112.1 and 112.0
 
 
 def of_published_lengths(g: DeltaGeometry) -> bool:
-    """Whether a mechanism has the lengths of the prototype; else what is measured there is of another machine."""
-    return all(abs(MM_PER_M * getattr(g, name) - length) <= _SAME_MM for name, length in GRAVITY_LENGTHS_MM.items())
+    """Whether a mechanism is that of the prototype; else what is measured there is of another machine."""
+    return g.three_fold and all(
+        abs(MM_PER_M * getattr(g, name) - length) <= _SAME_MM for name, length in GRAVITY_LENGTHS_MM.items()
+    )

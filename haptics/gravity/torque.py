@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from delta_cad.drive.masses import Masses, PointMasses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
-from delta_cad.mechanism.geometry import RADIAL, VERTICAL
+from delta_cad.mechanism.geometry import VERTICAL
 
 
 def gravity_torque(
@@ -39,7 +39,7 @@ def gravity_torque(
     """
     g = np.asarray(gravity_vector, dtype=float)
     known = _as_masses(geometry, masses)
-    along, across = arm_directions(inverse_kinematics(geometry, p))
+    along, across = arm_directions(geometry, inverse_kinematics(geometry, p))
     platform_torque = np.swapaxes(jacobian(geometry, p), -1, -2) @ (known.at_wrists * g)
     moment = known.arm_along + known.at_elbow * geometry.upper_arm_length
     return -platform_torque - moment * (across @ g) + known.arm_across * (along @ g)
@@ -64,23 +64,24 @@ def potential_energy(
     """
     g = np.asarray(gravity_vector, dtype=float)
     known = _as_masses(geometry, masses)
-    along, across = arm_directions(inverse_kinematics(geometry, p))
+    along, across = arm_directions(geometry, inverse_kinematics(geometry, p))
     moment = known.arm_along + known.at_elbow * geometry.upper_arm_length
     arms = moment * (along @ g) + known.arm_across * (across @ g)
     return -known.at_wrists * (np.asarray(p, dtype=float) @ g) - arms.sum(axis=-1)
 
 
-def arm_directions(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def arm_directions(geometry: DeltaGeometry, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions of the upper arms and of their elbows' motion.
 
     Args:
+        geometry: The mechanism.
         theta: (..., 3 chains) shoulder angles, rad.
 
     Returns:
         Along and across: each (..., 3 chains, 3) unit vectors in the base frame.
     """
     cos, sin = np.cos(theta)[..., None], np.sin(theta)[..., None]
-    return cos * RADIAL + sin * VERTICAL, cos * VERTICAL - sin * RADIAL
+    return cos * geometry.radial + sin * VERTICAL, cos * VERTICAL - sin * geometry.radial
 
 
 def _as_masses(geometry: DeltaGeometry, masses: Masses | PointMasses) -> Masses:

@@ -49,7 +49,7 @@ def sources(machine: MachineModel) -> dict[str, str]:
 def _pose_header() -> str:
     """Gives the controller's forward kinematics, Jacobian and holding torques in C, translated."""
     translation, vector = Translation(), typeof(np.zeros(3))
-    translation.add(pose, (typeof(Model(*9 * (0.0,))), vector, typeof(np.zeros((ROWS, 3)))))
+    translation.add(pose, (typeof(Model(*len(Model._fields) * (0.0,))), vector, typeof(np.zeros((ROWS, 3)))))
     functions = "\n".join(translation.functions.values())
     return rendered(
         "pose.h",
@@ -73,7 +73,8 @@ def machine_header(machine: MachineModel) -> str:
     loop = chosen_loop(design, _HOST_RATE_Hz).linked.untouched
     wall = STABILITY_MARGIN * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
     config = (
-        *(known.radius_difference, known.upper_arm_length, known.forearm_length),
+        *(known.radius_difference, known.side_difference, known.side_cosine, known.side_sine),
+        *(known.upper_arm_length, known.forearm_length),
         *(known.below_elbows, known.moment, known.across),
     )
     gravity = (known.gravity_x, known.gravity_y, known.gravity_z)
@@ -86,7 +87,8 @@ def machine_header(machine: MachineModel) -> str:
         "#define DELTA_MACHINE_H",
         "",
         f'#define DELTA_NAME "{design.name}"',
-        f"#define DELTA_CENTRE_Z {_c(machine.centre[2])} /* middle of the cube, m */",
+        f"#define DELTA_CENTRE_X {_c(machine.centre[0])} /* middle of the cube, m; its y is 0 */",
+        f"#define DELTA_CENTRE_Z {_c(machine.centre[2])}",
         f"#define DELTA_HALF_SIDE {_c(machine.half_side)} /* of the cube, m */",
         f"#define DELTA_FORCE {_c(design.requirements.force_N)} /* for ever, N */",
         f"#define DELTA_STIFFNESS {_c(wall)} /* of a wall through a host at 1 kHz, N/m */",

@@ -282,6 +282,7 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
     )
     if sizes is not None and sizes.panel is not None:
         par = par._replace(
+            bezel_x=float(machine.centre[0]),
             bezel_half=sizes.panel.half_mm / MM_PER_M,
             bezel_limit=sizes.panel.limit_mm / MM_PER_M,
             bezel_stiffness=_BEZEL_STIFFNESS,

@@ -69,6 +69,7 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
         stale=math.inf,
     )
     friction, stiffness = joint_friction(machine), 2.0
+    centre = inverse_kinematics(machine.geometry, machine.centre)  # chains 1 and 2 mirror each other there
     return StartUp(
         model=model(machine.geometry, masses, design.requirements.gravity_m_s2),
         limits=checked(limits),
@@ -81,7 +82,8 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
         patience=3.0,
         slope=0.5 * torque,
         push=0.7 * torque,
-        centre=float(inverse_kinematics(machine.geometry, machine.centre)[0]),
+        centre=float(centre[0]),
+        side_centre=float(centre[1]),
         speed=0.8,
         stiffness=stiffness,
         damping=2.0 * DAMPED * math.sqrt(stiffness * inertia),

@@ -15,7 +15,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.joint import FRICTION_RANGE, ball_preload_N, sliding_torques_N_mm
 from delta_cad.mechanism import DeltaGeometry, jacobian
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import VERTICAL
 from delta_cad.mechanism.inverse import arm_direction, forearm_vectors
 
 _COUNT = 500  # directions: the mean is within 0.1 %
@@ -48,17 +48,17 @@ def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> _JointRates:
     n = forearm_vectors(g, p) / g.forearm_length
     cosine, sine = arm_direction(g, p)
     turned = np.linalg.solve(jacobian(g, p), v[..., None])[..., 0]  # of the arms, rad/s
-    across = -sine[..., None] * RADIAL + cosine[..., None] * VERTICAL
+    across = -sine[..., None] * g.radial + cosine[..., None] * VERTICAL
     moving = (v[..., None, :] - g.upper_arm_length * turned[..., None] * across) / g.forearm_length
 
     def part(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
         return (vector * axis).sum(axis=-1)
 
-    lean = part(n, TANGENTIAL)
+    lean = part(n, g.tangential)
     upright = np.sqrt(1.0 - lean**2)
-    leaning = part(moving, TANGENTIAL) / upright
-    u, z = part(n, RADIAL), n[..., 2]
-    in_plane = (u * moving[..., 2] - z * part(moving, RADIAL)) / upright**2
+    leaning = part(moving, g.tangential) / upright
+    u, z = part(n, g.radial), n[..., 2]
+    in_plane = (u * moving[..., 2] - z * part(moving, g.radial)) / upright**2
     about = np.stack([in_plane - turned, in_plane], axis=-1)  # against the arm's stud, against the platform's
     return _JointRates(np.hypot(about * lean[..., None], leaning[..., None]), np.abs(about * upright[..., None]))
 
@@ -79,7 +79,7 @@ def ball_loads_N(design: Design, p: np.ndarray, force_N: np.ndarray) -> np.ndarr
     n = forearm_vectors(g, p) / g.forearm_length
     force = np.broadcast_to(np.asarray(force_N, dtype=float), (*n.shape[:-2], 3))
     along = np.linalg.solve(np.swapaxes(n, -1, -2), force[..., None])[..., 0] / 2.0
-    across = np.array([-1.0, 1.0])[:, None] * pull * TANGENTIAL[:, None, :]  # (3, 2, 3)
+    across = np.array([-1.0, 1.0])[:, None] * pull * g.tangential[:, None, :]  # (3, 2, 3)
     return np.linalg.norm(along[..., None, None] * n[..., None, :] + across, axis=-1)
 
 

@@ -54,6 +54,7 @@ def _bezel_force(par, state):
     x, y, vx, vy = state[POSITION], state[POSITION + 1], state[SPEED], state[SPEED + 1]
     if par.structure_stiffness > 0.0:
         x, y, vx, vy = x + state[KNOB], y + state[KNOB + 1], state[KNOB_SPEED], state[KNOB_SPEED + 1]
+    x -= par.bezel_x
     dx = x - min(max(x, -par.bezel_half), par.bezel_half)
     dy = y - min(max(y, -par.bezel_half), par.bezel_half)
     out = math.sqrt(dx * dx + dy * dy)

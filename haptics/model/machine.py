@@ -12,7 +12,7 @@ from delta_cad.design import Design, DesignError, load_design
 from delta_cad.drive import DriveReport, drive_torque
 from delta_cad.drive.masses import MassError, Masses, load_masses
 from delta_cad.mechanism import DeltaGeometry, closure_margin, direct_margin
-from delta_cad.mechanism.workspace import Cube, CubeSearch
+from delta_cad.mechanism.workspace import CubeSearch
 from haptics.model.built import BuiltStructure, built_structure
 
 FILE = "mass_properties.json"
@@ -48,7 +48,13 @@ class MachineModel:
     @property
     def centre(self) -> np.ndarray:
         """(3,) centre of the cube workspace in the base frame, m."""
-        return np.array([0.0, 0.0, (self.design.cube.bottom_height_mm + self.design.cube.half_side_mm) / MM_PER_M])
+        return np.array(cube_centre_mm(self.design)) / MM_PER_M
+
+
+def cube_centre_mm(design: Design) -> tuple[float, float, float]:
+    """Gives the centre of a design's cube in the base frame, mm; its height is the sum of two lengths in mm."""
+    cube = design.cube
+    return (cube.centre_x_mm or 0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm)
 
 
 def _masses_file(design: Design) -> Path:
@@ -92,7 +98,7 @@ def require_assembled(design: Design, file: Path) -> None:
     Raises:
         DesignError: The cube holds a position out of reach or of another assembly mode.
     """
-    search = CubeSearch(Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M), GRID)
+    search = CubeSearch(design.workspace, GRID)
     reach = search(lambda p: closure_margin(design.geometry, p).min(axis=-1), +1.0)
     mode = search(lambda p: direct_margin(design.geometry, p), +1.0)
     if reach.value >= 0.0 and mode.value > 0.0:

@@ -44,7 +44,10 @@ class Plant(NamedTuple):
     """All parameters of the machine, SI; plain floats, so that compiled code takes it as it is.
 
     Attributes:
-        radius_difference: R - r, m.
+        radius_difference: R_0 - r, of chain 0, m.
+        side_difference: R_1 - r, of chains 1 and 2, m.
+        side_cosine: Cosine of the azimuth of chain 1; chain 2 mirrors it.
+        side_sine: Its sine.
         upper_arm_length: L_A, m.
         forearm_length: L_B, m.
         platform: Mass of the platform with what is rigidly held to it, kg.
@@ -78,7 +81,8 @@ class Plant(NamedTuple):
         ripple_per_rad: Waves of it in a radian of the joint, times 2 pi.
         cogging: Largest torque of a motor without a current, at the joint, N m.
         cogging_per_rad: As `ripple_per_rad`.
-        bezel_half: Half the side of the square over which the handle goes under a panel, m.
+        bezel_x: x of the middle of the square over which the handle goes under a panel, m.
+        bezel_half: Half its side, m.
         bezel_limit: How far outside it the stem meets the bezel, m.
         bezel_stiffness: Of stem and bezel, N/m; 0 where there is no panel.
         bezel_damping: N s/m.
@@ -86,6 +90,9 @@ class Plant(NamedTuple):
     """
 
     radius_difference: float
+    side_difference: float
+    side_cosine: float
+    side_sine: float
     upper_arm_length: float
     forearm_length: float
     platform: float
@@ -118,6 +125,7 @@ class Plant(NamedTuple):
     ripple_per_rad: float = 0.0
     cogging: float = 0.0
     cogging_per_rad: float = 0.0
+    bezel_x: float = 0.0
     bezel_half: float = 0.0
     bezel_limit: float = 0.0
     bezel_stiffness: float = 0.0
@@ -192,7 +200,10 @@ def plant(
         raise ValueError(f"presliding is {presliding!r} rad; it must be finite and positive")
     gx, gy, gz = (float(g) for g in gravity_vector)
     return Plant(
-        radius_difference=geometry.radius_difference,
+        radius_difference=float(geometry.radius_differences[0]),
+        side_difference=float(geometry.radius_differences[1]),
+        side_cosine=geometry.side_cosine,
+        side_sine=geometry.side_sine,
         upper_arm_length=geometry.upper_arm_length,
         forearm_length=geometry.forearm_length,
         platform=masses.platform,
@@ -222,12 +233,13 @@ def chain(par, i, x, y, z):
         frame: 8 floats; NaN where the chain cannot be closed.
     """
     la = par.upper_arm_length
-    q, t = wrist(i, x, y, par.radius_difference)
+    cos_phi, sin_phi = azimuth(i, par.side_cosine, par.side_sine)
+    difference = par.radius_difference if i == 0 else par.side_difference
+    q, t = wrist(x, y, difference, cos_phi, sin_phi)
     rho2, m, w2 = chain_closure(q, t, z, la, par.forearm_length)
     w = math.sqrt(w2)
     cos, sin = arm(q, z, rho2, m, w)
-    cos_phi, sin_phi = azimuth(i)
-    sx, sy = in_base(i, q - la * cos, t)
+    sx, sy = in_base(q - la * cos, t, cos_phi, sin_phi)
     return cos_phi, sin_phi, cos, sin, w, sx, sy, z - la * sin
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from delta_cad.design import Design, load_design
+from delta_cad.design import Design, design_from_dict, load_design
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import Masses
 from haptics.model.machine import MachineModel
-from tests.committed import BEST, ROOT
+from tests.committed import BEST, ROOT, changed
 
 MASSES = Masses(0.0654, 0.0022, -3.707e-4, 1.845e-4, 0.003798, 0.001425, 0.003798, 7.998e-5)
 """Of the solids of `tests.committed.BEST` to three digits; `gravity.test_gravity` holds them to the build."""
@@ -35,3 +35,32 @@ def scene_machine(best: Design) -> MachineModel:
     if best.mechanism != known:
         raise ValueError(f"the masses are those of {BEST.name}, whose lengths are {known}, not {best.mechanism}")
     return MachineModel(best, MASSES, drive_torque(best))
+
+
+def _placed(radii: tuple[float, float], azimuth: float, cube: tuple[float, float, float], *lengths: float) -> Design:
+    base = {"base_radius_mm": radii[0], "base_radii_mm": [radii[0], radii[1], radii[1]]}
+    base |= {"azimuths_deg": [0.0, azimuth, -azimuth], "parallelogram_width_mm": 54.0}
+    names = ("platform_radius_mm", "upper_arm_length_mm", "forearm_length_mm")
+    mechanism = base | dict(zip(names, lengths, strict=True))
+    bottom, half, x = cube
+    return design_from_dict(
+        changed(
+            name=f"placed-{round(azimuth)}",
+            mechanism=mechanism,
+            cube={"bottom_height_mm": bottom, "half_side_mm": half, "centre_x_mm": x},
+        )
+    )
+
+
+PLACED = {
+    "study": _placed((31.19, 38.45), 116.3, (75.8, 43.9, 11.1), 22.55, 94.4, 148.4),
+    "apart": _placed((35.0, 39.0), 118.0, (66.4, 41.2, 3.0), 24.0, 91.0, 143.196),
+    "close": _placed((35.0, 31.0), 122.0, (66.4, 41.2, -3.0), 24.0, 91.0, 143.196),
+}
+"""Designs whose chains do not stand alike: the mechanism of a study, and two that have stops; chains 1 and 2 farther
+out than chain 0, and closer in."""
+
+
+def placed_machine(name: str) -> MachineModel:
+    """One of them with the masses of the tests' machine, which are of its size."""
+    return MachineModel(PLACED[name], MASSES, drive_torque(PLACED[name]))

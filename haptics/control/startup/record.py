@@ -94,7 +94,8 @@ class StartUp(NamedTuple):
         patience: Time after which it should, s.
         slope: Growth of the push up, N m/s.
         push: Largest push, N m.
-        centre: Angle of all arms in the cube's centre, rad.
+        centre: Angle of arm 0 in the cube's centre, rad.
+        side_centre: Angle of arms 1 and 2 there, rad.
         speed: Of a joint on its way, rad/s.
         stiffness: Of the hold, N m/rad.
         damping: N m s/rad.
@@ -123,6 +124,7 @@ class StartUp(NamedTuple):
     slope: float
     push: float
     centre: float
+    side_centre: float
     speed: float
     stiffness: float
     damping: float
@@ -150,20 +152,20 @@ TIME = 6  # in this step, s
 CALM = 7  # time without motion, s
 TESTED = 8  # joint that is pushed or pulsed
 PUSH = 9  # N m
-REFERENCE = 10  # where the arms should be, rad
-SIDE = 11  # 1 or -1: of a pulse, of the sweep
-COUNT = 12  # ticks that were summed
-ANSWER = 13  # turn by the first pulse, rad
-OFFSET = 14  # (3) what is added to a reading, rad
-ANCHOR = 17  # (3) angles at which motion began to be watched, rad
-BEFORE = 20  # (3) angles of the last tick, rad
-RATE = 23  # (3) low-passed, rad/s
-WANTED = 26  # (3) N m
-FROZEN = 29  # (3) torque that is kept during a pulse, N m
-SUM = 32  # (3) of the hold's torque over the sweep, N m
-GAINS = 35  # (3) answer of each joint over what it should be
-ANGLES = 38  # (3) reading and offset, rad
-MEMORY = 41
+REFERENCE = 10  # (3) where the arms should be, rad
+SIDE = 13  # 1 or -1: of a pulse, of the sweep
+COUNT = 14  # ticks that were summed
+ANSWER = 15  # turn by the first pulse, rad
+OFFSET = 16  # (3) what is added to a reading, rad
+ANCHOR = 19  # (3) angles at which motion began to be watched, rad
+BEFORE = 22  # (3) angles of the last tick, rad
+RATE = 25  # (3) low-passed, rad/s
+WANTED = 28  # (3) N m
+FROZEN = 31  # (3) torque that is kept during a pulse, N m
+SUM = 34  # (3) of the hold's torque over the sweep, N m
+GAINS = 37  # (3) answer of each joint over what it should be
+ANGLES = 40  # (3) reading and offset, rad
+MEMORY = 43
 
 
 class StartMemory(NamedTuple):

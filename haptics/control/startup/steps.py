@@ -122,24 +122,28 @@ def _relax(par, mem, dt):
             _enter(mem, _SIGN)
         else:
             mem[r.TESTED] = 0.0
-            mem[r.REFERENCE] = (mem[r.ANGLES] + mem[r.ANGLES + 1] + mem[r.ANGLES + 2]) / 3.0
+            middle = (mem[r.ANGLES] + mem[r.ANGLES + 1] + mem[r.ANGLES + 2]) / 3.0
+            for i in range(3):
+                mem[r.REFERENCE + i] = middle
             _enter(mem, _RAISE)
     elif mem[r.TIME] > par.patience:
         _refuse(mem, _NOT_STILL, int(mem[r.JOINT]), par.turn, par.turn)
 
 
 @compiled
-def _follow(par, mem, target, speed, dt):
-    """The reference moves on to a target, and the hold after it; whether the reference is there."""
-    step = speed * dt
-    mem[r.REFERENCE] = min(max(target, mem[r.REFERENCE] - step), mem[r.REFERENCE] + step)
+def _follow(par, mem, target, side_target, speed, dt):
+    """The references of arm 0 and of arms 1, 2 move on to their targets, the hold after them; whether all are there."""
+    step, there = speed * dt, True
     for i in range(3):
-        off = mem[r.REFERENCE] - mem[r.ANGLES + i]
+        goal = target if i == 0 else side_target
+        mem[r.REFERENCE + i] = min(max(goal, mem[r.REFERENCE + i] - step), mem[r.REFERENCE + i] + step)
+        there = there and mem[r.REFERENCE + i] == goal  # exact: the clamp above gives the goal itself
+        off = mem[r.REFERENCE + i] - mem[r.ANGLES + i]
         if not abs(off) <= par.lost:
             _refuse(mem, _LOST, i, off, par.lost)
         else:
             mem[r.WANTED + i] = par.stiffness * off - par.damping * mem[r.RATE + i]
-    return mem[r.REFERENCE] == target  # exact: the clamp above gives the target itself
+    return there
 
 
 @inlined
@@ -182,7 +186,7 @@ def _pulse(par, mem, work):
 @inlined
 def _return(par, mem, dt):
     """Back to the centre after a pulse, till all stand; then the next pulse, or the sweep."""
-    _follow(par, mem, par.centre, par.speed, dt)
+    _follow(par, mem, par.centre, par.side_centre, par.speed, dt)
     if mem[r.STEP] == _RETURN and mem[r.TIME] > par.still:
         if mem[r.SIDE] > 0.0:
             mem[r.SIDE] = -1.0
@@ -201,8 +205,8 @@ def _return(par, mem, dt):
 def _gravity(par, mem, work, dt):
     """A sweep up and down; the mean of the hold's torque is an error of weight."""
     up = mem[r.SIDE] > 0.0
-    target = par.centre + par.stroke if up else par.centre
-    there = _follow(par, mem, target, 0.5 * par.speed, dt)
+    stroke = par.stroke if up else 0.0
+    there = _follow(par, mem, par.centre + stroke, par.side_centre + stroke, 0.5 * par.speed, dt)
     part = (mem[r.REFERENCE] - par.centre) / par.stroke
     way = part if up else 1.0 - part
     if SKIPPED < way < 1.0:
@@ -225,7 +229,7 @@ def _gravity(par, mem, work, dt):
 @inlined
 def _range(par, mem, dt):
     """All arms on their upper stops."""
-    there = _follow(par, mem, par.stop_high + PRESSED, par.speed, dt)
+    there = _follow(par, mem, par.stop_high + PRESSED, par.stop_high + PRESSED, par.speed, dt)
     if not there:
         mem[r.TIME] = 0.0
     elif mem[r.TIME] > par.still and mem[r.STEP] == _RANGE:
@@ -234,7 +238,8 @@ def _range(par, mem, dt):
             if not abs(off) <= par.range:
                 _refuse(mem, _STOP, i, off, par.range)
         if mem[r.STEP] == _RANGE:
-            mem[r.REFERENCE] = par.stop_high
+            for i in range(3):
+                mem[r.REFERENCE + i] = par.stop_high
             _enter(mem, _LOWER)
 
 
@@ -255,7 +260,7 @@ def _act(par, mem, supervisor, work, dt):
     elif step == _RELAX:
         _relax(par, mem, dt)
     elif step == _RAISE:
-        if _follow(par, mem, par.centre, par.speed, dt) and mem[r.STEP] == _RAISE:
+        if _follow(par, mem, par.centre, par.side_centre, par.speed, dt) and mem[r.STEP] == _RAISE:
             mem[r.SIDE] = -1.0
             mem[r.TESTED] = -1.0
             _enter(mem, _RETURN)
@@ -268,10 +273,10 @@ def _act(par, mem, supervisor, work, dt):
     elif step == _RANGE:
         _range(par, mem, dt)
     elif step == _LOWER:
-        if _follow(par, mem, par.centre, par.speed, dt) and mem[r.STEP] == _LOWER:
+        if _follow(par, mem, par.centre, par.side_centre, par.speed, dt) and mem[r.STEP] == _LOWER:
             _enter(mem, _READY)
     elif step == _READY:
-        _follow(par, mem, par.centre, par.speed, dt)
+        _follow(par, mem, par.centre, par.side_centre, par.speed, dt)
 
 
 @compiled

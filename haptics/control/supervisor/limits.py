@@ -11,7 +11,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, DesignError
 from delta_cad.drive import drive_torque, encoder_count_rad
-from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, forearm_vectors, joint_angles
 from delta_cad.mechanism.jacobian import forearm_determinant, inverse_jacobian
 from haptics.model.motor_heat import REFERENCE_C, Heat, motor_heat
@@ -44,6 +44,7 @@ class SafetyLimits(NamedTuple):
         missed: Interval above which one tick is a fault, s.
         late_ticks: Number of late ticks that are a fault.
         late_recovery: Time after which one of them is forgotten, s.
+        cube_x: x of the cube's middle, m.
         cube_half: L, m.
         cube_bottom: H, m.
         edge_margin: The handle may leave the cube by this, m.
@@ -89,6 +90,7 @@ class SafetyLimits(NamedTuple):
     missed: float
     late_ticks: float
     late_recovery: float
+    cube_x: float
     cube_half: float
     cube_bottom: float
     edge_margin: float
@@ -115,7 +117,7 @@ class SafetyLimits(NamedTuple):
     motor: Heat
 
 
-SIGNED = ("theta_low", "theta_high", "ambient", "derate", "hottest", "cube_bottom")
+SIGNED = ("theta_low", "theta_high", "ambient", "derate", "hottest", "cube_x", "cube_bottom")
 ZERO_ALLOWED = (
     "damping",
     "velocity_lag",
@@ -191,10 +193,10 @@ def safety_limits(
     if unknown:
         raise ValueError(f"there is no limit {', '.join(unknown)}; legal: {', '.join(legal)}")
     g, drive = design.geometry, drive_torque(design)
-    half, bottom = design.cube.half_side_mm / MM_PER_M, design.cube.bottom_height_mm / MM_PER_M
+    cube = design.workspace
     margin, far, speed = changes.get("edge_margin", 3e-3), changes.get("edge_far", 12e-3), changes.get("speed", 2.0)
-    low, high, _, _, _ = _extremes(g, half, bottom, far)
-    _, _, reach, volume, turn = _extremes(g, half, bottom, margin)
+    low, high, _, _, _ = _extremes(g, cube, far)
+    _, _, reach, volume, turn = _extremes(g, cube, margin)
     if not (reach > 0.0 and volume > 0.0):
         allowed = (
             f"must be smaller, or bottom_height_mm another: the handle may leave the cube by {margin * MM_PER_M:g} mm, "
@@ -204,7 +206,7 @@ def safety_limits(
     torque = drive.controlled_torque_N_m
     joint_speed, growth = 1.5 * speed * turn, 2.0 * torque / drive.reflected_inertia_kg_m2
     count = encoder_count_rad(design)
-    diagonal = 2.0 * math.sqrt(3.0) * half
+    diagonal = 2.0 * math.sqrt(3.0) * cube.half_side
     energy = changes.get("energy", design.requirements.force_N * diagonal)
     heat = motor_heat(catalogue.motor.chosen(design.hardware), drive.ratio * drive.efficiency, ambient_C)
     values = {
@@ -226,8 +228,9 @@ def safety_limits(
         "missed": 20.0 * period,
         "late_ticks": 10.0,
         "late_recovery": 100.0 * period,
-        "cube_half": half,
-        "cube_bottom": bottom,
+        "cube_x": cube.centre_x,
+        "cube_half": cube.half_side,
+        "cube_bottom": cube.bottom_height,
         "edge_margin": margin,
         "edge_far": far,
         "reach_low": 0.6 * reach,
@@ -254,12 +257,13 @@ def safety_limits(
     return checked(SafetyLimits(**{**values, **changes}, motor=heat))
 
 
-def _extremes(g: DeltaGeometry, half: float, bottom: float, margin: float) -> tuple[float, float, float, float, float]:
+def _extremes(g: DeltaGeometry, cube: Cube, margin: float) -> tuple[float, float, float, float, float]:
     """Over the cube and a margin: smallest and largest angle (rad; where it can be reached), smallest w (m) and
     det S / L_B^3 (NaN if a point cannot be reached), and over the cube the largest |G_i| (rad/m).
     """
+    half = cube.half_side
     grid = np.linspace(-half - margin, half + margin, GRID)
-    x, y, z = np.meshgrid(grid, grid, grid + half + bottom, indexing="ij")
+    x, y, z = np.meshgrid(grid + cube.centre_x, grid, grid + half + cube.bottom_height, indexing="ij")
     p = np.stack([x, y, z], axis=-1).reshape(-1, 3)
     w2 = closure_margin(g, p)
     closed = (w2 >= 0.0).all(axis=-1)

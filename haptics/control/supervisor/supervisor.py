@@ -234,7 +234,7 @@ def _pose(lim, mem, dt, p, reach, volume, moved):
         if mem[m.NEAR] < 1.0:
             bits |= _SINGULAR_NEAR
     middle = lim.cube_bottom + lim.cube_half
-    x = max(abs(p[0]) - lim.cube_half, 0.0)
+    x = max(abs(p[0] - lim.cube_x) - lim.cube_half, 0.0)
     y = max(abs(p[1]) - lim.cube_half, 0.0)
     z = max(abs(p[2] - middle) - lim.cube_half, 0.0)
     outside = math.sqrt(x * x + y * y + z * z)

@@ -213,8 +213,9 @@ static double dot(const double a[3], const double b[3])
 static int posed(delta_device *device)
 {
     const delta_config *c = &device->config;
-    const Model known = {c->radius_difference, c->upper_arm_length, c->forearm_length, c->hanging, c->moment,
-                         c->across,            c->gravity[0],       c->gravity[1],     c->gravity[2]};
+    const Model known = {c->radius_difference, c->side_difference, c->side_cosine, c->side_sine,  c->upper_arm_length,
+                         c->forearm_length,    c->hanging,         c->moment,      c->across,     c->gravity[0],
+                         c->gravity[1],        c->gravity[2]};
     row angles = {device->angles, 3};
     table pose = {&device->pose[0][0], POSE_ROWS, 3, 3};
     return pose_pose(&known, angles, pose).v1 > 0.0;
@@ -314,13 +315,17 @@ static int sound(const delta_config *c)
 {
     const double positive[] = {c->upper_arm_length, c->forearm_length, c->torque_limit, c->force_limit,
                                c->corner,           c->watchdog,       c->timeout};
-    const double any[] = {c->radius_difference, c->across, c->gravity[0], c->gravity[1], c->gravity[2], c->moment};
+    const double any[] = {c->radius_difference, c->side_difference, c->across, c->gravity[0],
+                          c->gravity[1],        c->gravity[2],      c->moment};
     for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
         if (!(positive[i] > 0.0 && isfinite(positive[i])))
             return 0;
     for (size_t i = 0; i < sizeof any / sizeof *any; i++)
         if (!isfinite(any[i]))
             return 0;
+    double circle = c->side_cosine * c->side_cosine + c->side_sine * c->side_sine;
+    if (!(fabs(circle - 1.0) < 1e-9 && c->side_sine > 0.0))
+        return 0;
     return c->hanging >= 0.0 && isfinite(c->hanging) && c->ramp >= 0.0 && isfinite(c->ramp) && c->timeout < 3600.0;
 }
 

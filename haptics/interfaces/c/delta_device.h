@@ -50,7 +50,10 @@ enum delta_flag {
 
 /* Numbers of one machine; delta_machine.h has them of a design. */
 typedef struct delta_config {
-    double radius_difference; /* R - r, m */
+    double radius_difference; /* R_0 - r, of chain 0, m */
+    double side_difference;   /* R_1 - r, of chains 1 and 2, m */
+    double side_cosine;       /* cosine of the azimuth of chain 1; chain 2 mirrors it */
+    double side_sine;         /* its sine, positive */
     double upper_arm_length;  /* L_A, m */
     double forearm_length;    /* L_B, m */
     double hanging;           /* mass on the wrists, kg; 0 with the next two: the weight is not held */

@@ -72,7 +72,7 @@ bool cDeltaHapticDevice::getPosition(cVector3d& a_position)
     double p[3];
     if (delta_position(m_device, p) != DELTA_OK)
         return C_ERROR;
-    a_position.set(p[0], p[1], p[2] - DELTA_CENTRE_Z);
+    a_position.set(p[0] - DELTA_CENTRE_X, p[1], p[2] - DELTA_CENTRE_Z);
     return C_SUCCESS;
 }
 

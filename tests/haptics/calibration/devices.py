@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -17,11 +18,12 @@ LENGTH, TURN, WAVE = 0.1e-3, math.radians(0.3), math.radians(0.1)
 
 def made(design: Design, rng: np.random.Generator, turns: float = 1.0) -> Unknowns:
     """A device with 0.1 mm on every length and offset, 0.3 degrees on every zero, and waves, each normal."""
-    table = nominal(design.geometry).table
+    drawn = nominal(design.geometry, turns)
+    table = drawn.table.copy()
     table[:, :LENGTHS] += rng.normal(0.0, LENGTH, (3, LENGTHS))
     table[:, ZERO] += rng.normal(0.0, TURN, 3)
     table[:, ZERO + 1 :] += rng.normal(0.0, WAVE, (3, 4))
-    return Unknowns(table, turns)
+    return replace(drawn, table=table)
 
 
 def readings(device: Unknowns, p: np.ndarray) -> np.ndarray:
@@ -44,8 +46,8 @@ def readings(device: Unknowns, p: np.ndarray) -> np.ndarray:
 
 def cube_points(design: Design, rng: np.random.Generator, count: int, share: float = 1.0) -> np.ndarray:
     """(count, 3) positions in the cube, m."""
-    half, bottom = design.cube.half_side_mm / 1e3, design.cube.bottom_height_mm / 1e3
-    return np.array([0.0, 0.0, bottom + half]) + share * half * rng.uniform(-1.0, 1.0, (count, 3))
+    cube = design.workspace
+    return cube.centre + share * cube.half_side * rng.uniform(-1.0, 1.0, (count, 3))
 
 
 def measured(

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from delta_cad.design import Design
 from delta_cad.mechanism.chains import chain_angles, chain_positions
-from haptics.calibration.accuracy import COARSE, POSES_MOST, accuracy, cube_grid, helpful_poses
+from delta_cad.mechanism.workspace import cube_grid
+from haptics.calibration.accuracy import COARSE, POSES_MOST, accuracy, helpful_poses
 from haptics.calibration.fit import Fit, FitError, Noise, fit
 from haptics.calibration.poses import Poses
 from haptics.calibration.unknowns import ZERO, Unknowns, nominal, sigmas
@@ -52,7 +53,7 @@ def drawn_at_random(design: Design, rng: np.random.Generator) -> Unknowns:
 
 def squares(design: Design, device: Unknowns, found: Fit) -> np.ndarray:
     """(m,) square of the true error at a grid over the cube, m^2, in the frame that the positions were measured in."""
-    p = cube_grid(design, COARSE)
+    p = cube_grid(design.workspace, COARSE)
     read = readings(device, p)
     believed = chain_positions(found.unknowns.mechanism, found.unknowns.angles(read))
     return ((believed - p) ** 2).sum(axis=1)
@@ -89,7 +90,7 @@ def test_the_error_in_a_frame_of_its_own_leaves_out_where_the_device_stands(best
     found = fit(best.geometry, seen, noise=NOISE, own_frame=True)
     own = accuracy(found, best)
     assert base.rms < own.rms < 1.5 * base.rms  # six more unknowns
-    p = cube_grid(best, COARSE)
+    p = cube_grid(best.workspace, COARSE)
     read = readings(device, p)
     believed = chain_positions(found.unknowns.mechanism, found.unknowns.angles(read))
     off = np.linalg.norm((believed - found.frame.shift) @ found.frame.rotation - (p - shift) @ turn, axis=1)

@@ -10,12 +10,14 @@ import pytest
 
 from delta_cad.common.command_line import with_negatives
 from delta_cad.design import Design, load_design
-from delta_cad.drive.masses import MassError, load_masses
+from delta_cad.drive.masses import MassError, PointMasses, load_masses
 from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
 from tests.committed import BEST, Built, changed
 from tests.designs import below_elbows
+from tests.haptics.model.textbook import STEP, textbook
+from tests.haptics.scene_machine import PLACED
 from tests.terminal import said
 
 
@@ -57,6 +59,21 @@ def test_point_masses_do_not_hide_a_platform_below_its_elbows(
     assert reported.out == ""
     assert reported.err.startswith("hanging.json: cube.bottom_height_mm = 34.5: must have the assembly mode det S > 0")
     assert reported.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", PLACED)
+def test_it_holds_where_the_cube_stands(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Left to itself at the cube's middle, the point masses of the paper by differences of their potential energy."""
+    design, path = PLACED[name], tmp_path / "placed.json"
+    path.write_text(json.dumps(design.model_dump(mode="json", exclude_none=True, by_alias=True)))
+    assert call("gravity", "--design", path, "--point-masses", "60,50,20", "--json") == 0
+    facts, book = json.loads(capsys.readouterr().out), textbook(design)
+    assert facts["position_mm"] == pytest.approx((1e3 * design.workspace.centre).tolist(), abs=1e-12)
+    masses, p = PointMasses(0.06, 0.05, 0.02).masses(book.arm), design.workspace.centre
+    angles, gravity = book.angles(p), np.array(design.requirements.gravity_m_s2)
+    for joint, e in enumerate(STEP * np.eye(3)):
+        ahead, behind = (book.potential(masses, book.position(angles + s * e, p), gravity) for s in (1.0, -1.0))
+        assert facts["holding_torque_N_m"][joint] == pytest.approx((ahead - behind) / (2.0 * STEP), abs=1e-8)
 
 
 def test_more_than_the_drive_holds_is_exit_1(capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -199,7 +200,9 @@ def test_the_paper_s_figures_are_of_its_machine_or_another(
     monkeypatch.setattr("haptics.scenes.wall.wall", lambda *_, **__: Scene("wall", "", [], {}, [], []))
     assert call("--scene", "wall", "--json") == 0
     assert not json.loads(capsys.readouterr().out)["published_lengths"]
-    assert of_published_lengths(load_design(ROOT / "docs" / "gallery" / "published-75.json").geometry)
+    published = load_design(ROOT / "docs" / "gallery" / "published-75.json").geometry
+    assert of_published_lengths(published)
+    assert not of_published_lengths(replace(published, side_shift=1e-3))
 
 
 def test_an_output_that_cannot_be_written_is_one_line_and_exit_2(

@@ -13,7 +13,7 @@ def test_a_map_is_drawn_whatever_its_range(values: list[float], small: bool) -> 
 
     places = np.linspace(-10.0, 10.0, 5)
     field = np.linspace(*values, 75).reshape(3, 5, 5)
-    figure = feel_map("what it is", "figure, N", places, places, np.array([50.0, 60.0, 70.0]), field, small)
+    figure = feel_map("what it is", "figure, N", places + 3.0, places, np.array([50.0, 60.0, 70.0]), field, small)
     figure.canvas.draw()
     *panels, bar = figure.axes
     assert [panel.get_title().split("\n")[0] for panel in panels] == [
@@ -21,6 +21,7 @@ def test_a_map_is_drawn_whatever_its_range(values: list[float], small: bool) -> 
         "middle, z = 60.0 mm",
         "top, z = 70.0 mm",
     ]
+    assert [line.get_xydata().tolist() for line in panels[0].lines] == [[[3.0, 0.0]]] * 2  # the cube's middle
     assert panels[2].get_title().endswith(f"to {values[1]:.4g}")
     assert bar.get_ylabel() == "figure, N"
     assert bar.yaxis_inverted() == small  # good is up

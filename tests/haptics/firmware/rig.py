@@ -42,7 +42,7 @@ CORES = {
 }
 COUNTS = 25.6  # of SysTick an instruction, at 25 MHz under `-icount shift=10`
 EMPTY = {"energy": 2e-3, "energy_start": 2e-3, "energy_time": 10.0}  # Limits with which the tank is soon empty
-AS_DRAWN = Correction(0.0, 0.0, 0.0, 1.0, np.zeros((3, COLUMNS_MADE)))
+AS_DRAWN = Correction(*6 * (0.0,), 1.0, np.zeros((3, COLUMNS_MADE)))
 NOTHING, ENABLED, DISABLED, WAS_RESET, SPOKEN = range(5)
 HOME = np.array([0.0, 0.0, 0.0946])
 LAWS = law_table(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -110,7 +111,7 @@ def test_a_board_with_a_calibration_starts_up(
     table = device.table.copy()
     table[:, ZERO] = 0.0
     folder = tmp_path / "board"
-    write_firmware(firmware(machine, 8000.0, single=single, known=Unknowns(table, device.turns)), folder)
+    write_firmware(firmware(machine, 8000.0, single=single, known=replace(device, table=table)), folder)
     fine = subprocess.run([compiled(folder, "alone", "delta_run.c"), "9"], capture_output=True, text=True, timeout=120)
     steps = [int(line.split()[2]) for line in fine.stdout.splitlines() if line.startswith("event 1 ")]
     assert (fine.returncode, steps[-1], fine.stderr) == (0, Step.READY, "")

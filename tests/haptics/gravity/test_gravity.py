@@ -1,5 +1,7 @@
 """Holding torque: against the solids' potential energy, a gradient through the forward kinematics, and the paper."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,9 +12,9 @@ from delta_cad.checks.range.holding import holding_torque
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import Masses, PointMasses, masses_from_dict
-from delta_cad.export.mass_properties import MassProperties, link_mass_properties, mass_report
+from delta_cad.export.mass_properties import MassProperties, link_mass_properties
 from delta_cad.mechanism import DeltaGeometry, UnreachableError, forward_kinematics, inverse_kinematics, jacobian
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import VERTICAL
 from haptics.gravity import gravity_torque, potential_energy
 from tests.haptics.scene_machine import MASSES as SCENES
 
@@ -39,9 +41,9 @@ def links_of(assembly: Assembly) -> dict[str, MassProperties]:
     return {link: body for link, body in link_mass_properties(assembly).items() if link != "base"}
 
 
-def test_it_is_what_the_solids_ask_for(best_assembly: Assembly) -> None:
+def test_it_is_what_the_solids_ask_for(best_assembly: Assembly, best_masses: dict[str, Any]) -> None:
     geometry = best_assembly.placement.geometry
-    masses = masses_from_dict(mass_report(best_assembly), geometry.forearm_length)
+    masses = masses_from_dict(best_masses, geometry.forearm_length)
     bodies = {link: (body.mass_kg, body.centre_m * 1000.0) for link, body in links_of(best_assembly).items()}
     pinion = bodies["pinion_0"]
     off_axis = float(np.hypot(pinion[1][0], pinion[1][2])) / 1000.0
@@ -60,8 +62,8 @@ def test_it_is_what_the_solids_ask_for(best_assembly: Assembly) -> None:
         assert unbalance < 25e-6
 
 
-def test_the_scenes_masses_are_those_of_the_solids(best: Design, best_assembly: Assembly) -> None:
-    built = masses_from_dict(mass_report(best_assembly), best.geometry.forearm_length, drive_torque(best))
+def test_the_scenes_masses_are_those_of_the_solids(best: Design, best_masses: dict[str, Any]) -> None:
+    built = masses_from_dict(best_masses, best.geometry.forearm_length, drive_torque(best))
     # three digits of each and more are written: 0.1 % and what a small change of a part leaves room for
     assert vars(SCENES) == pytest.approx(vars(built), rel=2e-3)
 
@@ -74,8 +76,8 @@ def test_the_papers_equations_word_for_word() -> None:
         wrist, elbow = (m1 / 3.0 + m3 / 2.0) * DOWN, (m2 / 2.0 + m3 / 2.0) * DOWN
         torque = jacobian(PUBLISHED, p).T @ (3.0 * wrist)
         for i in range(3):
-            arm = 0.082 * (np.cos(theta[i]) * RADIAL[i] + np.sin(theta[i]) * VERTICAL)
-            axis = -TANGENTIAL[i]  # theta grows towards +z: the turn is from the radius to z
+            arm = 0.082 * (np.cos(theta[i]) * PUBLISHED.radial[i] + np.sin(theta[i]) * VERTICAL)
+            axis = -PUBLISHED.tangential[i]  # theta grows towards +z: the turn is from the radius to z
             torque[i] += np.cross(axis, arm) @ elbow
         held = gravity_torque(PUBLISHED, PointMasses(m1, m2, m3), p, DOWN)
         assert held == pytest.approx(-torque, rel=1e-12)

@@ -9,10 +9,10 @@ from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.joint import preload_N, sliding_torques_N_mm
 from delta_cad.mechanism import inverse_kinematics, jacobian
-from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import forearm_vectors
-from delta_cad.mechanism.placement import chain_frame
 from haptics.model.ball_joints import ball_friction, ball_friction_N, ball_loads_N, joint_rates
+from tests.haptics.model.textbook import textbook
+from tests.haptics.scene_machine import PLACED
 
 STEP = 1e-6
 
@@ -30,18 +30,19 @@ def spin(before: np.ndarray, after: np.ndarray, time: float) -> np.ndarray:
     return np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
 
 
-def test_rates_are_those_of_the_turning_cups(best: Design) -> None:
-    g, random = best.geometry, np.random.default_rng(3)
-    low, half = best.cube.bottom_height_mm / 1e3, best.cube.half_side_mm / 1e3
+@pytest.mark.parametrize("placed", [None, *PLACED])
+def test_rates_are_those_of_the_turning_cups(best: Design, placed: str | None) -> None:
+    design, random = best if placed is None else PLACED[placed], np.random.default_rng(3)
+    g, cube, azimuths = design.geometry, design.workspace, textbook(design).azimuths
     for _ in range(20):
-        p = random.uniform(-half, half, 3) + np.array([0.0, 0.0, low + half])
+        p = random.uniform(-cube.half_side, cube.half_side, 3) + cube.centre
         v = random.normal(size=3)
         found = joint_rates(g, p, v)
         ends = [p - STEP * v, p + STEP * v]
         rods = [forearm_vectors(g, q) / g.forearm_length for q in ends]
         theta = [inverse_kinematics(g, q) for q in ends]
         for i in range(3):
-            t = chain_frame(i)[:3, 1]
+            t = np.array([-np.sin(azimuths[i]), np.cos(azimuths[i]), 0.0])
             middle = cup(forearm_vectors(g, p)[i] / g.forearm_length, t)
             rod = spin(cup(rods[0][i], t), cup(rods[1][i], t), 2 * STEP)
             arm = -(theta[1][i] - theta[0][i]) / (2 * STEP) * t  # positive towards +z is a turn about -t
@@ -78,12 +79,14 @@ def test_torques_follow_what_presses(best: Design, best_dimensions: Dimensions) 
     assert 2.0 < turns[1] / turns[0] < 2.0 * 2.0 ** (1 / 3)
 
 
-def test_balls_bear_preload_and_what_the_handle_is_pushed_with(best: Design) -> None:
+@pytest.mark.parametrize("placed", [None, *PLACED])
+def test_balls_bear_preload_and_what_the_handle_is_pushed_with(best: Design, placed: str | None) -> None:
     """Equilibrium of the platform, and of each rod between its balls, from the loads' lengths alone."""
+    best = best if placed is None else PLACED[placed]
     g, preload = best.geometry, preload_N(best.mechanism.parallelogram_width_mm)
     p, rng = np.array([0.01, -0.02, 0.09]), np.random.default_rng(7)
     n = forearm_vectors(g, p) / g.forearm_length
-    lean = (n * TANGENTIAL).sum(axis=1)
+    lean = (n * g.tangential).sum(axis=1)
     np.testing.assert_allclose(ball_loads_N(best, p, np.zeros(3)), preload)
     for force in rng.normal(size=(5, 3)) * 3.0:
         loads = ball_loads_N(best, p, force)

@@ -13,8 +13,8 @@ from tests.designs import below_elbows, changed
 
 
 def pocket() -> dict[str, Any]:
-    """A cube whose corners are within reach and an edge of whose floor is not: chain 1 folds there."""
-    data = changed("cube", {"bottom_height_mm": 30.7, "half_side_mm": 20.0})
+    """A cube whose corners are within reach and an edge of whose floor is not: chain 1 folds there, off its plane."""
+    data = changed("cube", {"bottom_height_mm": 30.945, "half_side_mm": 20.0})
     data["mechanism"] |= {"base_radius_mm": 65.0, "platform_radius_mm": 40.0, "forearm_length_mm": 113.0}
     return data
 

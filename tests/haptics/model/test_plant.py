@@ -47,7 +47,7 @@ def kinetic_energy(p: np.ndarray, v: np.ndarray) -> float:
     """From the bodies' velocities: no Jacobian of ours in closed form, no mass matrix."""
     theta = inverse_kinematics(GEOMETRY, p)
     rate = inverse_jacobian(GEOMETRY, p) @ v
-    elbows = GEOMETRY.upper_arm_length * rate[:, None] * arm_directions(theta)[1]
+    elbows = GEOMETRY.upper_arm_length * rate[:, None] * arm_directions(GEOMETRY, theta)[1]
     total = 0.5 * MASSES.platform * v @ v + 0.5 * (MASSES.arm_inertia + MASSES.rotor_inertia) * rate @ rate
     for u in elbows:
         total += 0.5 * (MASSES.rod_elbow * u @ u + 2.0 * MASSES.rod_cross * u @ v + MASSES.rod_wrist * v @ v)

@@ -25,6 +25,7 @@ int main(void)
     spring[DELTA_LAW_GAIN] = 1;
     spring[DELTA_SPRING_DAMPER_STIFFNESS] = 400;
     spring[DELTA_SPRING_DAMPER_DAMPING] = 5;
+    spring[DELTA_SPRING_DAMPER_POINT] = (delta_real)DELTA_CENTRE_X_M;
     spring[DELTA_SPRING_DAMPER_POINT + 2] = (delta_real)DELTA_CENTRE_Z_M;
     told = semihosting_open("alone.out", SEMIHOSTING_WRITE);
     if (told < 0) return 4;

@@ -27,6 +27,7 @@ int main(int many, char **words)
     spring[DELTA_LAW_GAIN] = 1;
     spring[DELTA_SPRING_DAMPER_STIFFNESS] = 400;
     spring[DELTA_SPRING_DAMPER_DAMPING] = 5;
+    spring[DELTA_SPRING_DAMPER_POINT] = (delta_real)DELTA_CENTRE_X_M;
     spring[DELTA_SPRING_DAMPER_POINT + 2] = (delta_real)DELTA_CENTRE_Z_M;
     wall[DELTA_LAW_KIND] = DELTA_VIRTUAL_WALL;
     wall[DELTA_LAW_GAIN] = 1;

@@ -23,6 +23,8 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
 from tests.haptics.devices.fake import Disturbance, DisturbedDevice, invalid
 from tests.haptics.devices.served import Served, served
+from tests.haptics.model.textbook import STEP, textbook
+from tests.haptics.scene_machine import placed_machine
 
 HERE = Path(__file__).parent
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror")
@@ -30,9 +32,7 @@ CHECKED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 LOST, NO_BOARD, REFUSED, UNFIT, NO_ADDRESS, UNKNOWN = 6, 3, 4, 5, 2, 7
 
 
-@pytest.fixture(scope="module")
-def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("c") / "interfaces"
+def written(machine: MachineModel, folder: Path) -> Path:
     assert write_sources(machine, folder) == sorted([*FILES, MACHINE, POSE])
     header = (folder / MACHINE).read_text()
     assert f"    {TIMEOUT_S}, \\\n" in header
@@ -41,7 +41,16 @@ def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> P
 
 
 @pytest.fixture(scope="module")
+def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return written(machine, tmp_path_factory.mktemp("c") / "interfaces")
+
+
+@pytest.fixture(scope="module")
 def client(folder: Path) -> Path:
+    return client_of(folder)
+
+
+def client_of(folder: Path) -> Path:
     out = folder.parent / "client"
     files = [str(HERE / "client.c"), str(folder / "c" / "delta_device.c")]
     compiled(
@@ -123,6 +132,24 @@ def test_position_velocity_and_torques_are_those_of_the_mechanism(machine: Machi
     for n in range(1, len(a)):
         rates = rates + share * ((a[n] - a[n - 1]) / 1e-3 - rates)
         np.testing.assert_allclose(found["v"][n], jacobian(g, p[n]) @ rates, atol=1e-9)
+
+
+def test_it_knows_where_the_chains_stand(placed: MachineModel, tmp_path: Path) -> None:
+    """Positions and holding torques of a machine that is not three-fold symmetric, by vectors of a textbook."""
+    machine, book, masses = placed, textbook(placed.design), placed.masses
+    folder = written(machine, tmp_path / "interfaces")
+    assert f"#define DELTA_CENTRE_X {float(machine.centre[0])!r} " in (folder / MACHINE).read_text()
+    with served(machine) as up:
+        lines = ran(client_of(folder), up.port, 200, 0.0)
+    _, found = ticks(lines)
+    gravity = np.array(machine.design.requirements.gravity_m_s2)
+    for angles, p, torques in zip(found["a"][::20], found["p"][::20], found["t"][::20], strict=True):
+        np.testing.assert_allclose(p, book.position(angles, machine.centre), atol=1e-12)
+        force = 300.0 * (np.array([0.004, -0.003, machine.centre[2] + 0.002]) - p)
+        moved = [(book.position(angles + e, p), book.position(angles - e, p)) for e in STEP * np.eye(3)]
+        held = [book.potential(masses, a, gravity) - book.potential(masses, b, gravity) for a, b in moved]
+        meant = np.array(held) + [force @ (a - b) for a, b in moved]
+        np.testing.assert_allclose(torques, meant / (2.0 * STEP), atol=1e-7)
 
 
 def test_force_comes_in_over_the_ramp_and_is_bounded(machine: MachineModel, client: Path) -> None:
@@ -274,8 +301,8 @@ def test_a_program_may_take_its_time_before_its_first_force(machine: MachineMode
     assert np.abs(found["t"][1:]).max(axis=1).min() > 0.01
 
 
-def test_the_chai3d_device_opens_a_lost_board_again(machine: MachineModel, chai: Path) -> None:
-    with served(machine) as up:
+def test_the_chai3d_device_opens_a_lost_board_again(placed: MachineModel, chai: Path) -> None:
+    with served(placed) as up:
         up.device.read = farewell(up, 50)  # type: ignore[method-assign]
         (line,) = ran(chai, up.port)
         assert up.board.sessions == 2
@@ -283,7 +310,14 @@ def test_the_chai3d_device_opens_a_lost_board_again(machine: MachineModel, chai:
 
 
 @pytest.fixture(scope="module")
-def chai(folder: Path) -> Path:
+def placed() -> MachineModel:
+    """A machine whose cube does not stand over the base's middle."""
+    return placed_machine("study")
+
+
+@pytest.fixture(scope="module")
+def chai(placed: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = written(placed, tmp_path_factory.mktemp("chai") / "interfaces")
     out, c = folder.parent / "chai", folder / "c" / "delta_device.c"
     include = [f"-I{path}" for path in (folder / "c", folder / "chai3d", HERE / "stubs")]
     library = folder.parent / "delta_device.o"
@@ -293,12 +327,12 @@ def chai(folder: Path) -> Path:
     return out
 
 
-def test_the_chai3d_device_compiles_and_drives_a_board(machine: MachineModel, chai: Path) -> None:
-    with served(machine) as up:
+def test_the_chai3d_device_compiles_and_drives_a_board(placed: MachineModel, chai: Path) -> None:
+    with served(placed) as up:
         (line,) = ran(chai, up.port)
-        at = up.device.state[:3] - machine.centre
+        at = up.device.state[:3] - placed.centre
     before, opened, kept, switches, *p, force = (float(v) for v in line.split())
-    assert (before, opened, kept, switches, force) == (0, 1, 1, 0, machine.design.requirements.force_N)
+    assert (before, opened, kept, switches, force) == (0, 1, 1, 0, placed.design.requirements.force_N)
     np.testing.assert_allclose(p, at, atol=1e-4)
 
 
