@@ -15,6 +15,8 @@ from optimizer.globalopt.optimum import Now, prove_optimum
 from optimizer.problem.step import Problem, ProblemError
 from optimizer.search.result import Bound, Result, finite
 
+PLACED_GAP = 1e-2  # at which the bound beside another method's result ends where the placement is free
+
 
 @dataclass(frozen=True)
 class Effort:
@@ -56,7 +58,7 @@ def solve(
         effort: How far to go.
         report: Called with the state of the proof.
         stop: Called now and then; True ends the proof.
-        before_mm: (6,) design of the step before, to fall back on, mm; None without one.
+        before_mm: (9,) design of the step before, to fall back on, mm; None without one.
 
     Returns:
         The result. Its design is the certified one; without one the best that was found, and without that the middle
@@ -103,6 +105,8 @@ def with_bound(
     Returns:
         The same with a proof; unchanged if there is no bound, because the result is feasible to a rounding only.
     """
+    if not result.problem.symmetric:
+        effort = replace(effort, gap=max(effort.gap, PLACED_GAP))
     proven = prove_optimum(
         result.problem if within is None else within,
         **effort.most(),

@@ -11,14 +11,14 @@ import numpy as np
 
 from delta_cad.common.jit import compiled, free
 from delta_cad.mechanism.enclosure import pose as forms
-from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, add, at, constant, subtract
+from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, TERMS, add, at, constant, subtract
 from delta_cad.mechanism.enclosure.table import EXCLUDED, keep
 from optimizer.globalopt.cutting_points import HEIGHT, MOST, RADII, fill_lengths, point_cuts
 from optimizer.globalopt.cutting_points import ROWS as TABLE
-from optimizer.globalopt.dual_simplex import SIZE, solve
+from optimizer.globalopt.dual_simplex import SIZE, highest, solve
 
 POINTS = 128  # most cutting points at once
-_CUTS = MOST * POINTS + 8
+_CUTS = MOST * POINTS + 20
 _SMALLEST = 1e-11  # a box this small, m, is given up: the incumbent's own rounding is near
 _ENOUGH = 0.7  # a contraction to less than this share of the volume is worth another look before the box is halved
 # Share of a box's half width that a contraction gives back: more than the roundings of a contraction's few operations
@@ -31,7 +31,7 @@ DONE, QUESTION, _STUCK = 0, 1, 2
 
 
 @compiled
-def _design_cuts(pose, box, cube_limits, cuts, count):
+def design_cuts(pose, box, cube_limits, cuts, count):
     """Adds what holds for the whole cube in closed form: outline, lean, and the fold above a shoulder.
 
     Args:
@@ -70,8 +70,7 @@ def _contract(cuts, n, box):
             s = cuts[i, 1 + j]
             if s == 0.0:
                 continue
-            best = cuts[i, 0] + cuts[i, 5] + abs(cuts[i, 1]) + abs(cuts[i, 2]) + abs(cuts[i, 3]) + abs(cuts[i, 4])
-            edge = (best - abs(s) + 4.0 * ROUND) / abs(s)  # cuts have a magnitude of at most 1
+            edge = (highest(cuts, i) - abs(s) + 4.0 * ROUND) / abs(s)  # cuts have a magnitude of at most 1
             if s > 0.0:
                 left = max(left, -edge)
             else:
@@ -88,10 +87,20 @@ def _contract(cuts, n, box):
 
 
 @compiled
+def halved(box, cuts, n):  # noqa: ARG001
+    """Chooses the edge of a box that is halved: the longest."""
+    axis = 0
+    for j in range(1, SYMBOLS):
+        if box[1, j] - box[0, j] > box[1, axis] - box[0, axis]:
+            axis = j
+    return axis
+
+
+@compiled
 def _allowed(point, mask, points, count, numbers, cube_limits, pose, work, cuts):
     """Decides whether no cutting point refuses a single design, a box of no size."""
     fill_lengths(point, pose)
-    if _design_cuts(pose, point, cube_limits, cuts, 0) == EXCLUDED:
+    if design_cuts(pose, point, cube_limits, cuts, 0) == EXCLUDED:
         return False
     for i in range(count):  # noqa: SIM110  (compiled code has no generators)
         if mask[i] and point_cuts(points, i, numbers, pose, work, cuts, 0) == EXCLUDED:
@@ -125,15 +134,15 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
         count: How many of them there are.
         hits: (POINTS,) how often each excluded a box.
         numbers: `cutting_points.numbers`.
-        cube_limits: (4,) see `_design_cuts`.
+        cube_limits: (4,) see `design_cuts`.
         candidate: (4,) filled with the design of a question.
         budget: Boxes.
 
     Returns:
         `DONE`; `QUESTION`, the box being on top of the stack; `_STUCK`, likewise.
     """
-    cuts, margin, work = np.empty((_CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
-    pose, other = np.empty((TABLE, 6)), np.empty((TABLE, 6))
+    cuts, margin, work = np.empty((_CUTS, TERMS)), np.empty((MOST + 20, TERMS)), np.empty((24, TERMS))
+    pose, other = np.empty((TABLE, TERMS)), np.empty((TABLE, TERMS))
     u, basis, weight = np.zeros(SYMBOLS), np.zeros(SIZE, dtype=np.int64), np.zeros(SIZE)
     matrix, right = np.empty((SIZE, SIZE)), np.empty(SIZE)
     point = np.empty((2, SYMBOLS))
@@ -148,7 +157,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
         for i in range(POINTS):
             mask[i] = masks[top, i]
         fill_lengths(box, pose)
-        n = _design_cuts(pose, box, cube_limits, cuts, 0)
+        n = design_cuts(pose, box, cube_limits, cuts, 0)
         for i in order:
             if n == EXCLUDED:
                 break
@@ -175,10 +184,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits
         if share == 0.0:
             state[0] -= 1
             continue
-        axis = 0
-        for j in range(1, SYMBOLS):
-            if box[1, j] - box[0, j] > box[1, axis] - box[0, axis]:
-                axis = j
+        axis = halved(box, cuts, n)
         if box[1, axis] - box[0, axis] < _SMALLEST:
             return _STUCK
         _write(boxes, masks, flags, top, box, mask)

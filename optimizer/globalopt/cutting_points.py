@@ -28,11 +28,12 @@ from delta_cad.mechanism.enclosure.affine_form import (
     subtract,
 )
 from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE
+from delta_cad.mechanism.geometry import SIN_60, THREE_FOLD
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
 # Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H.
-_HALF, _DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
-ROWS = forms.ROWS + 4
+HALF, DIFFERENCE, RADII, HEIGHT, SIDE_RADII, OFFSET = range(forms.ROWS, forms.ROWS + 6)
+ROWS = forms.ROWS + 6
 
 _CUTTING = tuple(limit for limit in POSE_LIMITS if limit.enclosure.cut is not None)
 _START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those in play stand before them
@@ -90,10 +91,11 @@ def fill_lengths(box, pose):
     put(pose, forms.FOREARM_LENGTH, lb)
     put(pose, RADII, _between(box, 2))
     put(pose, HEIGHT, _between(box, 3))
-    put(pose, _HALF, inverse_above(scale(2.0, la), box[0, 0]))
-    put(pose, _DIFFERENCE, multiply(subtract(la, lb), add(la, lb)))
+    put(pose, HALF, inverse_above(scale(2.0, la), box[0, 0]))
+    put(pose, DIFFERENCE, multiply(subtract(la, lb), add(la, lb)))
     put(pose, forms.UPPER_ARM_2, multiply(la, la))
     put(pose, forms.FOREARM_2, multiply(lb, lb))
+    forms.put_azimuth(pose, constant(THREE_FOLD, 0.0), constant(SIN_60, forms.SIN_60_ERROR), constant(0.75, 0.0))
 
 
 @compiled
@@ -106,12 +108,12 @@ def _between(box, j):
 
 
 @compiled
-def _fill_chains(x_m, y_m, height, pose):
+def fill_chains(x_m, y_m, height, pose):
     """Fills the chains at a point; w and the forearms for designs that are closed."""
     z = add(at(pose, HEIGHT), constant(height, 0.0))
     forms.put_wrists(pose, constant(x_m, 0.0), constant(y_m, 0.0), z)
     zz, low = multiply(z, z), lower(z)
-    la, half, difference = at(pose, forms.UPPER_ARM), at(pose, _HALF), at(pose, _DIFFERENCE)
+    la, half, difference = at(pose, forms.UPPER_ARM), at(pose, HALF), at(pose, DIFFERENCE)
     for i in range(3):
         q, t = subtract(at(pose, forms.Q + i), at(pose, RADII)), at(pose, forms.T + i)
         put(pose, forms.Q + i, q)
@@ -139,7 +141,7 @@ def point_cuts(points, n, k, pose, work, cuts, count):
         How many there are now, or `EXCLUDED`.
     """
     limits = int(k[0])
-    _fill_chains(points[n, 0], points[n, 1], points[n, 2], pose)
+    fill_chains(points[n, 0], points[n, 1], points[n, 2], pose)
     count = _by_chains(pose, k, limits, work, cuts, count)
     if count == EXCLUDED or not limits & _FOREARMS:
         return count

@@ -14,7 +14,8 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import DesignBounds
 from delta_cad.mechanism.limits.lengths.outline import OUTWARDS
-from optimizer.problem.step import SIDE, Problem
+from optimizer.problem.step import Problem
+from optimizer.problem.variables import SIDE, completed
 
 
 class DesignBox(NamedTuple):
@@ -35,6 +36,10 @@ class DesignBox(NamedTuple):
     forearm_per_half_side_min: float
     reach_max_mm: float
     platform_min_mm: float
+
+    def cube_limits(self, side: float) -> np.ndarray:
+        """Gives the numbers that `branch_and_bound.search` takes for a half side, m."""
+        return np.array([side, self.sum_max, self.forearm_per_half_side_min * side, self.sum_min])
 
 
 def design_box(problem: Problem) -> DesignBox | None:
@@ -66,8 +71,8 @@ def design_of(problem: Problem, designs: DesignBox, point: np.ndarray, half_side
         half_side_mm: L.
 
     Returns:
-        (6,) lengths in the order of `VARIABLES`, mm, within the bounds.
+        (9,) in the order of `VARIABLES`, mm, within the bounds.
     """
     la, lb, a, height = np.asarray(point) * MM_PER_M
     R = max(problem.lower[2], designs.platform_min_mm + a)
-    return np.clip([la, lb, R, R - a, height, half_side_mm], problem.lower, problem.upper)
+    return np.clip(completed([la, lb, R, R - a, height, half_side_mm]), problem.lower, problem.upper)

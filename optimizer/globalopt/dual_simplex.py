@@ -12,11 +12,17 @@ from __future__ import annotations
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, UP
+from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, TERMS, UP
 
 SIZE = SYMBOLS + 1
 _ITERATIONS = 60  # exchanges of a row; 5 to 15 are usual
 LEAST = 1e-13  # with cuts of magnitude 1, a smaller violation or step is a rounding of the elimination
+
+
+@compiled
+def highest(cuts, k):
+    """Bounds a cut from above, but for roundings."""
+    return cuts[k, 0] + cuts[k, 5] + abs(cuts[k, 1]) + abs(cuts[k, 2]) + abs(cuts[k, 3]) + abs(cuts[k, 4])
 
 
 @compiled
@@ -101,7 +107,7 @@ def solve(cuts, count, u, basis, weight, matrix, right):
     """
     best, k0 = np.inf, 0
     for k in range(count):
-        top = cuts[k, 0] + cuts[k, 5] + abs(cuts[k, 1]) + abs(cuts[k, 2]) + abs(cuts[k, 3]) + abs(cuts[k, 4])
+        top = highest(cuts, k)
         if top < best:
             best, k0 = top, k
     basis[SYMBOLS] = k0
@@ -113,7 +119,7 @@ def solve(cuts, count, u, basis, weight, matrix, right):
         for n in range(SIZE):
             k = basis[n]
             _gradient(cuts, count, k, matrix[n])
-            right[n] = -(cuts[k, 0] + cuts[k, 5]) if k < count else -1.0
+            right[n] = -(cuts[k, 0] + cuts[k, TERMS - 1]) if k < count else -1.0
         if not _eliminate(matrix, right):
             return False
         for j in range(SYMBOLS):
@@ -134,7 +140,7 @@ def solve(cuts, count, u, basis, weight, matrix, right):
         # the constraint that is violated most
         worst, p = -LEAST, -1
         for k in range(count):
-            value = cuts[k, 0] + cuts[k, 5] - t
+            value = cuts[k, 0] + cuts[k, TERMS - 1] - t
             for j in range(SYMBOLS):
                 value += cuts[k, 1 + j] * u[j]
             if value < worst:

@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
+from delta_cad.mechanism import GeometryError
 from delta_cad.mechanism.proof.prove import Progress, prove
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
-from optimizer.problem.step import SIDE, Problem
+from optimizer.problem.step import Problem
+from optimizer.problem.variables import PER_SI, SIDE, VARIABLES, completed, mechanism_of
 
 _HEIGHT = VARIABLES.index("bottom_height")
 # Shares that are given up: nothing if possible, else the least of them that can be proved.
@@ -27,7 +26,7 @@ class Certified(NamedTuple):
     """A design and what is proved of it.
 
     Attributes:
-        design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+        design_mm: (9,) in the order of `VARIABLES`, mm; or (6,), three-fold symmetric.
         objective: Half side, mm, or a condition number that is exceeded nowhere in the cube.
     """
 
@@ -44,12 +43,12 @@ def certified(
     """Proves a design over the whole cube, giving up as little as possible of its half side, or of its kappa.
 
     A cube that is given up in part shrinks from all its faces, so that it lies inside the old one and away from a fold
-    that the bottom touches. The proof is about the doubles of `design_mm / 1000`; outline, lean and clearance are taken
-    in closed form.
+    that the bottom touches. The proof is about the doubles of `design_mm / PER_SI`; outline, lean and clearance are
+    taken in closed form.
 
     Args:
         problem: The step.
-        design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+        design_mm: (9,) in the order of `VARIABLES`, mm; or (6,), three-fold symmetric.
         boxes: Most boxes of one proof.
         progress: As `prove` calls it, in each of its proofs.
 
@@ -76,7 +75,7 @@ def uncertified(problem: Problem, design_mm: np.ndarray, progress: Progress | No
 
     Args:
         problem: The step.
-        design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+        design_mm: (9,) in the order of `VARIABLES`, mm; or (6,), three-fold symmetric.
         progress: As `certified` calls it.
 
     Returns:
@@ -96,7 +95,7 @@ def _proved(
     progress: Progress | None,
 ) -> Certified | None:
     """Proves the design with a share given up; None if it cannot be proved."""
-    design = np.array(design_mm, dtype=float)
+    design = completed(design_mm).copy()
     level = None if kappa is None else kappa * (1.0 + share)
     if level == math.inf:  # a chain folds: no limit says that
         return None
@@ -104,13 +103,12 @@ def _proved(
         half, height = design[SIDE], design[_HEIGHT]
         design[SIDE] = max(half * (1.0 - share), problem.lower[SIDE])
         design[_HEIGHT] = min(height + (half - design[SIDE]), problem.upper[_HEIGHT])
-    row = design / MM_PER_M
+    row = design / PER_SI
     if any(margin[0] < -_OWN_ROUNDING for margin in problem.design_margins(row[None]).values()):
         return None
     try:
         limits = problem.pose_limits(math.inf if level is None else level)
-        geometry = DeltaGeometry(row[2], row[3], row[0], row[1])
-        proof = prove(geometry, Cube(row[_HEIGHT], row[SIDE]), limits, max_boxes=boxes, progress=progress)
+        proof = prove(*mechanism_of(design), limits, max_boxes=boxes, progress=progress)
     except GeometryError:
         return None
     if proof.verdict != "proved":
@@ -119,7 +117,7 @@ def _proved(
 
 
 def _largest_kappa(problem: Problem, design_mm: np.ndarray) -> float:
-    row = np.asarray(design_mm)[None] / MM_PER_M
+    row = completed(design_mm)[None] / PER_SI
     quality = worst_points(lambda points: {"quality": problem.figures(row, points).quality[0]}, GRID)["quality"]
     worst = float(quality.values[0])
     return 1.0 / worst if worst > 0.0 else math.inf

@@ -11,20 +11,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from time import monotonic
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from optimizer.globalopt.branch_and_bound import DONE, POINTS, QUESTION, search
 from optimizer.globalopt.cutting_points import numbers
-from optimizer.globalopt.design_box import DesignBox, design_box, design_of
+from optimizer.globalopt.design_box import design_box, design_of
 from optimizer.globalopt.incumbent import BOXES as CERTIFYING
 from optimizer.globalopt.incumbent import QUICK, Certified, certified, uncertified
+from optimizer.globalopt.placed_box import placed_boxes, placed_design
+from optimizer.globalopt.placed_cuts import search_placed
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.extremes import design_worst
 from optimizer.problem.step import SIDE, Problem, ProblemError
+from optimizer.problem.variables import PER_SI, completed
 from optimizer.search import sqp
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import EXCHANGE_GRID, Search
@@ -64,7 +68,7 @@ class Now(NamedTuple):
         boxes: Examined so far.
         best: Certified objective so far; NaN before there is one.
         bound: What is proved that no design beats.
-        design_mm: (6,) the certified design, mm; before there is one the best that SQP found; else empty.
+        design_mm: (9,) the certified design, mm; before there is one the best that SQP found; else empty.
         certifying: Boxes of the cube of a design that is being certified; 0 while designs are excluded.
     """
 
@@ -85,7 +89,7 @@ class Proven:
         bound: No design within the bounds that meets the constraints is better: mm, or a condition number; NaN where
             none is feasible.
         gap: |objective - bound| / objective; NaN without an incumbent.
-        design_mm: (6) the incumbent, lengths in the order of `VARIABLES`, mm; empty without one.
+        design_mm: (9) the incumbent, in the order of `VARIABLES`, mm; empty without one.
         boxes: Boxes of designs examined.
         status: "proved": the gap is at most the requested one; "gap not reached": it is not, with all boxes or all the
             time; "infeasible": no design is feasible, proved; "undecided": neither was one found nor proved absent;
@@ -124,8 +128,8 @@ def prove_optimum(
         problem: The step.
         gap: Relative two-sided gap that is requested.
         max_boxes: Boxes of designs after which the proof ends with the gap that it reached.
-        incumbent_mm: (6,) a design to start from, in the order of `VARIABLES`, mm; need not be feasible.
-        before_mm: (6,) what the step before found, if it is feasible: the incumbent of step 3 where nothing better can
+        incumbent_mm: (9,) a design to start from, in the order of `VARIABLES`, mm; need not be feasible.
+        before_mm: (9,) what the step before found, if it is feasible: the incumbent of step 3 where nothing better can
             be proved, even if its condition number is only sampled.
         seed: Seed of the starts of SQP.
         seconds: Time after which the proof ends with the gap that it reached; with a bound on it, what comes out
@@ -157,7 +161,36 @@ def none_feasible(problem: Problem, max_boxes: int = BOXES, stop: Callable[[], b
     """
     proof = _Proof(problem, GAP, max_boxes, 0, math.inf, None, stop)
     proof.ends_at_one = True
-    return proof.space is None or proof._exclude(proof.space, None) == "excluded"
+    return proof._exclude(None) == "excluded"
+
+
+class _Space(NamedTuple):
+    """A box in which designs are searched.
+
+    Attributes:
+        box: (2, n) lower and upper ends of its n variables.
+        search: Compiled, as `branch_and_bound.search`.
+        cube_limits: Half side, m -> numbers of the closed forms.
+        design: (n,) a point of it, and a half side in mm -> (9,) mm.
+    """
+
+    box: np.ndarray
+    search: Any
+    cube_limits: Callable[[float], np.ndarray]
+    design: Callable[[np.ndarray, float], np.ndarray]
+
+
+def _spaces(problem: Problem) -> list[_Space]:
+    """Lists the boxes that hold all designs of a problem."""
+    if problem.symmetric:
+        space = design_box(problem)
+        if space is None:
+            return []
+        return [_Space(space.box, search, space.cube_limits, partial(design_of, problem, space))]
+    return [
+        _Space(one.box, search_placed, one.cube_limits, partial(placed_design, problem, one))
+        for one in placed_boxes(problem)
+    ]
 
 
 class _Proof:
@@ -175,7 +208,7 @@ class _Proof:
     ) -> None:
         self.problem, self.gap, self.max_boxes, self.seed = problem, gap, max_boxes, seed
         self.deadline, self.report, self.stop = deadline, report, stop
-        self.space = design_box(problem)
+        self.spaces = _spaces(problem)
         self.best: Certified | None = None
         self.found: tuple[float, ...] = ()  # what SQP found, before anything is certified
         # before anything is proved: no cube is larger than its bound, no condition number smaller than 1
@@ -193,21 +226,21 @@ class _Proof:
     def run(
         self, incumbent_mm: tuple[float, ...] | np.ndarray | None, before_mm: tuple[float, ...] | np.ndarray | None
     ) -> Proven:
-        if self.space is None:
+        if not self.spaces:
             return self._outcome("infeasible")
         self._tell()
         if before_mm is not None and self.problem.step == 3:
             self._fall_back(np.asarray(before_mm, dtype=float))
         self._first(incumbent_mm)
         if self.best is None:
-            ending = self._exclude(self.space, None)
+            ending = self._exclude(None)
             if self.best is None:
                 names: dict[_Ending, _Status] = {"excluded": "infeasible", "stopped": "interrupted"}
                 return self._outcome(names.get(ending, "undecided"))
         share, most = self.gap, self.max_boxes
-        self.max_boxes = min(most, self.boxes + _DIRECT)
+        self.max_boxes = min(most, self.boxes + (_DIRECT if self.problem.symmetric else 0))
         while self._gap() > self.gap:
-            ending = self._exclude(self.space, share * (1.0 - 1e-9))  # so that the quotient is not above it
+            ending = self._exclude(share * (1.0 - 1e-9))  # so that the quotient is not above it
             if ending == "stopped":
                 return self._outcome("interrupted")
             if ending == "budget" and self.max_boxes < most:  # a hard one: what is proved on the way counts, too
@@ -286,6 +319,7 @@ class _Proof:
 
     def _settled(self, design_mm: np.ndarray) -> np.ndarray:
         """Rounds away the last digits of a design's lengths, mm, within the bounds."""
+        design_mm = completed(design_mm)
         settled, unit = np.round(design_mm, _SETTLED), 10.0**-_SETTLED
         # down, lest the bound be farther from what was found than the gap; what lies on a round number stays there
         settled[SIDE] = math.floor(design_mm[SIDE] / unit + 0.01) * unit
@@ -314,7 +348,7 @@ class _Proof:
 
     def _keep(self, incumbent: Certified, proved: bool = True) -> None:
         self.best, self.certified = incumbent, proved
-        worst = design_worst(self.problem, np.array(incumbent.design_mm) / MM_PER_M, EXCHANGE_GRID)
+        worst = design_worst(self.problem, np.array(incumbent.design_mm) / PER_SI, EXCHANGE_GRID)
         for w in worst.values():
             for point in w.points:
                 self._cut_at(point)
@@ -334,7 +368,7 @@ class _Proof:
         self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # tried early, until it shows its worth
         return k
 
-    def _exclude(self, space: DesignBox, share: float | None) -> _Ending:
+    def _exclude(self, share: float | None) -> _Ending:
         """Tries to exclude every design that is better than the incumbent by a share, or that is feasible at all."""
         step, best = self.problem.step, self.best
         side_mm, kappa, proves = self.problem.lower[SIDE], math.inf, math.nan
@@ -349,18 +383,23 @@ class _Proof:
                 proves = math.nextafter(side_mm, math.inf)
             if kappa <= self.bound if step == 3 else proves >= self.bound:  # that much is known
                 return "excluded"
-        ending = self._branch(space, side_mm / MM_PER_M, kappa)
+        ending: _Ending = "excluded"
+        for space in self.spaces:
+            ending = self._branch(space, side_mm / MM_PER_M, kappa)
+            if ending != "excluded":
+                break
         if ending == "excluded" and share is not None:
             self.bound = proves
             self._tell()
         return ending
 
-    def _branch(self, space: DesignBox, side: float, kappa: float) -> _Ending:
-        boxes, masks = np.empty((_STACK, 2, 4)), np.ones((_STACK, POINTS), dtype=np.uint8)
+    def _branch(self, space: _Space, side: float, kappa: float) -> _Ending:
+        variables = space.box.shape[1]
+        boxes, masks = np.empty((_STACK, 2, variables)), np.ones((_STACK, POINTS), dtype=np.uint8)
         flags, state = np.zeros(_STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
         boxes[0] = space.box
-        thresholds, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
-        cube_limits = np.array([side, space.sum_max, space.forearm_per_half_side_min * side, space.sum_min])
+        thresholds, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(variables)
+        cube_limits = space.cube_limits(side)
         begun = self.boxes
         opened = False
         while state[0] > 0:
@@ -370,7 +409,7 @@ class _Proof:
             if budget <= 0:
                 return "budget"
             points = self._points(side), self.count, self.hits
-            ended = search(boxes, masks, flags, state, *points, thresholds, cube_limits, candidate, budget)
+            ended = space.search(boxes, masks, flags, state, *points, thresholds, cube_limits, candidate, budget)
             self.boxes = begun + int(state[1])
             top = int(state[0]) - 1
             if ended == QUESTION:
@@ -395,11 +434,11 @@ class _Proof:
         return points
 
     def _answer(
-        self, space: DesignBox, candidate: np.ndarray, side: float, kappa: float, masks: np.ndarray, waiting: int
+        self, space: _Space, candidate: np.ndarray, side: float, kappa: float, masks: np.ndarray, waiting: int
     ) -> Literal["refused", "better", "known"]:
         """Searches the whole cube of a design that all cutting points allow."""
-        design = design_of(self.problem, space, candidate, side * MM_PER_M)
-        worst = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
+        design = space.design(candidate, side * MM_PER_M)
+        worst = design_worst(self.problem, design / PER_SI, EXCHANGE_GRID)
         quality = worst.pop("quality", None)
         points = [p for w in worst.values() for p, v in zip(w.points, w.values, strict=True) if v < 0.0]
         if quality is not None and kappa < math.inf:
@@ -410,7 +449,7 @@ class _Proof:
             masks[:waiting, k] = 1
         if new:
             return "refused"
-        margins = self.problem.design_margins(design[None] / MM_PER_M)
+        margins = self.problem.design_margins(design[None] / PER_SI)
         if points or min((float(margin[0]) for margin in margins.values()), default=0.0) < -ROUNDING:
             return "known"
         if self.ends_at_one:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism import Cube, DeltaGeometry, direct_margin, inverse_jacobian, reach_excess
+from delta_cad.mechanism import DeltaGeometry, direct_margin, inverse_jacobian, reach_excess
 from delta_cad.mechanism.jacobian import velocity_map
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.paper.published import LETTERS, Lengths
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import Problem, step_problem
+from optimizer.problem.variables import LENGTHS, PER_SI, mechanism_of
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import FINE_GRID, Result, finite
 
@@ -92,7 +92,7 @@ def largest_half_side(problem: Problem, design_mm: Lengths, gap: float = GAP) ->
         The half side, certified; None if no cube is allowed.
     """
     given = problem.requirements
-    bounds = {name: (value, value) for name, value in zip(VARIABLES[:4], design_mm[:4], strict=True)}
+    bounds = {name: (value, value) for name, value in zip(LENGTHS[:4], design_mm[:4], strict=True)}
     low, high = given.bounds_mm.bottom_height
     bounds |= {"bottom_height": (low, high + _ROOM_MM), "half_side": (0.0, given.bounds_mm.half_side[1])}
     free = given.model_copy(update={"bounds_mm": given.bounds_mm.model_copy(update=bounds)})
@@ -114,16 +114,10 @@ def _worst_frobenius(design_mm: Lengths) -> float:
     return -float(worst_points(values, FINE_GRID)["frobenius"].values[0])
 
 
-def mechanism_of(design_mm: Lengths) -> tuple[DeltaGeometry, Cube]:
-    """Makes the mechanism and the cube of (6) lengths in mm."""
-    L_A, L_B, R, r, H, L = (x / MM_PER_M for x in design_mm)
-    return DeltaGeometry(base_radius=R, platform_radius=r, upper_arm_length=L_A, forearm_length=L_B), Cube(H, L)
-
-
 def _placed(design_mm: Lengths, points: np.ndarray) -> tuple[DeltaGeometry, np.ndarray]:
-    """Makes the mechanism of six lengths, and positions, m, of (..., 3) points of its cube."""
+    """Makes the mechanism of a design, mm, and positions, m, of (..., 3) points of its cube."""
     g, cube = mechanism_of(design_mm)
-    return g, cube.half_side * points + np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
+    return g, cube.half_side * points + cube.centre
 
 
 def _shortfalls(problem: Problem, result: Result) -> tuple[_Shortfall, ...]:
@@ -132,7 +126,7 @@ def _shortfalls(problem: Problem, result: Result) -> tuple[_Shortfall, ...]:
     design, faults = result.design_mm, []
 
     def worst(name: str) -> tuple[DeltaGeometry, np.ndarray]:
-        return _placed(design, design_worst(problem, np.array(design) / MM_PER_M, FINE_GRID)[name].points)
+        return _placed(design, design_worst(problem, np.array(design) / PER_SI, FINE_GRID)[name].points)
 
     if "outline" in broken:
         limit = problem.requirements.limits.outline_radius_max_mm or math.inf
@@ -143,7 +137,7 @@ def _shortfalls(problem: Problem, result: Result) -> tuple[_Shortfall, ...]:
         faults.append(_Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
     elif "torque" in broken and "reach" not in broken:
         faults.append(_Shortfall("assembly_mode", -float(np.min(direct_margin(*worst("torque")))), ""))
-    for letter, value, low, high in zip(LETTERS, design, problem.lower, problem.upper, strict=True):
+    for letter, value, low, high in zip(LETTERS, design, problem.lower, problem.upper, strict=False):
         if not low <= value <= high:
             faults.append(_Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))
     return tuple(faults)

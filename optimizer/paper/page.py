@@ -9,6 +9,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from optimizer.paper.placed import PlacedStep, section
 from optimizer.paper.published import LETTERS, STEP_3_HALF_SIDE_MM, STEP_OF_TABLE, numbers
 from optimizer.paper.reproduction import AGREEMENT, METHODS, ReproducedRun, Reproduction
 from optimizer.problem.step import SIDE
@@ -22,6 +23,7 @@ _AIMS = {
     3: "Smallest worst condition number over the cube.",
 }
 NONE = "-"
+_PLACED = "## Step 1 with the placement free"
 _WITHIN, _HALF = f"within {100.0 * AGREEMENT:g} %", "with half the last digit"
 _Runs = list[ReproducedRun]
 _Facts = dict[str, Any]
@@ -32,8 +34,14 @@ def _percent(share: float | None, form: str = ".2f") -> str:
     return NONE if share is None else f"{100.0 * share:{form}} %"
 
 
-def record(runs: _Runs, made: Reproduction) -> _Facts:
-    """Gathers all facts as plain data for JSON: no number in it is infinite."""
+def record(runs: _Runs, made: Reproduction, placed: PlacedStep | None = None) -> _Facts:
+    """Gathers all facts as plain data for JSON: no number in it is infinite.
+
+    Args:
+        runs: Recomputed.
+        made: How.
+        placed: Step 1 with the placement free; None where it was not computed.
+    """
     rows = {table: [r.record() for r in runs if r.run.table == table] for table in STEP_OF_TABLE}
     return {
         "schema": _SCHEMA,
@@ -49,6 +57,7 @@ def record(runs: _Runs, made: Reproduction) -> _Facts:
             for table, step in STEP_OF_TABLE.items()
             if rows[table]
         },
+        **({} if placed is None else {"step_1_placed": placed.record()}),
     }
 
 
@@ -114,6 +123,7 @@ def page(facts: _Facts) -> str:
             ["parameter", "paper", "ours"], [list(map(_value, row.values())) for row in facts["table_2"]]
         ),
         tables="\n\n".join(parts),
+        placed=f"{_PLACED}\n\n{section(facts['step_1_placed'])}\n\n" if "step_1_placed" in facts else "",
         half_side=f"{STEP_3_HALF_SIDE_MM:g}",
     )
 

@@ -12,12 +12,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import requirements_from_dict
 from optimizer.problem.step import Problem, step_problem
+from optimizer.problem.variables import LENGTHS
 
 FILE = Path(__file__).with_name("paper.json")
-LETTERS = ("L_A", "L_B", "R", "r", "H", "L")  # the paper's, in the order of `VARIABLES`
+LETTERS = ("L_A", "L_B", "R", "r", "H", "L")  # the paper's, in the order of `LENGTHS`
 STEP_OF_TABLE = {4: 1, 6: 1, 7: 2, 8: 3, 9: 1, 10: 2, 11: 3, 12: 3}
 STEP_3_HALF_SIDE_MM = 35.0  # the paper prints no L for step 3; its prototype has a cube of 70 mm
 _SHORTEST_MM = 1.0  # what our requirements take as the smallest length; the paper has lower bounds of 0
@@ -27,7 +27,7 @@ Lengths = tuple[float, ...]
 
 @dataclass(frozen=True)
 class PublishedRun:
-    """One run as it is printed; lengths in mm, in the order of `VARIABLES`.
+    """One run as it is printed; lengths in mm, in the order of `LENGTHS`.
 
     Attributes:
         table: Number of the table.
@@ -130,7 +130,7 @@ def problem_of(run: PublishedRun) -> tuple[Problem, tuple[str, ...]]:
                 "force_N": float(fixed["force_N"]),
                 "joint_torque_N_m": float(fixed["joint_torque_N_m"]),
             },
-            "bounds_mm": dict(zip(VARIABLES, bounds, strict=True)),
+            "bounds_mm": dict(zip(LENGTHS, bounds, strict=True)),
             "limits": {"outline_radius_max_mm": float(fixed["R_plus_L_A_max_mm"])},
             "step_3": {"half_side_mm": STEP_3_HALF_SIDE_MM} if run.step == 3 else {},
         }

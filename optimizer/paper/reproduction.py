@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from optimizer.globalopt.optimum import Now, Proven, prove_optimum
 from optimizer.paper.evaluation import GAP, Evaluation, evaluate
 from optimizer.paper.published import EXCHANGED_H, Lengths, PublishedRun, problem_of, start_within
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import Problem
+from optimizer.problem.variables import named
 from optimizer.search.genetic import GENERATIONS
 from optimizer.search.result import Result, finite
 from optimizer.search.sqp import Search, descend
@@ -141,7 +141,7 @@ class ReproducedRun:
 
 
 def _named(design: Lengths | None) -> dict[str, float] | None:
-    return None if design is None else {f"{name}_mm": value for name, value in zip(VARIABLES, design, strict=True)}
+    return None if design is None else named(design)
 
 
 def _evaluated(evaluation: Evaluation | None) -> dict[str, Any] | None:

@@ -23,6 +23,7 @@ from optimizer.problem.contradictions import beyond_proof, limit_values, peaks, 
 from optimizer.problem.hardware import check_choices, choices, own_folder, placed_hardware
 from optimizer.problem.requirements import (
     LENGTH_MAX_MM,
+    AngleBounds,
     Bounds,
     InertiaTable,
     JointTable,
@@ -34,7 +35,9 @@ from optimizer.problem.requirements import (
 from optimizer.problem.validation import Fault, Found, read
 
 Objective = Literal["cube_side", "effective_mass", "outline", "cost"]
+Placement = Literal["rectangle", "symmetric"]
 _CAPSTAN = ("capstan_ratio", "sector_radius_mm", "cable")  # hardware that a direct drive has not
+IN_RECTANGLE = ("cube_side", "effective_mass")  # what is sought within a rectangle; the others look for the least one
 _LEAST_OUTLINE_MM = 50.0  # of a machine: less is another unit
 _SIGNS = ("gt", "ge", "lt", "le")
 
@@ -154,8 +157,12 @@ class DesignBrief(Section):
         default_factory=dict, description="entries of a design's hardware: a value, or a list of what may be used"
     )
     panel: Panel | None = Field(default=None, description="over the machine, passed by the stem; left out: none")
+    placement: Placement | None = Field(
+        default=None, description="of the chains: for the outline, or three-fold symmetric; left out: what pays"
+    )
     goal: Goal = Field(default_factory=Goal)
     bounds_mm: BriefBounds = Field(default_factory=BriefBounds)
+    bounds_deg: AngleBounds | None = None
     limits: BriefLimits = Field(default_factory=BriefLimits)
     step_3: Step3 | None = None
     inertia: InertiaTable | None = None
@@ -175,6 +182,14 @@ class DesignBrief(Section):
     def objective(self) -> Objective:
         """What is sought: the largest cube, or the least of the others."""
         return self.goal.minimize or "cube_side"
+
+    @property
+    def placeable(self) -> bool:
+        """Whether chains may be placed for the outline: not asked otherwise, and the rectangle is a limit of what is
+        sought.
+        """
+        rectangle = self.outline_mm is not None and self.limits.outline_radius_max_mm is None
+        return self.placement != "symmetric" and rectangle and self.objective in IN_RECTANGLE
 
     @property
     def values(self) -> dict[str, Any]:
@@ -274,7 +289,7 @@ def brief_from_dict(
     if brief._own_folder is not None:
         brief._own_parts = catalogue.own_parts(brief._own_folder)
     brief._stated = frozenset(MOVED.get(one, one) for one in stated)
-    brief._notes = (*_notes(stated), *_unused_capstan_hardware(brief))
+    brief._notes = (*_notes(stated), *_unused_capstan_hardware(brief), *_unused_placement(brief, brief._stated))
     return brief
 
 
@@ -312,6 +327,13 @@ def _unused_capstan_hardware(brief: DesignBrief) -> Iterator[str]:
             yield f"hardware.{entry} is not used by design: it is a capstan's, and all that may be used is direct"
 
 
+def _unused_placement(brief: DesignBrief, stated: frozenset[str]) -> Iterator[str]:
+    """Notes bounds of a placement that is three-fold symmetric."""
+    for field in _SYMMETRIC if not brief.placeable else ():
+        if field in stated:
+            yield f"{field} is not used by design: the chains are three-fold symmetric"
+
+
 def _contradictions(found: Found) -> Iterator[Fault]:
     """Finds contradictory or insufficient requirements among the fields that are not refused."""
     known = found.known
@@ -323,6 +345,7 @@ def _contradictions(found: Found) -> Iterator[Fault]:
     yield from beyond_proof({f: v for f, v in known.items() if f not in UNUSED}, {})
     if not found.refused & {"", "requirements", "requirements.cube_side_mm", *_SIDES}:
         yield from _not_bounded(known)
+    yield from _placement(found)
     limit, least = known.get("panel.limit_mm"), known.get("requirements.clearance_min_mm", 0.0)
     if limit is not None and limit <= least and any(one.partition(".")[0] == "panel" for one in found.stated):
         allowed = f"must be > requirements.clearance_min_mm = {least:g} mm, which the stem keeps within the cube"
@@ -338,6 +361,32 @@ def _contradictions(found: Found) -> Iterator[Fault]:
 
 
 _SIDES = ("requirements.envelope_width_mm", "requirements.envelope_depth_mm")
+
+
+_SYMMETRIC = {"bounds_mm.side_shift": 0.0, "bounds_mm.centre_x": 0.0, "bounds_deg.azimuth": 120.0}
+"""Bounds of the placement -> its value in a three-fold symmetric machine."""
+
+
+def _placement(found: Found) -> Iterator[Fault]:
+    """Finds a placement for a rectangle that is no limit of what is sought, and bounds without a symmetric machine."""
+    for field, value in _SYMMETRIC.items():
+        low, high = found.known.get(field, (value, value))
+        if not low <= value <= high:
+            allowed = f"must hold {value:g}, that of the three-fold symmetric machine from which design begins"
+            yield field, short([low, high]), allowed
+    known, free = found.known, [side for side in _SIDES if side not in found.known]
+    if known.get("placement") != "rectangle" or found.refused & set(_SIDES):
+        return
+    radius, least = known.get("limits.outline_radius_max_mm"), known.get("goal.minimize")
+    why = ""
+    if free:
+        why = f"an outline: state {' and '.join(_SIDES)}"
+    elif radius is not None:
+        why = f"the outline as limit: leave limits.outline_radius_max_mm = {radius:g} out, which stands in its place"
+    elif least is not None and least not in IN_RECTANGLE:
+        why = f"{' or '.join(IN_RECTANGLE)} as goal: with goal.minimize = {short(least)} the least outline is symmetric"
+    if why:
+        yield "placement", short("rectangle"), f'needs {why}; or write placement = "symmetric"'
 
 
 def _not_bounded(known: Mapping[str, Any]) -> Iterator[Fault]:

@@ -14,7 +14,16 @@ from typing import Any
 import numpy as np
 
 from delta_cad.common.jit import compiled, inlined, unrolled_dispatch
-from delta_cad.mechanism.kernel import add_inertia, arm, chain_closure, in_base, kappa, largest_eigenvalue, wrist
+from delta_cad.mechanism.kernel import (
+    add_inertia,
+    arm,
+    azimuth,
+    chain_closure,
+    in_base,
+    kappa,
+    largest_eigenvalue,
+    wrist,
+)
 from delta_cad.mechanism.limits.couple_index import least_of
 
 TINY = float(np.finfo(float).tiny)
@@ -30,7 +39,7 @@ def figures_compiled(
     """Fills the six figures of `evaluator.Figures`.
 
     Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        designs: (D, 9) in the order of `VARIABLES`, SI units.
         points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
         conditioning: Whether `quality` is wanted; ones without.
         angles: Whether the shoulder angles are wanted; zeros without.
@@ -49,7 +58,7 @@ def filled(fill: Callable[..., None], designs: np.ndarray, points: np.ndarray, *
 
     Args:
         fill: One that takes designs, coordinates of points, some numbers and the room for the figure.
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        designs: (D, 9) in the order of `VARIABLES`, SI units.
         points: (D, K, 3) or (1, K, 3) points in the coordinates of the cube.
         *numbers: Those that it takes, SI units.
 
@@ -62,24 +71,37 @@ def filled(fill: Callable[..., None], designs: np.ndarray, points: np.ndarray, *
 
 
 @inlined
-def _chain(i, x, y, z, a, la, lb):
+def _chain(x, y, z, a, c, s, la, lb):
     """Computes of a chain w^2 / L_B^2, w / L_B, cosine and sine of the shoulder angle, and the forearm by L_B.
 
     That is in the base frame, and before that along the chain's radius. Beyond the reach w is 0.
     """
-    q, t = wrist(i, x, y, a)
+    q, t = wrist(x, y, a, c, s)
     rho2, m, w2 = chain_closure(q, t, z, la, lb)
     w = math.sqrt(w2 if w2 > 0.0 else 0.0)
     cos, sin = arm(q, z, rho2 if rho2 > TINY else TINY, m, w)
     radial = (q - la * cos) / lb
-    sx, sy = in_base(i, radial, t / lb)
+    sx, sy = in_base(radial, t / lb, c, s)
     return w2 / (lb * lb), w / lb, cos, sin, radial, sx, sy, (z - la * sin) / lb
 
 
 @inlined
-def _chains(x, y, z, a, la, lb):
-    """The same of the three chains."""
-    return _chain(0, x, y, z, a, la, lb), _chain(1, x, y, z, a, la, lb), _chain(2, x, y, z, a, la, lb)
+def _design(design):
+    """Gives of a design L_A, L_B, H, L, the cube's offset, and a of chain 0 and of the others, c and s of chain 1."""
+    c, a = design[7], design[2] - design[3]
+    other = design[2] + design[6] - design[3]
+    return design[0], design[1], design[4], design[5], design[8], (a, other, c, math.sqrt((1.0 - c) * (1.0 + c)))
+
+
+@inlined
+def _chains(x, y, z, placed, la, lb):
+    """The same as `_chain` of the three chains; `placed` is the last of `_design`."""
+    a, other, c, s = placed
+    return (
+        _chain(x, y, z, a, 1.0, 0.0, la, lb),
+        _chain(x, y, z, other, c, s, la, lb),
+        _chain(x, y, z, other, c, -s, la, lb),
+    )
 
 
 @inlined
@@ -126,14 +148,15 @@ def _point(one, two, three):
 def _fill(designs, places, conditioning, angles, out):
     """Fills closure, determinant and moment, and what is wanted beside them."""
     for d in range(len(designs)):
-        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
-        a = designs[d, 2] - designs[d, 3]
+        la, lb, height, side, offset, placed = _design(designs[d])
         row = d if len(places) > 1 else 0
         px, py, pz = places[row, 0], places[row, 1], places[row, 2]
         closures, determinants, moments, qualities = out[d, 0], out[d, 1], out[d, 2], out[d, 3]
         if conditioning:
             for k in range(len(px)):
-                one, two, three = _chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                one, two, three = _chains(
+                    offset + side * px[k], side * py[k], height + side * (1.0 + pz[k]), placed, la, lb
+                )
                 closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3 = _point(one, two, three)
                 closures[k], determinants[k], moments[k] = closure, det, la * moment
                 inverse = 1.0 / kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, 1.0)
@@ -142,12 +165,16 @@ def _fill(designs, places, conditioning, angles, out):
                 qualities[k] = beyond if closure <= 0.0 or det == 0.0 else inverse
         else:
             for k in range(len(px)):
-                one, two, three = _chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                one, two, three = _chains(
+                    offset + side * px[k], side * py[k], height + side * (1.0 + pz[k]), placed, la, lb
+                )
                 figures = _point(one, two, three)
                 closures[k], determinants[k], moments[k] = figures[0], figures[1], la * figures[2]
         if angles:
             for k in range(len(px)):
-                one, two, three = _chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                one, two, three = _chains(
+                    offset + side * px[k], side * py[k], height + side * (1.0 + pz[k]), placed, la, lb
+                )
                 th1, th2, th3 = math.atan2(one[3], one[2]), math.atan2(two[3], two[2]), math.atan2(three[3], three[2])
                 out[d, 4, k] = min(th1, th2, th3)
                 out[d, 5, k] = max(th1, th2, th3)
@@ -155,24 +182,24 @@ def _fill(designs, places, conditioning, angles, out):
 
 # A loop over the points of designs, as `_fill` has it; {0} is the figure of a point, {1} the numbers it takes.
 _LOOP = """for d in range(len(designs)):
-        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
-        a = designs[d, 2] - designs[d, 3]
+        la, lb, height, side, offset, placed = design(designs[d])
         row = d if len(places) > 1 else 0
         px, py, pz = places[row, 0], places[row, 1], places[row, 2]
         for k in range(len(px)):
-            one, two, three = chains(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
-            out[d, k] = {0}(one, two, three, la{1})"""
+            x, y, z = offset + side * px[k], side * py[k], height + side * (1.0 + pz[k])
+            one, two, three = chains(x, y, z, placed, la, lb)
+            out[d, k] = {0}(one, two, three, la, placed{1})"""
 
 
 def _of_points(figure: Any, *numbers: str) -> Any:
     """Compiles (designs, places, numbers, out), which fills a figure of points, for `filled`."""
     given = "".join(f", {number}" for number in numbers)
-    return unrolled_dispatch(f"designs, places{given}, out", [(figure, given)], _LOOP, chains=_chains)
+    return unrolled_dispatch(f"designs, places{given}, out", [(figure, given)], _LOOP, chains=_chains, design=_design)
 
 
 @inlined
-def _couple_index(one, two, three, la):  # noqa: ARG001
-    return least_of(one[4], two[4], three[4], one[7], two[7], three[7])
+def _couple_index(one, two, three, la, placed):  # noqa: ARG001
+    return least_of(one[4], two[4], three[4], one[7], two[7], three[7], placed[2], placed[3])
 
 
 @inlined
@@ -183,11 +210,13 @@ def _row(chain, la):
 
 
 @inlined
-def _mass_ratio(one, two, three, la, carried, elbow_mass, cross, joint_inertia):
+def _mass_ratio(one, two, three, la, placed, carried, elbow_mass, cross, joint_inertia):
     """Computes the carried mass by the effective mass."""
     m, turning = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), elbow_mass + joint_inertia / (la * la)
     for i, chain in ((0, one), (1, two), (2, three)):
-        m = add_inertia(m, turning, cross, _row(chain, 1.0), (*in_base(i, -chain[3], 0.0), chain[2]))
+        m = add_inertia(
+            m, turning, cross, _row(chain, 1.0), (*in_base(-chain[3], 0.0, *azimuth(i, placed[2], placed[3])), chain[2])
+        )
     size = max(abs(m[0]), abs(m[1]), abs(m[2]))  # powers of what is huge at a fold are no numbers
     size = size if size > TINY else 1.0
     largest, _ = largest_eigenvalue(m[0] / size, m[1] / size, m[2] / size, m[3] / size, m[4] / size, m[5] / size)
@@ -206,7 +235,7 @@ def _added(a, b, c, second, third):
 
 
 @inlined
-def _inverse_friction(one, two, three, la, drive, upright, level):
+def _inverse_friction(one, two, three, la, placed, drive, upright, level):  # noqa: ARG001
     """Computes 1 / friction."""
     a, b, c, most = _row(one, la), _row(two, la), _row(three, la), 0.0
     for second, third in _SENSES:
@@ -225,7 +254,7 @@ def _move(chain, one, other, la):
 
 
 @inlined
-def _scaled_step(one, two, three, la):
+def _scaled_step(one, two, three, la, placed):  # noqa: ARG001
     """Computes the determinant times the longest way of the handle."""
     a, b, c, most = _move(one, two, three, la), _move(two, three, one, la), _move(three, one, two, la), 0.0
     for second, third in _SENSES:

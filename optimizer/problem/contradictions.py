@@ -18,12 +18,16 @@ SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in a file of requirements
 def swapped(known: _Known) -> Iterator[Fault]:
     """Finds lower bounds above their upper bounds, and a half side fixed at zero."""
     for field, value in known.items():
-        if field.startswith("bounds_mm.") or field == "limits.shoulder_deg":
+        if field.startswith(("bounds_mm.", "bounds_deg.")) or field == "limits.shoulder_deg":
             low, high = value
             if low > high:
                 yield field, short([low, high]), "bounds are swapped: must be [lower, upper]"
             elif field == "bounds_mm.half_side" and high == 0.0:
                 yield field, short([low, high]), "upper bound must be > 0 mm"
+    low, shift = known.get("bounds_mm.base_radius", (None,))[0], known.get("bounds_mm.side_shift", (0.0,))[0]
+    if low is not None and low + shift <= 0.0:
+        allowed = f"must be > {-low:g} mm, for chains 1 and 2 stand at base_radius + side_shift from the axis"
+        yield "bounds_mm.side_shift", short(list(known["bounds_mm.side_shift"])), allowed
 
 
 def peaks(known: _Known) -> Iterator[Fault]:

@@ -1,7 +1,7 @@
 """Figures of many designs at many points of their cubes: continuous everywhere, without exceptions.
 
 A point is given in the coordinates of its cube, c in [-1, 1]^3, and moves with the design:
-`x = L c_x`, `y = L c_y`, `z = H + L (1 + c_z)`. Formulas: delta_cad/mechanism/README.md (1)-(7), (13)-(18).
+`x = x_c + L c_x`, `y = L c_y`, `z = H + L (1 + c_z)`. Formulas: delta_cad/mechanism/README.md (1)-(7), (13)-(18).
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from delta_cad.mechanism.geometry import RADIAL, SIN_60
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.friction import HandleFriction
 from optimizer.problem.compiled import (
@@ -22,16 +21,7 @@ from optimizer.problem.compiled import (
     fill_scaled_step,
     filled,
 )
-
-# Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L.
-VARIABLES = (
-    "upper_arm_length",
-    "forearm_length",
-    "base_radius",
-    "platform_radius",
-    "bottom_height",
-    "half_side",
-)
+from optimizer.problem.variables import completed
 
 # (1, 3) the cube's centre: a determinant of another sign there than on the surface hides a singularity.
 CENTRE = np.zeros((1, 3))
@@ -49,7 +39,7 @@ class Figures(NamedTuple):
         quality: 1 / kappa with the sign of the determinant; 0 on both singularities, the closure where negative.
         shoulder_min: Smallest shoulder angle of the chains, rad.
         shoulder_max: Largest shoulder angle of the chains, rad.
-        designs: (D, 6) the designs, from which further figures are computed when they are needed.
+        designs: (D, 9) the designs, from which further figures are computed when they are needed.
         points: (K, 3) or (D, K, 3) likewise.
 
     What was not wanted holds a constant: 1 as `quality`, 0 as angles.
@@ -66,11 +56,11 @@ class Figures(NamedTuple):
 
     def folds(self) -> np.ndarray:
         """Computes the least cosine (D, K) between a chain's arm and its rods, -1 folded, by the law of cosines."""
-        L_A, L_B, R, r, H, L = (self.designs[:, k, None] for k in range(6))
-        x, y, z = L * self.points[..., 0], L * self.points[..., 1], H + L * (1.0 + self.points[..., 2])
-        a = R - r
-        nearest = np.maximum(a * x, SIN_60 * np.abs(a * y) - 0.5 * a * x)  # a times the way towards a chain
-        wrist2 = x * x + y * y + z * z + a * a - 2.0 * nearest
+        L_A, L_B, _, _, H, L, _, _, offset = (self.designs[:, k, None] for k in range(9))
+        x, y, z = offset + L * self.points[..., 0], L * self.points[..., 1], H + L * (1.0 + self.points[..., 2])
+        a, other, c, s = (part[:, None] for part in _placement(self.designs))
+        square, towards = x * x + y * y + z * z, s * np.abs(other * y) + c * other * x  # the nearer of chains 1 and 2
+        wrist2 = np.minimum(square + a * a - 2.0 * (a * x), square + other * other - 2.0 * towards)
         return (wrist2 - L_A * L_A - L_B * L_B) / (2.0 * L_A * L_B)
 
     def couple_index(self) -> np.ndarray:
@@ -106,7 +96,7 @@ def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, 
     """Computes the figures of every design at every point.
 
     Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        designs: (D, 9) in the order of `VARIABLES`, SI units; or (D, 6), three-fold symmetric.
         points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
         conditioning: Whether `quality` is wanted; as dear as the first three together.
         angles: Whether the shoulder angles are wanted; they are the dearest.
@@ -114,7 +104,7 @@ def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, 
     Returns:
         The figures, each (D, K).
     """
-    points = _placed(points)
+    points, designs = _placed(points), completed(designs)
     out = np.empty((len(designs), 6, points.shape[1]))
     figures_compiled(designs, points, conditioning, angles, out)
     closure, determinant, moment, quality, low, high = np.swapaxes(out, 0, 1)
@@ -155,22 +145,32 @@ def shared_points(n: int) -> np.ndarray:
     return points
 
 
+def _placement(designs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Computes R - r of chain 0 and of the others, and cosine and sine of the azimuth of chain 1, each (D,)."""
+    R, r, shift, c = designs[:, 2], designs[:, 3], designs[:, 6], designs[:, 7]
+    return R - r, R + shift - r, c, np.sqrt((1.0 - c) * (1.0 + c))
+
+
 def fold_points(designs: np.ndarray) -> np.ndarray:
     """Computes where chain 0 and chain 1, or its mirror, come nearest to their shoulder axes on the bottom face.
 
     With the surface grid and the centre, these points make the reach of a cube over the base plane exact: a chain is
     too short first in a corner, because what it reaches is convex, and folds first right above its shoulder, at
-    u = R - r or as near to that as the cube comes, README (21) of the mechanism.
+    u = R_i - r or as near to that as the cube comes, README (21) of the mechanism.
 
     Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        designs: (D, 9) in the order of `VARIABLES`, SI units; or (D, 6), three-fold symmetric.
 
     Returns:
         (D, 2, 3) points in the coordinates of each cube.
     """
-    a, L = designs[:, 2] - designs[:, 3], designs[:, 5]
-    share = np.clip(a / np.where(L > 0.0, L, 1.0), -1.0, 1.0)[:, None, None]
-    foot = share * RADIAL[None, :2]
-    foot[..., 1] = np.abs(foot[..., 1])
-    foot[..., 2] = -1.0
-    return foot
+    designs = completed(designs)
+    a, other, c, s = _placement(designs)
+    L = np.where(designs[:, 5] > 0.0, designs[:, 5], 1.0)
+    middle = designs[:, 8] / L
+    most = 1.0 + np.abs(middle)
+    near, far = np.clip(a / L, -most, most), np.clip(other / L, -most, most)
+    foot = np.full((len(designs), 2, 3), -1.0)
+    foot[:, 0, 0], foot[:, 0, 1] = near - middle, 0.0
+    foot[:, 1, 0], foot[:, 1, 1] = far * c - middle, np.abs(far * s)
+    return np.clip(foot, -1.0, 1.0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from optimizer.problem.evaluator import CENTRE, fold_points, half_surface
 from optimizer.problem.step import Problem
+from optimizer.problem.variables import completed
 
 # Halvings of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square.
 _REFINEMENTS = 20
@@ -84,13 +85,13 @@ def design_worst(problem: Problem, design: np.ndarray, n: int) -> dict[str, Wors
 
     Args:
         problem: The step.
-        design: (6,) lengths in the order of `VARIABLES`, m.
+        design: (9,) in the order of `VARIABLES`, SI units; or (6,), three-fold symmetric.
         n: Grid points along an edge.
 
     Returns:
         Name -> its worst points.
     """
-    row = np.asarray(design)[None]
+    row = completed(design)[None]
 
     def margins(points: np.ndarray) -> dict[str, np.ndarray]:
         f = problem.figures(row, points)

@@ -20,10 +20,12 @@ from delta_cad.common.refusal import short
 from delta_cad.common.units import DOWN
 from delta_cad.design import NAME_PATTERN, Hardware
 from delta_cad.design.task import Gravity, Section, Task, limit_fields
+from delta_cad.mechanism.geometry import AZIMUTH_MAX_DEG, AZIMUTH_MIN_DEG, azimuth_cosine
 from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from optimizer.problem.contradictions import SHOULDER, beyond_proof, peaks, swapped
 from optimizer.problem.hardware import check_hardware, first_hardware, own_folder, placed_hardware
 from optimizer.problem.validation import Fault, Found, RequirementsError, read
+from optimizer.problem.variables import COSINE, SYMMETRIC, VARIABLES
 
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 _BALL = "ball_diameter_mm"  # hardware that the lengths must leave room for
@@ -34,10 +36,14 @@ _CLEARANCE = "between bodies that are not neighbours; the search keeps it betwee
 _Length = Annotated[float, Field(ge=1, le=LENGTH_MAX_MM)]
 _Height = Annotated[float, Field(ge=1, le=2 * LENGTH_MAX_MM)]
 _Side = Annotated[float, Field(ge=0, le=LENGTH_MAX_MM)]
+_Shift = Annotated[float, Field(ge=-LENGTH_MAX_MM, le=LENGTH_MAX_MM)]
+_Azimuth = Annotated[float, Field(ge=AZIMUTH_MIN_DEG, le=AZIMUTH_MAX_DEG)]
 _Degrees = Annotated[float, Field(ge=-180, le=180)]
 Length = Annotated[tuple[_Length, _Length], Field(strict=False)]
 Height = Annotated[tuple[_Height, _Height], Field(strict=False)]
 _HalfSide = Annotated[tuple[_Side, _Side], Field(strict=False)]
+_Shifts = Annotated[tuple[_Shift, _Shift], Field(strict=False)]
+_Azimuths = Annotated[tuple[_Azimuth, _Azimuth], Field(strict=False)]
 _Angle = Annotated[tuple[_Degrees, _Degrees], Field(strict=False)]
 _Overhead = Annotated[tuple[_Side, _Side], Field(strict=False)]
 
@@ -51,6 +57,20 @@ class Bounds(Section):
     platform_radius: Length = Field(description="r: platform centre to wrist")
     bottom_height: Height = Field(description="H: bottom face of the cube over the plane of the shoulder axes")
     half_side: _HalfSide = Field(description="L: half the side of the cube")
+    side_shift: _Shifts | None = Field(
+        default=None, description="R_1 - R: how much farther out chains 1 and 2 stand than chain 0; left out: 0"
+    )
+    centre_x: _Shifts | None = Field(
+        default=None, description="x_c: how far the cube's middle stands off the axis, towards chain 0; left out: 0"
+    )
+
+
+class AngleBounds(Section):
+    """Range of the design variable that is an angle, deg; equal bounds fix it: table `[bounds_deg]`."""
+
+    azimuth: _Azimuths | None = Field(
+        default=None, description="phi: chains 1 and 2 stand at phi and -phi from chain 0; left out: 120"
+    )
 
 
 class _Hardware(Section):
@@ -113,6 +133,7 @@ class Requirements(Section):
     name: str = Field(pattern=NAME_PATTERN, description="name of the design")
     requirements: Task
     bounds_mm: Bounds
+    bounds_deg: AngleBounds | None = None
     limits: LimitTable = Field(default_factory=LimitTable)
     step_3: Step3 = Field(default_factory=Step3)
     inertia: InertiaTable | None = None
@@ -121,13 +142,22 @@ class Requirements(Section):
     _own_parts: Path | None = PrivateAttr(default=None)
     # Fields of the second edition alone (`optimizer.problem.brief`), which are reported as such.
     second_edition: ClassVar[tuple[str, ...]] = (
-        *("feel", "goal"),
+        *("feel", "goal", "placement"),
         *(f"requirements.{name}" for name in ("cube_side_mm", "clearance_min_mm", "gravity_m_s2")),
     )
 
     def hardware_from(self, folder: Path) -> dict[str, Any]:
         """Gives the hardware of a design file in a folder: what is stated, the first of each list."""
         return placed_hardware(self.hardware or {}, self._own_parts, folder)
+
+    @property
+    def ranges(self) -> tuple[tuple[float, float], ...]:
+        """(9) lower and upper bound in the order of `VARIABLES`, mm; of the cosine without unit."""
+        azimuth = None if self.bounds_deg is None else self.bounds_deg.azimuth
+        found = [getattr(self.bounds_mm, n, None) or (SYMMETRIC[n], SYMMETRIC[n]) for n in VARIABLES]
+        if azimuth is not None:
+            found[COSINE] = azimuth_cosine(azimuth[1]), azimuth_cosine(azimuth[0])
+        return tuple(found)
 
     @property
     def values(self) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from delta_cad import catalogue
 from delta_cad.design import Hardware
-from optimizer.problem.brief import MOVED, UNUSED, DesignBrief
+from optimizer.problem.brief import IN_RECTANGLE, MOVED, UNUSED, DesignBrief
 from optimizer.problem.hardware import DRIVES, MOST
 from optimizer.problem.quantity import KINDS, pattern
 from optimizer.problem.validation import unit_of
@@ -29,7 +29,7 @@ def brief_schema(own: catalogue.OwnParts | None = None) -> _Schema:
     records, fields = schema["$defs"], {}
     for name, inner in schema["properties"].items():
         plain = _not_null(inner)
-        fields[name] = _table(records[plain["$ref"].rpartition("/")[2]], name) if "$ref" in plain else _field(plain, "")
+        fields[name] = _table(records[plain["$ref"].rpartition("/")[2]], name) if "$ref" in plain else _field(inner, "")
     return {
         "$schema": _DRAFT,
         "$defs": {_kind(unit): {"type": "string", "pattern": pattern(unit)} for unit in KINDS},
@@ -130,11 +130,14 @@ def _together() -> list[_Schema]:
     """Makes the schemas of what must, and of what may not, stand together."""
     width, depth, cube = (f"requirements.{name}" for name in (_WIDTH, _DEPTH, _CUBE))
     outline = _states(width, depth)
+    goal = {"properties": {"goal": {"properties": {"minimize": {"enum": list(IN_RECTANGLE)}}}}}
+    rectangle = {"required": ["placement"], "properties": {"placement": {"const": "rectangle"}}}
     return [
         {"anyOf": [outline, _states(cube)]},
         {"if": {"anyOf": [_states(width), _states(depth)]}, "then": outline},
         {"if": _states("goal.maximize"), "then": outline},
         {"if": _states("goal.minimize"), "then": _states(cube)},
         {"not": _states("goal.maximize", "goal.minimize")},
+        {"if": rectangle, "then": {"allOf": [outline, goal, {"not": _states("limits.outline_radius_max_mm")}]}},
         *({"not": _states(old, new)} for old, new in MOVED.items()),
     ]

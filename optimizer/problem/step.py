@@ -15,7 +15,6 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import (
     LIMITS,
     AssemblyMode,
@@ -27,12 +26,12 @@ from delta_cad.mechanism.limits import (
     WristClearance,
 )
 from delta_cad.mechanism.limits.limit import Values
-from optimizer.problem.evaluator import VARIABLES, Figures, figures
+from optimizer.problem.evaluator import Figures, figures
 from optimizer.problem.requirements import Requirements
+from optimizer.problem.variables import PER_SI, PLATFORM, SIDE, VARIABLES, completed, is_symmetric
 
 # All constraints, in the order in which reports name them.
 CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
-SIDE, _PLATFORM = VARIABLES.index("half_side"), VARIABLES.index("platform_radius")
 TINY_MM = 1e-3  # a half side below this is no cube: lengths are given in whole micrometres
 
 
@@ -47,8 +46,8 @@ class Problem:
     Attributes:
         requirements: What the customer gave.
         step: 1, 2 or 3.
-        lower: (6,) lower bounds in the order of `VARIABLES`, mm.
-        upper: (6,) upper bounds, mm.
+        lower: (9,) lower bounds in the order of `VARIABLES`, mm; of the cosine without unit.
+        upper: (9,) upper bounds, likewise.
         constraints: Names of the constraints, in the order of `CONSTRAINTS`.
     """
 
@@ -65,8 +64,13 @@ class Problem:
 
     @property
     def free_index(self) -> tuple[int, ...]:
-        """Places of the free variables among the six."""
+        """Places of the free variables among the nine."""
         return tuple(k for k in range(len(VARIABLES)) if self.lower[k] < self.upper[k])
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether every design within the bounds is placed as a three-fold symmetric machine."""
+        return is_symmetric(self.lower) and is_symmetric(self.upper)
 
     @property
     def objective_name(self) -> str:
@@ -123,39 +127,39 @@ class Problem:
             x: (D, number of free variables), 0 at the lower bound and 1 at the upper.
 
         Returns:
-            (D, 6) lengths in the order of `VARIABLES`, m.
+            (D, 9) in the order of `VARIABLES`, SI units.
         """
         fixed, lower, upper, index = self._bounds
         full = np.empty((len(x), len(fixed)))
         full[:] = fixed
         # the bound itself, not a rounding beside it
         full[:, index] = np.where(x == 1.0, upper, lower + x * (upper - lower))
-        return full / MM_PER_M
+        return full / PER_SI
 
     def lengths_mm(self, x: ArrayLike) -> tuple[float, ...]:
-        """Computes the lengths of one design from its scaled variables, within the bounds to the last bit.
+        """Computes the variables of one design from the scaled ones, within the bounds to the last bit.
 
         Args:
             x: (number of free variables) scaled.
 
         Returns:
-            (6) lengths in the order of `VARIABLES`, mm.
+            (9) in the order of `VARIABLES`, mm; the cosine without unit.
         """
-        mm = self.designs(np.asarray(x)[None])[0] * MM_PER_M  # metres and back may leave a bound by a rounding
+        mm = self.designs(np.asarray(x)[None])[0] * PER_SI  # metres and back may leave a bound by a rounding
         return tuple(float(v) for v in np.clip(mm, self.lower, self.upper))
 
     def scaled(self, design_mm: ArrayLike) -> np.ndarray:
         """Scales the free variables of a design to 0 to 1; what is out of bounds is moved to the nearer bound.
 
         Args:
-            design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+            design_mm: (9,) in the order of `VARIABLES`, mm; or (6,), three-fold symmetric.
 
         Returns:
             (number of free variables,).
         """
         lower, upper = np.array(self.lower), np.array(self.upper)
         index = list(self.free_index)
-        return np.clip((np.asarray(design_mm)[index] - lower[index]) / (upper - lower)[index], 0.0, 1.0)
+        return np.clip((completed(design_mm)[index] - lower[index]) / (upper - lower)[index], 0.0, 1.0)
 
     def figures(self, designs: np.ndarray, points: np.ndarray) -> Figures:
         """Computes the figures that this step needs; `quality` and the angles only where a limit evaluates them."""
@@ -177,14 +181,29 @@ class Problem:
         """Computes the margins in closed form, the same in the whole cube.
 
         Args:
-            designs: (D, 6) lengths in the order of `VARIABLES`, m.
+            designs: (D, 9) in the order of `VARIABLES`, SI units; or (D, 6), three-fold symmetric.
 
         Returns:
             Name of the constraint -> (D,).
         """
-        lengths = designs.T * MM_PER_M
-        found = {limit.name: limit.design_margin(lengths) for limit in self.limits}
+        rows = completed(designs).T * PER_SI[:, None]
+        found = {limit.name: limit.design_margin(rows) for limit in self.limits}
         return {name: margin for name, margin in found.items() if margin is not None}
+
+    def smooth_design_margins(self, designs: np.ndarray) -> list[np.ndarray]:
+        """Computes what `design_margins` does for a descent: where the placement is free in smooth parts.
+
+        Args:
+            designs: (D, 9) in the order of `VARIABLES`, SI units.
+
+        Returns:
+            (D,) margins, one or several a limit.
+        """
+        if self.symmetric:
+            return list(self.design_margins(designs).values())
+        rows = designs.T * PER_SI[:, None]
+        parts = (limit.smooth_margins(rows) for limit in self.limits)
+        return [margin for found in parts if found is not None for margin in found]
 
     def describe(self, name: str) -> str:
         """Describes a constraint, with the field of the requirements file that states it."""
@@ -224,7 +243,7 @@ def step_problem(
     unknown = sorted(set(without) - set(CONSTRAINTS))
     if unknown:
         raise ProblemError(f"there is no constraint {unknown[0]!r}; known: {', '.join(CONSTRAINTS)}")
-    bounds = [getattr(given.bounds_mm, name) for name in VARIABLES]
+    bounds = list(given.ranges)
     low, high = bounds[SIDE]
     if step == 3:
         side = given.step_3.half_side_mm if given.step_3.half_side_mm is not None else reached_mm
@@ -251,6 +270,6 @@ def _implied(limit: Limit, bounds: list[tuple[float, float]], step: int, values:
     """Tells whether the bounds, or a clearance limit, already imply a limit that holds for every design."""
     room = WristClearance.stated(values) if step > 1 else None
     least = 0.0 if room is None else room.design_bounds().platform_radius_min_mm
-    ends = [(max(b[0], least), max(b[1], least)) if k == _PLATFORM else b for k, b in enumerate(bounds)]
-    margins = limit.design_margin(np.array(list(product(*ends))).T)
+    ends = [(max(b[0], least), max(b[1], least)) if k == PLATFORM else b for k, b in enumerate(bounds)]
+    margins = limit.design_margin(np.array(list(product(*(dict.fromkeys(b) for b in ends)))).T)
     return margins is not None and bool((margins >= 0.0).all())

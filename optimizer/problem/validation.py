@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -94,7 +94,8 @@ def _validated(model: type[Edition], data: object, file: str) -> tuple[Edition |
             if not any(loc[:depth] in refused for depth in range(1, len(loc) + 1)):
                 refused[loc] = _explained(model, file, one["type"], loc, one["input"])
     wrong = {loc[:2] for loc in refused}
-    known: dict[str, Any] = {}
+    words = {name for name, value in plain.items() if name in model.model_fields and isinstance(value, str)}
+    known: dict[str, Any] = {name: plain[name] for name in words if (name,) not in wrong}
     stated: set[str] = set()
     for table, inner in _tables(model).items():
         given = _table(plain.get(table))
@@ -126,7 +127,8 @@ def _tables(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 def unit_of(table: str, name: str) -> str:
     """Gives the unit of a field, as its name ends; "" for a number without one."""
-    return "mm" if table == "bounds_mm" else next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
+    own = {"bounds_mm": "mm", "bounds_deg": "deg"}.get(table)
+    return own or next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
 
 
 def _holds_numbers(annotation: Any) -> bool:
@@ -181,17 +183,24 @@ def _allowed(model: type[BaseModel], loc: _Loc) -> str:
     table, tables = str(loc[0]), _tables(model)
     if table == "hardware":
         return "must be a table" if len(loc) == 1 else "must be text, a number, or a list of what may be used"
-    if len(loc) == 1 or table not in tables:
-        return NAME_RULE if table == "name" else "must be a table"
+    if table not in tables and table in model.model_fields:
+        words = _inner(model.model_fields[table].annotation, Literal)
+        return _one_of(words) if words else NAME_RULE
+    if len(loc) == 1:
+        return "must be a table"
     name = str(loc[1])
     info, unit = tables[table].model_fields[name], unit_of(table, name)
     if words := _inner(info.annotation, Literal):
-        return f"must be {' or '.join(short(word) for word in words)}"
+        return _one_of(words)
     if numbers := _inner(info.annotation, tuple):
         kind = {"outline_overhead_mm": "[along W, along D], two", "gravity_m_s2": "a list of 3"}
         bounds = bounds_of(get_args(numbers[0])[1].metadata)
         return f"must be {kind.get(name, '[lower, upper], two')} numbers, each {bounds} {unit}"
     return f"must be a number {bounds_of(info.metadata)} {unit}".rstrip()
+
+
+def _one_of(words: Sequence[object]) -> str:
+    return f"must be {' or '.join(short(word) for word in words)}"
 
 
 def _inner(annotation: Any, origin: Any) -> tuple[Any, ...]:
@@ -205,6 +214,8 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: _Loc, value: o
     """Turns a finding of the validator into our error."""
     field = dotted(loc)
     if kind == "extra_forbidden":
+        if len(loc) > 1 and loc[-1] in model.model_fields.keys() - {"name", "hardware"}:
+            return RequirementsError(file, field, short(value), "stands at the top of the file, before the tables")
         known = _tables(model).get(str(loc[0]), model) if len(loc) > 1 else model
         other = [f"{table}.{name}" for table, inner in _tables(model).items() for name in inner.model_fields]
         reported = unknown_key(field.rpartition(".")[2], known.model_fields, other)

@@ -149,7 +149,7 @@ class Program:
         The point of the bottom face where a chain folds first moves with R - r: exchanged for ever newer points it is
         met in the limit only, followed as it moves it is one smooth row.
         """
-        margins = list(self.problem.design_margins(designs).values())
+        margins = self.problem.smooth_design_margins(designs)
         if "reach" in self.problem.constraints:
             margins += list(figures(designs, fold_points(designs), False, False).closure.T)
         return margins

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import POSE_LIMITS, Kappa, PoseLimit, Torque
-from optimizer.problem.evaluator import CENTRE, VARIABLES, figures, fold_points
+from optimizer.problem.evaluator import CENTRE, figures, fold_points
 from optimizer.problem.extremes import design_worst, worst_points
-from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_of
+from optimizer.problem.step import TINY_MM, Problem, outline_of
+from optimizer.problem.variables import PER_SI, SIDE, completed, named
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import Ending
 
@@ -73,7 +73,7 @@ class Result:
     Attributes:
         problem: The step that was solved.
         method: `ga`, `sqp`, `ga+sqp` or `proven`.
-        design_mm: (6) lengths in the order of `VARIABLES`, mm.
+        design_mm: (9) in the order of `VARIABLES`, mm; (6) is completed, three-fold symmetric.
         status: How it ended, a key of `ADVICE`.
         evaluations: Designs evaluated.
         starts: How each start of SQP ended.
@@ -87,6 +87,9 @@ class Result:
     evaluations: int = 0
     starts: tuple[Ending, ...] = ()
     proof: Bound | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "design_mm", tuple(completed(self.design_mm).tolist()))
 
     @property
     def advice(self) -> str:
@@ -175,8 +178,8 @@ class Result:
 
     @property
     def _row(self) -> np.ndarray:
-        """(1, 6) lengths, m."""
-        return np.array(self.design_mm)[None] / MM_PER_M
+        """(1, 9) in SI units."""
+        return np.array(self.design_mm)[None] / PER_SI
 
     @cached_property
     def _worst(self) -> dict[type[PoseLimit], float]:
@@ -210,15 +213,15 @@ class Result:
 
     def record(self) -> dict[str, Any]:
         """Gathers the facts as plain data for JSON; what is infinite is None."""
-        L_A, R = self.design_mm[0], self.design_mm[2]
+        L_A, _, R, _, _, _, shift, cosine, _ = self.design_mm
         _, bound, gap, boxes, _ = (None,) * 5 if self.proof is None else self.proof
-        turned = bool(outline_of(self.problem.requirements).room(np.array(R + L_A))[1])
+        turned = bool(outline_of(self.problem.requirements).room(R + L_A, shift, cosine)[1])
         return {
             "step": self.problem.step,
             "method": self.method,
             "objective": finite(self.objective),
             "objective_name": self.problem.objective_name,
-            "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
+            "variables": named(self.design_mm),
             **{
                 limit.output_key: finite(self.worst(type(limit)) * limit.figures[0].scale)
                 for limit in self.reported_limits

@@ -13,7 +13,7 @@ from optimizer.codesign.hardware import price_EUR
 from optimizer.codesign.search import Search
 from optimizer.paper.page import markdown_table
 from optimizer.problem.brief import DesignBrief, brief_from_dict
-from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.variables import named, variables_mm
 from optimizer.study.grid import MACHINES, AtlasRow, Grid
 from optimizer.study.machines import MachinePoint, best_machine
 from optimizer.study.table import csv_text, json_text
@@ -53,13 +53,13 @@ def _machine_columns(point: MachinePoint) -> dict[str, Any]:
 def _step(brief: DesignBrief, point: MachinePoint) -> dict[str, Any]:
     """The objective and the lengths, as the paper's steps record theirs."""
     design, figures = point.design, point.figures
-    lengths = design.mechanism.model_dump() | design.cube.model_dump()
-    variables = {f"{name}_mm": lengths[f"{name}_mm"] for name in VARIABLES}
+    lengths = variables_mm(design.mechanism.model_dump(), design.cube.model_dump())
+    variables = named(lengths)
     objectives: dict[str, Callable[[], float]] = {
         "cube_side": lambda: figures.cube_side_mm,
         "outline": lambda: figures.outline_mm[0],
         "effective_mass": lambda: figures.effective_mass_kg,
-        "cost": lambda: price_EUR(brief, point.choice, list(variables.values())),
+        "cost": lambda: price_EUR(brief, point.choice, lengths),
     }
     return {
         "step": MACHINES,

@@ -15,13 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.units import MM_PER_M
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.paper.published import PublishedRun, published_runs
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import design_worst
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, outline_of, step_problem
+from optimizer.problem.variables import COSINE, PER_SI, VARIABLES, azimuth_deg
 from optimizer.search import sqp
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import Result, finite
@@ -47,6 +46,7 @@ STARTS = "not improved"  # ending of a point that is a neighbour's design; a key
 _RANGE_MIN = 1e-3
 # Larger by this part than the largest half side: there the contradicting constraints are searched.
 _BEYOND = 0.01
+_HEIGHT = VARIABLES.index("bottom_height")
 _GAP = 1e-4  # gap at which each proof ends, as a share of the objective
 # Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is.
 BOXES = 12_000
@@ -89,13 +89,14 @@ class FrontPoint:
 
     @property
     def reach(self) -> float:
-        """R + L_A, mm."""
+        """R + L_A of chain 0, mm."""
         return self.result.design_mm[0] + self.result.design_mm[2]
 
     @property
     def outline(self) -> tuple[float, float]:
         """The rectangle that the design takes, mm: eq. (1) with the hardware's overhead."""
-        width, depth = outline_of(self.result.problem.requirements).size_mm(np.array(self.reach))
+        placed = self.result.design_mm[6:8]
+        width, depth = outline_of(self.result.problem.requirements).size_mm(self.reach, *placed)
         return float(width), float(depth)
 
 
@@ -303,17 +304,24 @@ class Tracer:
 def _active_constraints(result: Result) -> tuple[str, ...]:
     """Names the constraints whose worst margin is used up, then free variables at a bound as `base_radius >= 30 mm`."""
     problem, design = result.problem, np.array(result.design_mm)
-    row = design[None] / MM_PER_M
+    row = design[None] / PER_SI
     lowest = {n: float(w.values[0]) for n, w in design_worst(problem, row[0], sqp.EXCHANGE_GRID).items()}
     lowest |= {name: float(value[0]) for name, value in problem.design_margins(row).items()}
     active = [name for name in problem.constraints if lowest.get(name, math.inf) <= _ACTIVE]
     for k in problem.free_index:
         low, high = problem.lower[k], problem.upper[k]
         if design[k] - low <= _ACTIVE * (high - low):
-            active.append(f"{VARIABLES[k]} >= {low:g} mm")
+            active.append(_bound(k, ">=", low))
         if high - design[k] <= _ACTIVE * (high - low):
-            active.append(f"{VARIABLES[k]} <= {high:g} mm")
+            active.append(_bound(k, "<=", high))
     return tuple(active)
+
+
+def _bound(k: int, sign: str, value: float) -> str:
+    """Writes a bound of a variable; of the cosine as that of the azimuth, which falls where the cosine rises."""
+    if k == COSINE:
+        return f"azimuth {'<=' if sign == '>=' else '>='} {azimuth_deg(value):g} deg"
+    return f"{VARIABLES[k]} {sign} {value:g} mm"
 
 
 def _held(result: Result) -> Result:
@@ -323,12 +331,12 @@ def _held(result: Result) -> Result:
     """
     if result.feasible:
         return result
-    *lengths, bottom, side = result.design_mm
-    ceiling = result.problem.upper[VARIABLES.index("bottom_height")]
+    bottom, side = result.design_mm[_HEIGHT], result.design_mm[SIDE]
+    ceiling = result.problem.upper[_HEIGHT]
     low, high, held = 0.0, CUT * side, result
     for _ in range(_CUTS):
         cut = high if held is result else (low + high) / 2.0
-        trial = replace(result, design_mm=(*lengths, min(ceiling, bottom + cut), side - cut))
+        trial = replace(result, design_mm=_with_cube(result, min(ceiling, bottom + cut), side - cut))
         if trial.feasible:
             high, held = cut, trial
         elif held is result:
@@ -336,6 +344,12 @@ def _held(result: Result) -> Result:
         else:
             low = cut
     return held
+
+
+def _with_cube(result: Result, bottom: float, side: float) -> tuple[float, ...]:
+    design = list(result.design_mm)
+    design[_HEIGHT], design[SIDE] = bottom, side
+    return tuple(design)
 
 
 def _cold(problem: Problem, seed: int) -> np.ndarray:
@@ -405,10 +419,9 @@ def published_designs(given: Requirements) -> list[PublishedDesign]:
 def misses(given: Requirements, result: Result) -> tuple[str, ...]:
     """Names what of the requirements a design does not meet: constraints by name, then bounds with the value."""
     named = [name for name, value in result.violations.items() if value > ROUNDING and name != "half_side"]
-    for name, value in zip(VARIABLES, result.design_mm, strict=True):
-        low, high = getattr(given.bounds_mm, name)
+    for name, value, (low, high) in zip(VARIABLES, result.design_mm, given.ranges, strict=True):
         if not low <= value <= high:
-            named.append(f"{name} {value:g} mm")
+            named.append(f"azimuth {azimuth_deg(value):g} deg" if name == "side_cosine" else f"{name} {value:g} mm")
     return tuple(named)
 
 

@@ -9,21 +9,21 @@ from typing import Any
 import numpy as np
 
 from optimizer.paper.page import markdown_table
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import requirements_hash
+from optimizer.problem.variables import LENGTHS, PLACEMENT, named
 from optimizer.search.result import finite
 from optimizer.study.convergence import Trace
 from optimizer.study.front import FrontPoint, PublishedDesign
 from optimizer.study.table import csv_text, json_text
 from optimizer.study.trade import Trade
 
-LENGTHS = tuple(f"{name}_mm" for name in VARIABLES)
+_LENGTHS = tuple(f"{name}_mm" for name in LENGTHS[:5])
 # Columns of `front.csv`, and names of a point's numbers in `front.json`.
 COLUMNS = (
     *("curve", "cube_side_mm", "half_side_mm", "max_kappa", "proven_bound", "max_torque_N_m"),
-    *("outline_radius_mm", "outline_width_mm", "outline_depth_mm", *LENGTHS[:5], "active"),
+    *("outline_radius_mm", "outline_width_mm", "outline_depth_mm", *_LENGTHS, "active"),
 )
-_SHOWN = ("cube_side_mm", "max_kappa", "max_torque_N_m", *LENGTHS[:5])
+_SHOWN = ("cube_side_mm", "max_kappa", "max_torque_N_m", *_LENGTHS)
 _TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
 _FRONTS = (
     *("front", "what changes", "points", "largest side mm", "proved: none above mm", "kappa there"),
@@ -37,8 +37,10 @@ def row(curve: str, point: FrontPoint) -> dict[str, Any]:
     """Gathers one point as plain data under the names of `COLUMNS`."""
     sides, sizes = (2.0 * point.half_side, point.half_side), (point.reach, *point.outline)
     worst = (point.kappa, point.bound, point.torque)
-    numbers = (*sides, *worst, *sizes, *point.result.design_mm[:5])
-    return dict(zip(COLUMNS, (curve, *numbers, list(point.active)), strict=True))
+    variables = named(point.result.design_mm)
+    numbers = (*sides, *worst, *sizes, *(variables[name] for name in _LENGTHS))
+    placed = {name: variables[name] for name in PLACEMENT if name in variables}
+    return dict(zip(COLUMNS, (curve, *numbers, list(point.active)), strict=True)) | placed
 
 
 def notable_points(trade: Trade) -> list[tuple[str, FrontPoint]]:
@@ -85,7 +87,7 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
         "published": [
             {
                 **{name: getattr(design.run, name) for name in ("table", "row", "method")},
-                **dict(zip(LENGTHS, design.result.design_mm, strict=True)),
+                **named(design.result.design_mm),
                 "max_kappa": finite(design.kappa),
                 "max_torque_N_m": finite(design.torque),
                 "misses": list(design.active),
@@ -107,7 +109,8 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
 def files(facts: _Row, text: str) -> dict[str, str]:
     """Writes the files of a front without its pictures: name -> content."""
     points = [point for curve in facts["curves"] for point in curve["points"]]
-    return {"front.csv": csv_text(COLUMNS, points), "front.json": json_text(facts), "front.md": text}
+    columns = (*COLUMNS, *(name for name in PLACEMENT if any(name in point for point in points)))
+    return {"front.csv": csv_text(columns, points), "front.json": json_text(facts), "front.md": text}
 
 
 def page(facts: _Row, force_N: float, pictures: Sequence[tuple[str, str]]) -> str:

@@ -76,16 +76,17 @@ def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Sl
     Returns:
         The four slices, each reaching a fifth of the half side beyond the cube.
     """
-    L, H = cube.half_side, cube.bottom_height
-    line, rise = _axis(-L, L, n), _axis(H, float(cube.upper[2]), n)
-    x, y = np.meshgrid(line, line)
+    (left, front, low), (right, back, high) = cube.lower.tolist(), cube.upper.tolist()
+    line, rise, depth = _axis(left, right, n), _axis(low, high, n), _axis(front, back, n)
+    x, y = np.meshgrid(line, depth)
     planes = []
-    for name, z in (("bottom", H), ("middle", H + L), ("top", float(cube.upper[2]))):
+    for name, z in (("bottom", low), ("middle", float(cube.centre[2])), ("top", high)):
         p = np.stack([x, y, np.full_like(x, z)], axis=-1)
-        planes.append(_slice(g, p, force, f"{name}, z = {MM_PER_M * z:.1f} mm", ("x", "y"), line, line, (-L, L, -L, L)))
+        title, sides = f"{name}, z = {MM_PER_M * z:.1f} mm", (left, right, front, back)
+        planes.append(_slice(g, p, force, title, ("x", "y"), line, depth, sides))
     across, up = np.meshgrid(line, rise)
     p = np.stack([across, np.zeros_like(across), up], axis=-1)
-    sides = (-L, L, H, float(cube.upper[2]))
+    sides = (left, right, low, high)
     planes.append(_slice(g, p, force, "side, y = 0", ("x", "z"), line, rise, sides))
     return planes
 

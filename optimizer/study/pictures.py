@@ -35,7 +35,6 @@ from delta_cad.common.picture_style import (
 )
 from delta_cad.common.units import MM_PER_M as MM
 from delta_cad.mechanism import DeltaGeometry, closure_margin
-from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.statics import direct_margin
 from delta_cad.mechanism.workspace import Cube
 from optimizer.study.atlas import objective_column
@@ -381,7 +380,7 @@ def _shell(ax: Any, g: DeltaGeometry, cube: Cube) -> None:
     ax.add_collection3d(Poly3DCollection(faces, facecolor=VERMILLION, alpha=0.35))
     edges = [corners[[i, j]] for i in range(8) for j in range(i) if bin(i ^ j).count("1") == 1]
     ax.add_collection3d(Line3DCollection(edges, colors=VERMILLION, linewidths=1.8))
-    shoulders = np.append(RADIAL * g.base_radius * MM, RADIAL[:1] * g.base_radius * MM, axis=0)
+    shoulders = (g.base_radii[:, None] * g.radial * MM)[[0, 1, 2, 0]]
     ax.plot(*shoulders.T, color=BLACK, linewidth=1.2, marker="o", markersize=4)
     ax.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)", title="limit of reach, cut open towards the eye")
     ax.view_init(*_VIEW)
@@ -392,7 +391,7 @@ def _shell(ax: Any, g: DeltaGeometry, cube: Cube) -> None:
 
 
 def _from_above(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
-    L, low, high = cube.half_side * MM, float(cube.lower[2]), float(cube.upper[2])
+    low, high = float(cube.lower[2]), float(cube.upper[2])
     levels = (
         (low, "bottom of the cube", GREEN, (0, (1, 1))),
         ((low + high) / 2.0, "middle", BLUE, "-"),
@@ -402,8 +401,8 @@ def _from_above(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
         for k, arc in enumerate(contours_at_height(g, z)):
             label = f"{name}, z = {z * MM:.1f} mm" if k == 0 else None
             ax.plot(*arc[:, :2].T * MM, color=colour, linestyle=line, linewidth=1.4, label=label)
-    ax.add_patch(_square(-L, -L, L, L))
-    base = RADIAL * g.base_radius * MM
+    ax.add_patch(_square(*cube.lower[:2] * MM, *cube.upper[:2] * MM))
+    base = g.base_radii[:, None] * g.radial * MM
     ax.plot(*base[:, :2].T, "^", color=BLACK, markersize=6, label="shoulders")
     ax.set(xlabel="x (mm)", ylabel="y (mm)", title="limits of reach at three heights,\nfrom above")
     ax.set_aspect("equal")
@@ -425,8 +424,7 @@ def _mirror_plane(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
     if determinant.min() < 0.0 < determinant.max():
         ax.contour(x, z, determinant, levels=[0.0], colors=[GREY], linestyles=[(0, (4, 2))], linewidths=1.2)
         ax.plot([], [], color=GREY, linestyle=(0, (4, 2)), linewidth=1.2, label="singular: not held")
-    L, low, high = cube.half_side * MM, float(cube.lower[2]) * MM, float(cube.upper[2]) * MM
-    ax.add_patch(_square(-L, low, L, high))
+    ax.add_patch(_square(*cube.lower[[0, 2]] * MM, *cube.upper[[0, 2]] * MM))
     ax.plot([g.base_radius * MM], [0.0], "^", color=BLACK, markersize=6, clip_on=False, zorder=5, label="shoulder")
     ax.set(xlabel="x (mm)", ylabel="z (mm)", title="section in the mirror plane\ny = 0")
     ax.set_ylim(bottom=0.0)

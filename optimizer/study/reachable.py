@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from delta_cad.mechanism import DeltaGeometry, closure_margin
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 
 _SAMPLES = 720  # along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve
 _BISECTIONS = 60  # halvings to an end of a contour: more than a double can resolve
@@ -82,7 +81,7 @@ def shell(g: DeltaGeometry, rays: int = _RAYS, heights: int = HEIGHTS) -> _Shell
     """
     azimuth = np.linspace(0.0, 2.0 * np.pi, rays)
     direction = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
-    farthest = g.upper_arm_length + g.forearm_length + abs(g.base_radius - g.platform_radius)
+    farthest = g.upper_arm_length + g.forearm_length + float(np.abs(g.radius_differences).max())
 
     def open_at(radius: np.ndarray) -> np.ndarray:
         top2, bottom2 = _squares(g, direction * radius[:, None])
@@ -105,8 +104,8 @@ def shell(g: DeltaGeometry, rays: int = _RAYS, heights: int = HEIGHTS) -> _Shell
 
 def _squares(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Computes (...) squares of the extreme heights over (..., 2) points; the largest is negative outside."""
-    q = p @ RADIAL[:, :2].T - (g.base_radius - g.platform_radius)
-    t = p @ TANGENTIAL[:, :2].T
+    q = p @ g.radial[:, :2].T - g.radius_differences
+    t = p @ g.tangential[:, :2].T
     s2 = g.forearm_length**2 - t * t
     s = np.sqrt(np.maximum(s2, 0.0))
     top2 = np.where(s2 >= 0.0, (g.upper_arm_length + s) ** 2 - q * q, s2).min(axis=-1)
@@ -120,8 +119,8 @@ def _horizontal(g: DeltaGeometry, chain: int, sign: float, z: float) -> _Contour
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rho, t = _limit(g, beta)
         q2 = rho * rho - z * z
-        u = sign * np.sqrt(np.maximum(q2, 0.0)) + g.base_radius - g.platform_radius
-        p = u[:, None] * RADIAL[chain] + t[:, None] * TANGENTIAL[chain] + [0.0, 0.0, z]
+        u = sign * np.sqrt(np.maximum(q2, 0.0)) + g.base_radii[chain] - g.platform_radius
+        p = u[:, None] * g.radial[chain] + t[:, None] * g.tangential[chain] + [0.0, 0.0, z]
         return p, np.minimum(q2, closure_margin(g, p)[:, others].min(axis=-1))
 
     return contour
@@ -148,8 +147,8 @@ def _mirrored(g: DeltaGeometry) -> _Contour:
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rho, t = _limit(g, beta)
-        x = t / TANGENTIAL[1, 0]
-        q = x * RADIAL[1, 0] - (g.base_radius - g.platform_radius)
+        x = t / g.tangential[1, 0]
+        q = x * g.radial[1, 0] - g.radius_differences[1]
         z2 = rho * rho - q * q
         p = np.stack([x, np.zeros_like(x), np.sqrt(np.maximum(z2, 0.0))], axis=-1)
         return p, np.minimum(z2, closure_margin(g, p)[:, 0])

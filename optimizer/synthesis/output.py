@@ -14,14 +14,16 @@ from delta_cad.common.files import write_whole
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import short
 from delta_cad.design import Design, design_from_dict, design_to_json
+from delta_cad.mechanism.geometry import azimuth_cosine
 from delta_cad.mechanism.limits import LIMITS
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_hash
-from optimizer.problem.step import SIDE, step_problem
+from optimizer.problem.step import step_problem
+from optimizer.problem.variables import COSINE, SIDE, azimuth_deg, design_fields
 from optimizer.search.result import Result
 
 UNFINISHED = "unfinished"  # key of the provenance, only of a design that its run did not end with
 _DECIMALS = 3  # decimals of a length in mm: one micrometre, finer than anything is machined to
+_AZIMUTH_DECIMALS = 4  # of the azimuth in degrees: less than a micrometre on a radius of half a metre
 _SAME_UM = 1e-3  # a half side this close below a whole micrometre counts as that: metres and back cost 1e-11
 _DIGITS = 8  # digits of the figures in the provenance; solvers end within 1e-9
 _GAP_DIGITS = 3  # digits of a gap, which is itself a small difference of two such figures
@@ -130,7 +132,7 @@ def design_of(
     Raises:
         DesignError: The design file refuses the lengths.
     """
-    lengths = dict(zip(VARIABLES, presentable(results[-1]), strict=True))
+    mechanism, cube = design_fields(presentable(results[-1]))
     limits, task = given.limits, given.requirements
     task_fields: dict[str, Any] = task.model_dump()
     task_fields |= {
@@ -142,11 +144,8 @@ def design_of(
     data = {
         "schema": "delta-design/1",
         "name": given.name,
-        "mechanism": {
-            **{f"{name}_mm": lengths[name] for name in VARIABLES[:4]},
-            "parallelogram_width_mm": limits.parallelogram_width_mm,
-        },
-        "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
+        "mechanism": mechanism | {"parallelogram_width_mm": limits.parallelogram_width_mm},
+        "cube": cube,
         "requirements": task_fields,
         "hardware": given.hardware_from(folder),
         "provenance": {
@@ -164,19 +163,20 @@ def design_of(
 
 
 def presentable(result: Result) -> tuple[float, ...]:
-    """Rounds the lengths of a result to whole micrometres, for manufacturing.
+    """Rounds the lengths of a result to whole micrometres, its azimuth to 1e-4 degrees, for manufacturing.
 
     Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
     on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
     stay as they were found where that fails too, or where the half side is fixed to another figure.
 
     Returns:
-        (6) lengths in the order of `VARIABLES`, mm.
+        (9) in the order of `VARIABLES`, mm.
     """
     lengths_mm, problem = result.design_mm, result.problem
     if not result.feasible:
         return lengths_mm
     choices = [_rounded(v) for v in lengths_mm]
+    choices[COSINE] = [azimuth_cosine(v) for v in _rounded(azimuth_deg(lengths_mm[COSINE]), _AZIMUTH_DECIMALS)]
     floor = math.floor(lengths_mm[SIDE] * 10**_DECIMALS + _SAME_UM)
     for um in range(_GIVEN_UP_UM + 1):
         side = (floor - um) / 10**_DECIMALS
@@ -193,12 +193,10 @@ def presentable(result: Result) -> tuple[float, ...]:
     return lengths_mm
 
 
-def _rounded(length: float) -> list[float]:
-    """Rounds a length down and up; the nearer one comes first."""
-    scaled = length * 10**_DECIMALS
-    return sorted(
-        {math.floor(scaled) / 10**_DECIMALS, math.ceil(scaled) / 10**_DECIMALS}, key=lambda v: abs(v - length)
-    )
+def _rounded(value: float, decimals: int = _DECIMALS) -> list[float]:
+    """Rounds a length or an angle down and up; the nearer one comes first."""
+    scaled, unit = value * 10**decimals, 10**decimals
+    return sorted({math.floor(scaled) / unit, math.ceil(scaled) / unit}, key=lambda v: abs(v - value))
 
 
 def write_design(design: Design, path: Path) -> None:

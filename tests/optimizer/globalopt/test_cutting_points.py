@@ -26,7 +26,7 @@ from delta_cad.mechanism.limits import (
     Shoulder,
     Torque,
 )
-from optimizer.globalopt.branch_and_bound import _contract, _design_cuts
+from optimizer.globalopt.branch_and_bound import _contract, design_cuts
 from optimizer.globalopt.cutting_points import MOST, fill_lengths, numbers, point_cuts, table
 from optimizer.problem.evaluator import Figures
 from tests.optimizer.problem.figures_numpy import figures_numpy
@@ -202,7 +202,7 @@ def test_design_cuts_are_outline_lean_and_the_fold() -> None:
         box = np.array([[la, lb, a, h]] * 2)
         pose = table()
         fill_lengths(box, pose)
-        found = _design_cuts(pose, box, np.array([side, sum_max, lean, sum_min]), np.empty((8, 6)), 0)
+        found = design_cuts(pose, box, np.array([side, sum_max, lean, sum_min]), np.empty((8, 6)), 0)
         # fold: the point of the bottom face above the shoulder of chain 0, or of chain 1, must be reached
         over = []
         for u in ([a / side, 0.0], [-a / side / 2.0, a / side * math.sqrt(0.75)]):

@@ -25,8 +25,8 @@ DESIGNS = 4_000
 
 
 def mechanism(design: np.ndarray) -> tuple[DeltaGeometry, Cube]:
-    """The mechanism and the cube of a (6,) design, m."""
-    L_A, L_B, R, r, H, L = design
+    """The mechanism and the cube of a design of a three-fold symmetric machine, m."""
+    L_A, L_B, R, r, H, L = design[:6]
     return DeltaGeometry(R, r, L_A, L_B), Cube(H, L)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from optimizer.paper.placed import PlacedStep, placed_step
 from optimizer.paper.published import published_runs
 from optimizer.paper.reproduction import ReproducedRun, Reproduction
 from tests.committed import Shared
@@ -17,3 +18,8 @@ def made() -> Reproduction:
 @pytest.fixture(scope="session")
 def runs(made: Reproduction, shared: Shared) -> list[ReproducedRun]:
     return shared.once("paper", lambda: made.recompute(published_runs()))
+
+
+@pytest.fixture(scope="session")
+def placed(made: Reproduction, shared: Shared) -> PlacedStep:
+    return shared.once("placed", lambda: placed_step(made.gap, made.seed, made.seconds))

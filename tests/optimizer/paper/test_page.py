@@ -11,6 +11,7 @@ import pytest
 
 from optimizer.commands import reproduce
 from optimizer.paper.page import page, record
+from optimizer.paper.placed import PlacedStep
 from optimizer.paper.published import STEP_OF_TABLE, numbers
 from optimizer.paper.reproduction import METHODS, ReproducedRun, Reproduction
 from tests.optimizer.messages import holds
@@ -30,8 +31,10 @@ def tables(text: str) -> dict[str, list[dict[str, str]]]:
     return found
 
 
-def test_the_page_is_the_committed_one_but_for_what_a_small_ga_finds(runs: Runs, made: Reproduction) -> None:
-    text, golden = page(record(runs, made)), GOLDEN.read_text(encoding="utf-8")
+def test_the_page_is_the_committed_one_but_for_what_a_small_ga_finds(
+    runs: Runs, made: Reproduction, placed: PlacedStep
+) -> None:
+    text, golden = page(record(runs, made, placed)), GOLDEN.read_text(encoding="utf-8")
     for heading, rows in tables(golden).items():
         for row, own in zip(rows, tables(text)[heading], strict=True):
             for name in row.keys() - OTHERS - {"ours"}:

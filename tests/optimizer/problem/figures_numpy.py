@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.geometry import VERTICAL
 from delta_cad.mechanism.limits import HandleInertia
-from delta_cad.mechanism.limits.couple_index import least_singular_value
 from delta_cad.mechanism.limits.friction import HandleFriction, worst_of_rows
 from delta_cad.mechanism.limits.position_step import longest_sum
 from optimizer.problem.evaluator import Figures
+from optimizer.problem.variables import completed
 
 TINY = 1e-75  # least w / L_B that is divided by
 
@@ -27,6 +27,8 @@ class Rods(NamedTuple):
         vertical: Its part along z.
         cos: Cosine of the shoulder angle.
         sin: Sine of the shoulder angle.
+        outward: (D, 1, 3 chains, 3) unit vectors along the radii.
+        sideways: (D, 1, 3 chains, 3) unit vectors along the shoulder axes.
     """
 
     closure: np.ndarray
@@ -36,17 +38,19 @@ class Rods(NamedTuple):
     vertical: np.ndarray
     cos: np.ndarray
     sin: np.ndarray
+    outward: np.ndarray
+    sideways: np.ndarray
 
     @property
     def forearms(self) -> np.ndarray:
         """(D, K, 3, 3) unit vectors from elbow to wrist; shorter or longer beyond the reach."""
-        parts = self.radial[..., None] * RADIAL, self.along[..., None] * TANGENTIAL, self.vertical[..., None] * VERTICAL
-        return sum(parts)
+        flat = self.radial[..., None] * self.outward + self.along[..., None] * self.sideways
+        return flat + self.vertical[..., None] * VERTICAL
 
     @property
     def elbows(self) -> np.ndarray:
         """(D, K, 3, 3) unit vectors along which the elbows move."""
-        return self.cos[..., None] * VERTICAL - self.sin[..., None] * RADIAL
+        return self.cos[..., None] * VERTICAL - self.sin[..., None] * self.outward
 
 
 class NumpyFigures(Figures):
@@ -54,7 +58,8 @@ class NumpyFigures(Figures):
 
     def couple_index(self) -> np.ndarray:
         found = rods(self.designs, self.points)
-        return least_singular_value(found.radial, found.vertical)
+        couples = found.vertical[..., None] * found.outward - found.radial[..., None] * VERTICAL  # t x s
+        return np.linalg.svd(couples, compute_uv=False)[..., 2]
 
     def inverse_friction(self, sources: HandleFriction) -> np.ndarray:
         found, L_A, L_B = rods(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
@@ -79,6 +84,7 @@ class NumpyFigures(Figures):
 
 def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
     """Computes the figures in NumPy; arguments and result as `evaluator.figures`."""
+    designs = completed(designs)
     L_A, L_B = designs[:, 0, None, None], designs[:, 1, None, None]
     found = rods(designs, points)
     s, w = found.forearms, found.arms
@@ -93,19 +99,23 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
 
 def rods(designs: np.ndarray, points: np.ndarray) -> Rods:
     """Computes the rods of every design at every point; designs and points are those of `figures`."""
-    L_A, L_B, R, r, H, L = (designs[:, k, None] for k in range(6))
-    x, y, z = L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2])
+    L_A, L_B, R, r, H, L, shift, c, middle = (designs[:, k, None] for k in range(9))
+    x, y, z = middle + L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2])
     p = np.stack(np.broadcast_arrays(x, y, z), axis=-1)  # (D, K, 3)
-    L_A, L_B, a = L_A[..., None], L_B[..., None], (R - r)[..., None]
-    q = p @ RADIAL.T - a  # (D, K, 3 chains)
-    t = p @ TANGENTIAL.T
+    azimuth = np.arccos(c) * [0.0, 1.0, -1.0]  # (D, 3 chains)
+    azimuth = np.where(c == -0.5, np.array([0.0, 2.0, -2.0]) * np.pi / 3.0, azimuth)
+    outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], axis=-1)[:, None]
+    sideways = np.cross(VERTICAL, outward)
+    L_A, L_B, a = L_A[..., None], L_B[..., None], (R - r + shift * [0.0, 1.0, 1.0])[:, None]
+    q = (p[..., None, :] * outward).sum(axis=-1) - a  # (D, K, 3 chains)
+    t = (p[..., None, :] * sideways).sum(axis=-1)
     z = p[..., 2:]
     rho2 = np.maximum(q * q + z * z, np.finfo(float).tiny)
     m = (rho2 + t * t + L_A * L_A - L_B * L_B) / (2.0 * L_A)
     w2 = rho2 - m * m
     w = np.sqrt(np.maximum(w2, 0.0))
     cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
-    return Rods(w2, w, (q - L_A * cos) / L_B, t / L_B, (z - L_A * sin) / L_B, cos, sin)
+    return Rods(w2, w, (q - L_A * cos) / L_B, t / L_B, (z - L_A * sin) / L_B, cos, sin, outward, sideways)
 
 
 def _faces(s: np.ndarray) -> np.ndarray:

@@ -14,9 +14,10 @@ from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.limits.friction import friction
 from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.workspace import CubeSearch
-from optimizer.problem.evaluator import VARIABLES, half_surface
+from optimizer.problem.evaluator import half_surface
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import CONSTRAINTS, ProblemError, outline_of, step_problem
+from optimizer.problem.variables import VARIABLES
 from tests.optimizer.messages import refuses
 from tests.optimizer.tasks import INERTIA, JOINTS, sample_points, task
 
@@ -32,8 +33,9 @@ def test_only_variables_whose_bounds_differ_are_free() -> None:
 def test_scaling_goes_to_the_bounds_and_back() -> None:
     problem = step_problem(task(), 1)
     designs = problem.designs(np.array([[0.0] * 4, [1.0] * 4, [0.25, 0.5, 0.75, 0.1]])) * 1000.0
-    np.testing.assert_allclose(designs[0], [82, 40, 40, 20, 40, 0], rtol=1e-15)
-    np.testing.assert_allclose(designs[1], [82, 130, 40, 45, 100, 100], rtol=1e-15)
+    np.testing.assert_allclose(designs[0, :6], [82, 40, 40, 20, 40, 0], rtol=1e-15)
+    np.testing.assert_allclose(designs[1, :6], [82, 130, 40, 45, 100, 100], rtol=1e-15)
+    np.testing.assert_array_equal(designs[:, 6:], [[0.0, -500.0, 0.0]] * 3)  # three-fold symmetric
     np.testing.assert_allclose(problem.scaled(designs[2]), [0.25, 0.5, 0.75, 0.1], atol=1e-14)
     np.testing.assert_array_equal(problem.scaled(np.array([82, 500, 40, 1, 70, 50])), [1.0, 0.0, 0.5, 0.5])
 
@@ -220,4 +222,4 @@ def test_every_constraint_is_described_with_its_field() -> None:
 
 
 def test_names_are_those_of_the_requirements_file() -> None:
-    assert tuple(type(task().bounds_mm).model_fields) == VARIABLES
+    assert {*type(task().bounds_mm).model_fields, "side_cosine"} == set(VARIABLES)

@@ -13,12 +13,12 @@ import pytest
 
 from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from optimizer.problem.requirements import (
-    Bounds,
     RequirementsError,
     load_requirements,
     requirements_from_dict,
     requirements_hash,
 )
+from optimizer.problem.variables import LENGTHS
 from tests.optimizer.messages import holds, refuses
 from tests.optimizer.problem.requirements import COMMITTED, JOYSTICK, fields, first_edition, lines_of_requirements
 from tests.optimizer.tasks import INERTIA
@@ -198,7 +198,7 @@ def test_missing_file_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("file", [JOYSTICK, COMMITTED], ids=["former", "committed"])
 def test_every_variable_has_bounds_in_the_files(file: Path) -> None:
-    assert list(tomllib.loads(file.read_text())["bounds_mm"]) == list(Bounds.model_fields)
+    assert list(tomllib.loads(file.read_text())["bounds_mm"]) == list(LENGTHS)
 
 
 def test_reading_loads_neither_cad_nor_solvers() -> None:

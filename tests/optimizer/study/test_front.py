@@ -38,7 +38,7 @@ def test_front_rises_and_nothing_is_dominated(curve: Curve) -> None:
 
 def test_every_point_meets_the_requirements_by_an_independent_check(curve: Curve) -> None:
     for point in curve.points:
-        L_A, L_B, R, r, H, L = point.result.design_mm
+        L_A, L_B, R, r, H, L = point.result.design_mm[:6]
         found = check(point.result.design_mm, force=3.0)
         assert found.reachable
         # the check looks at a grid, the result polishes: below by the grid's error, above by rounding only
@@ -123,7 +123,7 @@ def test_largest_cube_holds_on_the_fine_surface_where_the_search_misses_a_point(
 
 def test_design_that_misses_a_constraint_is_cut_about_the_same_centre(curve: Curve) -> None:
     good = curve.points[-1].result
-    *lengths, bottom, side = good.design_mm
+    *lengths, bottom, side = good.design_mm[:6]
     problem = step_problem(joystick(), 2)
     large = Result(problem, "sqp", (*lengths, bottom - 0.5, side + 0.5), "converged")
     assert not large.feasible
@@ -172,11 +172,11 @@ def test_what_is_dominated_or_infeasible_is_left_out(curve: Curve) -> None:
     for point in curve.points:
         tracer._found[point.half_side] = point.result
     worse, refused = curve.points[2].result, curve.points[5].result
-    *lengths, bottom, L = worse.design_mm
+    *lengths, bottom, L = worse.design_mm[:6]
     tracer._found[L] = Result(worse.problem, "sqp", (*lengths, bottom + 30.0, L), "converged")
     assert tracer._found[L].feasible
     assert tracer._found[L].max_kappa > curve.points[3].kappa
-    *lengths, bottom, side = refused.design_mm
+    *lengths, bottom, side = refused.design_mm[:6]
     tracer._found[side] = Result(refused.problem, "sqp", (*lengths, bottom - 40.0, side), "converged")
     assert not tracer._found[side].feasible
     assert [r.design_mm[5] for r in tracer._front()] == [

@@ -73,9 +73,10 @@ def test_a_machine_that_another_beats_is_not_on_the_front() -> None:
     assert [one.on_front for one in equal] == [True, True]
 
 
-def traced(
-    monkeypatch: pytest.MonkeyPatch, best: Design, name: str = "b"
-) -> tuple[list[MachinePoint], list[DesignBrief]]:
+Traced = tuple[list[MachinePoint], list[DesignBrief]]
+
+
+def traced(best: Design, name: str) -> Traced:
     """A front whose candidates are given: less mass costs cube, and below 0.2 kg there is none."""
     required = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
     task = brief_from_dict({"name": name, "requirements": required, "feel": {"effective_mass_max_kg": 0.4}})
@@ -90,20 +91,27 @@ def traced(
         most = search.brief.feel.effective_mass_max_kg
         return None if most < 0.2 else candidate(70.0 + 10.0 * most)
 
-    monkeypatch.setattr(Search, "fixed_point", fixed_point)
-    monkeypatch.setattr(Search, "ranked", lambda _: [(80.0, CHOICE)])
-    monkeypatch.setattr(Search, "refined", lambda _, __: candidate(80.0))
-    search = Search(task, lambda _: None, lambda _: [], reference())  # type: ignore[arg-type,return-value]
-    search.corrections[CHOICE.motor, CHOICE.drive] = Corrections(reference())
-    points: list[MachinePoint] = []
-    front(search, points)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Search, "fixed_point", fixed_point)
+        patch.setattr(Search, "ranked", lambda _: [(80.0, CHOICE)])
+        patch.setattr(Search, "refined", lambda _, __: candidate(80.0))
+        search = Search(task, lambda _: None, lambda _: [], reference())  # type: ignore[arg-type,return-value]
+        search.corrections[CHOICE.motor, CHOICE.drive] = Corrections(reference())
+        points: list[MachinePoint] = []
+        front(search, points)
     return marked(points), seen
 
 
+@pytest.fixture(scope="module")
+def trace(best: Design) -> Traced:
+    """That front, of a brief "b"."""
+    return traced(best, "b")
+
+
 def test_a_front_that_is_cut_off_leaves_the_points_it_has(
-    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, trace: Traced, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    known, _ = traced(monkeypatch, best)
+    known, _ = trace
     task = tmp_path / "b.toml"
     task.write_text('name = "b"\n[requirements]\nenvelope_width_mm = 270\nenvelope_depth_mm = 220\n', encoding="utf-8")
 
@@ -118,8 +126,8 @@ def test_a_front_that_is_cut_off_leaves_the_points_it_has(
     assert cli.main(["front", str(task), "--machines", "--resume"]) == 2
 
 
-def test_each_limit_is_moved_by_itself_until_there_is_no_machine(monkeypatch: pytest.MonkeyPatch, best: Design) -> None:
-    points, seen = traced(monkeypatch, best)
+def test_each_limit_is_moved_by_itself_until_there_is_no_machine(trace: Traced) -> None:
+    points, seen = trace
     moved = [one for one in points if one.axis == "effective_mass"]
     (required,) = [one for one in points if one.axis == "asked"]
     assert moved
@@ -134,10 +142,8 @@ def test_each_limit_is_moved_by_itself_until_there_is_no_machine(monkeypatch: py
         assert (one.requirements.envelope_width_mm == 270.0) == (one.requirements.envelope_depth_mm == 220.0)
 
 
-def test_every_point_has_a_design_file_that_its_line_builds(
-    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path
-) -> None:
-    points, _ = traced(monkeypatch, best)
+def test_every_point_has_a_design_file_that_its_line_builds(trace: Traced, tmp_path: Path) -> None:
+    points, _ = trace
     files, text = design_files(points), machines_page(points, "b", "out/b-machines", {})
     assert len(files) == len(points)
     for (name, content), reported in zip(files.items(), record(points, "b")["points"], strict=True):
@@ -152,17 +158,16 @@ def test_every_point_has_a_design_file_that_its_line_builds(
 def test_the_design_of_a_long_name_can_be_read_back(
     monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path
 ) -> None:
-    points, _ = traced(monkeypatch, best, "b" * NAME_LONGEST)
+    monkeypatch.setattr("optimizer.study.machines.AXES", AXES[:1])
+    points, _ = traced(best, "b" * NAME_LONGEST)
     for name, text in design_files(points).items():
         (tmp_path / name).write_text(text, encoding="utf-8")
         assert load_design(tmp_path / name).name.startswith("bbb")
 
 
-def test_each_point_of_the_page_opens_its_machine(
-    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path
-) -> None:
+def test_each_point_of_the_page_opens_its_machine(trace: Traced, tmp_path: Path) -> None:
     """What stands of the very same design is opened, and told to fail where it does; else its line with the command."""
-    points, _ = traced(monkeypatch, best)
+    points, _ = trace
     designs = {point.name: point.design for point in points}
     passes, fails, other = list(designs)[:3]
     for number, folder, failed in ((passes, "", []), (fails, ".rejected", ["clearance"]), (other, "", [])):
@@ -197,9 +202,9 @@ def test_checks_that_are_none_of_a_build_are_no_machine(best: Design, tmp_path: 
 
 
 def test_what_none_beats_is_built_once_and_linked(
-    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, trace: Traced, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    points, _ = traced(monkeypatch, best)
+    points, _ = trace
     points = [replace(one, on_front=number < 3) for number, one in enumerate(points)]
     with whole_folder(tmp_path / "b-machines") as folder:
         (folder / PAGE).write_text("before its machines stand")
