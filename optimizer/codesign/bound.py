@@ -21,6 +21,8 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.design.feel_defaults import COUPLE_INDEX
+from delta_cad.dimensions import CLEARANCE_MOST_MM
+from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import (
@@ -45,8 +47,8 @@ from optimizer.codesign.hardware import (
 from optimizer.codesign.lengths import WIDE_MM, continuous_torque_N_m, to_requirements
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
-from optimizer.problem.evaluator import VARIABLES
-from optimizer.problem.step import SIDE, Problem, step_problem
+from optimizer.problem.step import Problem, step_problem
+from optimizer.problem.variables import SIDE, VARIABLES
 from optimizer.search import sqp
 
 GAP = 5e-3  # share of the cube beyond the machine at which the bound is as close as it is looked for
@@ -58,6 +60,7 @@ LIGHT = 0.99  # share of the parts' masses and of gravity's torque below which n
 MARGIN_MM = 0.2  # of the outline beyond eq. (1), likewise
 _RATIOS = 3  # intervals of the ratio to begin with
 STARTS = 1  # of SQP in one interval
+_PLACED_STARTS = 4  # of SQP for chains placed otherwise, where no three-fold symmetric machine can be
 _OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
 _NARROW = 1.002  # factor between the ends of an interval
 _CORES = 2
@@ -72,6 +75,7 @@ _WIDER = 1.5  # factor by which an outline that is too small is widened at most
 _LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
 _NEXT_TO_NONE_KG = 1e-6
 ARM = VARIABLES.index("upper_arm_length")
+SHIFT = VARIABLES.index("side_shift")
 
 
 @dataclass(frozen=True, order=True)
@@ -120,7 +124,7 @@ class Kind:
         limits: Limits that they keep, in words.
         wider: Whether the parallelograms may be wider.
         radius_mm: Least base radius, as hardware was found to need it; 0 for none.
-        overhead_mm: Least outline beyond eq. (1), along the longer and the shorter side.
+        overhead_mm: Least outline beyond eq. (1), along y and along x.
     """
 
     width_mm: float
@@ -177,6 +181,8 @@ class Bound:
         kind: Which machines.
         family: What else they have in common, a line each.
         losses: What lies between the machine's cube and that, mm each.
+        placed_mm: Side of the cube of the machine where it is none of the family, for its chains are placed for the
+            outline: the bound is none for it.
     """
 
     side_mm: float
@@ -185,14 +191,15 @@ class Bound:
     kind: Kind
     family: tuple[str, ...]
     losses: tuple[tuple[str, float], ...] = ()
+    placed_mm: float | None = None
 
     @property
     def statement(self) -> str:
         """States the bound, with the machines that it holds for."""
-        return (
-            f"It is proved that no machine with {self.kind.words} has a cube of more than {self.side_mm:.2f} mm, "
-            f"{100.0 * self.gap:.2g} % more than this one's."
-        )
+        none = f"It is proved that no machine with {self.kind.words} has a cube of more than {self.side_mm:.2f} mm"
+        if self.placed_mm is None:
+            return f"{none}, {100.0 * self.gap:.2g} % more than this one's."
+        return f"{none}. This one, with {self.placed_mm:.2f} mm, has its chains placed otherwise: it has no bound."
 
 
 class Family:
@@ -200,14 +207,16 @@ class Family:
 
     Args:
         brief: What the customer asks.
-        machine: One that was made.
+        machine: One that was made; where its chains are placed, the family is that of the three-fold symmetric ones
+            with its hardware, and the machine none of it.
         corrections: Of each motor and drive that was looked at: its base and platform radius are no smaller.
     """
 
     def __init__(self, brief: DesignBrief, machine: Candidate, corrections: dict[tuple[str, str], Corrections]) -> None:
         self._brief, self._machine, self._corrections = brief, machine, dict(corrections)
         key = machine.choice.motor, machine.choice.drive
-        own = self._corrections[key] = _with(machine, corrections[key])
+        own = corrections[key] if machine.choice.placed else _with(machine, corrections[key])
+        self._corrections[key] = own
         longer, shorter = (max(over - MARGIN_MM, 0.0) for over in own.overhead_mm)
         self._overhead = longer, shorter
         self._least = {
@@ -373,7 +382,7 @@ class Family:
 
 def _with(machine: Candidate, known: Corrections) -> Corrections:
     """What was learnt of a machine's hardware, as far as the machine keeps it: it is one of its family."""
-    own: dict[str, float] = dict(zip(VARIABLES, machine.lengths_mm, strict=True))
+    own: dict[str, float] = dict(zip(VARIABLES, machine.lengths_mm, strict=False))
     width = machine.choice.width_mm
     kept = replace(known, least_mm={name: min(least, own[name]) for name, least in known.least_mm.items()})
     radius = own["base_radius"]
@@ -432,8 +441,8 @@ def bounded(
 
 
 def excluded(brief: DesignBrief, stop: Callable[[], bool] = bool) -> str:
-    """Finds out whether the cube and the outline that are asked exclude one another, with a bound on the cube, or else
-    on the outline.
+    """Finds out whether the cube and the outline that are required exclude one another, with a bound on the cube, or
+    else on the outline: by proof for three-fold symmetric machines, by a search for those with placed chains.
 
     Args:
         brief: The requirements.
@@ -452,6 +461,8 @@ def excluded(brief: DesignBrief, stop: Callable[[], bool] = bool) -> str:
         return _requiring(brief, envelope_width_mm=width, envelope_depth_mm=depth)
 
     none = f"with less, it is proved, there is no machine with {kind(brief).words}"
+    if brief.placeable:
+        none += "; a search for chains placed otherwise finds none, which is no proof of it"
     if (side := task.cube_side_mm) is not None and (found := _largest_mm(brief)) > 0.0:
         bound = _edge(side, found, lambda cube: _none(_requiring(brief, cube_side_mm=cube), stop))
         none = none.replace("less", "more", 1)
@@ -475,15 +486,24 @@ def _requiring(brief: DesignBrief, **changed: float) -> DesignBrief:
 
 def _largest_mm(brief: DesignBrief) -> float:
     """The largest cube that a search finds with the best of all hardware, mm; 0 where it finds none."""
-    problem = relaxed(
-        brief.model_copy(update={"requirements": brief.requirements.model_copy(update={"cube_side_mm": None})})
-    )
-    best = sqp.search(problem, sqp.start_points(problem, 0, STARTS)).best
+    free = brief.model_copy(update={"requirements": brief.requirements.model_copy(update={"cube_side_mm": None})})
+    return max(_found_mm(relaxed(free, placed), STARTS) for placed in {False, brief.placeable})
+
+
+def _found_mm(problem: Problem, starts: int) -> float:
+    best = sqp.search(problem, sqp.start_points(problem, 0, starts)).best
     return 0.0 if best is None else 2.0 * problem.lengths_mm(best.x)[SIDE]
 
 
 def _none(brief: DesignBrief, stop: Callable[[], bool]) -> bool:
-    return none_feasible(relaxed(brief), BOXES, stop)
+    if not none_feasible(relaxed(brief), BOXES, stop):
+        return False
+    if not brief.placeable:
+        return True
+    problem = relaxed(brief, placed=True)
+    outwards = list(problem.lower)  # chains 1 and 2 at least as far out as chain 0, which has the least radius
+    outwards[SHIFT] = max(outwards[SHIFT], 0.0)
+    return _found_mm(replace(problem, lower=tuple(outwards)), _PLACED_STARTS) == 0.0
 
 
 def kind(brief: DesignBrief) -> Kind:
@@ -498,7 +518,7 @@ def _width_mm(brief: DesignBrief) -> float:
     return stated or min(row.free_length_mm for row in catalogue.tension_spring.rows.values())
 
 
-def relaxed(brief: DesignBrief) -> Problem:
+def relaxed(brief: DesignBrief, placed: bool = False) -> Problem:
     """Poses the lengths of a machine of the best of all hardware that may be used.
 
     Returns:
@@ -516,7 +536,7 @@ def relaxed(brief: DesignBrief) -> Problem:
     each = []
     for motor, drive in drives(brief):
         low, high = ratios_of(brief) if drive == "capstan" else (1.0, 1.0)
-        near, far = (Selection(motor, drive, ratio, _width_mm(brief)) for ratio in (low, high))
+        near, far = (Selection(motor, drive, ratio, _width_mm(brief), placed=placed) for ratio in (low, high))
         inertia = HandleInertia(_NEXT_TO_NONE_KG, 0.0, 0.0, motor_of(brief, motor).rotor_inertia_kg_m2 * low**2)
         each.append(to_requirements(brief, near, light, inertia, far=far))
     first = each[0]
@@ -534,4 +554,18 @@ def relaxed(brief: DesignBrief) -> Problem:
     )
     problem = step_problem(best, 2)
     side = max(problem.lower[SIDE], _LEAST_SIDE_MM / 2.0)
-    return replace(problem, lower=(*problem.lower[:SIDE], min(side, problem.upper[SIDE])))
+    lower = list(problem.lower)
+    lower[SIDE] = min(side, problem.upper[SIDE])
+    return replace(problem, lower=tuple(lower))
+
+
+def impossible(brief: DesignBrief) -> Iterator[str]:
+    """Gives the requirements that no hardware and no lengths meet, by closed forms alone."""
+    required = brief.requirements
+    if required.clearance_min_mm > CLEARANCE_MOST_MM:
+        most = f"{CLEARANCE_MOST_MM:g} mm in any machine"
+        yield f"requirements.clearance_min_mm = {required.clearance_min_mm:g} must be at most {most}"
+    for name, force in (("force_N", required.force_N), ("peak_force_N", required.peak_force_N)):
+        if force is not None and force > force_most_N():
+            most = f"{force_most_N():.4g} N: no spring holds rods on their balls"
+            yield f"requirements.{name} = {force:g} must be at most {most}"

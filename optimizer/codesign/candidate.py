@@ -3,29 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
-from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.drive.held import held_masses
 from delta_cad.drive.masses import masses_from_dict
-from delta_cad.mechanism import DeltaGeometry, cube_extremes
+from delta_cad.mechanism import cube_extremes
 from delta_cad.mechanism.limits import EffectiveMass, HoldingTorque, Outline, Torque
 from delta_cad.mechanism.proof.extremes import worst_of
-from delta_cad.mechanism.workspace import Cube, CubeSearch
-from optimizer.codesign.corrections import WEIGHED_AGAIN, Corrections, MassEstimate
+from delta_cad.mechanism.workspace import CubeSearch
+from optimizer.codesign.corrections import (
+    TORQUE_MARGIN,
+    TORQUE_MARGIN_N_M,
+    WEIGHED_AGAIN,
+    Corrections,
+    MassEstimate,
+    as_symmetric,
+)
 from optimizer.codesign.estimates import Estimate, estimates
 from optimizer.codesign.hardware import BASE_ENTRIES, TORQUE_DIGITS, Selection, motor_of
 from optimizer.problem.brief import DesignBrief, Objective
-from optimizer.problem.evaluator import VARIABLES
-from optimizer.problem.step import SIDE
+from optimizer.problem.variables import SIDE, VARIABLES, completed, design_fields, mechanism_of
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
@@ -44,7 +47,7 @@ class Candidate:
     Attributes:
         design: As its file has it.
         choice: Its hardware.
-        lengths_mm: (6) in the order of `VARIABLES`.
+        lengths_mm: (9) in the order of `VARIABLES`.
         corrections: What closed forms asked for; masses, once it is weighed by its own solids.
         score: What is sought, larger is better.
         weighed: Whether its weights pass, too.
@@ -65,10 +68,19 @@ class Candidate:
     @property
     def elbow_deg(self) -> float:
         """Smallest angle between upper arm and rods over its cube."""
-        cube = self.design.cube
-        place = Cube(cube.bottom_height_mm / MM_PER_M, cube.half_side_mm / MM_PER_M)
-        fold = cube_extremes(self.design.geometry, place, self.design.requirements.force_N).forearm_angle_max
+        design = self.design
+        fold = cube_extremes(design.geometry, design.workspace, design.requirements.force_N).forearm_angle_max
         return 180.0 - math.degrees(fold.value)
+
+    @property
+    def radii_mm(self) -> dict[str, float]:
+        """How far out its chains stand, and how far apart, as `as_symmetric` tells it of a placed machine."""
+        if not self.choice.placed:
+            radius = self.lengths_mm[VARIABLES.index("base_radius")]
+            return {"base_radius": radius, "platform_radius": self.lengths_mm[VARIABLES.index("platform_radius")]}
+        found = as_symmetric(completed(self.lengths_mm), self.choice.width_mm)
+        least = {name: float(min(values)) for name, values in found.items()}
+        return least | {"base_radius": least.pop("shoulders"), "platform_radius": least.pop("wrists")}
 
 
 @dataclass(frozen=True)
@@ -77,13 +89,21 @@ class Start:
 
     Attributes:
         choice: Hardware.
-        lengths_mm: (6) in the order of `VARIABLES`.
+        lengths_mm: (9) in the order of `VARIABLES`.
         corrections: What they asked for.
     """
 
     choice: Selection
     lengths_mm: tuple[float, ...]
     corrections: Corrections
+
+
+def first_corrections(brief: DesignBrief, choice: Selection, first: MassEstimate) -> Corrections:
+    """Gives what is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
+    row = motor_of(brief, choice.motor)
+    masses = replace(first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
+    margin = max(TORQUE_MARGIN_N_M, TORQUE_MARGIN * choice.torque_N_m(row))
+    return Corrections(replace(first, masses=masses, ratio=choice.ratio), torque_margin_N_m=margin)
 
 
 def design_for(
@@ -98,7 +118,7 @@ def design_for(
     Args:
         brief: What the customer asks; its limits become the design's requirements.
         choice: Hardware.
-        lengths_mm: (6) in the order of `VARIABLES`.
+        lengths_mm: (9) in the order of `VARIABLES`; (6) of a three-fold symmetric machine.
         corrections: What is known of it: what gravity takes of a joint, and the machine of its outline.
         folder: Where its file will stand: a folder of own parts is named from there.
 
@@ -108,11 +128,10 @@ def design_for(
     Raises:
         DesignError: The design file refuses it.
     """
-    lengths: dict[str, float] = dict(zip(VARIABLES, lengths_mm, strict=True))
     row = motor_of(brief, choice.motor)
     values = brief.values
     fields = {name: values[name] for name in _REQUIRED if values.get(name) is not None}
-    outline = brief.outline_mm or _taken(choice, lengths, corrections.overhead_mm)
+    outline = brief.outline_mm or _taken(choice, lengths_mm, corrections.overhead_mm)
     low, high = brief.limits.shoulder_deg or (None, None)
     torque = brief.requirements.joint_torque_N_m or choice.torque_N_m(row)
     task: dict[str, Any] = {
@@ -124,16 +143,14 @@ def design_for(
         "shoulder_max_deg": high,
     }
     task["peak_torque_N_m"] = brief.requirements.peak_torque_N_m or _peak_torque(
-        brief, lengths, torque, corrections.held_torque_N_m, choice.peak_torque_N_m(row)
+        brief, lengths_mm, torque, corrections.held_torque_N_m, choice.peak_torque_N_m(row)
     )
+    mechanism, cube = design_fields(lengths_mm)
     data = {
         "schema": "delta-design/1",
         "name": brief.name,
-        "mechanism": {
-            **{f"{name}_mm": lengths[name] for name in VARIABLES[:4]},
-            "parallelogram_width_mm": choice.width_mm,
-        },
-        "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
+        "mechanism": {**mechanism, "parallelogram_width_mm": choice.width_mm},
+        "cube": cube,
         "requirements": {name: value for name, value in task.items() if value is not None},
         "hardware": brief.hardware_from(folder, _allowed(brief, {**BASE_ENTRIES, **choice.hardware(row)})),
     }
@@ -166,32 +183,43 @@ def _allowed(brief: DesignBrief, entries: Mapping[str, Any]) -> dict[str, Any]:
     return {entry: value for entry, value in entries.items() if entry in free or value in stated[entry]}
 
 
-def _taken(choice: Selection, lengths: Mapping[str, float], overhead_mm: tuple[float, float]) -> tuple[float, float]:
+def _taken(choice: Selection, lengths_mm: Sequence[float], overhead_mm: tuple[float, float]) -> tuple[float, float]:
     """The outline of a machine, by eq. (1) and what its hardware takes beyond, in whole millimetres."""
     limit = Outline(0.0, 0.0, choice.width_mm, overhead_mm)
-    width, depth = limit.size_mm(np.array(lengths["base_radius"] + lengths["upper_arm_length"]))
+    width, depth = limit.size_mm(*outline_arguments(lengths_mm))
     return math.ceil(float(width)), math.ceil(float(depth))
 
 
-def _peak_torque(
-    brief: DesignBrief, lengths: Mapping[str, float], torque: float, gravity: float, given: float
-) -> float:
+def outline_arguments(lengths_mm: Sequence[float]) -> tuple[float, float, float]:
+    """Gives R_0 + L_A, R_1 - R_0 in mm and cos phi, of which the outline of points and bars depends."""
+    upper_arm, _, base, *_, shift, cosine, _ = completed(lengths_mm).tolist()
+    return base + upper_arm, shift, cosine
+
+
+def _peak_torque(brief: DesignBrief, lengths_mm: Sequence[float], torque: float, gravity: float, given: float) -> float:
     """The torque of a joint for the peak force with the weight; where none is asked a little over the lasting one.
 
     It is no more than the motor gives, of which nobody may have told a peak.
     """
     force, digits = brief.requirements.peak_force_N, 10**TORQUE_DIGITS
-    needed = torque * _CABLE_MARGIN if force is None else (worst_torque(lengths, force) + gravity) * PEAK_MARGIN
+    needed = torque * _CABLE_MARGIN if force is None else (worst_torque(lengths_mm, force) + gravity) * PEAK_MARGIN
     return max(torque, min(math.ceil(needed * digits), math.floor(given * digits)) / digits)
 
 
-def worst_torque(lengths: Mapping[str, float], force: float) -> float:
-    """Computes the largest joint torque over a cube, N m, for a force (N) in any direction; lengths by name, mm."""
-    names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
-    g = DeltaGeometry(**{name: lengths[name] / MM_PER_M for name in names})
-    limit = Torque(force, 1.0)
-    search = CubeSearch(Cube(lengths["bottom_height"] / MM_PER_M, lengths["half_side"] / MM_PER_M))
-    return worst_of(search, g, limit, limit.figures[0]).value
+def worst_torque(lengths_mm: Sequence[float], force: float) -> float:
+    """Computes the largest joint torque over a cube, N m.
+
+    Args:
+        lengths_mm: (9) in the order of `VARIABLES`.
+        force: In any direction, N.
+    """
+    (g, cube), limit = mechanism_of(lengths_mm), Torque(force, 1.0)
+    return worst_of(CubeSearch(cube), g, limit, limit.figures[0]).value
+
+
+def moment_torque_N_m(brief: DesignBrief, lengths_mm: Sequence[float], gravity: float) -> float:
+    """Computes the most torque of a joint for a moment, N m: for the peak force, and what gravity takes."""
+    return worst_torque(lengths_mm, brief.requirements.peak_force_N or brief.requirements.force_N) + gravity
 
 
 def effective_mass_kg(candidate: Candidate) -> float:

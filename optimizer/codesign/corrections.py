@@ -7,9 +7,12 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits.lengths.wrist_clearance import between_neighbours
 
 _ARM_EXPONENT = (
     1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
@@ -59,6 +62,11 @@ class MassEstimate:
         carried = m.platform + 3.0 * m.rod_wrist * rods
         return HandleInertia(carried, m.rod_elbow * rods, m.rod_cross * rods, arm + rotor)
 
+    def is_of(self, upper_arm_mm: float, forearm_mm: float, ratio: float) -> bool:
+        """Whether it is that of a machine so near that another weighing would change nothing."""
+        pairs = (self.upper_arm_mm, upper_arm_mm), (self.forearm_mm, forearm_mm), (self.ratio, ratio)
+        return self.own and all(abs(a - b) <= WEIGHED_AGAIN * b for a, b in pairs)
+
 
 def reference() -> MassEstimate:
     """Gives initial masses, of a machine of 86 mm and 3 N, rounded: no reported result depends on them."""
@@ -102,9 +110,11 @@ class Corrections:
 
     Attributes:
         mass_estimate: Of the last machine that was made solid.
-        least_mm: Length (as `[bounds_mm]` names it) -> the least that hardware lets pass.
+        least_mm: Length (as `[bounds_mm]` names it), or pair of chains -> the least that hardware lets pass. Radii
+            and pairs of a placed machine are `as_symmetric` tells them.
         interferences: Machines whose chains were in the way of one another.
-        overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
+        overhead_mm: What the machine takes beyond eq. (1) of its outline, along y and along x.
+        drive_mm: Of a placed machine the points of a drive, as `placed_sides` takes them; the overhead is beyond these.
         couple_index_min: Least couple index to ask for.
         couple_per_mm: The same for each mm of a knob's lever behind a panel, which the cube's side goes into; 0 where
             there is no panel.
@@ -126,6 +136,7 @@ class Corrections:
     least_mm: Mapping[str, float] = field(default_factory=dict)
     interferences: tuple[_ChainInterference, ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
+    drive_mm: tuple[tuple[float, float], ...] = ()
     couple_index_min: float = COUPLE_INDEX
     couple_per_mm: float = 0.0
     side_most_mm: float = inf
@@ -216,6 +227,7 @@ class Corrections:
             "mass_estimate",
             "interferences",
             "overhead_mm",
+            "drive_mm",
             "mass_share",
             "friction_share",
             "step_share",
@@ -230,9 +242,14 @@ class Corrections:
         return replace(self, **changes, why=(*self.why, reason))
 
 
+def _chains(pair: Sequence[str]) -> set[str]:
+    """Gives the chains of parts, by their names; "" of a part of the base or the platform."""
+    return {next((word for word in name.split("_") if word.isdigit()), "") for name in pair}
+
+
 def _one_chain(pair: Sequence[str]) -> bool:
-    """Decides whether parts are of one chain, by their names."""
-    return len({next((word for word in name.split("_") if word.isdigit()), "") for name in pair}) == 1
+    """Decides whether parts are of one chain."""
+    return len(_chains(pair)) == 1
 
 
 def folds(pair: Sequence[str]) -> bool:
@@ -240,11 +257,77 @@ def folds(pair: Sequence[str]) -> bool:
     return _one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
 
 
-def apart_by(pair: Sequence[str]) -> tuple[str, float]:
-    """Gives the length that brings two parts of a machine farther apart, and a step of it, mm."""
+SIDE_PAIR, REAR_PAIR = "side_pair", "rear_pair"  # chain 0 with one of its neighbours, and chains 1 and 2
+
+
+def as_symmetric(rows: np.ndarray, width_mm: float) -> dict[str, tuple[np.ndarray, ...]]:
+    """Tells how far out chains stand and how far apart neighbours are by the radii of a three-fold symmetric machine.
+
+    Neighbours are as far apart as the nearest ends of their bars, L_c along the shoulder axis, and square to the plane
+    half-way between both azimuths: of chains 0 and 1 that is so at the mean of their base radii.
+
+    Args:
+        rows: (9, ...) in the order of `VARIABLES`, mm.
+        width_mm: L_c.
+
+    Returns:
+        "shoulders": R_0 and R_1; `SIDE_PAIR`, `REAR_PAIR`: base radius at which neighbours of a symmetric machine are
+        as far apart; "wrists": platform radius at which they are as far apart as those of either pair.
+    """
+    base, platform, (shift, cosine) = rows[2], rows[3], rows[6:8]
+    factors = between_neighbours(cosine)
+
+    def alike(radius: np.ndarray, by_radius: np.ndarray, by_width: np.ndarray) -> np.ndarray:
+        return (by_radius * radius + (0.5 - by_width) * width_mm) / np.sqrt(3.0)
+
+    means = base + shift / 2.0, base + shift
+    side, rear = (alike(mean, *factor) for mean, factor in zip(means, factors, strict=True))
+    wrists = tuple(alike(platform, *factor) for factor in factors)
+    return {"shoulders": (base, base + shift), SIDE_PAIR: (side,), REAR_PAIR: (rear,), "wrists": wrists}
+
+
+def placed_sides(
+    rows: np.ndarray, width_mm: float, drive_mm: Sequence[tuple[float, float]]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Computes what a placed machine takes along y and along x: between the bars of level elbows, and its drives.
+
+    Args:
+        rows: (9, ...) in the order of `VARIABLES`, mm.
+        width_mm: L_c, the length of a bar.
+        drive_mm: Points of a drive: out from its shoulder, and along the shoulder axis.
+
+    Returns:
+        Distances along y and along x of an elbow or a drive on one side and one on the other; the largest is the side.
+    """
+    arm, base, (shift, cosine), half = rows[0], rows[2], rows[6:8], width_mm / 2.0
+    sine = np.sqrt((1.0 - cosine) * (1.0 + cosine))
+
+    def ends(points: Sequence[tuple[Any, float]]) -> tuple[np.ndarray, ...]:
+        """How far points of all chains reach along y, -y, x and -x."""
+        x, y = [], []
+        for c, s, out in ((1.0, 0.0, base), (cosine, sine, base + shift), (cosine, -sine, base + shift)):
+            x += [c * (out + u) - s * t for u, t in points]
+            y += [s * (out + u) + c * t for u, t in points]
+        return np.max(y, axis=0), -np.min(y, axis=0), np.max(x, axis=0), -np.min(x, axis=0)
+
+    elbows = ends([(arm, -half), (arm, half)])
+    kinds = [elbows] + ([ends(drive_mm)] if drive_mm else [])
+    along_y, along_x = ([one[k] + other[k + 1] for one in kinds for other in kinds] for k in (0, 2))
+    return along_y, along_x
+
+
+def apart_by(pair: Sequence[str], placed: bool = False) -> tuple[str, float]:
+    """Gives the length that brings two parts of a machine farther apart, and a step of it, mm.
+
+    Args:
+        pair: Names of both parts.
+        placed: Whether the chains are placed: then two of them go apart by themselves.
+    """
     of_rods = pair and all(name.startswith("rod_") for name in pair)
     if any("wrist" in name for name in pair) or (of_rods and not _one_chain(pair)):  # nearest where they meet
         return "platform_radius", _RADIUS_STEP_MM
     if _one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(_ELBOW) for name in pair):
         return "upper_arm_length", _ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
+    if placed and len(chains := _chains(pair) - {""}) > 1:
+        return SIDE_PAIR if "0" in chains else REAR_PAIR, _RADIUS_STEP_MM
     return "base_radius", _RADIUS_STEP_MM

@@ -10,12 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import degrees, floor, log10
 
-from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import Reason
 from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, WIDTH, Way
 from delta_cad.mechanism import MechanismError, cube_extremes
-from delta_cad.mechanism.workspace import Cube
 from delta_cad.structure.hardware.refusals import LEARNT, MODE, PARTS
 from delta_cad.structure.hardware.thresholds import (
     DIGITS,
@@ -167,8 +165,7 @@ def _angle_deg(variants: Variants, form: str, reason: Reason, way: Way, value: f
             way, value = higher, found[0]
     made = changed(variants.design, along(variants.design, way, value))
     assert made is not None
-    cube = Cube(made.cube.bottom_height_mm / MM_PER_M, made.cube.half_side_mm / MM_PER_M)
-    extremes = cube_extremes(made.geometry, cube, made.requirements.force_N)
+    extremes = cube_extremes(made.geometry, made.workspace, made.requirements.force_N)
     if _ANGLES[reason.key] == SWING_FIELD:
         return degrees(extremes.shoulder_min.value)
     return 180.0 - degrees(extremes.forearm_angle_max.value)

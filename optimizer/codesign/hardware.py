@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
+import numpy as np
+
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design.record import Hardware
@@ -14,9 +16,10 @@ from delta_cad.drive.report import CAPSTAN_EFFICIENCY, DIRECT_EFFICIENCY
 from delta_cad.export.shop.cost.bought import row_price
 from delta_cad.mechanism.placement import CHAINS
 from optimizer.problem.brief import DesignBrief
-from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.variables import VARIABLES
 
 _RATIOS = (3.0, 12.0)  # of a capstan: below, a pinion is as large as the sector; above, its rope bends too sharply
+_RATIO_COUNT = 3  # ratios that are estimated first
 PINION_MM = 8.0  # radius of a pinion on a shaft of 6 mm with a rope of 0.54 mm: 29 rope diameters to bend over
 _SHAFT_MM = 6.0
 SECTORS_MM = (28.0, 70.0)  # radius: below, no screws fit between shaft and rim; above, none was built
@@ -56,6 +59,8 @@ class Selection:
         width_mm: Width of the parallelograms.
         entries: Other entries of a design's hardware, by name.
         wider_mm: Of a pinion's radius beyond the least: a cable pulls the less at the motor's shaft.
+        placed: Whether azimuths and base radii of the chains and the cube's place are free; else it is three-fold
+            symmetric.
     """
 
     motor: str
@@ -64,6 +69,7 @@ class Selection:
     width_mm: float
     entries: Mapping[str, Any] = field(default_factory=dict)
     wider_mm: float = 0.0
+    placed: bool = False
 
     def with_(self, **changes: Any) -> Selection:
         """The same with other fields."""
@@ -167,6 +173,27 @@ def ratios_of(brief: DesignBrief) -> tuple[float, float]:
     """Gives the least and the largest ratio of a capstan that the brief allows."""
     stated = [float(v) for v in brief.choices.get("capstan_ratio", ())]
     return (min(stated), max(stated)) if stated else _RATIOS
+
+
+def first_ratios(brief: DesignBrief, drive: str) -> list[float]:
+    """Gives the ratios of a drive that are estimated first."""
+    low, high = ratios_of(brief) if drive == "capstan" else (1.0, 1.0)
+    return np.geomspace(low, high, _RATIO_COUNT + 2)[1:-1].round(2).tolist() if high > low else [low]
+
+
+def widths_of(brief: DesignBrief) -> tuple[float, ...]:
+    """Gives the widths of parallelograms that are estimated."""
+    stated = brief.limits.parallelogram_width_mm
+    return WIDTHS if stated is None else (stated,)
+
+
+def unlikely(brief: DesignBrief, hardware: tuple[str, str]) -> float:
+    """Orders motor and drive so that the first has lengths, from which the others begin: the lightest or strongest."""
+    motor, drive = hardware
+    row, (least, most) = motor_of(brief, motor), ratios_of(brief) if drive == "capstan" else (1.0, 1.0)
+    if brief.feel.effective_mass_max_kg is None:
+        return -row.nominal_torque_N_m * most
+    return row.rotor_inertia_kg_m2 * least**2
 
 
 def drives(brief: DesignBrief) -> Iterator[tuple[str, str]]:

@@ -1,10 +1,13 @@
-"""Lengths of a candidate: the largest cube or the smallest machine for its hardware and model corrections."""
+"""Lengths of a candidate: the largest cube or the smallest machine for its hardware and model corrections.
+
+Where its chains may be placed for the outline, azimuths, base radii and the cube's place are looked for with them.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,15 +16,37 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
+from delta_cad.mechanism.geometry import AZIMUTH_MAX_DEG, AZIMUTH_MIN_DEG, azimuth_cosine
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import PEAK_MARGIN
-from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Corrections
+from optimizer.codesign.corrections import (
+    COUPLE_MOST,
+    KNOB_MM,
+    LEAN_DEG,
+    REAR_PAIR,
+    SHOULDER_DEG,
+    SIDE_PAIR,
+    Corrections,
+    as_symmetric,
+    placed_sides,
+)
 from optimizer.codesign.hardware import Selection, motor_of, price_EUR
 from optimizer.problem.brief import DesignBrief
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_from_dict
-from optimizer.problem.step import SIDE, step_problem
+from optimizer.problem.step import Problem, outline_of, step_problem
 from optimizer.problem.validation import RequirementsError
+from optimizer.problem.variables import (
+    COSINE,
+    LENGTHS,
+    PER_SI,
+    SIDE,
+    VARIABLES,
+    azimuth_deg,
+    completed,
+    design_fields,
+    is_symmetric,
+    variables_mm,
+)
 from optimizer.search import sqp
 from optimizer.search.result import Result
 
@@ -34,6 +59,9 @@ WIDE_MM = {
     "half_side": (0.0, 300.0),
 }
 """Where lengths are looked for that the brief leaves open."""
+_PLACED_MM = {"side_shift": (-100.0, 100.0), "centre_x": (-100.0, 100.0)}
+"""The same of a placed machine."""
+_NEAREST_MM = 1.0  # of a shoulder to the base's axis, whatever else is known
 _PLATFORM_SHARE = (
     0.3  # of the shorter side of an outline, in a platform's radius: beyond, no elbow is outside its wrist
 )
@@ -42,6 +70,7 @@ _FREE_OUTLINE_MM = 2000.0
 _CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
 _CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a proof at it does not end
 # Left of the mechanism's limits: lengths are rounded to a micrometre, and a proof right at a limit takes long.
+_AZIMUTH_DECIMALS = 4  # of degrees: less than a micrometre half a metre out
 _ROOM, _ROOM_DEG = 2e-4, 0.005
 ROUNDS = 3  # of lengths and the inertia estimated for them
 CONVERGED = 2e-3  # share of the side that the last round changed
@@ -62,7 +91,7 @@ class Found:
     """Lengths that were found.
 
     Attributes:
-        lengths_mm: (6) in the order of `VARIABLES`, to whole micrometres.
+        lengths_mm: (9) in the order of `VARIABLES`, to whole micrometres, an azimuth to what a design file has.
         score: What is sought, larger is better: the cube's side, or the least width and depth together, effective
             mass or price with its sign changed; mm, kg or EUR.
         reach_mm: R + L_A, where the outline is free.
@@ -109,7 +138,7 @@ def to_requirements(
         ),
         "base_radius": max(choice.base_radius_mm, corrections.least_radius_mm(choice.width_mm)),
     }
-    for name in VARIABLES:
+    for name in LENGTHS:
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]
         if name == "platform_radius" and getattr(brief.bounds_mm, name) is None and brief.outline_mm:
             high = max(low, min(high, _PLATFORM_SHARE * min(brief.outline_mm)))
@@ -117,6 +146,10 @@ def to_requirements(
             high = max(low, min(high, _INSIDE * target))
         least = max(corrections.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
+    if choice.placed:
+        bounds |= {name: list(getattr(brief.bounds_mm, name) or wide) for name, wide in _PLACED_MM.items()}
+        (low, high), (least, most) = bounds["base_radius"], bounds["side_shift"]
+        bounds["side_shift"] = [max(least, low - high, _NEAREST_MM - low), min(most, high - low)]
     bounds["half_side"][1] = min(bounds["half_side"][1], corrections.side_most_mm / 2.0)
     if target is None and task.cube_side_mm is not None:
         bounds["half_side"][0] = task.cube_side_mm / 2.0
@@ -157,6 +190,7 @@ def to_requirements(
         "bounds_mm": bounds,
         "limits": required,
         "hardware": {"ball_diameter_mm": ball},
+        "bounds_deg": _azimuths(brief) if choice.placed else None,
         "inertia": {
             "carried_mass_kg": inertia.carried_mass,
             "elbow_mass_kg": inertia.elbow_mass,
@@ -171,6 +205,89 @@ def to_requirements(
         "encoder_count_deg": best.count_deg(brief),
     }
     return requirements_from_dict(data, f"{brief.name} with {choice.motor}")
+
+
+def _azimuths(brief: DesignBrief) -> dict[str, Any]:
+    stated = None if brief.bounds_deg is None else brief.bounds_deg.azimuth
+    return {"azimuth": list(stated or (AZIMUTH_MIN_DEG, AZIMUTH_MAX_DEG))}
+
+
+@dataclass(frozen=True)
+class PlacedProblem(Problem):
+    """Lengths and placement, with the room that chains and wrists have in a three-fold symmetric machine.
+
+    Attributes:
+        least_mm: What `as_symmetric` tells -> the least of it.
+        drive_mm: Points of a drive, as `placed_sides` takes them.
+    """
+
+    least_mm: tuple[tuple[str, float], ...] = ()
+    drive_mm: tuple[tuple[float, float], ...] = ()
+
+    def _rooms(self, designs: np.ndarray) -> list[np.ndarray]:
+        """Room in the outline, of shoulders, of neighbours and their wrists, and of the largest base radius."""
+        rows, outline = completed(designs).T * PER_SI[:, None], outline_of(self.requirements)
+        width = outline.parallelogram_width_mm
+        sides, allowed = placed_sides(rows, width, self.drive_mm), (outline.width_mm, outline.depth_mm)
+        ways = [
+            np.array(
+                [
+                    1.0 - (one + over) / most
+                    for side, over, most in zip(sides, outline.overhead_mm, allowed[::step], strict=True)
+                    for one in side
+                ]
+            )
+            for step in (1, -1)
+        ]
+        first, turned = (way.min(axis=0) for way in ways)
+        found = as_symmetric(rows, width)
+        rooms = [one / least - 1.0 for name, least in self.least_mm for one in found[name]]
+        rooms.append(1.0 - found["shoulders"][1] / self.upper[VARIABLES.index("base_radius")])
+        return [*np.where(turned > first, ways[1], ways[0]), *rooms]
+
+    def design_margins(self, designs: np.ndarray) -> dict[str, np.ndarray]:
+        """Computes the margins in closed form; that of the outline is the least of all rooms."""
+        return super().design_margins(designs) | {Outline.name: np.min(self._rooms(designs), axis=0)}
+
+    def smooth_design_margins(self, designs: np.ndarray) -> list[np.ndarray]:
+        """Computes the same in smooth parts."""
+        rows = completed(designs).T * PER_SI[:, None]
+        parts = (limit.smooth_margins(rows) for limit in self.limits if limit.name != Outline.name)
+        return [*self._rooms(designs), *(one for found in parts if found is not None for one in found)]
+
+
+def lengths_problem(posed: Requirements, choice: Selection, corrections: Corrections) -> Problem:
+    """Poses the largest cube of requirements, with what a placed machine keeps of a symmetric one.
+
+    Args:
+        posed: The requirements.
+        choice: Hardware.
+        corrections: What is known of it.
+    """
+    problem = step_problem(posed, 2)
+    if not choice.placed or problem.symmetric:
+        return problem
+    radius, platform = (problem.lower[VARIABLES.index(name)] for name in ("base_radius", "platform_radius"))
+    least = {"shoulders": radius, "wrists": platform}
+    least |= {pair: max(radius, corrections.least(pair)) for pair in (SIDE_PAIR, REAR_PAIR)}
+    own = {one.name: getattr(problem, one.name) for one in fields(problem)}
+    return PlacedProblem(**own, least_mm=tuple(least.items()), drive_mm=corrections.drive_mm)
+
+
+def _in_rectangle(brief: DesignBrief, start_mm: Sequence[float]) -> list[tuple[float, ...]]:
+    """Places to begin from: a given one, or of a symmetric machine one for the outline either way round.
+
+    Elbows at equal distance from the base's centre take `2 sin phi` along y and `1 - cos phi` along x: phi is that of
+    the outline's ratio of sides.
+    """
+    assert brief.outline_mm is not None
+    width, depth = brief.outline_mm
+    if not is_symmetric(start_mm):
+        return [tuple(start_mm)]
+    low, high = (azimuth_cosine(one) for one in (AZIMUTH_MAX_DEG, AZIMUTH_MIN_DEG))
+    tangents = dict.fromkeys((2.0 * depth / width, 2.0 * width / depth))  # of phi / 2
+    cosines = (min(max((1.0 - tangent**2) / (1.0 + tangent**2), low), high) for tangent in tangents)
+    return [(*start_mm[: len(LENGTHS)], 0.0, cosine, 0.0) for cosine in cosines]
 
 
 def continuous_torque_N_m(brief: DesignBrief, choice: Selection, corrections: Corrections) -> float:
@@ -206,7 +323,8 @@ def best_lengths(
         brief: What the customer asks.
         choice: Hardware.
         corrections: What is known of it.
-        start_mm: (6) lengths to begin from, in the order of `VARIABLES`; None: points of a hypercube.
+        start_mm: (9) lengths to begin from, in the order of `VARIABLES`; None: points of a hypercube, of a placed
+            machine the symmetric one.
         seed: Of these.
         rounds: Of lengths and the inertia estimated for them; one, and no score to beat, is a rough estimate.
         beats: A score: lengths that are no better need not be found.
@@ -221,6 +339,9 @@ def best_lengths(
     if max(required.force_N, required.peak_force_N or 0.0) > force_most_N():
         return None  # no spring holds rods on their balls
     side = required.cube_side_mm
+    if choice.placed and start_mm is None:
+        symmetric = best_lengths(brief, choice.with_(placed=False), corrections, None, seed, rounds, None, tick)
+        start_mm = None if symmetric is None else symmetric.lengths_mm
     if brief.objective == "cube_side" or side is None:
         result = _largest(brief, choice, corrections, start_mm, seed, rounds, None, tick)
         if result is None or result.tiny:
@@ -257,7 +378,7 @@ def best_lengths(
     if best is None:
         return None
     target, result = best
-    lengths = (*_rounded(result)[:SIDE], side / 2.0)
+    lengths = tuple(side / 2.0 if k == SIDE else length for k, length in enumerate(_rounded(result)))
     reach = lengths[0] + lengths[2]
     searched = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, corrections, reach))}
     return Found(lengths, -searched.get(brief.objective, target), None if brief.outline_mm else reach)
@@ -270,15 +391,20 @@ def _taken_mm(choice: Selection, corrections: Corrections, reach_mm: float) -> t
 
 
 def _reach_mm(choice: Selection, corrections: Corrections, sides_mm: float) -> float:
-    """R + L_A of a machine whose width and depth have a sum, which is linear in it."""
-    none, one = (sum(_taken_mm(choice, corrections, reach)) for reach in (0.0, 1.0))
-    return (sides_mm - none) / (one - none)
+    """R + L_A of a machine whose width and depth have a sum, which is linear in it beyond a bar's own size."""
+    far, double = (sum(_taken_mm(choice, corrections, reach)) for reach in (_FREE_OUTLINE_MM, 2.0 * _FREE_OUTLINE_MM))
+    return _FREE_OUTLINE_MM * (1.0 + (sides_mm - far) / (double - far))
 
 
 def _rounded(result: Result) -> tuple[float, ...]:
-    """Lengths in whole micrometres, the half side rounded down: `_ROOM` is left for what that changes."""
-    *lengths, half = result.design_mm
-    return (*(round(length, 3) for length in lengths), math.floor(1e3 * half) / 1e3)
+    """Lengths in whole micrometres, the half side rounded down: `_ROOM` is left for what that changes.
+
+    The azimuth is what a design file has: what is proved is what is written.
+    """
+    lengths = [round(length, 3) for length in result.design_mm]
+    lengths[SIDE] = math.floor(1e3 * result.design_mm[SIDE]) / 1e3
+    lengths[COSINE] = azimuth_cosine(round(azimuth_deg(result.design_mm[COSINE]), _AZIMUTH_DECIMALS))
+    return variables_mm(*design_fields(lengths))
 
 
 def _between(known: Sequence[tuple[float, float]], side_mm: float, low: float, high: float) -> float:
@@ -354,14 +480,15 @@ def _largest_held(
     for _ in range(rounds):
         inertia = corrections.mass_estimate.inertia(at[0], at[1], choice.ratio)
         try:
-            problem = step_problem(to_requirements(brief, choice, corrections.at_arm_length(at[0]), inertia, target), 2)
+            posed = to_requirements(brief, choice, corrections.at_arm_length(at[0]), inertia, target)
         except RequirementsError:  # so near the end of a field that none is left of it with what is learnt, or beyond
             return None
-        best = None
+        problem, best = lengths_problem(posed, choice, corrections), None
         if start is not None:
-            near = sqp.search(problem, problem.scaled(start)[None], ticks)
+            places = _in_rectangle(brief, start) if choice.placed else [start]
+            near = sqp.search(problem, np.array([problem.scaled(one) for one in places]), ticks)
             best = near.best
-            if best is None and result is None and near.endings[0].level < -_FAR:
+            if best is None and result is None and max(one.level for one in near.endings) < -_FAR:
                 return None
         if best is None:
             starts = sqp.start_points(problem, seed)[: STARTS if start is None else _MORE_STARTS]

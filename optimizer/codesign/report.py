@@ -31,12 +31,14 @@ from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import allowance_of_masses
 from optimizer.codesign.page import Scale, rendered
 from optimizer.codesign.relaxation import Cost
-from optimizer.codesign.search_log import SearchLog, Trial, Verdict
+from optimizer.codesign.search_log import SearchLog, Trial, Verdict, worded
 from optimizer.problem.brief import DesignBrief, brief_hash
+from optimizer.problem.variables import is_symmetric
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
     from optimizer.codesign.bound import Bound
+    from optimizer.codesign.candidate import Candidate
 
 _UNITS = {
     "cube_side": "mm of cube",
@@ -243,20 +245,67 @@ def certificate_of(design: Design, masses: Path) -> Certificate:
     return certify(design, limits_of(design, share, inertia), gravity=share)
 
 
-def facts_of(brief: DesignBrief, outcome: Outcome, log: SearchLog, bound: Bound | None) -> dict[str, Any]:
+def placement_of(brief: DesignBrief, machine: Candidate, symmetric: float | None) -> dict[str, Any] | None:
+    """Says where the chains and the cube of a machine are placed, and what that bought, as JSON types.
+
+    Args:
+        brief: The requirements.
+        machine: The machine that was built.
+        symmetric: Score of the three-fold symmetric lengths that the same search has; None where it has none.
+
+    Returns:
+        Keys `azimuths_deg`, `base_radii_mm`, `centre_x_mm`, `symmetric_side_mm` (None where the cube is not sought, or
+        no symmetric machine was found) and `bought`, a sentence; None of a three-fold symmetric machine.
+    """
+    mechanism, cube = machine.design.mechanism, machine.design.cube
+    if is_symmetric(machine.lengths_mm):
+        return None
+    azimuths = [round(angle, 9) for angle in mechanism.azimuths_deg or (0.0, 120.0, -120.0)]
+    bought = "no three-fold symmetric machine was found"
+    if symmetric is not None:
+        unit, gain = _UNITS[brief.objective].split()[0], machine.score - symmetric
+        other = f"{worded(brief.objective, symmetric)}, lengths that the same search found with the same corrections"
+        bought = f"{gain if machine.score > 0.0 else -gain:+.3g} {unit} over the symmetric machine ({other}; not built)"
+    return {
+        "azimuths_deg": azimuths,
+        "base_radii_mm": list(mechanism.base_radii_mm or (mechanism.base_radius_mm,) * 3),
+        "centre_x_mm": cube.centre_x_mm or 0.0,
+        "symmetric_side_mm": symmetric if brief.objective == "cube_side" else None,
+        "bought": bought,
+    }
+
+
+def _placement_words(placement: Mapping[str, Any]) -> str:
+    """Says where chains and cube are placed, and what it bought."""
+    azimuths, radii = (", ".join(f"{v:g}" for v in placement[key]) for key in ("azimuths_deg", "base_radii_mm"))
+    return (
+        f"Chains at azimuths of {azimuths} deg, {radii} mm out, the cube's middle {placement['centre_x_mm']:g} mm "
+        f"off the axis: {placement['bought']}."
+    )
+
+
+def facts_of(
+    brief: DesignBrief,
+    outcome: Outcome,
+    log: SearchLog,
+    bound: Bound | None,
+    placement: dict[str, Any] | None = None,
+) -> dict[str, Any]:
     """Gathers what came of a run as JSON types; without a bound where the cube is not the objective."""
     design, values = outcome.design, results_of(outcome)
     drive = drive_torque(design)
+    own = None if bound is None or bound.placed_mm is not None else bound  # that of the machine itself
     return {
         "name": brief.name,
         "verdict": str(Verdict.BUILT),
         "passed": outcome.passed,
         "objective": brief.objective,
-        "bound_mm": None if bound is None else bound.side_mm,
-        "gap": None if bound is None else bound.gap,
+        "bound_mm": None if own is None else own.side_mm,
+        "gap": None if own is None else own.gap,
         "bound": _NO_BOUND if bound is None else bound.statement,
         **{one.key: values.get(one.key) for one in FIGURES},
         "outline_mm": [values.get(f"outline_{side}_mm") for side in ("width", "depth")],
+        "placement": placement,
         "cost_EUR": outcome.cost_EUR,
         "motor": drive.motor,
         "ratio": drive.ratio,
@@ -271,7 +320,17 @@ def facts_of(brief: DesignBrief, outcome: Outcome, log: SearchLog, bound: Bound 
     }
 
 
-_EMPTY = ("cube_side_mm", "bound_mm", "gap", *(one.key for one in FIGURES), "outline_mm", "motor", "ratio", "folder")
+_EMPTY = (
+    "cube_side_mm",
+    "bound_mm",
+    "gap",
+    *(one.key for one in FIGURES),
+    "outline_mm",
+    "placement",
+    "motor",
+    "ratio",
+    "folder",
+)
 """Keys of the facts that have no value without a machine."""
 
 
@@ -343,6 +402,7 @@ class DesignReport:
             f"A cube of {facts['cube_side_mm']:.2f} mm, with {facts['motor']} at {facts['ratio']:g}:1, within "
             f"{width:.1f} x {depth:.1f} mm as built{price}.",
             f"{first[:1].upper()}{first[1:]}.",
+            *(() if facts["placement"] is None else (_placement_words(facts["placement"]),)),
             "",
             *((f"**{poor_verdict(facts['poor'])}**", "") if facts["poor"] else ()),
             "## Results",
@@ -361,8 +421,8 @@ class DesignReport:
         if bound is None:
             lines += [_NO_BOUND.capitalize() + ".", ""]
         else:
-            lines += [f"{bound.statement} What lies between:", ""]
-            lines += [*(f"- {part:.2f} mm: {what}" for what, part in bound.losses), ""]
+            lines += [bound.statement if bound.placed_mm else f"{bound.statement} What lies between:", ""]
+            lines += [*(f"- {part:.2f} mm: {what}" for what, part in bound.losses if not bound.placed_mm), ""]
             lines += ["Those machines also have", "", *(f"- {line}" for line in bound.family), ""]
         lines += [
             "## What binds",
@@ -387,6 +447,7 @@ class DesignReport:
                 + (f"fails {', '.join(failed)}" if failed else "passes every check")
                 for design, failed in self.log.built
             ),
+            *(f"- {line}" for line in self.log.placed),
             *(f"- {hardware}: given up, {reason}" for hardware, reason in self.log.no_progress.items()),
             "",
             *(("## What was learnt on the way", "") if self.why else ()),
@@ -403,7 +464,7 @@ class DesignReport:
             _STYLE,
             run=self,
             cards=self._cards(),
-            plot=_plot(self.log.trials, self.bound, self.unit),
+            plot=_plot(self.log.trials, self.facts["bound_mm"], self.unit),
             binding=binding(self.brief, self.facts),
             poor=poor_verdict(self.facts["poor"]),
             dearest=max((one.gain for one in self.costs), default=1.0),
@@ -426,6 +487,9 @@ class DesignReport:
         ]
         if facts["bound_mm"] is not None:
             cards.insert(1, ("Proved bound", f"{facts['bound_mm']:.2f}", "mm", f"{100.0 * facts['gap']:.2g} % more"))
+        if facts["placement"] is not None:
+            words, _, why = facts["placement"]["bought"].partition(" (")
+            cards.append(("Placed chains", words, "", why.removesuffix(")")))
         if facts["cost_EUR"] is not None:
             cards.append(("Cost of one", f"{facts['cost_EUR']:.0f}", "EUR", "by estimate, see cost.json"))
         return cards
@@ -436,14 +500,14 @@ def write_design(folder: Path, design: Design) -> None:
     (folder / "design.json").write_text(design_to_json(design), encoding="utf-8")
 
 
-def _plot(trials: Sequence[Trial], bound: Bound | None, unit: str) -> dict[str, Any]:
+def _plot(trials: Sequence[Trial], bound_mm: float | None, unit: str) -> dict[str, Any]:
     """Sets out the candidates, a row a motor, those first that come farthest."""
     best: dict[str, float] = {}
     for one in trials:
         name = f"{one.choice.motor} {one.choice.drive}"
         best[name] = max(one.score, best.get(name, -math.inf))
     rows = {name: _TOP + _ROW * k for k, name in enumerate(sorted(best, key=lambda name: -best[name]))}
-    values = [abs(one.score) for one in trials] + ([] if bound is None else [bound.side_mm])
+    values = [abs(one.score) for one in trials] + ([] if bound_mm is None else [bound_mm])
     across = Scale(values, _LEFT, _WIDTH - 20)
     dots = []
     for one in sorted(trials, key=lambda one: (one.failed is not None, one.failed == ())):  # what passes on top
@@ -468,6 +532,6 @@ def _plot(trials: Sequence[Trial], bound: Bound | None, unit: str) -> dict[str, 
         "floor": floor,
         "rows": [(y, name) for name, y in rows.items()],
         "ticks": across.ticks(),
-        "bound": None if bound is None else across.at(bound.side_mm),
+        "bound": None if bound_mm is None else across.at(bound_mm),
         "dots": dots,
     }

@@ -178,17 +178,27 @@ class Builder:
         key = built_candidate.choice.motor, built_candidate.choice.drive
         known, log = search.corrections[key], search.log.with_passed(built_candidate, stated)
         costs = relaxation.costs(brief, built_candidate, known)
+        symmetric = None
+        if built_candidate.choice.placed:
+            run.show("what the placement of the chains buys")
+            symmetric = relaxation.symmetric_score(brief, built_candidate, known, search.symmetric.get(key))
         run.show("certificate")
         certificate = report.certificate_of(stated, folder / "mass_properties.json")
         proved = None
         if brief.objective == "cube_side" and self._bounding:
-            family = Family(
-                brief, built_candidate, search.corrections | {key: with_least_radius(built_candidate, known)}
-            )
-            if (proved := self._bound(family, built_candidate.side_mm)) is None:
+            kept = with_least_radius(built_candidate, known)
+            if built_candidate.choice.placed and key in search.symmetric:
+                kept = replace(kept, overhead_mm=search.symmetric[key][0].corrections.overhead_mm)
+            family = Family(brief, built_candidate, search.corrections | {key: kept})
+            side_mm = built_candidate.side_mm if not built_candidate.choice.placed else symmetric or 0.0
+            proved = self._bound(family, side_mm) if side_mm > 0.0 else None
+            if proved is None and side_mm > 0.0:
                 built.remarks.append(NO_BOUND)
+            elif proved is not None and built_candidate.choice.placed:
+                proved = replace(proved, placed_mm=built_candidate.side_mm)
         self._closes_s = run.clock()
-        built.facts = report.facts_of(brief, outcome, log, proved)
+        placement = report.placement_of(brief, built_candidate, symmetric)
+        built.facts = report.facts_of(brief, outcome, log, proved, placement)
         notes = *brief.notes, *built.remarks
         found = report.DesignReport(brief, built.facts, log, known.why, notes, costs, proved)
         found.write(folder, report.placed(stated, brief, run.out / brief.name), certificate)

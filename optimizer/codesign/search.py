@@ -10,26 +10,23 @@ import numpy as np
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design, DesignError, design_hash
-from delta_cad.dimensions import CLEARANCE_MOST_MM, DimensionError
-from delta_cad.dimensions.joint import force_most_N
+from delta_cad.dimensions import DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
-from optimizer.codesign.bound import excluded
+from optimizer.codesign.bound import excluded, impossible
 from optimizer.codesign.candidate import (
     Candidate,
     ball_joint_friction,
     design_for,
     effective_mass_kg,
+    first_corrections,
+    moment_torque_N_m,
     refused,
     reported,
     weigh,
     with_gravity_torque,
-    worst_torque,
 )
 from optimizer.codesign.corrections import (
-    TORQUE_MARGIN,
-    TORQUE_MARGIN_N_M,
-    WEIGHED_AGAIN,
     Corrections,
     MassEstimate,
     RaisedLimits,
@@ -37,17 +34,17 @@ from optimizer.codesign.corrections import (
 )
 from optimizer.codesign.hardware import (
     SMALL,
-    WIDTHS,
     Selection,
     cheapest,
     dominated,
     drives,
-    motor_of,
+    first_ratios,
     neighbours,
-    ratios_of,
+    unlikely,
+    widths_of,
 )
 from optimizer.codesign.lengths import ENOUGH, ROUGHLY, ROUNDS, Found, best_lengths
-from optimizer.codesign.search_log import SearchLog, Trial, unmemoized
+from optimizer.codesign.search_log import SearchLog, Trial, unmemoized, worded
 from optimizer.codesign.updates import (
     COUPLE_STEP,
     ELBOW_STEP_DEG,
@@ -63,17 +60,17 @@ from optimizer.codesign.updates import (
     from_stiffness,
     too_soft,
     utilisation,
+    with_drive,
     with_outline,
     with_room,
 )
 from optimizer.problem.brief import DesignBrief
-from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.variables import is_symmetric
 from optimizer.search.clock import HalfTimeError, OutOfTimeError
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
 
-_RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
 _COARSE, _AGAIN, _FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # how often steps are halved
 _REFINED = 2  # times at most that hardware is refined with the masses of its solids
@@ -84,11 +81,12 @@ RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined 
 _SWEEPS = 10  # machines of one choice that are made
 _TRIES = 16  # closed forms and weights of one choice, until they agree
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
+_PAYS = 0.01  # share of a score that placed chains have to give: the base plate is another, and so is the platform
 _ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
 
 T = TypeVar("T")
 Lengths = tuple[float, ...]
-"""(6) in the order of `VARIABLES`, mm."""
+"""(9) in the order of `VARIABLES`, mm."""
 SolidResults = tuple[MassEstimate, list[CheckResult], tuple[float, float]]
 """Masses of the solids, the checks that these decide, and the friction of the ball joints, N."""
 
@@ -116,6 +114,7 @@ class Search:
         dearer: Price of the machine that passed last over its estimate, where prices are compared.
         finely: Whether ratio, pinion and width are improved before a machine is built, beyond what passes.
         ready: A candidate that closed forms and its weights pass, which is built where the time is short.
+        symmetric: Hardware with placed chains -> the three-fold symmetric candidate before, and what was known of it.
     """
 
     brief: DesignBrief
@@ -134,6 +133,7 @@ class Search:
     dearer: float = 1.0
     finely: bool = True
     ready: Candidate | None = None
+    symmetric: dict[tuple[str, str], tuple[Candidate, Corrections]] = field(default_factory=dict)
 
     def begin(self, step: str) -> None:
         """Reports a step, or ends what goes on where there is no time for it.
@@ -169,13 +169,6 @@ class Search:
         if found is not None:
             self.log.trials.append(Trial(choice, found.score))
         return found
-
-    def _first(self, choice: Selection) -> Corrections:
-        """What is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
-        row = motor_of(self.brief, choice.motor)
-        masses = replace(self.first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
-        margin = max(TORQUE_MARGIN_N_M, TORQUE_MARGIN * choice.torque_N_m(row))
-        return Corrections(replace(self.first, masses=masses, ratio=choice.ratio), torque_margin_N_m=margin)
 
     def _or_log(self, choice: Selection, find: Callable[[], T | None]) -> T | None:
         """What is found; None where nothing is, which `log.no_progress` explains."""
@@ -214,7 +207,7 @@ class Search:
     ) -> Candidate | None:
         """As `fixed_point`; raises where there is no candidate, and says why."""
         key = choice.motor, choice.drive
-        built = self.corrections.get(key) or self._first(choice)
+        built = self.corrections.get(key) or first_corrections(self.brief, choice, self.first)
         corrections = built.with_raised_limits(raised)
         geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
@@ -228,20 +221,18 @@ class Search:
             start = lengths = found.lengths_mm
             try:
                 design = design_for(self.brief, choice, lengths, corrections.at_arm_length(lengths[0]))
+                if choice.placed and (known := with_drive(choice, corrections, design, lengths)) is not corrections:
+                    corrections = known
+                    continue
                 reasons = refused(design)
                 if geared and (pulled := [one for one in reasons if one.part == PULLED]):
-                    bare = replace(
-                        corrections, mass_estimate=replace(corrections.mass_estimate, gravity_torque_N_m=0.0)
-                    )
-                    sector = design.hardware.sector_radius_mm
-                    corrections = from_cable_pull(
-                        corrections, sector, self._moment(bare, lengths), utilisation(pulled[0])
-                    )
+                    torque = moment_torque_N_m(self.brief, lengths, 0.0)
+                    corrections = from_cable_pull(corrections, design, torque, utilisation(pulled[0]))
                     reasons = tuple(one for one in reasons if one not in pulled)
                     if not reasons:
                         continue
                 if reasons:
-                    choice, corrections = from_refusals(self.brief, choice, corrections, reasons, found.side_mm)
+                    choice, corrections = from_refusals(self.brief, choice, corrections, reasons, lengths)
                     continue
                 if (soft := too_soft(design)) is not None:
                     corrections = from_stiffness(corrections, *soft, design)
@@ -261,7 +252,7 @@ class Search:
             ):
                 corrections = heavier
                 continue
-            near = self._known(corrections.mass_estimate, lengths, choice)
+            near = corrections.mass_estimate.is_of(lengths[0], lengths[1], choice.ratio)
             self.begin(f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1: its masses")
             try:
                 weighed, results, friction = self._weighed(design)
@@ -272,10 +263,8 @@ class Search:
             candidate = replace(candidate, corrections=corrections, weighed=True)
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
             if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
-                sector = design.hardware.sector_radius_mm
-                corrections = from_cable_pull(
-                    corrections, sector, self._moment(corrections, lengths), utilisation(pull)
-                )
+                torque = moment_torque_N_m(self.brief, lengths, weighed.gravity_torque_N_m)
+                corrections = from_cable_pull(corrections, design, torque, utilisation(pull))
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, corrections, results)
                 spares = [a - b for a, b in zip(corrections.overhead_mm, closer.overhead_mm, strict=True)]
@@ -304,20 +293,6 @@ class Search:
             SolidResults,
         )
 
-    def _moment(self, corrections: Corrections, lengths: Lengths) -> float:
-        """The most torque of a joint for a moment, N m."""
-        force = self.brief.requirements.peak_force_N or self.brief.requirements.force_N
-        return (
-            worst_torque(dict(zip(VARIABLES, lengths, strict=True)), force)
-            + corrections.mass_estimate.gravity_torque_N_m
-        )
-
-    @staticmethod
-    def _known(weighed: MassEstimate, lengths: tuple[float, ...], choice: Selection) -> bool:
-        """Whether masses are those of a machine so near that another weighing would change nothing."""
-        pairs = (weighed.upper_arm_mm, lengths[0]), (weighed.forearm_mm, lengths[1]), (weighed.ratio, choice.ratio)
-        return weighed.own and all(abs(a - b) <= WEIGHED_AGAIN * b for a, b in pairs)
-
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
 
@@ -334,11 +309,23 @@ class Search:
                 break
             refined = self._refined_in_time(choice)
             if refined is not None and (best is None or self.dearer * refined.score > best[0].score):
-                best = self.built(refined, -np.inf if best is None else best[0].score) or best
+                best = self._built_or_symmetric(refined, -np.inf if best is None else best[0].score) or best
             self.log.ended(name := f"{choice.motor} {choice.drive}")
             if best is None and name not in self.log.no_progress:
                 self.log.inconclusive.add(name)
         return best
+
+    def _built_or_symmetric(self, refined: Candidate, least: float) -> tuple[Candidate, Outcome] | None:
+        """As `built`; the three-fold symmetric machine where none with placed chains passes that still pays."""
+        if not refined.choice.placed or (key := (refined.choice.motor, refined.choice.drive)) not in self.symmetric:
+            return self.built(refined, least)
+        symmetric, known = self.symmetric[key]
+        found = self.built(refined, max(least, self._pays(symmetric)))
+        if found is None:
+            self.tell(f"{' '.join(key)}: no machine with placed chains passes that pays; the three-fold symmetric one")
+            self.corrections[key] = known
+            found = self.built(symmetric, least)
+        return found
 
     def _refined_in_time(self, choice: Selection) -> Candidate | None:
         """Improves hardware as long as there is time for it; then the best that was weighed."""
@@ -347,7 +334,7 @@ class Search:
             refined = self.refined(choice)
             for _ in range(_REFINED):
                 if refined is not None and self._worse(refined):
-                    refined = self.refined(refined.choice, again=True)
+                    refined = self.refined(refined.choice, again=True, start=refined.lengths_mm)
         except HalfTimeError:
             refined = self.ready
         self.ready = None
@@ -363,7 +350,7 @@ class Search:
     def ranked(self) -> Iterator[tuple[float, Selection]]:
         """The hardware worth building: of the best estimates what their parts leave, the best first, then the rest."""
         self.log.left = [f"{motor} {drive}" for motor, drive in drives(self.brief)]
-        self.log.impossible = list(_impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
+        self.log.impossible = list(impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
         if self.log.impossible:
             return
         found: list[tuple[float, Selection]] = []
@@ -376,24 +363,31 @@ class Search:
             if (fixed_point := self._fixed_point_near(choice, weighing=False)) is None:
                 self.log.ended(f"{choice.motor} {choice.drive}")
             else:
-                found.append((min(fixed_point.score, score), choice.with_(ratio=fixed_point.choice.ratio)))
+                one = choice.with_(ratio=fixed_point.choice.ratio, placed=fixed_point.choice.placed)
+                found.append((min(fixed_point.score, score), one))
         yield from sorted(found, key=lambda one: -one[0])
         yield from rest
 
     def _rough(self) -> list[tuple[float, Selection]]:
-        """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at."""
+        """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at.
+
+        Chains are placed for the outline where no motor does with three-fold symmetric ones.
+        """
+        return self._estimates(placed=False) or (self._estimates(placed=True) if self.brief.placeable else [])
+
+    def _estimates(self, placed: bool) -> list[tuple[float, Selection]]:
         found: list[tuple[float, Selection]] = []
         failed: list[Selection] = []
         known: Lengths | None = None  # of another motor: a place to begin from
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
-        for motor, drive in sorted(drives(self.brief), key=self._unlikely):
+        for motor, drive in sorted(drives(self.brief), key=lambda one: unlikely(self.brief, one)):
             if found and self.hurried():
                 break
-            ratios = self._first_ratios(drive)
+            ratios = first_ratios(self.brief, drive)
             best: tuple[float, Selection] | None = None
-            for width in self._widths()[: 1 if found else None]:  # a narrower one where nothing fits
+            for width in widths_of(self.brief)[: 1 if found else None]:  # a narrower one where nothing fits
                 for ratio in ratios:
-                    choice = Selection(motor, drive, ratio, width, entries)
+                    choice = Selection(motor, drive, ratio, width, entries, placed=placed)
                     if dominated(self.brief, choice, failed):
                         continue
                     estimate = self._estimate(choice, known)
@@ -406,10 +400,13 @@ class Search:
                         best = estimate.score, choice
                 if best is not None:
                     break
+            name = f"{motor} {drive}"
             if best is None:
-                self.log.no_progress[name := f"{motor} {drive}"] = "its torque, masses and rods' springs leave no cube"
+                self.log.no_progress[name] = "its torque, masses and rods' springs leave no cube"
                 self.log.ended(name)
             else:
+                if self.log.no_progress.pop(name, ""):
+                    self.log.left.append(name)
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
         return found
@@ -435,49 +432,57 @@ class Search:
         """Whether ties are broken by the effective mass: the cube is set, and no mass is sought."""
         return self.brief.objective in ("outline", "cost")
 
-    def _unlikely(self, hardware: tuple[str, str]) -> float:
-        """Orders motors so that the first has lengths, from which the others begin: the lightest or the strongest."""
-        row = motor_of(self.brief, hardware[0])
-        if self.brief.feel.effective_mass_max_kg is None:
-            return -row.nominal_torque_N_m * self._ratios(hardware[1])[1]
-        return row.rotor_inertia_kg_m2 * self._ratios(hardware[1])[0] ** 2
-
-    def _ratios(self, drive: str) -> tuple[float, float]:
-        return ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
-
-    def _first_ratios(self, drive: str) -> list[float]:
-        """The ratios that are estimated."""
-        low, high = self._ratios(drive)
-        return np.geomspace(low, high, _RATIO_COUNT + 2)[1:-1].round(2).tolist() if high > low else [low]
-
-    def _widths(self) -> tuple[float, ...]:
-        stated = self.brief.limits.parallelogram_width_mm
-        return WIDTHS if stated is None else (stated,)
-
     def _words(self, score: float) -> str:
-        """Says what a score is."""
-        words = {"cube_side": f"{score:.2f} mm of cube", "cost": f"{-score:.0f} EUR"}
-        words["effective_mass"] = f"{-score:.4g} kg felt"
-        return words.get(self.brief.objective, f"{-score:.2f} mm of width and depth")
+        return worded(self.brief.objective, score)
 
     def _estimate(self, choice: Selection, start_mm: Lengths | None = None) -> Found | None:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
         self.log.candidates += 1
         self.begin(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
-        corrections = self.corrections.get((choice.motor, choice.drive)) or self._first(choice)
+        corrections = self.corrections.get((choice.motor, choice.drive)) or first_corrections(
+            self.brief, choice, self.first
+        )
         return self._lengths(choice, corrections, start_mm, 1)
 
-    def refined(self, choice: Selection, again: bool = False) -> Candidate | None:
-        """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
+    def refined(self, choice: Selection, again: bool = False, start: Lengths | None = None) -> Candidate | None:
+        """Improves ratio and width of a choice, one after the other, as far as closed forms tell, then the placement.
 
         Args:
             choice: Hardware.
             again: Whether it was refined before and solids changed its corrections: nearer choices are looked at.
+            start: Lengths of a placed machine to begin from.
         """
-        best = self._fixed_point_near(choice, weighing=not again)
+        best = self._fixed_point_near(choice, not again, start if choice.placed else None)
         if not again:
             self.ready = best
-        return best if best is None or not self.finely else self._climbed(best, _AGAIN if again else _COARSE)
+        if best is None or not self.finely:
+            return best
+        best = self._climbed(best, _AGAIN if again else _COARSE)
+        return best if again else self._placed(best)
+
+    def _pays(self, symmetric: Candidate) -> float:
+        """The score beyond which placed chains are worth it; any is where the task asks for them."""
+        return -np.inf if self.brief.placement else symmetric.score + _PAYS * abs(symmetric.score)
+
+    def _placed(self, symmetric: Candidate) -> Candidate:
+        """Places the chains of a candidate for the outline, where that pays or is asked for."""
+        if not self.brief.placeable or symmetric.choice.placed:
+            return symmetric
+        choice, key = symmetric.choice.with_(placed=True), (symmetric.choice.motor, symmetric.choice.drive)
+        known, given_up = dict(self.corrections), (dict(self.log.no_progress), set(self.log.inconclusive))
+        even = f"{self._words(symmetric.score)} with symmetric ones"
+        self.begin(f"{even}: chains placed for the outline")
+        self.ready = self.ready and symmetric  # which is refined, and stands whatever the time is
+        found = self.fixed_point(choice, symmetric.lengths_mm)
+        found = found and self._climbed(found, _AGAIN[1:])  # what drives take of the outline goes with the width
+        words = "no lengths" if found is None else self._words(found.score)
+        self.log.placed.append(f"{' '.join(key)}: {words} with placed chains, {even}")
+        self.tell(self.log.placed[-1])
+        if found is None or is_symmetric(found.lengths_mm) or found.score <= self._pays(symmetric):
+            self.corrections, (self.log.no_progress, self.log.inconclusive) = known, given_up
+            return symmetric
+        self.symmetric[key] = symmetric, known.get(key, first_corrections(self.brief, choice, self.first))
+        return found
 
     def _polished(self, candidate: Candidate) -> Candidate:
         """Improves ratio and pinion of a candidate by small steps with its solids' masses, and weighs it again."""
@@ -517,12 +522,17 @@ class Search:
         self.begin(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
         return found
 
-    def _fixed_point_near(self, choice: Selection, weighing: bool) -> Candidate | None:
-        """What `fixed_point` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
-        ratios = {choice.ratio, *self._first_ratios(choice.drive)}
-        for ratio in sorted(ratios, key=lambda ratio: abs(np.log(ratio / choice.ratio))):
-            if (found := self.fixed_point(choice.with_(ratio=ratio), weighing=weighing)) is not None:
-                return found
+    def _fixed_point_near(self, choice: Selection, weighing: bool, start: Lengths | None = None) -> Candidate | None:
+        """What `fixed_point` finds, of the nearest of the first ratios where it finds nothing: its parts may do.
+
+        Where three-fold symmetric chains do at no ratio, placed ones may.
+        """
+        ratios = {choice.ratio, *first_ratios(self.brief, choice.drive)}
+        for placed in dict.fromkeys((choice.placed, choice.placed or self.brief.placeable)):
+            for ratio in sorted(ratios, key=lambda ratio: abs(np.log(ratio / choice.ratio))):
+                one = choice.with_(ratio=ratio, placed=placed)
+                if (found := self.fixed_point(one, start, weighing=weighing)) is not None:
+                    return found
         return None
 
     def built(
@@ -546,6 +556,8 @@ class Search:
         """As `built`; raises where its checks teach nothing."""
         key = choice.motor, choice.drive
         candidate: Candidate | None = None
+        if isinstance(first, Candidate) and choice.placed:
+            start = first.lengths_mm
         for turn in range(_SWEEPS):
             if not turn and isinstance(first, Candidate) and first.weighed and self.hurried():
                 candidate = first
@@ -586,15 +598,3 @@ class Search:
         if self.brief.objective == "cost":  # others are estimated with the machine's own solids, and as well as built
             self.dearer = -value / candidate.score
         return replace(candidate, score=-value)
-
-
-def _impossible(brief: DesignBrief) -> Iterator[str]:
-    """Gives the requirements that no hardware and no lengths meet, by closed forms alone."""
-    required = brief.requirements
-    if required.clearance_min_mm > CLEARANCE_MOST_MM:
-        most = f"{CLEARANCE_MOST_MM:g} mm in any machine"
-        yield f"requirements.clearance_min_mm = {required.clearance_min_mm:g} must be at most {most}"
-    for name, force in (("force_N", required.force_N), ("peak_force_N", required.peak_force_N)):
-        if force is not None and force > force_most_N():
-            most = f"{force_most_N():.4g} N: no spring holds rods on their balls"
-            yield f"requirements.{name} = {force:g} must be at most {most}"

@@ -57,6 +57,7 @@ class SearchLog:
         built: Machines that were made: design, and the names of the checks that failed.
         no_progress: Hardware -> why it was given up.
         inconclusive: Hardware of which a candidate failed in a way that shows nothing of others.
+        placed: What placed chains came to, before a machine was made, a line each.
         left: Hardware that was not looked at to its end.
         impossible: Bounds, by closed form or proof, that no machine of any hardware meets.
     """
@@ -66,6 +67,7 @@ class SearchLog:
     built: list[tuple[Design, tuple[str, ...]]] = field(default_factory=list)
     no_progress: dict[str, str] = field(default_factory=dict)
     inconclusive: set[str] = field(default_factory=set)
+    placed: list[str] = field(default_factory=list)
     left: list[str] = field(default_factory=list)
     impossible: list[str] = field(default_factory=list)
 
@@ -87,6 +89,13 @@ class SearchLog:
     def reasons(self) -> list[str]:
         """Why there is no machine of any hardware that was looked at, a line each."""
         return self.impossible or [f"{hardware}: {why}" for hardware, why in self.no_progress.items()]
+
+
+def worded(objective: str, score: float) -> str:
+    """Says what a score of an objective is."""
+    words = {"cube_side": f"{score:.2f} mm of cube", "cost": f"{-score:.0f} EUR"}
+    words["effective_mass"] = f"{-score:.4g} kg felt"
+    return words.get(objective, f"{-score:.2f} mm of width and depth")
 
 
 class Verdict(Enum):
@@ -145,4 +154,4 @@ def unmemoized(_step: str, _of: object, compute: Callable[[], T], _kind: object)
 class Journal(Checkpoint):
     """The steps of a search in a file, each under what it was computed from."""
 
-    OTHER = "is of another run: requirements or seed differ"
+    OTHER = "is of another run: requirements or seed differ, or another version of the program wrote it"

@@ -14,17 +14,30 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.rules import ARM, BASE, WIDTH
 from delta_cad.mechanism.limits import Outline
-from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.corrections import COUPLE_MOST, KNOB_MM, TORQUE_MARGIN_N_M, Corrections, apart_by, folds
+from optimizer.codesign.candidate import Candidate, outline_arguments
+from optimizer.codesign.corrections import (
+    COUPLE_MOST,
+    KNOB_MM,
+    REAR_PAIR,
+    SIDE_PAIR,
+    TORQUE_MARGIN_N_M,
+    Corrections,
+    apart_by,
+    as_symmetric,
+    folds,
+    placed_sides,
+)
 from optimizer.codesign.estimates import ELBOW_FIELD, ENVELOPE, LENGTHS, SIZES, SWING_FIELD, Estimate
 from optimizer.codesign.hardware import Selection, default_of
 from optimizer.problem.brief import DesignBrief
-from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.variables import SIDE, VARIABLES, completed
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
     from delta_cad.solids.primitive import BuildError
 
+_SHIFT = VARIABLES.index("side_shift")
+_NO_LENGTHS = (0.0,) * _SHIFT
 _PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 _SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 UNFOLDED = 0.85  # of what was asked of arms that folded: it is asked anew where it still has to be
@@ -46,6 +59,9 @@ _SOLID = "solid "  # checks of what the kernel made, with a part's number
 _APART = "chains apart"  # check: what a base radius lacks for keys, or leaves
 _UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 _CREEP_MM = 0.4
+# By which a drive is longer or shorter: what follows from less is learnt with the outline. Arms and what holds them
+# follow from one another, so that a drive which is a little shorter is left as it is.
+_SAME_MM, _SHORTER_MM = 0.3, 2.0
 _LEFT_MM = 2.0  # of a base radius that closed forms are asked about
 _ROUNDED_MM = 0.002  # to which lengths are rounded, and a little
 _KERNEL, KERNEL_TRIES, _KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
@@ -65,7 +81,11 @@ class InconclusiveError(NoProgressError):
 
 
 def from_refusals(
-    brief: DesignBrief, choice: Selection, corrections: Corrections, reasons: Sequence[Estimate], side_mm: float = 0.0
+    brief: DesignBrief,
+    choice: Selection,
+    corrections: Corrections,
+    reasons: Sequence[Estimate],
+    lengths_mm: Sequence[float] = _NO_LENGTHS,
 ) -> tuple[Selection, Corrections]:
     """Learns from the closed forms that refuse a candidate.
 
@@ -74,7 +94,7 @@ def from_refusals(
         choice: Hardware that was refused.
         corrections: What was known.
         reasons: Why; all that can be met are.
-        side_mm: Of the cube that was refused; of use behind a panel.
+        lengths_mm: (9) of the candidate that was refused; of use behind a panel, and of a placed machine.
 
     Returns:
         What to try next.
@@ -83,8 +103,10 @@ def from_refusals(
         NoProgressError: None of them can be.
     """
     before = choice, corrections
+    if choice.placed:
+        reasons = [_of_stands(reason, choice, lengths_mm) for reason in reasons]
     radii = [one.bound for one in reasons if one.field == BASE and one.bound is not None]
-    room = _room_for_arm_mm(brief, choice, corrections, radii)
+    room = _room_for_arm_mm(brief, choice, corrections, radii, completed(lengths_mm))
     reasons = [_by_angle(reason, room) for reason in reasons]
     overloads: list[tuple[float, str]] = []
     for reason in reasons:
@@ -107,16 +129,16 @@ def from_refusals(
         elif entry in _PARTS:
             choice = _another(brief, choice, entry)
         elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):
-            over = list(corrections.overhead_mm)
-            shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
             # an outline that is free is posed in whole millimetres: by less it may stay as it is
-            over[shorter] += bound - reason.value + MARGIN_MM if brief.outline_mm else math.ceil(bound - reason.value)
+            more = bound - reason.value + MARGIN_MM if brief.outline_mm else float(math.ceil(bound - reason.value))
+            over = list(corrections.overhead_mm)
+            for k in _sides(brief, choice, corrections, entry, reason.value, lengths_mm):
+                over[k] += more
             corrections = corrections.updated(str(reason), overhead_mm=(over[0], over[1]))
         elif field == ELBOW_FIELD and isinstance(bound, float):
             least = math.ceil(bound * _SIZE_STEP) / _SIZE_STEP
-            eased = {
-                name: mm if name.endswith("radius") else UNFOLDED * mm for name, mm in corrections.least_mm.items()
-            }
+            known = corrections.least_mm.items()
+            eased = {name: mm if name.endswith(("radius", "pair")) else UNFOLDED * mm for name, mm in known}
             corrections = corrections.updated(str(reason), elbow_angle_deg=least, least_mm=eased)
         elif field == SWING_FIELD and isinstance(bound, float):
             least = max(corrections.shoulder_low_deg, math.ceil(bound * _SIZE_STEP) / _SIZE_STEP)
@@ -126,20 +148,54 @@ def from_refusals(
         elif field.startswith("requirements.") or not field:
             corrections = _stiffer(corrections, str(reason))
     if overloads:
-        corrections = _levered(corrections, side_mm, *min(overloads))
+        corrections = _levered(corrections, 2.0 * lengths_mm[SIDE], *min(overloads))
     if (choice, corrections) == before:
         raise NoProgressError("; ".join(str(reason) for reason in reasons))
     return choice, corrections
 
 
+def _sides(
+    brief: DesignBrief,
+    choice: Selection,
+    corrections: Corrections,
+    entry: str,
+    size_mm: float,
+    lengths_mm: Sequence[float],
+) -> tuple[int, ...]:
+    """The sides of a machine, 0 along y and 1 along x, of which one lies along a side of the outline.
+
+    Its longer side lies along the outline's; in a square either may.
+    """
+    sides = brief.outline_mm or (math.inf, 0.0)
+    if sides[0] == sides[1]:
+        return 0, 1
+    shorter = size_mm < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
+    along_y, along_x = _sides_mm(choice, corrections, lengths_mm)
+    return (int(shorter == bool(along_y >= along_x)),)
+
+
 def _room_for_arm_mm(
-    brief: DesignBrief, choice: Selection, corrections: Corrections, radii_mm: Sequence[float]
+    brief: DesignBrief,
+    choice: Selection,
+    corrections: Corrections,
+    radii_mm: Sequence[float],
+    lengths_mm: np.ndarray,
 ) -> float:
-    """The longest upper arm within an outline for the required base radius."""
+    """The longest upper arm within an outline for the required base radius, as the chains are placed."""
     if brief.outline_mm is None:
         return math.inf
-    reach = Outline(*brief.outline_mm, choice.width_mm, corrections.overhead_mm).reach_max_mm
+    shift, cosine = lengths_mm[_SHIFT : _SHIFT + 2].tolist()
+    outline = Outline(*brief.outline_mm, choice.width_mm, corrections.overhead_mm)
+    reach = outline.largest_reach_mm(shift, cosine) + min(shift, 0.0)
     return reach - max([corrections.least_radius_mm(choice.width_mm), *radii_mm])
+
+
+def _of_stands(reason: Estimate, choice: Selection, lengths_mm: Sequence[float]) -> Estimate:
+    """An estimate of chain 0's base radius by that of all chains of a placed machine, which moves with it."""
+    if reason.field != BASE or reason.bound is None or not isinstance(reason.value, float):
+        return reason
+    ahead = reason.value - float(min(as_symmetric(completed(lengths_mm), choice.width_mm)["shoulders"]))
+    return replace(reason, value=reason.value - ahead, bound=reason.bound - ahead)
 
 
 def _by_angle(reason: Estimate, room_mm: float) -> Estimate:
@@ -187,9 +243,9 @@ def utilisation(one: Estimate | CheckResult) -> float:
     return 1.0 / (one.reason.margin or 1.0)
 
 
-def from_cable_pull(corrections: Corrections, sector_mm: float, torque_N_m: float, share: float) -> Corrections:
+def from_cable_pull(corrections: Corrections, design: Design, torque_N_m: float, share: float) -> Corrections:
     """Corrects the allowable cable force on a motor's shaft, to which the peak joint torque contributes."""
-    pull = _MARGIN * torque_N_m / share / (sector_mm / MM_PER_M)
+    pull = _MARGIN * torque_N_m / share / (design.hardware.sector_radius_mm / MM_PER_M)
     return corrections.updated(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N=pull)
 
 
@@ -247,7 +303,8 @@ def from_kernel(
 
 def _farther_out(corrections: Corrections, lengths_mm: tuple[float, ...], why: str) -> Corrections:
     """Asks for chains a little farther out, so often as that may help; raises `InconclusiveError`."""
-    radius, failed = lengths_mm[VARIABLES.index("base_radius")], sum(one.startswith(_KERNEL) for one in corrections.why)
+    radius = lengths_mm[VARIABLES.index("base_radius")] + min(0.0, float(completed(lengths_mm)[_SHIFT]))
+    failed = sum(one.startswith(_KERNEL) for one in corrections.why)
     if failed >= KERNEL_TRIES or corrections.least("base_radius") > radius + _ROUNDED_MM:
         raise InconclusiveError(why)
     return corrections.raised("base_radius", radius + _KERNEL_STEP_MM, f"{_KERNEL}: {why}")
@@ -280,9 +337,9 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
         elif result.name.startswith("structure"):
             corrections = _stiffer(corrections, why)
         elif result.name in _REACHED:
-            corrections = _chains_apart(candidate, corrections, _REACHED_STEP_MM, why)
+            corrections = _chains_apart(candidate, corrections, _REACHED_STEP_MM, why, result.worst_pair or ())
         elif result.name == _APART:
-            corrections = _chains_apart(candidate, corrections, short, why)
+            corrections = _chains_apart(candidate, corrections, short, why, result.worst_pair or ())
         elif result.name.startswith(_SOLID):
             if corrections.least("base_radius") == before.least("base_radius"):  # once a build
                 corrections = _farther_out(corrections, candidate.lengths_mm, f"{result.name}: {result.detail}")
@@ -299,10 +356,11 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
                 least = candidate.elbow_deg + step * again
                 corrections = corrections.updated(why, elbow_angle_deg=max(least, corrections.elbow_angle_deg))
                 continue
-            length, step = apart_by(result.worst_pair or ())
+            length, step = apart_by(result.worst_pair or (), candidate.choice.placed)
             if result.unit == "mm" and result.value is not None:
                 step = max(step, short)
-            corrections = corrections.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step * again, why)
+            now = dict(zip(VARIABLES, candidate.lengths_mm, strict=False)) | candidate.radii_mm
+            corrections = corrections.raised(length, now[length] + step * again, why)
     if failed and corrections == before:
         raise InconclusiveError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return corrections
@@ -313,15 +371,60 @@ def _kind(name: str) -> str:
     return " ".join(word for word in name.split("_") if not word.isdigit())
 
 
-def _chains_apart(candidate: Candidate, corrections: Corrections, short_mm: float, why: str) -> Corrections:
-    """Moves the chains apart by the shortfall of a candidate's base radius."""
-    radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
-    return corrections.with_chains_apart(candidate.choice.width_mm, radius, short_mm, why)
+def _chains_apart(
+    candidate: Candidate, corrections: Corrections, short_mm: float, why: str, pair: Sequence[str]
+) -> Corrections:
+    """Moves the chains apart by the shortfall of a candidate's base radius; of a placed machine the two it is about."""
+    radii, (length, _) = candidate.radii_mm, apart_by(pair, candidate.choice.placed)
+    if length in (SIDE_PAIR, REAR_PAIR):
+        return corrections.raised(length, radii[length] + short_mm, why)
+    return corrections.with_chains_apart(candidate.choice.width_mm, radii["base_radius"], short_mm, why)
 
 
 def by_weight(check: str) -> bool:
     """Whether a check depends on masses, inertias and joint friction."""
     return check == _GRAVITY_CHECK or check in _SHARES
+
+
+def _sides_mm(choice: Selection, corrections: Corrections, lengths_mm: Sequence[float]) -> tuple[float, float]:
+    """What points and bars of a machine take along y and along x, mm; of a placed one its drives, too."""
+    if choice.placed:
+        along_y, along_x = placed_sides(completed(lengths_mm), choice.width_mm, corrections.drive_mm)
+        return float(max(along_y)), float(max(along_x))
+    width, depth = Outline(0.0, 0.0, choice.width_mm).size_mm(*outline_arguments(lengths_mm))
+    return float(width), float(depth)
+
+
+def with_drive(choice: Selection, corrections: Corrections, design: Design, lengths_mm: Sequence[float]) -> Corrections:
+    """Learns the points of a drive of a placed machine, and takes them off what is beyond the elbows.
+
+    What is known of the outline is first that of a three-fold symmetric machine, whose motors stand out, too: a machine
+    with the same arms takes the same with its points.
+
+    Returns:
+        What is known now; the same of parts that have no dimensions, which a refusal tells.
+    """
+    from delta_cad.dimensions import dimensions
+
+    try:
+        d = dimensions(design)
+    except DimensionError:
+        return corrections
+    out, end = d.bracket.motor_axis_mm[0] - d.bracket.shoulder_u_mm, d.layers.motor_cheek_mm[1] + d.motor.length_mm
+    radius = d.motor.diameter_mm / 2.0
+    points = [(out + side * radius, end) for side in (-1.0, 1.0)]
+    points += [(out + u, end + behind) for leads in d.leads for u, behind in leads.outside_mm]
+    found = tuple(points)
+    longer = max(t for _, t in found) - max((t for _, t in corrections.drive_mm), default=-math.inf)
+    if -_SHORTER_MM <= longer <= _SAME_MM:
+        return corrections
+    symmetric = lengths_mm[:_SHIFT]
+    before, after = (_sides_mm(choice, replace(corrections, drive_mm=drive), symmetric) for drive in ((), found))
+    if corrections.drive_mm:  # of another ratio or pinion: what is beyond its points is beyond these
+        before = after
+    over = tuple(o + b - a for o, b, a in zip(corrections.overhead_mm, before, after, strict=True))
+    why = f"drives reach {end:.1f} mm along their shoulder axes"
+    return corrections.updated(why, drive_mm=found, overhead_mm=(over[0], over[1]))
 
 
 def with_outline(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
@@ -330,9 +433,12 @@ def with_outline(candidate: Candidate, corrections: Corrections, results: Iterab
     width, depth = (named.get(f"envelope {way}") for way in ("width", "depth"))
     if width is None or depth is None:
         return corrections
-    reach = candidate.lengths_mm[0] + candidate.lengths_mm[2]
-    longer, shorter = (float(size) for size in Outline(0.0, 0.0, candidate.choice.width_mm).size_mm(np.array(reach)))
-    over = max(width, depth) + MARGIN_MM - longer, min(width, depth) + MARGIN_MM - shorter
+    points = _sides_mm(candidate.choice, corrections, candidate.lengths_mm)
+    ways = [
+        tuple(size + MARGIN_MM - own for size, own in zip(sizes, points, strict=True))
+        for sizes in ((width, depth), (depth, width))
+    ]
+    over = min(ways, key=lambda way: max(abs(a - b) for a, b in zip(way, corrections.overhead_mm, strict=True)))
     if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < MARGIN_MM:
         return corrections
     why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
@@ -347,7 +453,7 @@ def with_room(
     Returns:
         What is known, and by how much the base radius may be shorter, mm.
     """
-    radius, width = candidate.lengths_mm[VARIABLES.index("base_radius")], candidate.choice.width_mm
+    radius, width = candidate.radii_mm["base_radius"], candidate.choice.width_mm
     left = -min((one.value or 0.0 for one in results if one.name == _APART), default=0.0)
     requested = corrections.least_radius_mm(width)
     if left <= 0.0 or radius > requested + _UNKNOWN_MM or requested <= corrections.least("base_radius"):
@@ -363,12 +469,17 @@ def with_least_radius(candidate: Candidate, corrections: Corrections) -> Correct
     """
     from delta_cad.structure.hardware.refusals import LEARNT, refusals
 
-    design = candidate.design
-    radius, width = design.mechanism.base_radius_mm, candidate.choice.width_mm
+    design, width = candidate.design, candidate.choice.width_mm
+    radius = candidate.radii_mm["base_radius"]
 
     def passes(shorter_mm: float) -> bool:
-        shorter = design.mechanism.model_copy(update={"base_radius_mm": radius - shorter_mm})
-        reasons = refusals(design.model_copy(update={"mechanism": shorter}), LEARNT)
+        mechanism, radii = design.mechanism, design.mechanism.base_radii_mm
+        shorter = {
+            "base_radius_mm": mechanism.base_radius_mm - shorter_mm,
+            "base_radii_mm": radii and tuple(one - shorter_mm for one in radii),
+        }
+        nearer = mechanism.model_copy(update=shorter)
+        reasons = refusals(design.model_copy(update={"mechanism": nearer}), LEARNT)
         return not any(reason.field == BASE for reason in reasons)
 
     if passes(_LEFT_MM):

@@ -79,7 +79,7 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.synthesis.checkpoint import CheckpointError
 
     own_parts = sha256(repr(brief.own_parts).encode()).hexdigest()  # the file names their folder, not their rows
-    key = {"design": 1, "requirements": brief_hash(brief), "own_parts": own_parts, "seed": given.seed}
+    key = {"design": 2, "requirements": brief_hash(brief), "own_parts": own_parts, "seed": given.seed}
     key["version"] = version("delta-haptics")
     try:
         journal = Journal(given.out / f"{brief.name}.design.jsonl", key, given.resume)

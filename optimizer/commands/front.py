@@ -93,8 +93,8 @@ def run(given: argparse.Namespace) -> int:
         return run_machines(given)
     from delta_cad.design import DesignError, load_design
     from delta_cad.mechanism import MechanismError
-    from optimizer.paper.evaluation import mechanism_of
     from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
+    from optimizer.problem.variables import mechanism_of
     from optimizer.study.maps import require_held
 
     try:
@@ -199,7 +199,7 @@ def _drawings(
     trade: Trade, design: Design | None, published: Any, runs: list[Trace], subject: FrontPoint | None
 ) -> list[Drawing]:
     """Lists name, caption and drawing of every picture."""
-    from optimizer.paper.evaluation import mechanism_of
+    from optimizer.problem.variables import mechanism_of
     from optimizer.study import pictures
     from optimizer.study.maps import slices
 
@@ -269,14 +269,14 @@ def _wanted(trade: Trade) -> FrontPoint | None:
 
 
 def lengths_of(design: Design) -> tuple[float, ...]:
-    """Gives the six lengths of a design file in mm, in the order of the optimiser's variables."""
-    sizes, cube = design.mechanism, design.cube
-    four = (sizes.upper_arm_length_mm, sizes.forearm_length_mm, sizes.base_radius_mm, sizes.platform_radius_mm)
-    return *four, cube.bottom_height_mm, cube.half_side_mm
+    """Gives the variables of a design file in mm, in the optimiser's order."""
+    from optimizer.problem.variables import variables_mm
+
+    return variables_mm(design.mechanism.model_dump(), design.cube.model_dump())
 
 
 def title_of(design_mm: tuple[float, ...], name: str) -> str:
     """Writes the title of a design's pictures."""
-    L_A, L_B, R, r, H, L = design_mm
+    L_A, L_B, R, r, H, L = design_mm[:6]
     lengths = ", ".join(f"{n} {v:.4g}" for n, v in (("R", R), ("r", r), ("L_A", L_A), ("L_B", L_B), ("H", H)))
     return f"{name}: cube of {2 * L:.4g} mm, {lengths} mm"

@@ -41,6 +41,7 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.common.files import require_room, write_all
     from optimizer.paper.page import page, record, summary
+    from optimizer.paper.placed import placed_step
     from optimizer.paper.published import published_runs
     from optimizer.paper.reproduction import Reproduction
     from optimizer.search.genetic import GENERATIONS, GeneticError
@@ -56,9 +57,11 @@ def run(given: argparse.Namespace) -> int:
         )
         try:
             runs = made.recompute(published_runs(given.tables))
+            first_step = any(run.run.step == 1 for run in runs)
+            placed = placed_step(made.gap, made.seed, made.seconds, line.show) if first_step else None
         except GeneticError as error:
             return refuse(str(error), BAD_INPUT)
-    facts = record(runs, made)
+    facts = record(runs, made, placed)
     text = json.dumps(facts, indent=1, allow_nan=False) + "\n"
     write_all(dict(zip(places, (text, page(facts)), strict=True)))
     if given.json:
@@ -67,5 +70,7 @@ def run(given: argparse.Namespace) -> int:
         print(summary(facts))
         print(f"the tables, ours beside them: {places[1]}, {places[0]}")
     reasons = [f"the optimum of {r.run.name} is not proved" for r in runs if r.proven.status != "proved"]
+    if placed is not None and placed.placed.status != "proved":
+        reasons.append("the optimum of step 1 with the placement free is not proved")
     reasons += [f"GA+SQP fails on {r.run.name}" for r in runs if r.attempts["ga+sqp"].objective is None]
     return refuse("; ".join(reasons), NOT_MET) if reasons else DONE

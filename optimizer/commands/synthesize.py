@@ -238,15 +238,19 @@ def _deliver(
 
 
 def _summary(result: Result) -> str:
+    from optimizer.problem.variables import LENGTHS, named
+
     lengths = ", ".join(
-        f"{name} {value:.4g}" for name, value in zip(("L_A", "L_B", "R", "r", "H", "L"), result.design_mm, strict=True)
+        f"{name} {value:.4g}" for name, value in zip(("L_A", "L_B", "R", "r", "H", "L"), result.design_mm, strict=False)
     )
+    placed = dict(list(named(result.design_mm).items())[len(LENGTHS) :])
+    lengths += " mm" + "".join(f", {name} {value:.4g}" for name, value in placed.items())
     figures = [(limit.figures[0], result.worst(type(limit))) for limit in result.reported_limits]
     wording = ", ".join(f"{one.words} {value * one.scale:.4g} {one.unit}".rstrip() for one, value in figures)
     goal = "worst kappa" if result.problem.step == 3 else "half side"
     unit = "" if result.problem.step == 3 else " mm"
     return (
-        f"step {result.problem.step} {result.method}: {goal} {result.objective:.5g}{unit} at {lengths} mm; "
+        f"step {result.problem.step} {result.method}: {goal} {result.objective:.5g}{unit} at {lengths}; "
         f"{_bound(result, unit)}"
         f"{wording}; {result.status}: {result.advice}"
     )

@@ -51,7 +51,7 @@ def check(design_mm: tuple[float, ...], force: float, n: int = 33) -> Checked:
 
     The surface of the cube on an even grid and its volume on a coarse one.
     """
-    L_A, L_B, R, r, H, L = design_mm
+    L_A, L_B, R, r, H, L = design_mm[:6]
     line = np.linspace(-L, L, n)
     x, y, z = np.meshgrid(line, line, line, indexing="ij")
     edge = (np.abs(np.stack([x, y, z])) == L).any(axis=0)

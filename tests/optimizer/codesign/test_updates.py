@@ -186,12 +186,12 @@ def test_behind_a_panel_the_worst_load_asks_for_more_hold_for_each_mm_of_the_kno
     loads = [
         estimate("structure", a, "why", "requirements.force_N", 4.0, margin=m) for a, m in (("a", 0.8), ("b", 0.9))
     ]
-    _, corrections = from_refusals(behind, CHOICE, KNOWN, loads, 55.0)
+    _, corrections = from_refusals(behind, CHOICE, KNOWN, loads, (*LENGTHS[:5], 27.5))
     per_mm = KNOWN.couple_index_min / (55.0 + KNOB_MM)
     assert corrections.couple_per_mm == pytest.approx(per_mm * 0.8**-LEVER_EXPONENT)
     assert corrections.couple_index_min == KNOWN.couple_index_min
     nothing = [estimate("structure", "a", "why", "requirements.force_N", 4.0, margin=1e-9)]
-    assert from_refusals(behind, CHOICE, KNOWN, nothing, 55.0)[1].couple_per_mm == pytest.approx(
+    assert from_refusals(behind, CHOICE, KNOWN, nothing, (*LENGTHS[:5], 27.5))[1].couple_per_mm == pytest.approx(
         per_mm * LEVER_STEPS[1]
     )
     design = design_for(behind, CHOICE, LENGTHS, KNOWN)
@@ -378,8 +378,9 @@ def test_what_gravity_takes_of_a_joint_goes_with_the_arms_beyond_those_that_were
 
 
 def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_as_a_force_at_the_sector() -> None:
-    corrections = from_cable_pull(KNOWN, 40.0, 0.96, 1.25)
-    assert corrections.pull_N == pytest.approx(0.998 * 0.96 / 1.25 / 0.04)
+    corrections = from_cable_pull(KNOWN, candidate().design, 0.96, 1.25)
+    sector = candidate().design.hardware.sector_radius_mm
+    assert corrections.pull_N == pytest.approx(0.998 * 0.96 / 1.25 / (sector / 1e3))
     assert corrections.with_shares_of(KNOWN).pull_N == KNOWN.pull_N == inf
 
 

@@ -18,7 +18,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import load_design
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.mechanism import elbow_positions, inverse_jacobian, inverse_kinematics, jacobian, wrist_positions
-from delta_cad.mechanism.geometry import TANGENTIAL
+from delta_cad.mechanism.geometry import THREE_FOLD, directions
 from delta_cad.mechanism.limits import POSE_LIMITS
 from delta_cad.mechanism.limits.friction import SIGNS
 from tests.optimizer.certify.designs import call, changed, masses, redigested
@@ -36,7 +36,7 @@ def on_a_grid(path: Path) -> dict[str, float]:
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     p = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
     n = (wrist_positions(g, p) - elbow_positions(g, inverse_kinematics(g, p))) / g.forearm_length
-    couples = np.linalg.svd(np.cross(np.broadcast_to(TANGENTIAL, n.shape), n), compute_uv=False)[:, 2]
+    couples = np.linalg.svd(np.cross(np.broadcast_to(directions(THREE_FOLD)[1], n.shape), n), compute_uv=False)[:, 2]
     sums = known["friction"].drive * SIGNS @ np.linalg.inv(jacobian(g, p))
     level = np.linalg.norm(sums[..., :2], axis=-1) + known["friction"].level
     steps = np.linalg.inv(inverse_jacobian(g, p)) @ SIGNS.T * known["encoder_count"]
@@ -71,8 +71,12 @@ def test_the_table_has_what_the_commands_can_be_required() -> None:
 
 
 def test_inspect_tells_them_whether_required_or_not(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], rows: dict[str, dict[str, Any]]
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    rows: dict[str, dict[str, Any]],
 ) -> None:
+    monkeypatch.setattr("delta_cad.structure.hardware.thresholds.refused", lambda _: ())  # no hardware is looked at
     found = on_a_grid(changed(tmp_path))
     for room, code, holds in ((None, 0, None), (0.01, 0, True), (-0.01, 1, False)):
         limits = {} if room is None else requested(rows, room, MEASURED.values())

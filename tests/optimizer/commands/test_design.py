@@ -2,7 +2,7 @@
 
 When its time ends, or Ctrl-C comes: its verdict, what stands, and the command that goes on.
 
-32 s of processor: masses, costs and certificate of the committed machine are computed.
+14 s of processor: masses, costs and certificate of the committed machine are computed.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from delta_cad.checks.range.feel import poor_figures
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import BuiltMachine, Moved, Outcome
+from delta_cad.common import worker_process
+from delta_cad.common.worker_process import WorkerProcess
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import dimensions
 from optimizer.certify.certificate import verify
@@ -49,6 +51,7 @@ def test_what_was_found_stands_in_its_folder(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     """What limits cost, results and certificate are those of the committed machine."""
+    monkeypatch.setattr(worker_process, "WorkerProcess", WorkerProcess)
     monkeypatch.setattr("optimizer.codesign.relaxation.costs", costs)
     monkeypatch.setattr(report, "results_of", results_of)
     monkeypatch.setattr(report, "certificate_of", certificate_of)
