@@ -9,15 +9,17 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
-from delta_cad.design import Design, design_hash, load_design
+from delta_cad.design import Design, design_from_dict, design_hash, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from tests.benchmarks.processor_cost import Costs
 from tests.committed import BEST, COMMITTED, ROOT, Built, Shared
+from tests.designs import placed
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -77,6 +79,28 @@ def best_assembly(best_dimensions: Dimensions) -> Assembly:
 
 
 @pytest.fixture(scope="session")
+def best_masses(best_assembly: Assembly) -> dict[str, Any]:
+    """Masses of its solids, as a build writes them."""
+    from delta_cad.export.mass_properties import mass_report
+
+    return mass_report(best_assembly)
+
+
+@pytest.fixture(scope="session")
+def placed_dimensions() -> Dimensions:
+    """A machine whose chains do not stand three-fold symmetrically."""
+    return dimensions(design_from_dict(placed()))
+
+
+@pytest.fixture(scope="session")
+def placed_assembly(placed_dimensions: Dimensions) -> Assembly:
+    """Its parts, placed."""
+    from delta_cad.assembly.assemble import assemble
+
+    return assemble(placed_dimensions)
+
+
+@pytest.fixture(scope="session")
 def direct_dimensions() -> Dimensions:
     return dimensions(load_design(ROOT / "docs" / "gallery" / "direct-83.json"))
 
@@ -118,6 +142,7 @@ def committed(shared: Shared) -> Built:
 
     def weigh() -> tuple[int, str, str]:
         from delta_cad.commands.pipeline import Outcome, check_weighed, cost_of, make_machine
+        from delta_cad.common.files import write_record
         from delta_cad.export.bom import bill_of_materials, write_bom
         from delta_cad.structure.report import structure_record, structure_report
 
@@ -132,6 +157,7 @@ def committed(shared: Shared) -> Built:
         structure = structure_record(d, structure_report(d, masses["bodies"])) | {"input_sha256": design_hash(design)}
         (folder / "structure.json").write_text(json.dumps(structure))
         (folder / "checks.json").write_text(json.dumps(outcome.record()))
+        write_record(folder)
         return int(not outcome.passed), json.dumps(outcome.record()), ""
 
     return Built(*shared.once("weighed", weigh), folder)

@@ -5,14 +5,23 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.committed import ROOT, Shared
-from tests.delta_cad.report.conftest import chromium  # noqa: F401  a fixture
+from tests.delta_cad.report.conftest import headless
 
 NOWHERE = dict.fromkeys(("http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY"), "http://127.0.0.1:9")
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """A browser that draws no picture in three dimensions: the pages have none."""
+    with headless("--disable-gpu") as browser:
+        yield browser
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,9 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import redirect_stdout
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,9 @@ from tests.terminal import said
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 WRITTEN = {ROOT / "docs" / "gallery" / "figures.md", ROOT / "docs" / "reproduce.md"}  # by commands
 BLOCK = re.compile(r"(?:^<!-- ([\w ]+) -->\n)?^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+COMMAND = re.compile(
+    r"(?:\.venv/bin/)?python -m (delta_cad|optimizer|haptics) ([^|<>;&$`*?]*)"
+)  # without a shell's signs
 HANGS_S = 1800.0  # after which a line of a page is taken to hang: a search may take ten minutes, and longer when busy
 
 
@@ -102,6 +106,12 @@ def _run_lines(block: Block, folder: Path) -> tuple[str, int, str]:
         words = shell(line)
         if words is None:
             continue
+        if (own := COMMAND.fullmatch(re.sub(r"\s+#.*", "", line))) is not None:
+            out, code, reported = _run_here(own[1], shlex.split(own[2]), folder)
+            printed += out
+            if code:
+                break
+            continue
         room = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])}
         ended = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=room, timeout=HANGS_S)
         printed, code = printed + ended.stdout, ended.returncode
@@ -109,6 +119,17 @@ def _run_lines(block: Block, folder: Path) -> tuple[str, int, str]:
         if code:
             break
     return printed, code, reported
+
+
+def _run_here(package: str, words: list[str], folder: Path) -> tuple[str, int, str]:
+    """Runs one of these commands in this process, which has loaded by now what each would load again."""
+    out, err = StringIO(), StringIO()
+    with chdir(folder), redirect_stdout(out), redirect_stderr(err):
+        try:
+            code = import_module(f"{package}.commands.cli").main(words)
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else 1
+    return out.getvalue(), code, said(err.getvalue()) or out.getvalue()
 
 
 def _missing(expected: str, printed: str) -> list[str]:
@@ -134,4 +155,4 @@ def checkout(folder: Path, built: Path) -> None:
     for name in ("examples", "docs/gallery"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("*.png", "__pycache__"))
     (folder / "out").mkdir()
-    (folder / "out" / built.name).symlink_to(built)
+    shutil.copytree(built, folder / "out" / built.name)  # a page may build into it

@@ -11,7 +11,7 @@ from tests.endurance.disks import TRIALS
 from tests.endurance.readers import Reader, fault, readers
 from tests.endurance.sockets import MOST, strained
 
-SAMPLE = 60  # files a reader: two seconds for all of them
+SAMPLE = 25  # files a reader: four seconds for all of them
 
 
 def test_no_damaged_file_gets_more_than_one_line_out_of_its_reader(tmp_path: Path) -> None:

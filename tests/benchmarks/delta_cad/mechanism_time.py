@@ -78,8 +78,8 @@ def evaluation(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray,
 
 def evaluation_by_solve(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same as one writes it from the paper: trigonometry, `numpy.linalg.solve`, `numpy.linalg.cond`."""
-    phi = np.radians([0.0, 120.0, 240.0])
-    a, arm, forearm = g.radius_difference, g.upper_arm_length, g.forearm_length
+    phi = g.azimuths
+    a, arm, forearm = g.base_radii - g.platform_radius, g.upper_arm_length, g.forearm_length
     u = p[:, :1] * np.cos(phi) + p[:, 1:2] * np.sin(phi)
     t = p[:, 1:2] * np.cos(phi) - p[:, :1] * np.sin(phi)
     z = p[:, 2:]
