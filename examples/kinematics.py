@@ -7,7 +7,7 @@ from delta_cad.mechanism import conditioning, forward_kinematics, inverse_kinema
 
 design = load_design("best.json")
 g = design.geometry  # metres
-centre = np.array([0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]) / 1000
+centre = design.workspace.centre  # of the cube, m
 p = centre + np.array([0.020, 0.010, 0.005])
 
 theta = inverse_kinematics(g, p)

@@ -3,12 +3,11 @@
 from math import radians
 
 from delta_cad.design import load_design
-from delta_cad.mechanism import Cube
 from delta_cad.mechanism.limits import AssemblyMode, Kappa, Lean, Limits, Torque
 from delta_cad.mechanism.proof.prove import prove
 
 design = load_design("best.json")
-cube = Cube(design.cube.bottom_height_mm / 1000, design.cube.half_side_mm / 1000)  # metres
+cube = design.workspace
 
 # Expect all conditions proved: the worst condition number is 2.26999..., just below 2.27.
 limits = Limits.of(AssemblyMode(), Torque(force=3.0, torque_max=0.39), Kappa(2.27), Lean(radians(28.0)))

@@ -21,8 +21,7 @@ STIFFNESS, DAMPING, PUSH = 1000.0, 10.0, 2.0  # N/m, N s/m, N
 GRAVITY = (0.0, 0.0, -9.81)
 
 machine = load_machine(Path("best.json"), Path(sys.argv[1]) if len(sys.argv) > 1 else None)
-cube = machine.design.cube
-centre = np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]) / 1000
+centre = machine.design.workspace.centre  # of the cube, m
 wall = centre + np.array([0.0, 0.0, 0.005])  # 5 mm above the handle; free below
 device = SimulatedDevice(plant(machine.geometry, machine.masses, GRAVITY), centre)
 device.force = np.array([0.0, 0.0, PUSH])  # a finger that pushes upwards

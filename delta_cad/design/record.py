@@ -34,21 +34,27 @@ _SECTOR_LEAST_MM = 15.0
 _SECTOR_MOST_MM = 120.0
 _CHAINS = 3
 _LARGEST_RADIUS_MM = 1000.0
+_EVEN_DEG = 120.0
 _MIRRORED_DEG = 1e-9  # within which azimuths of chains 1 and 2 mirror each other
 
 
-def _mirrored(azimuths: tuple[float, float, float]) -> tuple[float, float, float]:
+def _mirrored(azimuths: tuple[float, float, float]) -> tuple[float, float, float] | None:
     first, second, third = azimuths
     around = [(angle + 180.0) % 360.0 - 180.0 for angle in (first, second + third)]
     if max(map(abs, around)) > _MIRRORED_DEG or not AZIMUTH_MIN_DEG <= second <= AZIMUTH_MAX_DEG:
         raise ValueError
-    return azimuths
+    return None if second == _EVEN_DEG else (0.0, second, -second)
 
 
-def _alike(radii: tuple[float, float, float]) -> tuple[float, float, float]:
+def _is_radius(value: object) -> bool:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and 0.0 < float(str(value)) <= _LARGEST_RADIUS_MM
+
+
+def _alike(radii: tuple[float, float, float]) -> tuple[float, float, float] | None:
     if radii[1] != radii[2] or not 0.0 < min(radii) <= max(radii) <= _LARGEST_RADIUS_MM:
         raise ValueError
-    return radii
+    return None if radii[0] == radii[1] else radii
 
 
 _Triple = tuple[float, float, float]
@@ -73,17 +79,22 @@ class Mechanism(Section):
         f"{AZIMUTH_MIN_DEG:g} and {AZIMUTH_MAX_DEG:g}; left out: [0, 120, -120]",
     )
     base_radii_mm: BaseRadii | None = Field(
-        default=None, description="R of each chain, those of chains 1 and 2 equal; left out: three times base_radius_mm"
+        default=None,
+        description="R of each chain, those of chains 1 and 2 equal; decides where base_radius_mm is given, too; left "
+        "out: three times base_radius_mm",
     )
 
     @model_validator(mode="before")
     @classmethod
     def _first_radius(cls, data: Any) -> Any:
         """Takes the base radius of chain 0 as `base_radius_mm`: `base_radii_mm`, where given, decides."""
-        radii = data.get("base_radii_mm") if isinstance(data, Mapping) else None
-        if not isinstance(radii, (list, tuple)) or len(radii) != _CHAINS or not isinstance(radii[0], (int, float)):
-            return data  # none, or the field's own rule refuses it
-        return {**data, "base_radius_mm": radii[0]} if 0.0 < radii[0] <= _LARGEST_RADIUS_MM else data
+        if not isinstance(data, Mapping) or data.get("base_radii_mm") is None:
+            return data
+        radii, own = data["base_radii_mm"], data.get("base_radius_mm", _LARGEST_RADIUS_MM)
+        sound = isinstance(radii, (list, tuple)) and len(radii) == _CHAINS and all(map(_is_radius, radii))
+        if not _is_radius(own):
+            return data  # its own rule refuses it
+        return {**data, "base_radius_mm": radii[0] if sound else own}  # where not sound the rule of the radii says so
 
 
 class DesignCube(Section):
@@ -91,7 +102,7 @@ class DesignCube(Section):
 
     bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
     half_side_mm: float = Field(gt=0, le=1000, description="L: half the side")
-    centre_x_mm: float | None = Field(
+    centre_x_mm: Annotated[float | None, AfterValidator(lambda x: x or None)] = Field(
         default=None, ge=-1000, le=1000, description="x_c: the cube's middle along the x axis; left out: 0"
     )
 

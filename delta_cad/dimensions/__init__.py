@@ -432,4 +432,14 @@ def _set_screws(design: Design, slot_rad: float) -> tuple[float, float]:
     up[:, 0] = cube.centre_x
     up[:, 2] = np.linspace(cube.bottom_height, cube.bottom_height + 2.0 * cube.half_side, UP_AND_DOWN)
     arm, ratio = joint_angles(design.geometry, up), design.hardware.capstan_ratio
-    return set_screws_rad(slot_rad, (-ratio * float(arm.max(axis=0).min()), -ratio * float(arm.min(axis=0).max())))
+    low, high = float(arm.min(axis=0).max()), float(arm.max(axis=0).min())
+    require(
+        low < high,
+        "pinion",
+        "set screws",
+        "while the handle goes up and down in the cube's middle, no angle of the arm is common to the three chains, so "
+        "that no pinion's set screws come to the slot of their key in all of them",
+    )
+    if low >= high:  # in a search of reasons
+        return SET_SCREWS_RAD
+    return set_screws_rad(slot_rad, (-ratio * high, -ratio * low))

@@ -206,9 +206,24 @@ def _card(label: str, value: str, unit: str, below: str) -> dict[str, str]:
 
 def lengths(s: Subject) -> list[tuple[str, str]]:
     """Lists the lengths of the mechanism and what drives it, as text."""
-    m, hardware = s.design.mechanism, s.design.hardware
+    m, hardware, g = s.design.mechanism, s.design.hardware, s.design.geometry
+    centre_x_mm = s.design.cube.centre_x_mm
+    placed = (
+        []
+        if g.three_fold
+        else [
+            (
+                "Base radius R of chains 1 and 2",
+                with_unit(m.base_radii_mm[1] if m.base_radii_mm else m.base_radius_mm, "mm", 6),
+            ),
+            ("Azimuth of chains 1 and 2, either way", with_unit(s.design.azimuths_deg[1], "deg", 6)),
+        ]
+    )
+    if centre_x_mm:
+        placed.append(("Cube's middle off the axis, towards chain 0", with_unit(centre_x_mm, "mm", 6)))
     rows: list[tuple[str, Any]] = [
-        ("Base radius R", with_unit(m.base_radius_mm, "mm", 6)),
+        ("Base radius R" if g.three_fold else "Base radius R of chain 0", with_unit(m.base_radius_mm, "mm", 6)),
+        *placed,
         ("Platform radius r", with_unit(m.platform_radius_mm, "mm", 6)),
         ("Upper arm L_A", with_unit(m.upper_arm_length_mm, "mm", 6)),
         ("Forearm L_B", with_unit(m.forearm_length_mm, "mm", 6)),

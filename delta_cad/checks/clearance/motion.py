@@ -136,11 +136,13 @@ def _elbow_range(
     arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
     lowest, highest = np.zeros_like(wrist[0]), np.zeros_like(wrist[0])
     reach: list[np.ndarray] = []
-    for value, direction in zip(wrist, (g.radial, g.tangential, VERTICAL * np.ones((3, 1))), strict=True):
+    for k, (value, direction) in enumerate(
+        zip(wrist, (g.radial, g.tangential, VERTICAL * np.ones((3, 1))), strict=True)
+    ):
         spread = halves_mm @ np.abs(direction).T
         near, far = np.maximum(np.abs(value) - spread, 0.0), np.abs(value) + spread
         lowest, highest = lowest + near**2, highest + far**2
-        if direction is g.tangential:
+        if k == 1:  # along the shoulder axis
             reach = [np.sqrt(np.maximum(forearm**2 - x**2, 1e-12)) for x in (far, near)]  # smallest, largest
     along = [(x + arm**2 - forearm**2) / (2.0 * arm) - arm for x in (lowest, highest)]
     cosines = [np.where(a < 0.0, a / reach[k], a / reach[1 - k]) for k, a in enumerate(along)]

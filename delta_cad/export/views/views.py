@@ -235,14 +235,17 @@ class _Studio:
         half = (SIZE[0] // 2, SIZE[1])
         heights = {"lowest": float(low[2]), "highest": float(high[2])}
         everything = self.assembly.occurrences
-        scenes = {word: PartScene(self._placed(np.array([0.0, 0.0, z]), everything)) for word, z in heights.items()}
+        middle = float(low[0] + high[0]) / 2.0
+        scenes = {word: PartScene(self._placed(np.array([middle, 0.0, z]), everything)) for word, z in heights.items()}
         points = np.concatenate([_box(*scene.bounds_mm) for scene in scenes.values()] + [_box(low, high)])
         sheets = []
         for column, (word, scene) in enumerate(scenes.items()):
             scene.renderer.SetViewport((0.5 * column, 0.0, 0.5 * column + 0.5, 1.0))
             scene.renderer.AddActor(self.cube)
             sheet = Sheet(scene.renderer, _FRONT, half, points, room=10.0)
-            sheet.caption(f"{word} position", f"platform centre at (0, 0, {heights[word]:.1f}) mm, same scale")
+            sheet.caption(
+                f"{word} position", f"platform centre at ({middle:.4g}, 0, {heights[word]:.1f}) mm, same scale"
+            )
             sheets.append(sheet)
         return sheets
 

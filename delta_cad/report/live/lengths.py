@@ -55,6 +55,11 @@ class Lengths:
         return DeltaGeometry(*(length / MM_PER_M for length in lengths), **placed)
 
     @property
+    def farthest_mm(self) -> float:
+        """Largest base radius."""
+        return self.base_radius_mm + max(self.side_shift_mm, 0.0)
+
+    @property
     def centre_mm(self) -> np.ndarray:
         """(3,) centre of the cube."""
         return np.array([self.centre_x_mm, 0.0, self.bottom_height_mm + self.half_side_mm])

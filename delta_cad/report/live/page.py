@@ -111,7 +111,7 @@ class LivePage:
         server.scene.set_up_direction("+z")
         # sharing would go by another's server
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
-        far = M_PER_MM * 2.6 * (self.own.forearm_length_mm + self.own.base_radius_mm)
+        far = M_PER_MM * 2.6 * (self.own.forearm_length_mm + self.own.farthest_mm)
         server.initial_camera.position = (0.45 * far, -0.75 * far, 0.6 * far)
         server.initial_camera.look_at = tuple(M_PER_MM * self.own.centre_mm * 0.4)
         server.on_client_connect(lambda client: self.frame(client.camera))
@@ -136,9 +136,10 @@ class LivePage:
     def _slider(self, name: str, words: str) -> Any:
         value = float(getattr(self.own, name))
         room = _RANGE * value
-        slider = self._server.gui.add_slider(
-            words, round(value - room, 1), round(value + room, 1), 0.1, round(value, 1)
-        )
+        low = value - room
+        if name == "base_radius_mm":  # moves all chains; those nearer than chain 0 stay outside the axis
+            low = max(low, 1.0 - min(self.own.side_shift_mm, 0.0))
+        slider = self._server.gui.add_slider(words, round(low, 1), round(value + room, 1), 0.1, round(value, 1))
         slider.on_update(self._later(name, lambda event: partial(self._slid, name, float(event.target.value))))
         return slider
 
@@ -188,7 +189,7 @@ class LivePage:
         if (length := np.linalg.norm(up)) < _LEVEL:  # it looks straight down
             return
         up /= length
-        shown, half = 1.0 - _COVERED, _ROOM * M_PER_MM * (self.own.base_radius_mm + self.own.upper_arm_length_mm)
+        shown, half = 1.0 - _COVERED, _ROOM * M_PER_MM * (self.own.farthest_mm + self.own.upper_arm_length_mm)
         share = min(shown, camera.image_width / camera.image_height)  # of the screen's height, which is free
         far = half / (share * np.tan(camera.fov / 2.0))
         lower = _COVERED * far * np.tan(camera.fov / 2.0)  # brings what was in the middle to the middle of what is free

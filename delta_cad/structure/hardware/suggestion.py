@@ -19,6 +19,7 @@ from delta_cad.structure.hardware.refusals import ALONE, FORMS, MODE, PARTS, SUR
 from delta_cad.structure.hardware.thresholds import (
     DIGITS,
     REQUIRED,
+    SIGNED,
     Values,
     Variants,
     along,
@@ -192,10 +193,13 @@ class _Search:
             lead = way.fields[0]
             if by_row(lead):
                 yield from ({**values, lead: row} for row in rows_of(made, lead) if gone({lead: row}))
-            elif now := value_of(made, lead):
+            elif (now := value_of(made, lead)) != "":
+                scale = made.cube.half_side_mm if lead in SIGNED else None
                 for grows in (True, False) if way.larger is None else (way.larger,):
                     for ends in (all_gone, gone):
-                        end = least(lambda one, way=way, ends=ends: ends(along(made, way, one)), float(now), grows)
+                        end = least(
+                            lambda one, way=way, ends=ends: ends(along(made, way, one)), float(now), grows, scale=scale
+                        )
                         if end is not None:
                             yield {**values, **along(made, way, end)}
                             break

@@ -14,13 +14,15 @@ from delta_cad.design import Design, design_to_dict
 from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.design.record import HARDWARE_FAMILIES
 from delta_cad.dimensions import Reason
-from delta_cad.dimensions.rules import Way
+from delta_cad.dimensions.rules import BASE, Way
 from delta_cad.interference.reasons import INTERFERENCE_FORMS
 from delta_cad.mechanism import MechanismError
 from delta_cad.structure.hardware.refusals import NECESSARY, Held, Judged
 
 DIGITS = 4  # of a value that is looked for: what is read and typed is what was judged
+SIGNED = ("cube.centre_x_mm",)  # fields that may be negative; left out they are 0
 _SHARES = 0.01, 0.03, 0.1, 0.3, 1.0, 2.0  # by which a field is changed until the reason is gone; then bisection
+_STEPS = tuple(k / 4 for k in range(1, 65))  # of the scale of a field of either sign, which may be right in a band
 _NAMED = 4  # rows of the catalogue that a message names at most
 _CHOICES = {"leads": ("none", "bent"), "mounting": ("feet", "screws", "both")}  # entries of the hardware that are words
 LENGTHS = "mechanism."  # fields that move together by the same length; others by the same share
@@ -31,7 +33,7 @@ Values = Mapping[str, float | str]
 _Gone = Callable[[float], bool | None]
 
 
-def least(gone: _Gone, value: float, larger: bool, digits: int = DIGITS) -> float | None:
+def least(gone: _Gone, value: float, larger: bool, digits: int = DIGITS, scale: float | None = None) -> float | None:
     """Finds the value nearest to a field's own at which something no longer holds, in some digits.
 
     Steps of growing width on one side, then bisection within the last, down to one unit of the last digit.
@@ -41,12 +43,13 @@ def least(gone: _Gone, value: float, larger: bool, digits: int = DIGITS) -> floa
         value: The field's own value, at which it is there.
         larger: Which side is looked at.
         digits: How many.
+        scale: What the steps are shares of, for a field of either sign; None: of the value itself.
 
     Returns:
         The value; one unit nearer to the field's own it is there. None where it is gone nowhere on that side, or what
         lies before cannot be judged.
     """
-    unit = 10.0 ** (floor(log10(abs(value))) - digits + 1)
+    unit = 10.0 ** (floor(log10(scale or abs(value))) - digits + 1)
     places = max(0, -round(log10(unit)))
 
     def at(count: int) -> float:
@@ -54,8 +57,11 @@ def least(gone: _Gone, value: float, larger: bool, digits: int = DIGITS) -> floa
 
     own = floor(value / unit) if larger else -floor(-value / unit)
     near, there = own, True
-    for share in _SHARES:
-        far = round(own * (1.0 + share) if larger else own / (1.0 + share))
+    for share in _SHARES if scale is None else _STEPS:
+        if scale is not None:
+            far = round(own + (share if larger else -share) * scale / unit)
+        else:
+            far = round(own * (1.0 + share) if larger else own / (1.0 + share))
         state = gone(at(far))
         if state:
             break
@@ -75,7 +81,7 @@ def value_of(design: Design, field: str) -> float | str:
     """Gives the value of a field, by its dotted path; "" where it was left out."""
     section, _, name = field.partition(".")
     value = getattr(getattr(design, section), name)
-    return "" if value is None else value
+    return (0.0 if field in SIGNED else "") if value is None else value
 
 
 def changed(design: Design, values: Values) -> Design | None:
@@ -140,6 +146,16 @@ def along(design: Design, way: Way, first: float) -> dict[str, float | str]:
 def rounded(value: float) -> float:
     """Rounds a value that follows from another to one digit more than is looked for."""
     return float(f"{value:.{DIGITS + 1}g}")
+
+
+def _by_chain(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Names the base radius as the file states it: where it states those of all chains, each of these."""
+    radii, first = design.mechanism.base_radii_mm, values.get(BASE)
+    if radii is None or first is None:
+        return dict(values)
+    out = float(first) - radii[0]
+    each = {f"mechanism.base_radii_mm[{i}]": rounded(radius + out) for i, radius in enumerate(radii)}
+    return {**each, **{field: value for field, value in values.items() if field != BASE}}
 
 
 class Variants:
@@ -271,7 +287,11 @@ def _threshold(variants: Variants, form: str, reason: Reason, way: Way) -> Itera
         return
     for larger in (True, False) if way.larger is None else (way.larger,):
         found = least(
-            lambda first: variants.gone(along(design, way, first), form, reason.key), float(own[lead]), larger
+            lambda first: variants.gone(along(design, way, first), form, reason.key),
+            float(own[lead]),
+            larger,
+            scale=design.cube.half_side_mm if lead in SIGNED else None,
         )
         if found is not None:
-            yield Threshold(own, {field: float(value) for field, value in along(design, way, found).items()})
+            enough = {field: float(value) for field, value in along(design, way, found).items()}
+            yield Threshold(*(_by_chain(design, values) for values in (own, enough)))

@@ -81,3 +81,31 @@ def test_a_placement_that_cannot_be_is_refused(field: str, value: Any, allowed: 
     section = "cube" if field == "centre_x_mm" else "mechanism"
     assert caught.value.field.startswith(f"{section}.{field}")
     assert allowed in caught.value.allowed, caught.value.allowed
+
+
+@pytest.mark.parametrize(
+    ("written", "plain"),
+    [
+        ({"azimuths_deg": [0, 120, 240], "base_radii_mm": [40.0, 40.0, 40.0], "centre_x_mm": 0.0}, {}),
+        ({"azimuths_deg": [360.0, 116.3, 243.7]}, {"azimuths_deg": AZIMUTHS}),
+        ({"base_radii_mm": RADII, "base_radius_mm": 99.0}, {"base_radii_mm": RADII, "base_radius_mm": 31.19}),
+    ],
+)
+def test_equal_machines_have_one_hash(written: dict[str, Any], plain: dict[str, Any]) -> None:
+    one, other = design_from_dict(placed(**written)), design_from_dict(placed(**plain))
+    assert design_to_json(one) == design_to_json(other)
+    assert design_hash(one) == design_hash(other)
+
+
+@pytest.mark.parametrize("own", [-1.0, "x", True])
+def test_a_base_radius_is_refused_by_its_own_rule_where_those_of_the_chains_stand(own: Any) -> None:
+    with pytest.raises(DesignError, match=r"mechanism\.base_radius_mm = .* must be"):
+        design_from_dict(placed(base_radii_mm=RADII, base_radius_mm=own))
+
+
+@pytest.mark.parametrize("radii", [[], [31.0, 38.0], [True, 38.0, 38.0], 5])
+def test_wrong_radii_are_named_where_no_base_radius_stands(radii: Any) -> None:
+    data = placed(base_radii_mm=radii)
+    del data["mechanism"]["base_radius_mm"]
+    with pytest.raises(DesignError, match=r"mechanism\.base_radii_mm"):
+        design_from_dict(data)

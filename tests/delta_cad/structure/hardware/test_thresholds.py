@@ -18,6 +18,12 @@ from tests.committed import changed as spoiled
 from tests.delta_cad.structure.hardware.broken import broken, ended, enough, of_family
 
 
+@pytest.mark.parametrize("own", [-60.0, 0.0, 60.0])
+def test_a_field_of_either_sign_is_changed_across_zero(own: float) -> None:
+    found = least(lambda x: -10.0 <= x <= -5.0, own, own < -5.0, scale=20.0)
+    assert found == pytest.approx(-10.0 if own < -5.0 else -5.0, abs=0.02)
+
+
 @pytest.mark.parametrize("border", [30.748, 30.0, 27.19, 60.0, 81.0])
 def test_the_least_value_is_found_to_a_unit_of_its_fourth_digit(border: float) -> None:
     found = least(lambda value: value >= border, 27.182, True)
