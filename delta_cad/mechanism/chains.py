@@ -49,16 +49,6 @@ class UnequalDelta:
     side_cosine: float = THREE_FOLD
 
     @property
-    def radial(self) -> np.ndarray:
-        """(3 chains, 3) unit vector from the base centre to each shoulder."""
-        return directions(self.side_cosine)[0]
-
-    @property
-    def tangential(self) -> np.ndarray:
-        """(3 chains, 3) unit vector along each shoulder axis."""
-        return directions(self.side_cosine)[1]
-
-    @property
     def radius_difference(self) -> np.ndarray:
         """(3,) R_i - r_i, the only combination of the radii that the kinematics sees, m."""
         return self.base_radius - self.platform_radius
@@ -91,8 +81,9 @@ def chain_angles(u: UnequalDelta, p: ArrayLike) -> np.ndarray:
         (..., 3 chains) rad; NaN where a chain cannot be closed.
     """
     p = positions(p)
-    q = p @ u.radial.T - u.radius_difference
-    t = p @ u.tangential.T - u.side_offset
+    radial, tangential = directions(u.side_cosine)
+    q = p @ radial.T - u.radius_difference
+    t = p @ tangential.T - u.side_offset
     z = p[..., 2:] - u.height_offset
     rho2, m, w2 = kernel.chain_closure.py_func(q, t, z, u.upper_arm_length, u.forearm_length)
     cos, sin = kernel.arm.py_func(q, z, rho2, m, np.sqrt(np.where(w2 >= 0.0, w2, np.nan)))
@@ -138,15 +129,16 @@ def chain_derivatives(u: UnequalDelta, theta: ArrayLike, p: ArrayLike) -> tuple[
     cos, sin = np.cos(theta)[..., None], np.sin(theta)[..., None]
     forearms = p[..., None, :] - _centres(u, theta)
     inverse = np.linalg.inv(forearms)
-    along, moving = cos * u.radial + sin * VERTICAL, cos * VERTICAL - sin * u.radial
-    outward = _dot(forearms, np.broadcast_to(u.radial, forearms.shape))
+    radial, tangential = directions(u.side_cosine)
+    along, moving = cos * radial + sin * VERTICAL, cos * VERTICAL - sin * radial
+    outward = _dot(forearms, np.broadcast_to(radial, forearms.shape))
     rows = np.stack(
         [
             outward,
             -outward,
             _dot(forearms, along),
             np.broadcast_to(u.forearm_length, outward.shape),
-            _dot(forearms, np.broadcast_to(u.tangential, forearms.shape)),
+            _dot(forearms, np.broadcast_to(tangential, forearms.shape)),
             forearms[..., 2],
         ],
         axis=-1,
@@ -157,9 +149,10 @@ def chain_derivatives(u: UnequalDelta, theta: ArrayLike, p: ArrayLike) -> tuple[
 
 def _centres(u: UnequalDelta, theta: np.ndarray) -> np.ndarray:
     """(..., 3 chains, 3) elbows, moved in by the platform, m."""
-    radial = u.radius_difference + u.upper_arm_length * np.cos(theta)
+    radial, tangential = directions(u.side_cosine)
+    out = u.radius_difference + u.upper_arm_length * np.cos(theta)
     height = u.height_offset + u.upper_arm_length * np.sin(theta)
-    return radial[..., None] * u.radial + u.side_offset[:, None] * u.tangential + height[..., None] * VERTICAL
+    return out[..., None] * radial + u.side_offset[:, None] * tangential + height[..., None] * VERTICAL
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
