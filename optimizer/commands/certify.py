@@ -310,9 +310,7 @@ def _within(
         )
 
     requested = None if given.tolerance == _MAX else given.tolerance / MM_PER_M
-    written = (
-        None if requested is None else within(requested, progress)
-    )  # what is asked comes before what is told beside it
+    written = None if requested is None else within(requested, progress)  # the required tolerance before the largest
     largest = search_tolerance(
         design.geometry, design.workspace, lambda about: limits_of(provable, share(about), inertia), requested, progress
     )
