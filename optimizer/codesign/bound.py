@@ -462,7 +462,7 @@ def excluded(brief: DesignBrief, stop: Callable[[], bool] = bool) -> str:
 
     none = f"with less, it is proved, there is no machine with {kind(brief).words}"
     if brief.placeable:
-        none += "; a search for chains placed otherwise finds none, which is no proof of it"
+        none += "; a search with chains 1 and 2 at other azimuths, at least as far out as chain 0, finds none: no proof"
     if (side := task.cube_side_mm) is not None and (found := _largest_mm(brief)) > 0.0:
         bound = _edge(side, found, lambda cube: _none(_requiring(brief, cube_side_mm=cube), stop))
         none = none.replace("less", "more", 1)

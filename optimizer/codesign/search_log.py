@@ -135,7 +135,7 @@ def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
     if stands:
         return Verdict.BUILT, ""
     if log.impossible:
-        return Verdict.INFEASIBLE, "a bound on all hardware and lengths shows it"
+        return Verdict.INFEASIBLE, "excluded before hardware is searched, by what the next line states"
     if left:
         return Verdict.NOT_FOUND, left
     if log.inconclusive or not log.no_progress:

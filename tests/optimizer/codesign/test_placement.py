@@ -287,7 +287,7 @@ def test_a_small_outline_is_excluded_by_proof_for_symmetric_chains_and_by_search
     assert "120 degrees" in symmetric
     assert "120 degrees" in placed
     assert "no proof" not in symmetric
-    assert placed.endswith("which is no proof of it")
+    assert placed.endswith("finds none: no proof")
     assert excluded(brief(120.0, 100.0)) == ""
 
 

@@ -347,7 +347,7 @@ def test_a_clearance_that_no_machine_has_is_reported_before_anything_is_estimate
     assert "requirements.clearance_min_mm = 2.5 must be at most 2.4 mm" in why
     assert verdict(search.log, "done", stands=False) == (
         Verdict.INFEASIBLE,
-        "a bound on all hardware and lengths shows it",
+        "excluded before hardware is searched, by what the next line states",
     )
 
 
