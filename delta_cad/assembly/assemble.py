@@ -135,10 +135,10 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
         bottom = d.stand(i) @ at(u, middle, d.base.top_mm - sunk)
         builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, block, "base_plate", path=UP)
 
-    stop = builder.dowel("4", brackets.stop_pin_length_mm(d))
-    held = pressed(cheek, motor_side[1] - motor_side[0] - brackets.STOP_SUNK_MM - CHAMFERS_MM, "stop pin in the cheek")
+    stop, end = builder.dowel("4", brackets.stop_pin_length_mm(d)), brackets.stop_end_mm(d)
+    held = pressed(cheek, end - motor_side[0] - CHAMFERS_MM, "stop pin in the cheek")
     for k, (u, z) in enumerate(b.stop_pins_mm):
-        placed = d.stand(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
+        placed = d.stand(i) @ pointing((0, -1, 0), u, end, z)
         builder.put(f"stop_pin_{i}_{k}", stop, "base", placed, held, path=DRIVEN)
 
     m, (u, z) = d.motor, b.motor_axis_mm
@@ -146,14 +146,14 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
         f"motor_{i}",
         builder.made(make_motor),
         "base",
-        d.stand(i) @ at(u, motor_side[1], z),
+        d.stand(i) @ at(u, layers.motor_face_mm, z),
         pressed(cheek, 0.8 * m.pilot_height_mm, "the motor's pilot in the cheek"),
         seated(cheek, ring(m.diameter_mm - 1.0, m.pilot_diameter_mm), "motor on the cheek"),
         path=OUT,
     )
     place_leads(builder, i)
     length, sunk = motor_screw_mm(d.motor, d.layers)
-    fixing, face = builder.screw(d.motor.mount_thread, length), motor_side[0] + sunk
+    fixing, face = builder.cap_screw(d.motor.mount_screw, length), motor_side[0] + sunk
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         placed = shoulder @ pointing((0, -1, 0), x, face, height)
         builder.put(f"motor_screw_{i}_{k}", fixing, "base", placed, path=DRIVEN)

@@ -188,7 +188,11 @@ class AssemblyBuilder:
 
     def screw(self, size: str, length: float) -> Part:
         """Gives the cap screw of a size and a length."""
-        return self.once(f"screw_{size}x{length:g}", lambda: bought_parts.make_cap_screw(size, length))
+        return self.cap_screw(catalogue.screw(size), length)
+
+    def cap_screw(self, row: catalogue.Screw, length: float) -> Part:
+        """Gives the cap screw of a row of the catalogue and a length."""
+        return self.once(f"screw_{row.id}x{length:g}", lambda: bought_parts.make_cap_screw(row, length))
 
     def dowel(self, key: str, length: float) -> Part:
         """Gives the dowel of a diameter and a length."""

@@ -48,7 +48,7 @@ from delta_cad.dimensions.capstan import (
     carriage_frame,
     sleeve_frames,
 )
-from delta_cad.dimensions.layers import motor_thread_mm
+from delta_cad.dimensions.layers import motor_screw_mm
 from delta_cad.interference.ferrule_insertion import second_way_rad
 from delta_cad.solids import bought_parts, capstan, upper_arm
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
@@ -77,7 +77,7 @@ def place_direct(builder: AssemblyBuilder, i: int) -> None:
     clamp = builder.screw(CLAMP_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
     seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, d.arm.shoulder_clamp_z_mm)
     builder.put(f"shoulder_clamp_{i}", clamp, arm, seat, path=DRIVEN)
-    clamped = d.layers.arm_mm[1] - (d.layers.motor_cheek_mm[1] - m.shaft_length_mm)
+    clamped = d.layers.arm_mm[1] - (d.layers.motor_face_mm - m.shaft_length_mm)
     least = min(clamped, m.shaft_diameter_mm / 2)
     builder.connect(motor, pressed(arm, least, "the arm is clamped on the motor's shaft"))
     builder.gap(f"shoulder_shaft_{i}", motor, 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
@@ -107,8 +107,12 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
         builder.put(f"set_screw_{i}_{k}", grub, pinion, frame, held, tip, path=DRIVEN)
         for k, frame in enumerate(capstan.set_screw_frames(d, length))
     ]
-    thread = motor_thread_mm(d.motor)  # the screws fill it
-    builder.reached += [ToolAccess(name, thread, "holds the motor") for name in screws]
+    (long, sunk), (inside, face) = (
+        motor_screw_mm(d.motor, d.layers),
+        (d.layers.motor_cheek_mm[0], d.layers.motor_face_mm),
+    )
+    engaged = long - (face - inside - sunk)
+    builder.reached += [ToolAccess(name, engaged, "holds the motor") for name in screws]
     builder.reached += [ToolAccess(name, _LOOSE_MM, "holds the pinion on the motor's shaft") for name in grubs]
     builder.removals.append(Removal(motor, (0.0, 1.0, 0.0), (*screws, *grubs, *lead_names(d, i)), "is exchanged"))
     _cable(builder, c, i)
@@ -132,11 +136,14 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
     words = "capstan gap, 1 mm between the pitch circles by design"
     builder.gap(sector, pinion, 1.2 + thicker, words, 1.65 + thicker)
     builder.gap(sector, f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
-    builder.gap(pinion, f"motor_cheek_{i}", 0.3, "collar in the pilot's bore, 0.5 mm by design")
-    for name in grubs:
-        builder.gap(name, f"motor_cheek_{i}", 0.25, "set screw below the collar's surface")
-        for screw in screws:
-            builder.gap(name, screw, 0.4, "set screw below the collar's surface")
+    if c.collar_at_motor:
+        builder.gap(pinion, f"motor_cheek_{i}", 0.3, "collar in the pilot's bore, 0.5 mm or more by design")
+        for name in grubs:
+            builder.gap(name, f"motor_cheek_{i}", 0.25, "set screw below the collar's surface")
+            for screw in screws:
+                builder.gap(name, screw, 0.4, "set screw below the collar's surface")
+    else:
+        builder.gap(pinion, f"motor_cheek_{i}", NEXT_TO_MM, "pinion turns beside the cheek, 1 mm by design")
 
 
 def _bearings(builder: AssemblyBuilder, i: int) -> None:

@@ -21,12 +21,12 @@ def place_leads(builder: AssemblyBuilder, i: int) -> None:
     """Places the leads of a chain's motor and board, where the design draws them."""
     d, b = builder.d, builder.d.bracket
     u, z = b.motor_axis_mm
-    back = d.layers.motor_cheek_mm[1] + d.motor.length_mm
+    back = d.layers.motor_face_mm + d.motor.length_mm
     for leads in d.leads:
         part = builder.once(leads.number, lambda leads=leads: make_lead(leads))
         on = _flat(f"motor_{i}", pi / 4.0 * leads.diameter_mm**2, "lead on its motor")
         for k, x in enumerate(leads.across_mm):
-            placed = d.stand(i) @ at(u, back, z) @ UPRIGHT @ at(x)
+            placed = d.stand(i) @ at(u - leads.inside_mm, back, z) @ UPRIGHT @ at(x)
             builder.put(f"{leads.number}_{i}_{k}", part, "base", placed, on)
     if (s := d.sensor_lead) is not None:
         shoulder, cheek, clip = d.stand(i) @ at(b.shoulder_u_mm), f"encoder_cheek_{i}", f"{CLIP}_{i}"

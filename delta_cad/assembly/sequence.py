@@ -59,12 +59,14 @@ def _conditions(d: Dimensions) -> dict[str, bool]:
         "panel": d.panel is not None,
         "feet": d.has_feet,
         "stud": d.foot.stud_length_mm is not None,
+        "slot": d.capstan is not None and d.capstan.collar_at_motor,
         "screwed": hardware.mounting in ("screws", "both"),
         "sleeves": bool(d.sleeve_mm),
         "even": d.design.geometry.three_fold and not d.design.workspace.centre_x,
         "off_axis": bool(d.design.workspace.centre_x),
     }
-    names = {"direct": "capstan", "own_encoder": "sensor", "no_stud": "stud", "no_sleeves": "sleeves", "uneven": "even"}
+    names = {"direct": "capstan", "own_encoder": "sensor", "no_slot": "slot"}
+    names |= {"no_stud": "stud", "no_sleeves": "sleeves", "uneven": "even"}
     return holding | {name: not holding[of] for name, of in names.items()}
 
 
@@ -109,6 +111,7 @@ def _values(d: Dimensions) -> dict[str, Any]:
             turned = f"by {turns:.1f} turns more, which stretch the settled cable by {stretch:.2f} mm"
         found |= {
             "pinion_off_mm": d.layers.motor_cheek_mm[0] - c.pinion_y_mm[0],
+            "collar_end": "first" if c.collar_at_motor else "last",
             "slack_mm": c.bench_mm[0],
             "slack_off_mm": c.bench_mm[1],
             "pull_N": 10 * ceil(d.cable.breaking_load_N / ROPE_FACTOR / 10),

@@ -10,12 +10,12 @@ from delta_cad.dimensions.layers import KEYS_MM, LONG_MM, cut_key_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought_parts import CORD_MM, CORD_SLACK_MM, cord_mm
-from delta_cad.solids.brackets import key_slot_length_mm
+from delta_cad.solids.brackets import key_way_mm
 from delta_cad.solids.making import ordered
 from delta_cad.solids.part import Consumable
 
 BAR_ADHESIVE = "loctite-638"
-_KEY_OUT_MM = 3.0  # of a key's bend beyond the end of its slot, at least
+_KEY_OUT_MM = 3.0  # of a key's bend beyond the cheeks' edge, at least
 _CORD_SOURCE = (
     "a line of 20 kg or more; verified: yes: 2026-11-24, Dyneema breaks at 3000 to 4000 N/mm^2 "
     "(workshop.boardway.org/Kiteleinen-Unglaubliches-Material_1) and a knot leaves a quarter or more of it "
@@ -80,18 +80,18 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
 
 
 def keys(d: Dimensions) -> tuple[Consumable, ...]:
-    """Lists keys that a common set has not: of motors' screws between the cheeks, of set screws deep in their slot."""
+    """Lists keys that a common set has not: of motors' screws and of set screws, deep between the cheeks."""
     if d.capstan is None:
         return ()
     found = []
-    flats = catalogue.screw(d.motor.mount_thread).socket_mm
+    flats = d.motor.mount_screw.socket_mm
     if flats in KEYS_MM:
         inside, handle = cut_key_mm(flats)
         text = f"hexagon key {flats:g}, legs cut to {inside:.0f} and {handle:.0f} mm, for the motors' screws"
         order, source = f"hexagon key {flats:g}", f"cut from a stock key; {_KEY_SOURCE}"
         found.append(Consumable("motor_key", text, 1, "", 0.0, "ISO 2936", order, source))
     flats = catalogue.set_screw(SET_SCREW).socket_mm
-    if key_slot_length_mm(d) - d.capstan.collar_radius_mm > KEYS_MM[flats][0] - _KEY_OUT_MM:
+    if key_way_mm(d, d.capstan) - d.capstan.collar_radius_mm > KEYS_MM[flats][0] - _KEY_OUT_MM:
         text = f"hexagon key {flats:g}, long type of {LONG_MM[flats]:g} mm, for the pinions' set screws"
         order = f"hexagon key {flats:g}, long type"
         found.append(Consumable("pinion_key", text, 1, "", 0.0, "ISO 2936", order, f"stock key; {_KEY_SOURCE}"))

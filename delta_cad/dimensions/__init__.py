@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -27,7 +28,7 @@ from delta_cad.dimensions.bracket import (
     BracketDimensions,
     Circle,
     bracket_dimensions,
-    key_slot_rad,
+    key_rad,
     require_room_for_board,
     require_room_for_boss,
 )
@@ -36,11 +37,16 @@ from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     cable_run,
     capstan_dimensions,
-    collar_off_mm,
+    pinion_places,
+    rim_y_mm,
+    turns_end_mm,
+)
+from delta_cad.dimensions.direction import (
+    INMOST_RAD,
     farther_out_rad,
     pinion_direction_rad,
-    pinion_end_mm,
-    rim_y_mm,
+    pinion_room_mm,
+    sleeve_direction_rad,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import SET_SCREWS_RAD, Layers, layers, set_screws_rad
@@ -90,7 +96,6 @@ NEXT_TO_MOTORS = {  # reasons that motors farther out do away with
     ("sensor_lead", "beside the neighbour's motor"),
 }
 HOME_DEG = 1e-6  # by which the arms differ where the machine is drawn: roundings
-ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
 __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
 
@@ -210,8 +215,12 @@ def preload_spring(bearing: catalogue.Bearing, force_N: float = 0.0) -> catalogu
     )
 
 
-def dimensions(design: Design) -> Dimensions:
+def dimensions(design: Design, inwards: bool = False) -> Dimensions:
     """Derives all dimensions of a design.
+
+    Args:
+        design: The design.
+        inwards: Whether its motors stand as far in as they have room, rather than as far out as the outline lets them.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
@@ -221,7 +230,7 @@ def dimensions(design: Design) -> Dimensions:
         extremes = cube_extremes(design.geometry, design.workspace, design.requirements.force_N)
         _require_home(design)
         travel = extremes if design.panel is None else _travel(design, design.panel.limit_mm, extremes)
-        return _dimensions(design, extremes, travel)
+        return _dimensions(design, extremes, travel, inwards)
 
 
 def link_placement(d: Dimensions) -> LinkPlacement:
@@ -232,7 +241,7 @@ def link_placement(d: Dimensions) -> LinkPlacement:
     return LinkPlacement(d.design.geometry, f.width_mm, d.bracket.motor_axis_mm, ratio, springs, f.eye_y_mm)
 
 
-def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) -> Dimensions:
+def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, inwards: bool) -> Dimensions:
     mechanism, hardware, gaps = design.mechanism, design.hardware, gaps_of(design.geometry)
     shoulder = (travel.shoulder_min.value, travel.shoulder_max.value)
     motor, bearing = catalogue.motor.chosen(hardware), catalogue.bearing.chosen(hardware)
@@ -249,25 +258,50 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
     preload = None if rim is None else preload_spring(bearing, largest_force_N(design.requirements))
     spring_mm = 0.0 if preload is None else preload.work_height_mm
     apart = design.requirements.clearance_min_mm + MESHES_MM
-    collar_off = 0.0 if run is None else collar_off_mm(run, cable.diameter_mm, motor, apart)
-    stack = layers(
+    stacked = partial(
+        layers,
         arm_thickness_mm=arm_mm,
         rim_mm=rim,
-        pinion_end_mm=pinion_end_mm(rim, collar_off),
         bearing=bearing,
         preload_mm=spring_mm,
         encoder=encoder,
         motor=motor,
         grown=grown,
     )
+    place = None
+    if run is None or rim is None:
+        stack = stacked(pinion_end_mm=0.0)
+    else:
+        place, at_motor = pinion_places(run, rim, cable.diameter_mm, motor, apart)
+        turns_end = turns_end_mm(run, rim, cable.diameter_mm, motor)
+        stack = stacked(pinion_end_mm=place.pinion_mm[1], turns_end_mm=turns_end)
+        if stack.motor_face_mm - motor.shaft_length_mm > place.tips_mm:  # a shaft that does not reach so far
+            place, stack = at_motor, stacked(pinion_end_mm=at_motor.pinion_mm[1], turns_end_mm=turns_end)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     bar = bar_mm(CROSS_BAR_MM, grown)
     bar_bore = bar + 2 * BAR_GLUE_MM
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, bar_bore, hardware.drive, stack, bearing, apart)
+    required = design.requirements
+    forearm = forearm_dimensions(
+        length_mm=mechanism.forearm_length_mm,
+        width_mm=mechanism.parallelogram_width_mm,
+        ball_mm=hardware.ball_diameter_mm,
+        boss_width_mm=stack.elbow_boss_mm[1] - stack.elbow_boss_mm[0],
+        arm=arm,
+        fold_rad=pi - travel.forearm_angle_max.value,
+        tube=tube,
+        force_N=required.force_N,
+        lean_max_deg=required.lean_max_deg,
+        clearance_mm=required.clearance_min_mm,
+        bar_mm=bar,
+        peak_N=largest_force_N(required),
+        wrist_boss_mm=hardware.platform_thickness_mm,
+        gaps=gaps,
+    )
     behind = _behind_mm(gaps, mechanism.base_radius_mm + mechanism.upper_arm_length_mm)
-    behind += gaps[0].sine / 2 * mechanism.parallelogram_width_mm + ELBOW_BEYOND_MM
-    face = stack.motor_cheek_mm[1]
-    half_width = max(-stack.encoder_cheek_mm[0], face)
+    behind += gaps[0].sine / 2 * mechanism.parallelogram_width_mm + forearm.cup_radius_mm
+    face = stack.motor_face_mm
+    half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
 
     def bracket_on(capstan: CapstanDimensions | None, leg_least_mm: float) -> BracketDimensions:
         return bracket_dimensions(
@@ -288,7 +322,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
 
     def drive_at(run: CableRun | None, direction: float) -> tuple[CapstanDimensions | None, BracketDimensions]:
         capstan = None
-        if run is not None:
+        if run is not None and place is not None:
             capstan = capstan_dimensions(
                 run=run,
                 ratio=hardware.capstan_ratio,
@@ -299,7 +333,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
                 stop_pin_mm=STOP_PIN_MM,
                 slot_radius_mm=arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
                 direction_rad=direction,
-                apart_mm=apart,
+                place=place,
             )
         bracket = bracket_on(capstan, 0.0)
         while (shortfall := tie_shortfall_mm(design, stack, bracket, encoder)) > 0.0:
@@ -309,22 +343,28 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
         return capstan, bracket
 
     def has_room(direction: float) -> bool:
-        """Whether what stands beside the neighbours' motors has room."""
+        """Whether what stands beside the neighbours' motors and pinions has room."""
+        room = list[float]()
 
         def made() -> None:
-            sensor_lead_dimensions(design, stack, drive_at(run, direction)[1], encoder, motor)
+            capstan, bracket = drive_at(run, direction)
+            if capstan is not None:
+                room.append(pinion_room_mm(capstan, bracket, stack, gaps))
+            sensor_lead_dimensions(design, stack, bracket, encoder, motor)
 
-        return not any(reason.key in NEXT_TO_MOTORS for reason in reasons_of(made))
+        narrow = any(reason.key in NEXT_TO_MOTORS for reason in reasons_of(made))
+        return not narrow and all(one >= apart for one in room)
 
     direction = 0.0
     if run is not None:
-        direction = pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face, gaps[0])
-        if gaps != EVEN:
+        most = sleeve_direction_rad(run, shoulder, arm, stack)
+        direction = pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face, most, gaps[0])
+        direction = INMOST_RAD if inwards else direction
+        if inwards or gaps != EVEN:
             direction = farther_out_rad(direction, has_room)
     capstan, bracket = drive_at(run, direction)
-    screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, key_slot_rad(bracket, motor))
+    screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, key_rad(capstan, bracket, motor))
     shaft = shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet)
-    required = design.requirements
     require(
         required.clearance_min_mm <= CLEARANCE_MOST_MM,
         "assembly",
@@ -335,22 +375,6 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes) ->
     )
     if capstan is None:  # no bearing's lip: as wide as the stub that turns in it asks for
         bracket = replace(bracket, passage_mm=max(bracket.passage_mm, tenths_above(shaft.head_diameter_mm + 2 * apart)))
-    forearm = forearm_dimensions(
-        length_mm=mechanism.forearm_length_mm,
-        width_mm=mechanism.parallelogram_width_mm,
-        ball_mm=hardware.ball_diameter_mm,
-        boss_width_mm=stack.elbow_boss_mm[1] - stack.elbow_boss_mm[0],
-        arm=arm,
-        fold_rad=pi - travel.forearm_angle_max.value,
-        tube=tube,
-        force_N=required.force_N,
-        lean_max_deg=required.lean_max_deg,
-        clearance_mm=required.clearance_min_mm,
-        bar_mm=bar,
-        peak_N=largest_force_N(required),
-        wrist_boss_mm=hardware.platform_thickness_mm,
-        gaps=gaps,
-    )
     if capstan is None:
         at_shoulder = hardware.encoder_at != "motor"
         halves = encoder.hole_spacing_width_mm / 2, encoder.hole_spacing_length_mm / 2
@@ -426,7 +450,7 @@ def _behind_mm(gaps: Sequence[Gap], out_mm: float) -> float:
     return -gaps[0].cosine * (out_mm + gaps[0].next_out_mm)
 
 
-def _set_screws(design: Design, slot_rad: float) -> tuple[float, float]:
+def _set_screws(design: Design, key_rad: float) -> tuple[float, float]:
     """Directions of a pinion's set screws, of the turns that all three make: the pinion turns against the arm."""
     cube, up = design.workspace, np.zeros((UP_AND_DOWN, 3))
     up[:, 0] = cube.centre_x
@@ -438,8 +462,8 @@ def _set_screws(design: Design, slot_rad: float) -> tuple[float, float]:
         "pinion",
         "set screws",
         "while the handle goes up and down in the cube's middle, no angle of the arm is common to the three chains, so "
-        "that no pinion's set screws come to the slot of their key in all of them",
+        "that no pinion's set screws come to face their key in all of them",
     )
     if low >= high:  # in a search of reasons
         return SET_SCREWS_RAD
-    return set_screws_rad(slot_rad, (-ratio * high, -ratio * low))
+    return set_screws_rad(key_rad, (-ratio * high, -ratio * low))

@@ -34,7 +34,9 @@ _FOOT_HEIGHT_MM = 14.0
 _HEAD_WALL_MM = 5.0  # around the bearing seat
 _PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
 _CLEAR_MM = 2.0  # between parts that nothing brings closer
-MESHES_MM = 0.1  # beyond the clearance: what is proved is proved of meshes, which are up to 0.05 mm off on either side
+MESHES_MM = (
+    0.13  # beyond the clearance: what is proved is proved of meshes, which are up to 0.065 mm off on either side
+)
 _FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
 _LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
 _FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
@@ -222,7 +224,7 @@ def motor_pattern_rad(
 def _pin_off_rad(pin_circle_mm: float, motor: catalogue.Motor) -> float:
     """Gives the least angle about the motor's axis between a stop pin and a screw in its counterbore; 0: any."""
     a, b = motor.mount_circle_mm / 2, pin_circle_mm
-    apart = (STOP_PIN_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + _PIN_WALL_MM
+    apart = (STOP_PIN_MM + motor.mount_screw.counterbore_diameter_mm) / 2 + _PIN_WALL_MM
     share = (a**2 + b**2 - apart**2) / (2 * a * b)
     return acos(max(share, -1.0)) if share < 1.0 else 0.0
 
@@ -235,13 +237,15 @@ def key_slot_floor_mm(c: CapstanDimensions, inside_mm: float) -> float:
     return sum(c.collar_y_mm) / 2 + KEY_SLOT_MM / 2 - inside_mm
 
 
-def key_slot_rad(b: BracketDimensions, motor: catalogue.Motor) -> float:
-    """Chooses the direction of the key's slot from the motor's axis, in the chain's plane.
+def key_rad(c: CapstanDimensions, b: BracketDimensions, motor: catalogue.Motor) -> float:
+    """Chooses from where the key of the set screws comes to the motor's axis, in the chain's plane: from outside.
 
-    It is as nearly outwards as the motor's screws leave it room.
+    In a slot of the cheek it is as nearly so as the motor's screws leave it room.
     """
+    if not c.collar_at_motor:
+        return 0.0
     radius = motor.mount_circle_mm / 2
-    aside = (KEY_SLOT_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + _KEY_SLOT_WALL_MM
+    aside = (KEY_SLOT_MM + motor.mount_screw.counterbore_diameter_mm) / 2 + _KEY_SLOT_WALL_MM
     off = asin(min(aside / radius, 1.0))
     ways = [0.0, *(angle + side * off for angle in b.motor_screws_rad for side in (-1.0, 1.0))]
     nearest = [min(abs(remainder(way - angle, tau)) for angle in b.motor_screws_rad) for way in ways]
@@ -440,7 +444,7 @@ def require_room_for_board(
     Raises:
         DimensionError: It does.
     """
-    u, face, radius = motor_axis_mm[0], stack.motor_cheek_mm[1], motor.diameter_mm / 2
+    u, face, radius = motor_axis_mm[0], stack.motor_face_mm, motor.diameter_mm / 2
     found = np.inf
     for wide, y, z in _board_boxes(stack, encoder):
         off = max(z[0] - motor_axis_mm[1], motor_axis_mm[1] - z[1], 0.0)  # where in its height the motor is widest

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import acos, cos, floor, hypot, inf, pi, radians, sin, sqrt
 
@@ -29,22 +29,21 @@ from delta_cad.dimensions.rules import (
 from delta_cad.mechanism.placement import frames
 
 _SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
-_WAYS, _WAY_HALVINGS = 13, 10  # directions that are tried; the first that has room is made finer
-_DIRECTIONS_RAD = radians(-130.0), radians(-100.0)  # of the pinion from the shoulder, down and inwards
 _GAP_MM = 1.0  # of the pitch circles; the strands cross between them
-_PINION_TURNS = 4  # hold 20 times the slack side's tension at a friction of 0.12
+_PINION_TURNS = 3  # hold 9 times the slack side's tension at a friction of 0.12
 _GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
 _PINION_WALL_MM = 0.75  # least metal between the groove and the motor's shaft
 SHOULDER_MM = 0.5  # of the pinion at either end of its groove
 SHAFT_ENGAGEMENT_MM = 6.0  # length of the motor's shaft in the pinion, at least
-_COLLAR_WALL_MM = 3.0  # around the shaft: the shortest set screw
-_COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
 _PAST_HEADS_MM = 0.2  # from the pinion to the heads of the motor's screws, which are drawn out past it
-_COLLAR_OFF_HEADS_MM = 1.1  # and from the collar to them
 SET_SCREW = "M3"
 SET_TORQUE_N_m = 0.4
 """Of a stainless M3 set screw with a cup point. One of class 45H bears 0.9 (proof torque, ISO 898-5; monsterbolts.com,
 metric socket screw torque specs), one of class 21H is taken to bear 21/45 of that, as it is as much softer: 0.42."""
+_PAST_TURNS_MM = 0.1  # of them from the cable on it, with what meshes are off
+_COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
+_COLLAR_OFF_HEADS_MM = 1.1  # and from it to the heads of the motor's screws
+_SET_TIP_MM = 1.5  # diameter of the cup of a set screw, all of which bears on the shaft
 _COLLAR_MM = 3.0 + 2 * THREAD_WALL_MM  # length of the collar: its set screws in the middle
 _NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end, where it lies still and is bent once
 _NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
@@ -55,7 +54,9 @@ _SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from 
 ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
 ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest class; bending is the ratio's affair
-_COLLAR_OFF_MM = -0.1  # along the axis from the sector's rim to the collar, at least: one within the pinion passes it
+_COLLAR_OFF_MM = (
+    -0.6
+)  # along the axis from the sector's rim to the collar, at least: the groove's shoulder is its wall, too
 _COLLAR_ASIDE_MM = THREAD_WALL_MM + 0.25  # by which the set screws, as drawn, lie farther from the rim than its end
 _NEXT_TO_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
 _NEXT_TO_RIM_SHARE = 0.75  # by which the former grows with a cable over `_USUAL_CABLE_MM`
@@ -109,6 +110,18 @@ class CapstanDimensions:
     def pitch_radius_mm(self) -> float:
         """Radius of the cable's middle on the sector."""
         return self.run.sector_mm
+
+    @property
+    def collar_at_motor(self) -> bool:
+        """Whether the pinion's collar turns in the bore of the motor's pilot; else it lies on the arm's side."""
+        return self.collar_y_mm[0] > self.middle_y_mm
+
+    @property
+    def groove_y_mm(self) -> tuple[float, float]:
+        """Ends of the pinion's groove with its shoulders, along the shoulder's axis."""
+        low, high = self.pinion_y_mm
+        half = self.middle_y_mm - low if self.collar_at_motor else high - self.middle_y_mm
+        return self.middle_y_mm - half, self.middle_y_mm + half
 
     @property
     def pinion_axis_mm(self) -> tuple[float, float]:
@@ -278,14 +291,9 @@ def base_radius_min_mm(
     return max(found)
 
 
-def collar_mm(pinion_mm: float, cable_mm: float, motor: catalogue.Motor) -> float:
-    """Gives the outer radius of a pinion's collar: as wide as its set screws are long, which end flush with it, mm.
-
-    So they turn out before the slot of their key.
-    """
-    bore, crest = motor.shaft_diameter_mm, _crest_mm(pinion_mm, cable_mm)  # within it, it passes the rim as the pinion
-    room = min(_collar_radius_mm(motor), max(crest, bore / 2 + _COLLAR_WALL_MM)) - bore / 2
-    return bore / 2 + max((mm for mm in catalogue.set_screw(SET_SCREW).lengths_mm if mm <= room), default=room)
+def collar_mm(motor: catalogue.Motor) -> float:
+    """Gives the outer radius of a pinion's collar: its set screws are the shortest and end flush with it, mm."""
+    return motor.shaft_diameter_mm / 2 + min(catalogue.set_screw(SET_SCREW).lengths_mm)
 
 
 def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor, apart_mm: float = 0.0) -> float:
@@ -293,74 +301,72 @@ def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor, apart_
 
     It stands close where it is that much smaller than the pinion, farther off where it is as wide.
     """
-    adjacent = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
+    adjacent = run.centre_distance_mm - collar_mm(motor) - (run.sector_mm - cable_mm / 4)
     adjacent = max(adjacent, 0.0)
     collar = _NEXT_TO_RIM_MM[0] + _NEXT_TO_RIM_SHARE * (cable_mm - _USUAL_CABLE_MM)
-    required = (
-        (collar, 0.0),
-        (max(_NEXT_TO_RIM_MM[1], apart_mm), _COLLAR_ASIDE_MM),
-    )  # of the collar's end, and of its set screws
+    # of the collar's end, and of its set screws
+    required = (collar, 0.0), (max(_NEXT_TO_RIM_MM[1], apart_mm), _COLLAR_ASIDE_MM)
     off = [sqrt(apart**2 - adjacent**2) - aside for apart, aside in required if apart > adjacent]
     return tenths_above(max([_COLLAR_OFF_MM, *off]))
 
 
-def pinion_end_mm(rim_y: tuple[float, float] | None, off_mm: float) -> float:
-    """Gives where the pinion's collar ends beyond the rim, along the shoulder's axis, mm; 0 without a rim."""
-    return 0.0 if rim_y is None else rim_y[1] + off_mm + _COLLAR_MM
+@dataclass(frozen=True)
+class PinionPlace:
+    """Where a pinion lies along the shoulder's axis, mm: it and its collar, (lower, upper)."""
+
+    pinion_mm: tuple[float, float]
+    collar_mm: tuple[float, float]
+
+    @property
+    def tips_mm(self) -> float:
+        """Where the tips of its set screws begin, which the motor's shaft must reach."""
+        return (sum(self.collar_mm) - _SET_TIP_MM) / 2
 
 
-def pinion_direction_rad(
-    run: CableRun,
-    base_radius_mm: float,
-    behind_mm: float,
-    motor: catalogue.Motor,
-    motor_face_mm: float,
-    gap: Gap = EVEN[0],
-) -> float:
-    """Chooses the direction of the pinion from the shoulder: as far out as the motor stays within the arms' outline.
+def pinion_places(
+    run: CableRun, rim_y: tuple[float, float], cable_mm: float, motor: catalogue.Motor, apart_mm: float
+) -> tuple[PinionPlace, PinionPlace]:
+    """Locates a pinion whose collar lies on the arm's side, and one whose collar lies on the motor's.
 
-    The motor of chain 1 lies square to its plane; its far end, the motor's radius beyond its axis, reaches behind the
-    base by `end sin(a) - (u + radius) cos(a)`, u being its axis' distance from the base's centre along its chain. Where
-    chain 1 itself does not stand behind, a motor farther out reaches less.
+    With the former the motor comes as near as the groove lets it, and a key reaches the set screws between arm and
+    sector; the motor's shaft must be so long. The latter's collar turns in the bore of the motor's pilot.
 
     Args:
         run: The cable.
-        base_radius_mm: Base centre to shoulder axis of chain 0.
-        behind_mm: How far the arms of chains 1 and 2 reach behind the base's centre, opposite to chain 0.
+        rim_y: Both sides of the sector's rim.
+        cable_mm: Diameter of the cable.
         motor: Row of the catalogue.
-        motor_face_mm: Its mounting face along the shoulder's axis.
-        gap: That of chains 0 and 1, a its angle.
+        apart_mm: See `collar_off_mm`.
     """
-    end = motor_face_mm + motor.length_mm
-    out = inf
-    if gap.cosine < 0.0:
-        out = (behind_mm - gap.sine * end) / -gap.cosine - motor.diameter_mm / 2
-    cosine = (out - (base_radius_mm + gap.next_out_mm)) / run.centre_distance_mm
-    wanted = -acos(min(max(cosine, -1.0), 1.0))
-    return min(max(wanted, _DIRECTIONS_RAD[0]), _DIRECTIONS_RAD[1])
+    middle, half = sum(rim_y) / 2, tenths_above(run.grooved_mm / 2 + SHOULDER_MM)
+    off = collar_off_mm(run, cable_mm, motor, apart_mm)
+    below, above = rim_y[0] - off, rim_y[1] + off
+    end, far = below - _COLLAR_MM, above + _COLLAR_MM
+    return PinionPlace((end, middle + half), (end, below)), PinionPlace((middle - half, far), (above, far))
 
 
-def farther_out_rad(direction_rad: float, has_room: Callable[[float], bool]) -> float:
-    """Turns a pinion farther out, outside the arms' outline, until what stands beside the motors has room.
-
-    Chains that stand unevenly leave some neighbours less room than others; the outline is checked of the whole machine.
+def turns_end_mm(run: CableRun, rim_y: tuple[float, float], cable_mm: float, motor: catalogue.Motor) -> float:
+    """Gives where the turns on a pinion end before the motor's screws, along its axis, mm; -inf: these are beside them.
 
     Args:
-        direction_rad: As far out as the motor stays within the arms' outline.
-        has_room: Whether there is room in a direction.
-
-    Returns:
-        The least direction that has it; the first one where none has.
+        run: The cable.
+        rim_y: Both sides of the sector's rim.
+        cable_mm: Diameter of the cable.
+        motor: Row of the catalogue; the heads of its screws are drawn out past the pinion.
     """
-    ways = np.linspace(direction_rad, _DIRECTIONS_RAD[1], _WAYS).tolist()
-    first = next((k for k, way in enumerate(ways) if has_room(way)), 0)
-    if not first:
-        return direction_rad
-    low, high = ways[first - 1], ways[first]
-    for _ in range(_WAY_HALVINGS):
-        middle = (low + high) / 2.0
-        low, high = (low, middle) if has_room(middle) else (middle, high)
-    return high
+    heads = (motor.mount_circle_mm - motor.mount_screw.head_diameter_mm) / 2
+    if run.pinion_mm + cable_mm / 2 + _PAST_TURNS_MM <= heads:
+        return -inf
+    return (sum(rim_y) + run.turns * run.pitch_mm + cable_mm) / 2 + _PAST_TURNS_MM
+
+
+def rim_reach_rad(
+    run: CableRun, shoulder_rad: tuple[float, float], direction_rad: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Gives where the pinion comes to stand in the arm's frame, stop margins included, and the rim's ends, rad."""
+    side = run.tangent_rad + run.beyond_rad
+    reach = (direction_rad - shoulder_rad[1] - STOP_MARGIN_RAD, direction_rad - shoulder_rad[0] + STOP_MARGIN_RAD)
+    return reach, (reach[0] - side, reach[1] + side)
 
 
 def capstan_dimensions(
@@ -374,7 +380,7 @@ def capstan_dimensions(
     stop_pin_mm: float,
     slot_radius_mm: float,
     direction_rad: float,
-    apart_mm: float = 0.0,
+    place: PinionPlace,
 ) -> CapstanDimensions:
     """Dimensions a capstan around its cable.
 
@@ -389,8 +395,8 @@ def capstan_dimensions(
         motor: Row of the catalogue.
         stop_pin_mm: Diameter of the stop pin.
         slot_radius_mm: Distance of the stop pin from the shoulder axis.
-        direction_rad: From the shoulder to the pinion, see `pinion_direction_rad`.
-        apart_mm: See `collar_off_mm`.
+        direction_rad: From the shoulder to the pinion, see `direction.pinion_direction_rad`.
+        place: Of the pinion along the shoulder's axis.
 
     Raises:
         DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, the sector is too small
@@ -407,13 +413,13 @@ def capstan_dimensions(
         smaller(RATIO),
         larger(SECTOR),
     )
-    crest, collar = _crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
+    crest, collar, most = _crest_mm(run.pinion_mm, d), collar_mm(motor), _collar_radius_mm(motor)
     require(
-        collar - bore / 2 >= _COLLAR_WALL_MM or motor.pilot_diameter_mm == 0.0,  # refused with its cheek
+        collar <= most or place.collar_mm[0] < layers.sector_mm[0] or motor.pilot_diameter_mm == 0.0,  # refused there
         "pinion",
         "collar",
-        f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "
-        f"{motor.pilot_diameter_mm:g} mm; at least {_COLLAR_WALL_MM:g} mm for the set screws",
+        f"{collar:.2f} mm for the shortest set screws; the motor's pilot of {motor.pilot_diameter_mm:g} mm and its "
+        f"screws leave {most:.2f} mm",
         *another("motor"),
     )
     widest = _widest_pinion_mm(motor, d)
@@ -425,12 +431,10 @@ def capstan_dimensions(
         smaller(SECTOR),
         larger(RATIO),
     )
-    middle = sum(layers.sector_mm) / 2
-    half = tenths_above(run.grooved_mm / 2 + SHOULDER_MM)
-    y = (middle - half, pinion_end_mm(layers.sector_mm, collar_off_mm(run, d, motor, apart_mm)))
-    shaft_end = layers.motor_cheek_mm[1] - motor.shaft_length_mm
-    floor = shaft_end - 0.5 if shaft_end - 0.5 > y[0] + 0.5 else y[0]  # a longer shaft comes out of the pinion
-    engaged = y[1] - max(floor, shaft_end)
+    low, high = place.pinion_mm
+    shaft_end = layers.motor_face_mm - motor.shaft_length_mm
+    floor = shaft_end - 0.5 if shaft_end - 0.5 > low + 0.5 else low  # a longer shaft comes out of the pinion
+    engaged = high - max(floor, shaft_end)
     require(
         engaged >= SHAFT_ENGAGEMENT_MM,
         "pinion",
@@ -452,9 +456,7 @@ def capstan_dimensions(
         f"radius of {pitch:g} mm; at least {ceil_sig(least)} mm",
         larger(SECTOR),
     )
-    side = run.tangent_rad + run.beyond_rad
-    reach = (direction_rad - shoulder_rad[1] - STOP_MARGIN_RAD, direction_rad - shoulder_rad[0] + STOP_MARGIN_RAD)
-    rim = (reach[0] - side, reach[1] + side)
+    reach, rim = rim_reach_rad(run, shoulder_rad, direction_rad)
     require(
         rim[1] - rim[0] <= radians(250.0),
         "sector",
@@ -470,13 +472,13 @@ def capstan_dimensions(
         run=run,
         cable_diameter_mm=d,
         rim_radius_mm=pitch - d / 2,
-        middle_y_mm=middle,
+        middle_y_mm=sum(layers.sector_mm) / 2,
         pinion_radius_mm=crest,
         pinion_bore_mm=bore,
-        pinion_bore_depth_mm=y[1] - floor,
-        pinion_y_mm=y,
+        pinion_bore_depth_mm=high - floor,
+        pinion_y_mm=place.pinion_mm,
         collar_radius_mm=collar,
-        collar_y_mm=(y[1] - _COLLAR_MM, y[1]),
+        collar_y_mm=place.collar_mm,
         direction_rad=direction_rad,
         ratio=ratio,
         rim_angles_rad=rim,
@@ -491,13 +493,13 @@ def capstan_dimensions(
 
 def _widest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:
     """Gives the largest pitch radius of a pinion, past which the motor's screws are drawn out, mm."""
-    head = catalogue.screw(motor.mount_thread).head_diameter_mm
+    head = motor.mount_screw.head_diameter_mm
     return (motor.mount_circle_mm - head) / 2 - _PAST_HEADS_MM - _crest_mm(0.0, cable_mm)
 
 
 def _collar_radius_mm(motor: catalogue.Motor) -> float:
     """Gives the radius of the pinion's collar, which turns in the bore of the motor's pilot, between the screws, mm."""
-    heads = (motor.mount_circle_mm - catalogue.screw(motor.mount_thread).head_diameter_mm) / 2
+    heads = (motor.mount_circle_mm - motor.mount_screw.head_diameter_mm) / 2
     return min(motor.pilot_diameter_mm / 2 - _COLLAR_PLAY_MM, heads - _COLLAR_OFF_HEADS_MM)
 
 

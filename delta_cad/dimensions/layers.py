@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import degrees, pi, radians, tau
+from math import degrees, inf, isfinite, pi, radians, tau
 
 import numpy as np
 
 from delta_cad import catalogue
-from delta_cad.dimensions.rules import ARM_THICKNESS, PRESS_DEPTH_MM, RATIO, RUNNING_GAP_MM, another, larger, require
+from delta_cad.dimensions.rules import (
+    ARM_THICKNESS,
+    PRESS_DEPTH_MM,
+    RATIO,
+    RUNNING_GAP_MM,
+    another,
+    larger,
+    require,
+    tenths_above,
+)
 from delta_cad.dimensions.sizes import plate_mm
 
 _ELBOW_BOSS_WIDTH_MM, _ELBOW_BOSS_OVERHANG_MM = (
@@ -17,6 +26,9 @@ _ELBOW_BOSS_WIDTH_MM, _ELBOW_BOSS_OVERHANG_MM = (
 )  # grips the cross-bar over 2.7 diameters; over the arm's plate
 STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
 _SHAFT_ENDS_GAP_MM = 0.5
+_UNDER_HEAD_MM = 1.5  # least metal of a motor's cheek under its screws' heads
+_POCKET_LEAST_MM = 0.3  # depth of a pocket that is worth its milling
+MOTOR_PLAY_MM = 0.25  # radius by which a motor's pocket is wider than the motor, which its pilot centres
 _PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
 _MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
@@ -27,7 +39,7 @@ SPAN_MM = 30.0  # of the shoulder's bearings: below, it is the softest of what h
 
 def motor_thread_mm(motor: catalogue.Motor) -> float:
     """Gives the usable depth of the mounting threads behind a motor's face, mm."""
-    return _MOTOR_THREAD_DIAMETERS * catalogue.screw(motor.mount_thread).diameter_mm
+    return _MOTOR_THREAD_DIAMETERS * motor.mount_screw.diameter_mm
 
 
 @dataclass(frozen=True)
@@ -35,7 +47,9 @@ class Layers:
     """Extents along the shoulder axis (t of the chain, y of the arm), each (lower, upper), mm.
 
     `encoder_head_mm` is the encoder cheek's head beside its leg, which holds the bearing as far out as the span asks;
-    of a direct drive it is the leg itself, and there are no bearings.
+    of a direct drive it is the leg itself, and there are no bearings. `motor_pocket_mm` is the depth of the motor's
+    pocket in the outer face of its cheek, 0 where there is none. Heads of its screws that are drawn out must end
+    before `turns_end_mm`, the end of the turns on the pinion; -inf where they pass beside them.
     """
 
     arm_mm: tuple[float, float]
@@ -45,7 +59,14 @@ class Layers:
     encoder_head_mm: tuple[float, float]
     bearings_mm: tuple[tuple[float, float], ...]
     motor_cheek_mm: tuple[float, float]
+    motor_pocket_mm: float
     encoder_board_mm: tuple[float, float]
+    turns_end_mm: float = -inf
+
+    @property
+    def motor_face_mm(self) -> float:
+        """Where the motor's mounting face stands: on the floor of its pocket in the cheek, or on the cheek itself."""
+        return self.motor_cheek_mm[1] - self.motor_pocket_mm
 
 
 def layers(
@@ -53,6 +74,7 @@ def layers(
     arm_thickness_mm: float,
     rim_mm: tuple[float, float] | None,
     pinion_end_mm: float,
+    turns_end_mm: float = -inf,
     bearing: catalogue.Bearing,
     preload_mm: float,
     encoder: catalogue.Encoder,
@@ -68,7 +90,9 @@ def layers(
     Args:
         arm_thickness_mm: Thickness of the arm's plate.
         rim_mm: Both sides of a capstan's rim; None for a direct drive.
-        pinion_end_mm: End of the pinion, which turns in the bore of the motor's pilot and ends before the pilot.
+        pinion_end_mm: End of the pinion, which ends before the motor's pilot.
+        turns_end_mm: Where the cable's turns on the pinion end that heads of the motor's screws must not reach as they
+            are drawn out; -inf where they pass beside them.
         bearing: Row of the catalogue.
         preload_mm: Working height of the spring behind the encoder's bearing.
         encoder: Row of the catalogue, at the shoulder.
@@ -92,11 +116,18 @@ def layers(
     sector = rim_mm or (half, half)
     encoder_inside = -half - RUNNING_GAP_MM
     motor_inside = sector[1] + RUNNING_GAP_MM
-    fixing = catalogue.screw(motor.mount_thread)  # sunk; the shortest must not bottom in the motor
-    plate = max(cheek, fixing.counterbore_depth_mm + min(fixing.lengths_mm) - motor_thread_mm(motor))
-    motor_face = motor_inside + plate
+    fixing = motor.mount_screw  # sunk; the shortest must not bottom in the motor
+    under_head = max(min(fixing.lengths_mm) - motor_thread_mm(motor), _UNDER_HEAD_MM)
+    plate = max(cheek, fixing.counterbore_depth_mm + under_head)
+    motor_face, pocket = motor_inside + plate, 0.0
     if rim_mm is not None:
-        motor_face = max(motor_face, pinion_end_mm + _PILOT_OFF_MM + motor.pilot_height_mm)
+        web = plate_mm(fixing.counterbore_depth_mm + under_head, grown)
+        floor = motor_inside + web
+        if isfinite(turns_end_mm):  # the shortest screws' heads, drawn out
+            floor = max(floor, tenths_above(turns_end_mm + fixing.head_height_mm + min(fixing.lengths_mm)))
+        floor = max(floor, pinion_end_mm + _PILOT_OFF_MM + motor.pilot_height_mm)
+        pocket = motor_face - floor if motor_face - floor >= _POCKET_LEAST_MM else 0.0
+        motor_face = max(motor_face, floor)
     else:
         motor_face = max(motor_face, STUB_DEPTH_MM + _SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
         clamped = half - (motor_face - motor.shaft_length_mm)
@@ -143,7 +174,9 @@ def layers(
         encoder_head_mm=(head, encoder_inside - cheek),
         bearings_mm=bearings,
         motor_cheek_mm=(motor_inside, motor_face),
+        motor_pocket_mm=pocket,
         encoder_board_mm=(board - encoder.board_thickness_mm, board),
+        turns_end_mm=turns_end_mm,
     )
 
 
@@ -163,12 +196,13 @@ FsData/iso2936def.csv of github: shaise/FreeCAD_FastenersWB."""
 LONG_MM = {1.3: 81.0, 1.5: 91.5, 2.0: 102.0, 2.5: 114.5, 3.0: 129.0, 4.0: 144.0, 5.0: 165.0, 6.0: 186.0}
 """Long leg of the long type (L) by width across flats, mm; its short leg is as above. Source: the same table."""
 CORNERS = 1.13  # largest width across corners by that across flats: 1.68 / 1.5, 2.82 / 2.5 in the same table
-CUT, _HANDLE_CUT = 0.8, 0.7
+CUT, _HANDLE_CUT, _LARGER_HANDLE_CUT = 5 / 6, 0.5, 0.6
 """Shares of its short leg and of its long one, the handle, to which a key is cut that must turn between the two cheeks
-of a chain and beside its neighbours' motors: a whole handle met these where the base would have done otherwise. What is
-left of it takes 50 N or less for what the screws of any motor of the catalogue are tightened to."""
+of a chain, past the end of the motor's shaft, and beside its neighbours' motors: a whole handle met these where the
+base would have done otherwise. What is left of it takes 50 N or less for what the screws of any motor of the catalogue
+are tightened to; M4 among them, whose key is of `_LARGER_MM`, asks for the larger share."""
+_LARGER_MM = 2.5
 _OFF_CHEEK_MM = 0.2  # of that key's handle from the encoder's cheek
-_UNDER_HEAD_MM = 1.5  # least metal of a motor's cheek under its screws' heads
 _SWUNG = 0.8  # share of a handle by which it reaches down while it swings by a sixth of a turn, somewhere in its circle
 SWING_RAD = pi / 3  # of a handle, to a hexagon's next corner
 SET_SCREWS_RAD = (0.0, pi / 2)  # directions of a pinion's set screws from one another
@@ -203,32 +237,33 @@ def cut_key_mm(flats_mm: float) -> tuple[float, float]:
         flats_mm: Width across flats, one of `KEYS_MM`.
     """
     long, short = KEYS_MM[flats_mm]
-    return CUT * short, _HANDLE_CUT * long
+    return CUT * short, (_HANDLE_CUT if flats_mm < _LARGER_MM else _LARGER_HANDLE_CUT) * long
 
 
 def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float]:
     """Chooses the length of the motor's screws, and how deep their heads are sunk so that they fill their threads.
 
-    The longest whose head is buried and stands so far outside that a cut key's handle, just drawn off it, passes the
-    encoder's cheek; else the longest that is buried.
+    A web is left under the heads, even if the shortest screws then fill a little less of their threads. The longest
+    whose head is buried and stands so far outside that a cut key's handle, just drawn off it, passes the
+    encoder's cheek, and whose head does not meet the turns on the pinion as it is drawn out; else the longest that is
+    buried.
 
     Returns:
         Length and depth, mm.
     """
-    row, thread = catalogue.screw(motor.mount_thread), motor_thread_mm(motor)
-    inside, face = layers.motor_cheek_mm
+    row, thread = motor.mount_screw, motor_thread_mm(motor)
+    inside, face = layers.motor_cheek_mm[0], layers.motor_face_mm
     buried = [mm for mm in row.lengths_mm if mm <= face - inside - row.counterbore_depth_mm + thread + 1e-9]
     flats = row.socket_mm
     key = cut_key_mm(flats)[0] + CORNERS * flats / 2 + _OFF_CHEEK_MM if flats in KEYS_MM else 0
 
     def sunk(length: float) -> float:
-        return face - inside + thread - length
+        return min(face - inside + thread - length, face - inside - _UNDER_HEAD_MM)
 
     def turned(length: float) -> bool:
-        return (
-            inside + sunk(length) - row.head_height_mm - key >= layers.encoder_cheek_mm[1]
-            and face - inside - sunk(length) >= _UNDER_HEAD_MM
-        )
+        head = inside + sunk(length) - row.head_height_mm
+        drawn_out = head - (length - (face - inside - sunk(length)))
+        return head - key >= layers.encoder_cheek_mm[1] and drawn_out >= layers.turns_end_mm - 1e-9
 
     length = max([mm for mm in buried if turned(mm)] or buried)
     return length, sunk(length)
@@ -236,17 +271,17 @@ def motor_screw_mm(motor: catalogue.Motor, layers: Layers) -> tuple[float, float
 
 def handle_room_mm(motor: catalogue.Motor) -> float:
     """Gives how far below a motor's axis the base must lie for a key to swing in the motor's screws, mm."""
-    return _SWUNG * KEYS_MM.get(catalogue.screw(motor.mount_thread).socket_mm, (0.0, 0.0))[0]
+    return _SWUNG * KEYS_MM.get(motor.mount_screw.socket_mm, (0.0, 0.0))[0]
 
 
-def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float]) -> tuple[float, float]:
-    """Chooses the directions of a pinion's set screws, so that each comes to the slot of its key at some angle.
+def set_screws_rad(key_rad: float, turns_rad: tuple[float, float]) -> tuple[float, float]:
+    """Chooses the directions of a pinion's set screws, so that each comes to face its key at some angle.
 
     They point along x and z of the pinion where both come there; else they come there on either side of the middle of
     the pinion's range, that of an arm while the handle goes up and down in the middle.
 
     Args:
-        slot_rad: Direction of the slot from the motor's axis in the chain's plane.
+        key_rad: Direction from the motor's axis in the chain's plane from which their key comes.
         turns_rad: From where to where the pinion turns from the exported position, against the arm.
 
     Returns:
@@ -263,14 +298,14 @@ def set_screws_rad(slot_rad: float, turns_rad: tuple[float, float]) -> tuple[flo
         "pinion",
         "set screws",
         f"while the handle goes up and down in the middle the pinion turns by {degrees(high - low):.0f} deg; its two "
-        f"set screws come to the slot of their key within {degrees(least):.0f}",
+        f"set screws come to face their key within {degrees(least):.0f}",
         larger(RATIO),
     )
 
     def comes(screw: float) -> bool:
-        return low + (slot_rad - screw - low) % tau <= high
+        return low + (key_rad - screw - low) % tau <= high
 
     if all(map(comes, SET_SCREWS_RAD)):
         return SET_SCREWS_RAD
-    middle = slot_rad - (low + high) / 2
+    middle = key_rad - (low + high) / 2
     return middle - apart / 2, middle + apart / 2

@@ -1,16 +1,17 @@
 """The leads of motors and encoders' boards, drawn as far as they bend.
 
 A motor's leave its back along the axis and bend inwards beside it, their ends free: level, for an outline's rectangle
-has the motors' backs at its edge, and a bend down would stand out there. A board's is plugged in at its lower
-edge and goes in two bends on to the outer face of the encoder's leg, where a tie holds it: from there on it lies on
-what stands.
+has the motors' backs at its edge, and a bend down would stand out there. They leave it as far inside of the axis as
+keeps their bends within the motor's own outer corner, seen from behind the machine. A board's is plugged in at its
+lower edge and goes in two bends on to the outer face of the encoder's leg, where a tie holds it: from there on it lies
+on what stands.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import acos, cos, hypot, pi, radians, sin
+from math import acos, hypot, pi, sin, sqrt
 
 import numpy as np
 
@@ -20,20 +21,15 @@ from delta_cad.design.stands import Gap, gaps_of, other_stands
 from delta_cad.dimensions.bracket import PLUG_MM as ROOM_MM
 from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import FARTHER_OUT, another, require
+from delta_cad.dimensions.rules import FARTHER_OUT, another, require, tenths_above
 
 LEAD_MM = 2.3  # outside diameter of a silicone lead of 0.5 mm^2; makers' tables: 2.1 to 2.3; from memory
 LEAD_G_M = 9.0  # 4.5 of copper, the rest silicone
 BEND = 3.0  # least inner radius, in diameters, of a flexible lead that is laid once: DIN VDE 0298-3; from memory
 PLUG_MM = 3.0  # straight behind the motor: a push-on plug, or solder under its sleeve
 TAIL_MM = 5.0  # straight after the bend
+EDGE_MM = 0.5  # of a motor's back beside a lead, beyond half the lead itself
 _APART_MM = 5.0  # of neighbouring leads
-_SQUARE_DEG = (
-    0.0,
-    30.0,
-    60.0,
-    90.0,
-)  # of a bend, where it is square to a side of the outline: chains are 120 deg apart
 _COUNTS = {"brushed": 2, "brushless": 3}  # of a motor's phases
 
 SENSOR_MM = 3.0  # six wires of 0.8 about a seventh's room are 2.4, a sleeve of 0.3 around them
@@ -62,12 +58,16 @@ class LeadDimensions:
         diameter_mm: Of a lead.
         bend_mm: Radius of its middle line.
         across_mm: Where they leave the motor's back, across its axis and upright.
+        inside_mm: How far inside of the motor's axis they leave its back.
+        square: Directions (outwards, behind) that are square to a side of the outline, of length 1.
     """
 
     number: str
     diameter_mm: float
     bend_mm: float
     across_mm: tuple[float, ...]
+    inside_mm: float
+    square: tuple[tuple[float, float], ...]
 
     @property
     def behind_mm(self) -> float:
@@ -76,10 +76,10 @@ class LeadDimensions:
 
     @property
     def outside_mm(self) -> list[tuple[float, float]]:
-        """Where, seen from above, a lead stands out farthest in any direction of the outline: outwards, behind."""
-        outer, turns = self.bend_mm + self.diameter_mm / 2.0, [radians(angle) for angle in _SQUARE_DEG]
-        bend = [(outer * cos(turn) - self.bend_mm, outer * sin(turn) + PLUG_MM) for turn in turns]
-        return [*bend, (-self.bend_mm - TAIL_MM, self.behind_mm)]
+        """Where, seen from above, a lead stands out farthest from the motor's axis: outwards, behind its back."""
+        outer, centre = self.bend_mm + self.diameter_mm / 2.0, -self.inside_mm - self.bend_mm
+        bend = [(outer * out + centre, outer * behind + PLUG_MM) for out, behind in self.square]
+        return [*bend, (centre - TAIL_MM, self.behind_mm)]
 
     @property
     def length_mm(self) -> float:
@@ -91,13 +91,43 @@ def lead_dimensions(design: Design, motor: catalogue.Motor) -> tuple[LeadDimensi
     """Dimensions the leads behind a motor, its own encoder's after those of its phases; none where none are drawn."""
     if design.hardware.leads != "bent":
         return ()
+    gap = gaps_of(design.geometry)[0]
+    along, aside = abs(gap.cosine), gap.sine
+    square = (1.0, 0.0), (aside, along), (along, aside), (0.0, 1.0)
+
+    def leads(number: str, diameter_mm: float, across_mm: tuple[float, ...]) -> LeadDimensions:
+        bend = (BEND + 0.5) * diameter_mm
+        inside = _inside_mm(motor, gap, bend, diameter_mm, max(map(abs, across_mm)))
+        return LeadDimensions(number, diameter_mm, bend, across_mm, inside, square)
+
     count = _COUNTS[motor.commutation]
     across = tuple(_APART_MM * (k - (count - 1) / 2.0) for k in range(count))
-    phases = LeadDimensions("motor_lead", LEAD_MM, (BEND + 0.5) * LEAD_MM, across)
+    phases = leads("motor_lead", LEAD_MM, across)
     if design.hardware.encoder_at != "motor":
         return (phases,)
-    adjacent = (across[-1] + _APART_MM,)
-    return phases, LeadDimensions("encoder_lead", SENSOR_MM, (BEND + 0.5) * SENSOR_MM, adjacent)
+    return phases, leads("encoder_lead", SENSOR_MM, (across[-1] + _APART_MM,))
+
+
+def _inside_mm(motor: catalogue.Motor, gap: Gap, bend_mm: float, diameter_mm: float, across_mm: float) -> float:
+    """Chooses how far inside of a motor's axis its leads leave its back, mm: no farther than the back's edge lets them.
+
+    Behind the machine the motor of chain 1 ends with its outer corner, its radius r out from its axis. In that
+    direction, (c, s) out and behind in its chain, a lead reaches `R + d / 2 + s PLUG_MM - c (inside + R)`, the corner
+    `c r`. Where chain 1 itself does not stand behind (c <= 0), the corner shields nothing.
+
+    Args:
+        motor: Row of the catalogue; where its terminals are is in no row, so its leads leave it anywhere on its back.
+        gap: That of chains 0 and 1.
+        bend_mm: Radius of a lead's middle line, R.
+        diameter_mm: Of a lead, d.
+        across_mm: How far across the axis the outermost one leaves.
+    """
+    if gap.cosine >= 0.0:
+        return 0.0
+    radius = motor.diameter_mm / 2.0
+    reach = (bend_mm + diameter_mm / 2.0 + PLUG_MM * gap.sine) / -gap.cosine
+    edge = sqrt(max((radius - diameter_mm - EDGE_MM) ** 2 - across_mm**2, 0.0))
+    return min(max(tenths_above(reach - bend_mm - radius), 0.0), edge)
 
 
 @dataclass(frozen=True)
@@ -139,13 +169,14 @@ class SensorLeadDimensions:
 
     @property
     def line_mm(self) -> np.ndarray:
-        """Points of its middle line down to the tie, (n, 3), shoulder's frame, some half a millimetre apart."""
+        """Points of its middle line down to its drawn end, (n, 3), shoulder's frame, some half a millimetre apart."""
         turns = np.linspace(0.0, self.turn_rad, LINE)
         bent, low = self.bend_mm * (1.0 - np.cos(turns)), self.bend_mm * np.sin(turns)
         aside = hypot(*self.way_mm)
-        way = np.concatenate([np.zeros(2), bent, aside - bent[::-1], [aside]])
+        tied = np.linspace(0.0, CLIP_MM[0] + TAIL_MM, LINE)
+        way = np.concatenate([np.zeros(2), bent, aside - bent[::-1], np.full(LINE, aside)])
         start, end = PLUGGED_MM[2] + STRAIGHT_MM, PLUGGED_MM[2] + STRAIGHT_MM + 2.0 * low[-1]
-        down = np.concatenate([[PLUGGED_MM[2], start], start + low, end - low[::-1], [end + CLIP_MM[0]]])
+        down = np.concatenate([[PLUGGED_MM[2], start], start + low, end - low[::-1], end + tied])
         along = np.array([*self.way_mm, 0.0]) / aside
         return np.array(self.plug_mm) + way[:, None] * along - down[:, None] * np.array([0.0, 0.0, 1.0])
 
@@ -215,7 +246,7 @@ def _require_room(
     found = np.inf
     for lead_stand in other_stands(gaps):  # as seen from that of a neighbour's motor
         own = points @ lead_stand[:3, :3].T + lead_stand[:3, 3]
-        beyond = stack.motor_cheek_mm[1] - own[:, 1]  # before its mounting face there is no motor
+        beyond = stack.motor_face_mm - own[:, 1]  # before its mounting face there is no motor
         off = np.hypot(own[:, 0] - b.motor_axis_mm[0], own[:, 2] - b.motor_axis_mm[1]) - radius
         found = min(found, float(np.maximum(off, beyond - SENSOR_MM / 2.0).min()))
     require(

@@ -14,6 +14,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, Reason, link_placement
 from delta_cad.dimensions.bracket import MESHES_MM
 from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.direction import SLEEVE_OFF_MM
 from delta_cad.dimensions.forearm import ForearmDimensions
 from delta_cad.dimensions.layers import SWING_RAD
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM
@@ -66,7 +67,7 @@ def drive_clearances(d: Dimensions) -> tuple[DistanceField, DistanceField]:
 def _adjacent(d: Dimensions, shapes: Sequence[Shape], shoulder: np.ndarray | None) -> DistanceField:
     """How near rods and springs come to shapes of their chain: in the shoulder's frame, or None: in the arm's."""
     g, moving = d.design.geometry, {"rod": rod_points(d.forearm), "spring": spring_points(d)}
-    inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
+    inside, outside = d.layers.encoder_board_mm[0], d.layers.motor_face_mm + d.motor.length_mm
     pairs = [*product(CHAINS, SIDES, moving)]
 
     def apart(positions_mm: np.ndarray, rough: bool, only: int | None) -> np.ndarray:
@@ -189,7 +190,6 @@ def _rod_boss_interference(d: Dimensions, least_mm: float) -> Iterator[Reason]:
 
 _CUPS_MM = 0.14  # beyond the clearance: what meshes of cups are off together
 _SLID_MM = 0.1  # that a drive leaves its neighbour as it slides in
-_SLEEVE_OFF_MM = -0.5  # that a sleeve leaves the arm on its way: the arm's edges are broken
 
 _Margin = Callable[[Dimensions, CapstanDimensions], float]
 """Margin of a machine; negative: its shortfall."""
@@ -262,7 +262,7 @@ def _platform(d: Dimensions, margin_mm: float) -> Iterator[Reason]:
 
 def _sleeves(d: Dimensions) -> Iterator[Reason]:
     """Both ferrules of a cable on the paths to their seats, past the arm: a larger sector clears them."""
-    if d.capstan is None or (reserve := ferrule_clearance_mm(d, d.capstan) - _SLEEVE_OFF_MM) >= 0.0:
+    if d.capstan is None or (reserve := ferrule_clearance_mm(d, d.capstan) - SLEEVE_OFF_MM) >= 0.0:
         return
     shortfall = f"a sleeve of the cable lacks {-reserve:.2f} mm to pass the arm on its way to its seat"
     yield Reason("crimp_sleeve", "beside the arm", shortfall, (larger(SECTOR, RATIO), larger(SECTOR)))

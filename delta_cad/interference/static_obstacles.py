@@ -8,7 +8,6 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from delta_cad import catalogue
 from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import CHEEK_EDGE_MM
@@ -54,7 +53,7 @@ def cheeks(d: Dimensions) -> list[Shape]:
 
 def motor(d: Dimensions) -> Round:
     """The motor's body in its shoulder's frame."""
-    face, (u, z) = d.layers.motor_cheek_mm[1], d.bracket.motor_axis_mm
+    face, (u, z) = d.layers.motor_face_mm, d.bracket.motor_axis_mm
     return Round(d.motor.diameter_mm / 2, (face, face + d.motor.length_mm), (u - d.bracket.shoulder_u_mm, z))
 
 
@@ -115,14 +114,13 @@ def _seen_from(d: Dimensions, points: np.ndarray, chain: int, own: int) -> np.nd
 def pinion(c: CapstanDimensions, d: Dimensions) -> list[Round]:
     """The pinion and its collar, in the shoulder's frame."""
     at = motor(d).at_mm
-    low, (neck, high) = c.pinion_y_mm[0], c.collar_y_mm
-    return [Round(c.pinion_radius_mm, (low, neck), at), Round(c.collar_radius_mm, (neck, high), at)]
+    return [Round(c.pinion_radius_mm, c.groove_y_mm, at), Round(c.collar_radius_mm, c.collar_y_mm, at)]
 
 
 def _shaft_end(c: CapstanDimensions, d: Dimensions) -> Round:
     """What of a motor's shaft comes out of its pinion, in the shoulder's frame."""
     low = c.pinion_y_mm[0]
-    tip = min(d.layers.motor_cheek_mm[1] - d.motor.shaft_length_mm, low)
+    tip = min(d.layers.motor_face_mm - d.motor.shaft_length_mm, low)
     return Round(d.motor.shaft_diameter_mm / 2, (tip, low), motor(d).at_mm)
 
 
@@ -160,7 +158,7 @@ def _in_the_way(d: Dimensions, chain: int) -> list[_Obstacle]:
     """Static obstacles around a chain's motor screws."""
     block = foot(d)
     others: list[Shape] = [*cheeks(d), motor(d), block]
-    own = pinion(d.capstan, d) if d.capstan is not None else []
+    own = [*pinion(d.capstan, d), _shaft_end(d.capstan, d)] if d.capstan is not None else []
     return [([*cheeks(d)[1:], block, *own], chain), *((others, i) for i in CHAINS if i != chain)]
 
 
@@ -192,7 +190,7 @@ def key_swing_rad(d: Dimensions) -> float:
 
     It is one of the keys that `delta_cad.checks.contact.access` tries; what else moves is left out.
     """
-    row = catalogue.screw(d.motor.mount_thread)
+    row = d.motor.mount_screw
     if row.socket_mm not in KEYS_MM:
         return 2.0 * pi
     keys = key_legs_mm(row.socket_mm)

@@ -23,16 +23,15 @@ from delta_cad.solids.primitive import THROUGH_MM, ball, bore_y, bore_z, box, cu
 CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap drill by this diameter
 
 
-def make_cap_screw(size: str, length_mm: float) -> Part:
+def make_cap_screw(row: catalogue.Screw, length_mm: float) -> Part:
     """Hexagon socket head cap screw; the thread is drawn as its core."""
-    row = catalogue.screw(size)
-    _require_stock(f"screw {size}", length_mm, row.lengths_mm)
+    _require_stock(f"screw {row.id}", length_mm, row.lengths_mm)
     head = cylinder(row.head_diameter_mm, (0, 0, 0), (0, 0, row.head_height_mm))
     shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
     key = _hexagon(row.socket_mm, (row.head_height_mm - row.socket_depth_mm, row.head_height_mm + THROUGH_MM))
     solid = cut(head.fuse(shank), [key])
     extent, x = round_z(row.head_diameter_mm / 2, (-length_mm, row.head_height_mm)), f"x{length_mm:g}"
-    return bought_part(f"screw_{size}{x}", row, solid, "stainless-1.4305", extent, size=f" x {length_mm:g}")
+    return bought_part(f"screw_{row.id}{x}", row, solid, "stainless-1.4305", extent, size=f" x {length_mm:g}")
 
 
 def _require_stock(name: str, length_mm: float, lengths_mm: tuple[float, ...]) -> None:
@@ -49,7 +48,7 @@ def _hexagon(across_flats_mm: float, z: tuple[float, float]) -> cq.Shape:
 
 def make_tension_screw(size: str, length_mm: float) -> Part:
     """Cap screw that pulls the cable's carriage: nothing lies between its head's seat and its thread."""
-    return replace(make_cap_screw(size, length_mm), number=f"tension_screw_{size}x{length_mm:g}")
+    return replace(make_cap_screw(catalogue.screw(size), length_mm), number=f"tension_screw_{size}x{length_mm:g}")
 
 
 def make_set_screw(size: str, length_mm: float) -> Part:
@@ -157,7 +156,7 @@ def make_motor(d: Dimensions) -> Part:
         ]
     )
     shaft = bore_y(m.shaft_diameter_mm, (0.0, 0.0), (-m.shaft_length_mm, 0.0))
-    drill = catalogue.screw(m.mount_thread).tap_drill_mm
+    drill = m.mount_screw.tap_drill_mm
     tools = []
     for angle in d.bracket.motor_holes_rad:
         at = (m.mount_circle_mm / 2 * cos(angle), m.mount_circle_mm / 2 * sin(angle))

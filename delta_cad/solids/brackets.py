@@ -7,7 +7,7 @@ the shoulder axis, z up.
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, degrees, floor, pi, sin
+from math import cos, degrees, dist, floor, pi, sin
 
 import cadquery as cq
 import numpy as np
@@ -18,11 +18,11 @@ from delta_cad.dimensions.bracket import (
     BLOCK_SCREW,
     CHEEK_EDGE_MM,
     KEY_SLOT_MM,
+    key_rad,
     key_slot_floor_mm,
-    key_slot_rad,
 )
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.layers import motor_screw_mm
+from delta_cad.dimensions.layers import MOTOR_PLAY_MM, motor_screw_mm
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, tenths_above
 from delta_cad.dimensions.tolerances import LENGTH_MM, TIP_DEG, drilled_mm, minutes, seat_tilt_rad, tip_mm
@@ -56,7 +56,7 @@ _PILOT_WALL_MM, _HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its scre
 _ROUNDING_MM = 1e-9
 # By which a leg's circle is smaller, which touches its head's from within: there the kernel may lose faces.
 _OFF_TANGENT_MM = 0.0, 0.05, 0.1, 0.2
-_DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
+_DIRECTIONS = 721  # in which the edge of a cheek is looked for: a quarter of a degree
 
 
 def base_pin_mm(d: Dimensions) -> tuple[float, float]:
@@ -74,7 +74,7 @@ def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
 
 def _motor_counterbore_mm(d: Dimensions) -> float:
     """Diameter of the counterbores of a motor's screws: smaller than usual where that leaves a wall to the pilot."""
-    screw, m = catalogue.screw(d.motor.mount_thread), d.motor
+    screw, m = d.motor.mount_screw, d.motor
     room = floor(10.0 * (m.mount_circle_mm - m.pilot_diameter_mm - 2 * _PILOT_WALL_MM) + _ROUNDING_MM) / 10.0
     usual = screw.counterbore_diameter_mm  # where no wall is left it opens into the pilot's bore
     return min(usual, room) if room >= screw.head_diameter_mm + _HEAD_PLAY_MM else usual
@@ -121,10 +121,17 @@ def _stopped_y_mm(d: Dimensions) -> float:
     return d.layers.arm_mm[1] if d.capstan is None else d.capstan.web_y_mm[1]
 
 
+def stop_end_mm(d: Dimensions) -> float:
+    """Outer end of the stop pins: sunk in the motor's cheek, or in its pocket's floor where the motor covers one."""
+    b, pocket = d.bracket, d.motor.diameter_mm / 2 + MOTOR_PLAY_MM + d.bracket.stop_pin_mm / 2
+    covered = any(dist(pin, b.motor_axis_mm) < pocket for pin in b.stop_pins_mm)
+    return (d.layers.motor_face_mm if covered else d.layers.motor_cheek_mm[1]) - STOP_SUNK_MM
+
+
 def stop_pin_length_mm(d: Dimensions) -> float:
     """Shortest stock length of a stop pin that reaches into what it stops (sector or arm) deep enough."""
     top = _stopped_y_mm(d)
-    needed = d.layers.motor_cheek_mm[1] - STOP_SUNK_MM - (top - STOP_ENGAGEMENT_MM)
+    needed = stop_end_mm(d) - (top - STOP_ENGAGEMENT_MM)
     stock = catalogue.dowel(f"{d.bracket.stop_pin_mm:g}").lengths_mm
     require(
         needed <= stock[-1],
@@ -157,10 +164,10 @@ def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float]) -> N
         boring.add(f"counterbore {sink:g} deep from the outer side", heads)
 
 
-def key_slot_length_mm(d: Dimensions) -> float:
-    """How far the slot of the set screws' key reaches from the motor's axis: to the edge of its cheek."""
+def key_way_mm(d: Dimensions, c: CapstanDimensions) -> float:
+    """How far a key of the pinion's set screws reaches from the motor's axis: to the edge of the motor's cheek."""
     circles = np.array(d.bracket.motor_cheek_circles_mm)
-    angle, (x, z, _) = key_slot_rad(d.bracket, d.motor), circles[1]
+    angle, (x, z, _) = key_rad(c, d.bracket, d.motor), circles[1]
     turns = angle + np.linspace(-pi / 2, pi / 2, _DIRECTIONS)[1:-1]
     normals = np.stack([np.cos(turns), np.sin(turns)])
     support = (circles[:, :2] @ normals + circles[:, 2:]).max(axis=0)
@@ -176,14 +183,18 @@ def make_motor_cheek(d: Dimensions) -> Part:
     what = "motor diameter, base_radius_mm"
     body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
     body = edge_break(number, body, ">Y or <Y", CHEEK_EDGE_MM)
-    screw = catalogue.screw(d.motor.mount_thread)
+    screw = d.motor.mount_screw
     seat_depth = motor_screw_mm(d.motor, d.layers)[1]
     motor_screws = motor_screw_positions(d)
-    boring, tools, slots = Boring(), list[cq.Shape](), list[Hole]()
-    pilot = fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (outside, inside)), "H7")
+    boring, face, tools, slots = Boring(), d.layers.motor_face_mm, list[cq.Shape](), list[Hole]()
+    if d.layers.motor_pocket_mm > 0.0:
+        wide = d.motor.diameter_mm + 2 * MOTOR_PLAY_MM
+        pocket = sunk(along_y(wide, (x, z), (outside, face)))
+        boring.add(f"pocket {wide:g}, {d.layers.motor_pocket_mm:.1f} deep from the outer side, motor", [pocket])
+    pilot = fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (face, inside)), "H7")
     boring.add(f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot", [pilot])
     seat = inside + seat_depth
-    rest = [along_y(screw.clearance_hole_mm, at, (seat, outside)) for at in motor_screws]
+    rest = [along_y(screw.clearance_hole_mm, at, (seat, face)) for at in motor_screws]
     boring.add(f"{screw.clearance_hole_mm:g} through, motor screws", rest)
     heads = [sunk(along_y(_motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
     boring.add(f"counterbore {seat_depth:g} deep from the arm's side", heads)
@@ -192,11 +203,12 @@ def make_motor_cheek(d: Dimensions) -> Part:
     pressed = [fitted(along_y(b.stop_pin_mm, at, (inside, outside)), "H7") for at in pins]
     boring.add(f"{b.stop_pin_mm:g} H7 through, stop pin pressed in", pressed)
     if d.capstan is not None:
-        tools.append(_set_screw_slot(d, d.capstan, (x, z), outline))
-        deep, angle = key_slot_floor_mm(d.capstan, inside), degrees(key_slot_rad(b, d.motor))
-        slot = f"slot {KEY_SLOT_MM:g} wide, {deep:g} deep from the arm's side, from the pilot's bore to the outer edge"
-        line = f"on a line through the pilot's middle at {angle:.1f} deg to the lower edge"
-        slots.append(Hole(KEY_SLOT_MM, 1, f"{slot}, {line}", is_slot=True))
+        if d.capstan.collar_at_motor:
+            tools.append(_set_screw_slot(d, d.capstan, (x, z), outline))
+            deep, angle = key_slot_floor_mm(d.capstan, inside), degrees(key_rad(d.capstan, b, d.motor))
+            slot = f"slot {KEY_SLOT_MM:g} wide, {deep:g} deep from the arm's side, from the pilot's bore to the edge"
+            line = f"on a line through the pilot's middle at {angle:.1f} deg to the lower edge"
+            slots.append(Hole(KEY_SLOT_MM, 1, f"{slot}, {line}", is_slot=True))
         _bearing_seat(d, boring, (inside, d.layers.bearings_mm[1][1], outside), "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, [*boring.tools, *tools]))
     description = f"motor cheek, plate {outside - inside:g}{_reamed(d)}"
@@ -206,7 +218,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
 
 def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float], outline: list[Circle]) -> cq.Shape:
     """Slot from the pilot's bore out to the cheek's edge, through which a straight key reaches the set screws."""
-    inside, half, angle = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2, key_slot_rad(d.bracket, d.motor)
+    inside, half, angle = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2, key_rad(c, d.bracket, d.motor)
     along, aside = (cos(angle), sin(angle)), (-sin(angle), cos(angle))
     edge = max((x - at[0]) * along[0] + (z - at[1]) * along[1] + r for x, z, r in outline) + THROUGH_MM
     corners = [
@@ -242,17 +254,27 @@ def _encoder_body(d: Dimensions, leg: list[Circle]) -> cq.Shape:
     return fuse(body, edge_break(number, upper, "<Y or >Y", CHEEK_EDGE_MM))
 
 
+def _sound_encoder_body(d: Dimensions) -> cq.Shape:
+    """Sets the leg off its head until the kernel makes a whole body; raises as the last one where it makes none."""
+    refused = BuildError("encoder_cheek", "leg and head", "base_radius_mm")
+    for off in _OFF_TANGENT_MM:
+        try:
+            body = _encoder_body(d, _encoder_leg(d, off))
+        except BuildError as error:  # a chamfer of a face that is lost
+            refused = error
+            continue
+        if encloses_its_volume(body):
+            return body
+    raise refused
+
+
 def make_encoder_cheek(d: Dimensions) -> Part:
     """Cheek with the encoder's board and (capstan) the second bearing in a head that stands out from its leg."""
     number, b = "encoder_cheek", d.bracket
     outside, inside = d.layers.encoder_cheek_mm
     face = d.layers.encoder_head_mm[0]
     board, head = d.board_screws_mm, d.encoder_head_circles_mm
-    bodies = (_encoder_body(d, _encoder_leg(d, off)) for off in _OFF_TANGENT_MM)
-    body = next((one for one in bodies if encloses_its_volume(one)), None)
-    if body is None:
-        raise BuildError(number, "leg and head", "base_radius_mm")
-    leg = _encoder_leg(d, 0.0)
+    body, leg = _sound_encoder_body(d), _encoder_leg(d, 0.0)
     thread, drilled = board_thread_mm(d)
     boring = Boring()
     callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"

@@ -249,18 +249,27 @@ def make_tension_carriage(d: Dimensions) -> Part:
     return made_part(number, description, solid, material("brass"), extent, boring.holes)
 
 
+def _step(radius: float, low: float, high: float) -> list[tuple[float, float, float]]:
+    """A step of a turned part, if it has any length."""
+    return [(radius, low, high)] if high > low + _ROUNDING_MM else []
+
+
 def make_pinion(d: Dimensions) -> Part:
     """Pinion on the motor's shaft, its groove drawn to the bottom as threads are; set screws in its collar."""
     number, c = "pinion", capstan_of(d)
-    (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
-    first, bottom = y0 + SHOULDER_MM, c.run.pinion_mm - c.cable_diameter_mm / 2
-    last = 2 * c.middle_y_mm - first
-    crest, end = c.pinion_radius_mm, last + SHOULDER_MM
-    neck = [(min(crest, c.collar_radius_mm), end, y1)] if y1 > end + _ROUNDING_MM else []
-    collar = c.collar_radius_mm, neck[0][2] if neck else end, y2
-    body = stepped((crest, y0, first), (bottom, first, last), (crest, last, end), *neck, collar)
+    (y0, y2), (low, high), crest = c.pinion_y_mm, c.collar_y_mm, c.pinion_radius_mm
+    bottom = c.run.pinion_mm - c.cable_diameter_mm / 2
+    first, last = c.groove_y_mm[0] + SHOULDER_MM, c.groove_y_mm[1] - SHOULDER_MM
+    grooved = (crest, first - SHOULDER_MM, first), (bottom, first, last), (crest, last, last + SHOULDER_MM)
+    far, near, neck = c.collar_radius_mm, c.pinion_bore_mm / 2, min(crest, c.collar_radius_mm)
+    if c.collar_at_motor:
+        begin = max(low, grooved[2][2])
+        body = stepped(*grooved, *_step(neck, grooved[2][2], begin), (far, begin, high))
+    else:
+        end = min(high, grooved[0][1])
+        body = stepped((far, low, end), *_step(neck, end, grooved[0][1]), *grooved)
     floor = y2 - c.pinion_bore_depth_mm
-    middle, far, near, boring = (y1 + y2) / 2, c.collar_radius_mm, c.pinion_bore_mm / 2, Boring()
+    middle, boring = (low + high) / 2, Boring()
     out = far + THROUGH_MM
     bore = fitted(along_y(c.pinion_bore_mm, (0.0, 0.0), (y2, floor)), "H7")
     if ends := floor > y0 + _ROUNDING_MM:

@@ -14,9 +14,10 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
+from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_rad, key_slot_floor_mm
 from delta_cad.dimensions.capstan import ANCHOR_MM, CARRIAGE_FROM_MM, CARRIAGE_MM
 from delta_cad.dimensions.forearm import END_MATERIAL
+from delta_cad.dimensions.layers import MOTOR_PLAY_MM
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
@@ -238,21 +239,34 @@ def outline_width_mm(circles: list[_Circle], height: float) -> float:
 
 
 def _cheek(d: Dimensions, head: list[_Circle], open_: list[_Circle], y_mm: tuple[float, float]) -> Beam:
-    """A cheek above its foot block, as wide as its outline without the large bores; the bearing fills its seat."""
-    b, thickness = d.bracket, y_mm[1] - y_mm[0]
+    """A cheek above its foot block, as wide as its outline without the large bores; the bearing fills its seat.
+
+    Of what is open, a motor's pilot bore, the motor's pocket around it is thinner; the motor's face does not count.
+    """
+    b, c, thickness, deep = d.bracket, d.capstan, y_mm[1] - y_mm[0], d.layers.motor_pocket_mm
     top = b.base_top_mm + b.foot_height_mm
     foot = [(u - b.shoulder_u_mm, z, 0.0) for u in b.foot_u_mm for z in (b.base_top_mm, top)]
     circles = [*head, *foot]
-    slot = key_slot_rad(b, d.motor) if open_ else 0.0
-    deep = key_slot_floor_mm(d.capstan, y_mm[0]) if open_ and d.capstan is not None else 0.0
+    pocket = [(x, z, d.motor.diameter_mm / 2 + MOTOR_PLAY_MM) for x, z, _ in open_ if deep]
+
+    slot = c is not None and c.collar_at_motor and bool(open_)
+    angle, slot_mm = (key_rad(c, b, d.motor), key_slot_floor_mm(c, y_mm[0])) if c is not None and slot else (0.0, 0.0)
 
     def section(z: float) -> Section:
-        bores = sum(2 * sqrt(max(0.0, r**2 - (z - at) ** 2)) for _, at, r in open_)
+        bores, pockets = _chords_mm(open_, z), _chords_mm(pocket, z)
         width = outline_width_mm(circles, max(z, top)) - bores
-        slotted = min(sum(_slotted_mm(z, bore, slot, deep, circles) for bore in open_), width)
-        return rectangle(thickness, width) if not slotted else stepped_plate(thickness, width, deep, slotted)
+        cut = sum(_slotted_mm(z, bore, angle, slot_mm, circles) for bore in open_) if slot else 0.0
+        cut, thin = min(cut, width), min(max(pockets - bores, 0.0), width)
+        if cut:  # in a slot's height all of the width counts as being as thin as slot and pocket leave it
+            return stepped_plate(thickness, width, min(slot_mm + (deep if thin else 0.0), thickness - 0.1), cut)
+        return rectangle(thickness, width) if not thin else stepped_plate(thickness, width, deep, thin)
 
     return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2("aluminium-6082")))
+
+
+def _chords_mm(circles: list[_Circle], z: float) -> float:
+    """Width of circles (x, z, radius) at a height z, mm."""
+    return sum(2 * sqrt(max(0.0, r**2 - (z - at) ** 2)) for _, at, r in circles)
 
 
 def _slotted_mm(z: float, bore: _Circle, angle_rad: float, deep_mm: float, circles: list[_Circle]) -> float:
@@ -270,7 +284,7 @@ def _slotted_mm(z: float, bore: _Circle, angle_rad: float, deep_mm: float, circl
 
 def _motor_stub(d: Dimensions) -> Beam:
     """The shaft of a direct drive's motor from its face to the arm's middle; its bearings count as rigid."""
-    shaft = BeamSlice(d.layers.motor_cheek_mm[1], circle(d.motor.shaft_diameter_mm), *moduli_N_mm2("steel"))
+    shaft = BeamSlice(d.layers.motor_face_mm, circle(d.motor.shaft_diameter_mm), *moduli_N_mm2("steel"))
     return Beam((shaft,))
 
 
@@ -284,7 +298,7 @@ def _cable(d: Dimensions) -> CableSpring | None:
     # shear of an annular plate under a torque, the share that the sector has of a full turn; holes neglected
     turn = (1 / root**2 - 1 / rim**2) / (4 * pi * shear * (web[1] - web[0])) * 2 * pi / (high - low)
     steel, _ = moduli_N_mm2("steel")
-    overhang = d.layers.motor_cheek_mm[1] - sum(d.layers.sector_mm) / 2
+    overhang = d.layers.motor_face_mm - sum(d.layers.sector_mm) / 2
     nose = (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
     by_wire = ROPE_N_mm2.get(d.cable.construction, min(ROPE_N_mm2.values())) * pi / 4 * d.cable.diameter_mm**2
     return CableSpring(

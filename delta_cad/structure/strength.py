@@ -129,28 +129,38 @@ class Allowables:
     base_screw_N: float
 
 
-def screw_N(size: str) -> float:
-    """Computes the clamping force of a stainless screw that is tightened as usual, N.
+def screw_N(row: catalogue.Screw) -> float:
+    """Computes the clamping force of a stainless cap screw that is tightened as usual, N.
 
     Source:
-        VDI 2230: a share of the proof stress on the stress area `pi/4 (d - 0.9382 P)^2` (ISO 898-1).
+        VDI 2230: a share of the proof stress on the stress area `pi/4 (d - 0.9382 P)^2` (ISO 898-1); or on less where
+        a low head bears less than the thread: below its socket.
     """
-    row = catalogue.screw(size)
     area = pi / 4.0 * (row.diameter_mm - 0.9382 * row.pitch_mm) ** 2
-    return _SCREW_USE * _SCREW_PROOF_N_mm2 * area
+    return _SCREW_USE * _SCREW_PROOF_N_mm2 * min(area, _head_mm2(row))
 
 
-def tightening_N_m(size: str) -> float:
+def _head_mm2(row: catalogue.Screw) -> float:
+    """Computes the section in tension that bears what a head does on the cone between its socket's floor and the shank.
+
+    The cone bears the force by tension across it and by shear along it (von Mises); the socket counts as a circle of
+    its area. DIN 7984 states less than the thread's tensile loads for the same reason.
+    """
+    inner, outer = row.socket_mm * sqrt(sqrt(3.0) / (2.0 * pi)), row.diameter_mm / 2.0
+    width, height = outer - inner, row.head_height_mm - row.socket_depth_mm
+    return pi * (inner + outer) * (width**2 + height**2) / sqrt(width**2 + 3.0 * height**2)
+
+
+def tightening_N_m(row: catalogue.Screw) -> float:
     """Computes the torque by which a stainless screw gets its clamping force, N m.
 
     Source:
         VDI 2230: `F (0.159 P + 0.577 d2 mu + Dk / 2 mu)` with d2 of ISO 724 and Dk between head and clearance hole.
     """
-    row = catalogue.screw(size)
     flank = row.diameter_mm - 0.6495 * row.pitch_mm
     under_head = (row.head_diameter_mm + row.clearance_hole_mm) / 4.0
     lever = 0.159 * row.pitch_mm + _SCREW_FRICTION * (0.577 * flank + under_head)
-    return screw_N(size) * lever / MM_PER_M
+    return screw_N(row) * lever / MM_PER_M
 
 
 def set_screws_N_mm(d: Dimensions) -> float:
@@ -174,7 +184,7 @@ def clamp_N_mm(size: str, width_mm: float) -> float:
     The screw presses the bore evenly over its width; a moment adds a pressure that grows linearly, and takes the last
     of it from one end at F b / 6 (core of a rectangle). The screw's lever about the slit's end is left out: safe.
     """
-    return screw_N(size) * width_mm / 6.0
+    return screw_N(catalogue.screw(size)) * width_mm / 6.0
 
 
 def stack_N_mm(size: str, outer_mm: float, inner_mm: float) -> float:
@@ -184,7 +194,7 @@ def stack_N_mm(size: str, outer_mm: float, inner_mm: float) -> float:
     of a ring, (Ro^2 + Ri^2) / (4 Ro).
     """
     outer, inner = outer_mm / 2.0, inner_mm / 2.0
-    return screw_N(size) * (outer**2 + inner**2) / (4.0 * outer)
+    return screw_N(catalogue.screw(size)) * (outer**2 + inner**2) / (4.0 * outer)
 
 
 def stud_stress_1_mm2(f: ForearmDimensions) -> float:
@@ -221,7 +231,7 @@ def allowables(d: Dimensions) -> Allowables:
         preload_N=0.0 if d.preload is None else preload_range_N(d.preload)[0],
         motor_N=_motor_N(d),
         stub_mm=d.motor.shaft_diameter_mm if capstan is None else None,
-        stub_lever_mm=layers.motor_cheek_mm[1],
+        stub_lever_mm=layers.motor_face_mm,
         stub_N_mm2=steel * 1e-6,
         pretension_N=report.cable_pretension_N,
         cable_N=None if capstan is None else d.cable.breaking_load_N / ROPE_FACTOR,
@@ -248,15 +258,15 @@ def allowables(d: Dimensions) -> Allowables:
         foot_pins_mm=b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0],
         foot_pin_N=_PRESSED_N_mm2 * DOWEL_MM * min(cheek, 5.0),
         foot_edge_mm=b.foot_height_mm / 2,
-        foot_screw_N=screw_N("M3"),
-        motor_mm=layers.motor_cheek_mm[1] - (0.0 if capstan is None else capstan.middle_y_mm),
+        foot_screw_N=screw_N(catalogue.screw("M3")),
+        motor_mm=layers.motor_face_mm - (0.0 if capstan is None else capstan.middle_y_mm),
         motor_edge_mm=d.motor.diameter_mm / 2 - _off_mm(d),
         motor_slip=0.0 if capstan is None else _slip(d, capstan.run.pinion_mm),
         motor_screws=len(b.motor_screws_rad),
-        motor_screw_N=screw_N(d.motor.mount_thread),
+        motor_screw_N=screw_N(d.motor.mount_screw),
         base_mm=-b.base_top_mm,
         base_edge_mm=(b.foot_u_mm[1] - b.foot_u_mm[0]) / 2,
-        base_screw_N=screw_N("M4"),
+        base_screw_N=screw_N(catalogue.screw("M4")),
     )
 
 
@@ -282,5 +292,5 @@ def _motor_N(d: Dimensions) -> float:
     if rated is None or at is None:
         rated, at = _MOTOR_RADIAL_N * (m.shaft_diameter_mm / _MOTOR_SHAFT_MM) ** 2, _MOTOR_LOAD_MM
     span = _MOTOR_SPAN * m.length_mm
-    lever = d.layers.motor_cheek_mm[1] - (0.0 if d.capstan is None else d.capstan.middle_y_mm)
+    lever = d.layers.motor_face_mm - (0.0 if d.capstan is None else d.capstan.middle_y_mm)
     return rated * (span + at) / (span + lever)

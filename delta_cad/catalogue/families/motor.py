@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from pydantic.dataclasses import dataclass
 
+from delta_cad.catalogue.families.fasteners.screws import Screw, low_screw, screw
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import ROW, CatalogueRow, Count, NotNegative, Quantity, Text, Texts, outside
 
@@ -94,6 +95,11 @@ class Motor(CatalogueRow):
     torque_ripple: NotNegative | None = None
     commutator_segments: Count | None = None
     encoder_counts_per_turn: Count | None = None
+
+    @property
+    def mount_screw(self) -> Screw:
+        """The screw that holds it by its face: with a low head, for it stands near the arm, if its thread has one."""
+        return low_screw.rows.get(f"low-{self.mount_thread}") or screw(self.mount_thread)
 
     def fault(self) -> str:
         """Says which size, mass or figure cannot be, or that a drive is not known."""

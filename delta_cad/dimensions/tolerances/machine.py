@@ -177,10 +177,10 @@ def cable_chains(d: Dimensions, general: str) -> list[Chain]:
 def plane_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
     """How far a rim's end is off the strand's take-off along the axis, beside the groove's own climb."""
     rim, limit = d.layers.sector_mm[1], c.run.lug_tolerance_mm()
-    by_end, by_groove = rim - min(c.end_y_mm), c.collar_y_mm[0] - c.middle_y_mm
-    inside, outside = d.layers.motor_cheek_mm
+    by_end, by_groove = rim - min(c.end_y_mm), c.groove_y_mm[1] - c.middle_y_mm
+    inside, face = d.layers.motor_cheek_mm[0], d.layers.motor_face_mm
     tilt = max(map(abs, _tilt_chain(d)[0].worst)) / minutes(1.0) * c.run.sector_mm
-    askew = SQUARE_MM / (outside - inside) * c.run.pinion_mm
+    askew = SQUARE_MM / (face - inside) * c.run.pinion_mm
     links = (
         either_way("sector", "place of a rim's end", "general", general_mm(by_end, general), 1.0, by_end),
         either_way("pinion", "groove from its collar", "general", general_mm(by_groove, general), 1.0, by_groove),

@@ -21,8 +21,9 @@ from delta_cad.report.manual.steps import Chapter, chapters, scenes
 FOLDER, _FILE_NAME = "manual", "manual.html"
 _ASSETS = Path(__file__).parents[1] / "assets"
 TORQUES = (
-    "Torques of cap screws: 0.7 of the proof stress of A2-70 at a friction of 0.14 (VDI 2230, ISO 3506-1); of set "
-    "screws from memory: check. Where the maker of a motor or of a bought part says less, that holds."
+    "Torques of cap screws: 0.7 of the proof stress of A2-70 at a friction of 0.14 (VDI 2230, ISO 3506-1), in the "
+    "thread, or below the socket of a low head where that bears less; of set screws from memory: check. Where the "
+    "maker of a motor or of a bought part says less, that holds."
 )
 LOADS = (
     "jinja2",

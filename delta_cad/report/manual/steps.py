@@ -163,19 +163,21 @@ def _css(colour: _Colour | None) -> str:
     return "" if colour is None else "#" + "".join(f"{round(255 * one):02x}" for one in colour)
 
 
-def _size(number: str) -> tuple[str, bool] | None:
-    """Thread of a screw's part number and whether it is a set screw; None of another part."""
-    found = re.fullmatch(r"(set_screw|tension_screw|screw)_(M[\d.]+)x[\d.]+", number)
-    return (found[2], found[1] == "set_screw") if found else None
+def _row(number: str) -> catalogue.Screw | catalogue.SetScrew | None:
+    """Row of the catalogue of a screw's part number; None of another part."""
+    found = re.fullmatch(r"(set_screw|tension_screw|screw)_((low-)?M[\d.]+)x[\d.]+", number)
+    if found is None:
+        return None
+    family = catalogue.set_screw if found[1] == "set_screw" else catalogue.low_screw if found[3] else catalogue.screw
+    return family(found[2])
 
 
 def _keys_of(step: Step, part: Mapping[str, object]) -> tuple[str, ...]:
     """Gives the hexagon keys that a step's screws take."""
     found: dict[str, None] = {}
     for name in step.tightened:
-        size = _size(getattr(part[name], "number", ""))
-        if size is not None:
-            row = (catalogue.set_screw if size[1] else catalogue.screw)(size[0])
+        row = _row(getattr(part[name], "number", ""))
+        if row is not None:
             found[f"hexagon key {row.socket_mm:g}"] = None
     if found:
         found["torque key"] = None
@@ -186,7 +188,8 @@ def _torques_of(step: Step, part: Mapping[str, object]) -> Iterator[str]:
     """Tells to what a step's screws are tightened, one line a size."""
     numbers = Counter(getattr(part[name], "number", "") for name in step.tightened)
     for number, count in numbers.items():
-        size = _size(number)
-        if size is not None:
-            torque = step.torque_N_m if step.torque_N_m is not None else tightening_N_m(size[0])
+        row, torque = _row(number), step.torque_N_m
+        if torque is None and isinstance(row, catalogue.Screw):
+            torque = tightening_N_m(row)
+        if row is not None and torque is not None:
             yield f"{count} × {number.replace('_', ' ')}: {torque:.1f} N m"

@@ -192,7 +192,7 @@ def least_outline_mm(d: Dimensions) -> np.ndarray:
         d: Its dimensions.
     """
     g, half = d.design.geometry, d.forearm.bar_length_mm / 2
-    u, face, radius = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1], d.motor.diameter_mm / 2
+    u, face, radius = d.bracket.motor_axis_mm[0], d.layers.motor_face_mm, d.motor.diameter_mm / 2
     drive = [(u + side * radius, face + d.motor.length_mm) for side in (-1.0, 1.0)]
     for leads in d.leads:
         drive += [(u + out, face + d.motor.length_mm + behind) for out, behind in leads.outside_mm]

@@ -354,7 +354,7 @@ def test_a_direct_drive_has_no_capstan_to_ask_for() -> None:
 
 def test_fasteners_are_of_stock_length() -> None:
     with pytest.raises(ValueError, match=r"M3 x 7: .* 5, 6, 8"):
-        make_cap_screw("M3", 7.0)
+        make_cap_screw(catalogue.screw("M3"), 7.0)
     with pytest.raises(ValueError, match=r"3 x 9: .* 8, 10"):
         make_dowel("3", 9.0)
     with pytest.raises(DimensionError, match=r"^screw_M4, length: 5\.90 mm .* 6 mm$"):

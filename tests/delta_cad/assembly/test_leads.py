@@ -39,6 +39,7 @@ from delta_cad.solids.part import location_of
 from delta_cad.structure.hardware.refusals import least_outline_mm
 from tests.committed import ROOT, changed
 from tests.delta_cad.assembly.expected.comparing import make_faults, part_faults
+from tests.designs import placed
 
 BEHIND_MM = PLUG_MM + (BEND + 1.0) * LEAD_MM
 
@@ -164,11 +165,15 @@ def test_a_motor_with_an_encoder_of_its_own_has_that_one_s_lead_next_to_its_own(
     assert make_lead(own).solid.BoundingBox().ymax == pytest.approx(own.behind_mm, abs=1e-6)
 
 
-def test_the_outline_that_closed_forms_ask_for_counts_them() -> None:
+def test_the_outline_that_closed_forms_ask_for_counts_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They stay within the motor's corner; ones that are straight for longer would not."""
     without = dimensions(design_from_dict(changed()))
-    assert (least_outline_mm(drawn()) > least_outline_mm(without) + 0.2).any()
+    assert least_outline_mm(drawn()) == pytest.approx(least_outline_mm(without))
     assert without.leads == ()
     assert without.sensor_lead is None
+    d = drawn()
+    monkeypatch.setattr(leads_module, "PLUG_MM", PLUG_MM + 4.0)
+    assert (least_outline_mm(d) > least_outline_mm(without) + 3.0).any()
 
 
 def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> None:
@@ -179,11 +184,26 @@ def test_the_closed_form_of_where_they_stand_out_is_that_of_their_solids() -> No
         vertices = np.array([v.toTuple() for v in o.part.solid.tessellate(1e-3, 0.05)[0]])
         found.append(vertices @ o.placement[:2, :3].T + o.placement[:2, 3])
     (leads,) = d.leads
-    back = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1] + d.motor.length_mm
+    back = d.bracket.motor_axis_mm[0], d.layers.motor_face_mm + d.motor.length_mm
     reported = np.concatenate([(np.array(leads.outside_mm) + back) @ d.turn(i)[:2, :2].T for i in CHAINS])
     solids = np.concatenate(found)
     assert reported.max(axis=0) == pytest.approx(solids.max(axis=0), abs=0.01)
     assert reported[:, 0].min() == pytest.approx(solids[:, 0].min(), abs=0.01)
+
+
+def test_behind_a_placed_machine_a_lead_reaches_no_farther_than_its_motor_s_corner() -> None:
+    """Points of a lead's middle line, half a lead farther: the corner of the motor of chain 1 is farther behind."""
+    d = dimensions(design_from_dict(placed()))
+    (leads,) = d.leads
+    turns = np.linspace(0.0, pi / 2.0, 181)
+    centre = d.bracket.motor_axis_mm[0] - leads.inside_mm - leads.bend_mm
+    end = d.layers.motor_face_mm + d.motor.length_mm
+    line = np.stack([centre + leads.bend_mm * np.cos(turns), end + PLUG_MM + leads.bend_mm * np.sin(turns)], axis=-1)
+    behind = -d.stand(1)[0, :2]
+    corner = behind @ [d.bracket.motor_axis_mm[0] + d.motor.diameter_mm / 2.0, end]
+    off = corner - (line @ behind).max() - LEAD_MM / 2.0
+    assert 0.0 <= off < 0.1  # in whole tenths of what it is farther inside
+    assert leads.inside_mm + LEAD_MM < d.motor.diameter_mm / 2.0
 
 
 def test_a_brushless_motor_has_three() -> None:

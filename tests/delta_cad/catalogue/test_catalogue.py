@@ -178,11 +178,14 @@ def test_bearings_nest_and_weigh_what_steel_weighs(key: str) -> None:
         assert 10.0 < b.static_load_N / (b.ball_count * b.ball_diameter_mm**2) < 15.0
 
 
-@pytest.mark.parametrize("key", catalogue.family("screw"))
+@pytest.mark.parametrize("key", [*catalogue.family("screw"), *catalogue.family("low_screw")])
 def test_screws_follow_the_rules_of_their_standards(key: str) -> None:
-    s = catalogue.screw(key)
-    assert key == f"M{s.diameter_mm:g}"
-    assert s.head_height_mm == s.diameter_mm  # ISO 4762: k = d
+    low = key.startswith("low-")
+    s = (catalogue.low_screw if low else catalogue.screw)(key)
+    assert key == f"{'low-' * low}M{s.diameter_mm:g}"
+    assert s.order_code == f"{s.standard} M{s.diameter_mm:g} A2-70"
+    assert s.standard == ("DIN 7984" if low else "ISO 4762")
+    assert s.head_height_mm == (pytest.approx(0.69 * s.diameter_mm, rel=0.04) if low else s.diameter_mm)  # k = d
     assert s.tap_drill_mm == pytest.approx(
         s.diameter_mm - s.pitch_mm, abs=0.0501
     )  # drills come in steps of 0.05 to 0.1 mm
@@ -192,6 +195,31 @@ def test_screws_follow_the_rules_of_their_standards(key: str) -> None:
     assert buried == pytest.approx(0.35 if s.diameter_mm < 6.0 else 0.6, abs=0.051)
     assert s.socket_depth_mm < s.head_height_mm
     assert s.socket_mm * 2.0 / math.sqrt(3.0) < s.head_diameter_mm
+
+
+def test_a_low_headed_screw_differs_from_the_usual_one_in_its_head_alone() -> None:
+    shared = (
+        "diameter_mm",
+        "pitch_mm",
+        "head_diameter_mm",
+        "clearance_hole_mm",
+        "counterbore_diameter_mm",
+        "tap_drill_mm",
+    )
+    for s in catalogue.low_screw.rows.values():
+        cap = catalogue.screw(f"M{s.diameter_mm:g}")
+        assert [getattr(s, name) for name in shared] == [getattr(cap, name) for name in shared]
+        assert (s.head_height_mm, s.socket_mm, s.socket_depth_mm) < (cap.head_height_mm, cap.socket_mm)
+        buried = cap.counterbore_depth_mm - cap.head_height_mm
+        assert s.counterbore_depth_mm - s.head_height_mm == pytest.approx(buried)
+        assert set(s.lengths_mm) < {*cap.lengths_mm, 25.0}
+
+
+@EACH_MOTOR
+def test_a_motor_is_held_by_low_heads_where_its_thread_has_them(motor: Motor) -> None:
+    size = motor.mount_thread
+    assert motor.mount_screw.diameter_mm == catalogue.screw(size).diameter_mm
+    assert motor.mount_screw.standard == ("ISO 4762" if size in ("M2", "M2.5") else "DIN 7984")
 
 
 def test_screw_sizes_are_those_of_the_standard() -> None:
@@ -300,6 +328,7 @@ def test_cables_are_as_strong_as_stranded_steel() -> None:
         factor = {"7x7": 1.20e-5, "7x19": 1.62e-5}[c.construction]  # percent of stretch = W[lb] factor / D[in]^2
         pound, inch = 4.448222, 25.4
         stretch = c.breaking_load_N / pound * factor / (c.diameter_mm / inch) ** 2 / 100.0
+        assert c.axial_stiffness_N is not None
         assert c.axial_stiffness_N == pytest.approx(c.breaking_load_N / stretch, rel=0.005)  # written with 3 digits
         assert 0.25 < c.axial_stiffness_N / (area * 193e3) < 0.45  # of a solid wire that fills the circle
     assert catalogue.cable("steel-0.54-7x7").breaking_load_N == pytest.approx(16.0 * 9.81, rel=0.005)  # 16 kg, rounded

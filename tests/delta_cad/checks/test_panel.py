@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
@@ -181,7 +182,7 @@ def test_what_is_off_its_seat_is_refused(name: str, by: dict[str, float]) -> Non
 
 
 def test_a_screw_of_the_bezel_that_is_too_short_is_refused() -> None:
-    result = check_contacts(with_part("bezel_screw_0", make_cap_screw("M3", 5.0)))
+    result = check_contacts(with_part("bezel_screw_0", make_cap_screw(catalogue.screw("M3"), 5.0)))
     assert (result.passed, result.worst_pair) == (False, ("bezel_screw_0", "bezel"))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from copy import deepcopy
 from dataclasses import replace
 from itertools import product
-from math import acos, cos, degrees, hypot, pi, radians, sin, sqrt
+from math import acos, ceil, cos, degrees, hypot, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
@@ -79,10 +79,10 @@ def test_pinion_and_sector_wind_equal_lengths_of_cable_and_keep_their_gap(best_d
     assert pinion - d / 2 - c.pinion_bore_mm / 2 >= 0.75
     shoulder = np.array([best_dimensions.bracket.shoulder_u_mm, 0.0])
     np.testing.assert_allclose(shoulder + c.pinion_axis_mm, best_dimensions.bracket.motor_axis_mm)
-    # from lug to lug: what of the rim no strand has left, both free strands, four turns less what they leave out
+    # from lug to lug: what of the rim no strand has left, both free strands, three turns less what they leave out
     left = acos((pitch + pinion) / between)
     flat = pitch * (c.rim_angles_rad[1] - c.rim_angles_rad[0] - 2 * left)
-    flat += 2 * sqrt(between**2 - (pitch + pinion) ** 2) + pinion * (8 * pi - 2 * left)
+    flat += 2 * sqrt(between**2 - (pitch + pinion) ** 2) + pinion * (6 * pi - 2 * left)
     climb = 0.7 / (2 * pi * pinion)  # pitch of the groove for 0.54 mm
     ends = (5.0 + d / 2) * pi / 2 + 6.0 + 3.0 + 1.2 + 6.0  # nose, anchor's wall, sleeve; gap and carriage
     assert c.cable_length_mm == pytest.approx(flat * hypot(1.0, climb) + ends)
@@ -142,9 +142,9 @@ def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_t
     assert end - slot @ aside - c.slot_width_mm / 2 >= 2.0
 
 
-@pytest.mark.parametrize(("shaft", "collar"), [(6.0, 7.0), (5.0, 6.5)])
+@pytest.mark.parametrize(("shaft", "collar"), [(6.0, 6.0), (5.0, 5.5)])
 def test_set_screws_end_flush_with_the_collar(shaft: float, collar: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """M3 x 4: sunk ones would turn out against their own thread, for the key's check."""
+    """M3 x 3: sunk ones would turn out against their own thread, for the key's check."""
     rows, key = catalogue.motor.rows, "maxon-re30-310007"
     row = replace(rows[key], shaft_diameter_mm=shaft)
     monkeypatch.setitem(catalogue.motor.__dict__, "rows", {**rows, key: row})
@@ -184,7 +184,7 @@ def test_the_base_lies_below_all_that_passes_over_it(changes: dict[str, float | 
     assert top == b.base_top_mm
     over = 0.0 if d.capstan is None else b.foot_height_mm
     assert top + over <= b.motor_axis_mm[1] - d.motor.diameter_mm / 2 - 2.0 + 1e-9
-    assert changes is not WIDE or top == tenths_below(b.motor_axis_mm[1] - 0.8 * 66.0)
+    assert changes is not WIDE or top == tenths_below(b.motor_axis_mm[1] - 0.8 * 58.5)
     swept = d.capstan.keep_out_radius_mm if d.capstan is not None else d.arm.flange_radius_mm
     assert top + b.foot_height_mm <= -swept - 2.0 + 1e-9
     side = np.linspace(-cube.half_side_mm, cube.half_side_mm, 31)
@@ -232,7 +232,7 @@ def test_arms_at_their_lower_stop_keep_clear_of_foot_block_and_base(
         over = centres[:, 0] - radius + b.shoulder_u_mm < d.base.radius_mm
         rooms.append((centres[over, 1] - radius[over]).min(initial=0.0) - d.base.top_mm)
     required = d.design.requirements.clearance_min_mm + MESHES_MM
-    assert required == pytest.approx(2.1)
+    assert required == pytest.approx(2.0 + 2 * 0.065)  # two meshes, each so far off
     assert min(gaps) >= required - 1e-6
     assert min(rooms) >= required - 1e-9
     if changes is DEEP:  # and no lower than that but for the tenth that it is rounded down by
@@ -323,7 +323,7 @@ def test_the_stack_along_the_shoulder_axis_is_in_order(drive: str, thickness: fl
     stack += [*c.pinion_y_mm, *c.collar_y_mm, *c.end_y_mm]
     assert [round(2 * y, 1) for y in stack] == pytest.approx([2 * y for y in stack], abs=1e-9)  # tenths, from a middle
     (e0, e1), (m0, m1) = s.bearings_mm
-    assert e1 - e0 == m1 - m0 == pytest.approx(d.bearing.width_mm)
+    assert [e1 - e0, m1 - m0] == pytest.approx([d.bearing.width_mm] * 2)
     assert m0 == s.motor_cheek_mm[0]
     assert (m0 - e0) >= 30.0 - 1e-9  # middle to middle
     assert e1 <= s.encoder_cheek_mm[1] + 1e-9
@@ -389,12 +389,13 @@ def test_a_plate_that_would_stand_out_alone_is_six_sided(best_dimensions: Dimens
     )
     disc, plate = (base_dimensions(bracket, 8.0, width, behind) for behind in (200.0, 88.7))
     assert disc.rim_mm == ()
-    assert disc.reach_mm == ((-99.0, 99.0), (-99.0, 99.0))
+    radius = float(ceil(hypot(92.0, width) + 4.0))
+    assert disc.reach_mm == ((-radius, radius), (-radius, radius))
     (x0, x1), (y0, y1) = plate.reach_mm
     assert x0 == pytest.approx(-88.0)
     assert x1 == pytest.approx(92.0 + 4.0)
     assert y1 == pytest.approx(-y0)
-    assert y1 <= 99.0
+    assert y1 <= radius
     centres, radii = np.array(plate.rim_mm)[:, :2], np.array(plate.rim_mm)[:, 2]
     normals = np.stack([np.cos(a := np.linspace(0.0, 2.0 * pi, 3601)), np.sin(a)])
     support = (centres @ normals + radii[:, None]).max(axis=0)

@@ -123,7 +123,7 @@ def test_the_arms_stand_alike_at_home(phi: float, shift: float) -> None:
 
 def leg_gap_mm(d: Dimensions) -> float:
     """Least distance, seen from above, of the encoder legs' inner ends from the motors that lie across them."""
-    b, face, radius = d.bracket, d.layers.motor_cheek_mm[1], d.motor.diameter_mm / 2
+    b, face, radius = d.bracket, d.layers.motor_face_mm, d.motor.diameter_mm / 2
     azimuths, outs = [radians(a) for a in d.design.azimuths_deg], d.outs_mm
     found = []
     head = b.shoulder_u_mm + 8.0 - b.head_radius_mm  # inner edge of a leg at the shoulder's height
@@ -156,7 +156,7 @@ def test_a_motor_that_would_meet_the_next_chain_s_leg_goes_farther_out(placed_di
     def behind(one: Dimensions) -> tuple[float, float]:
         """How far the motor of chain 1, and its arm, reach behind the base."""
         b, a = one.bracket, radians(one.design.azimuths_deg[1])
-        out, end = one.outs_mm[1], one.layers.motor_cheek_mm[1] + one.motor.length_mm
+        out, end = one.outs_mm[1], one.layers.motor_face_mm + one.motor.length_mm
         motor = -(b.motor_axis_mm[0] + out + one.motor.diameter_mm / 2) * cos(a) + end * sin(a)
         elbow = -(b.shoulder_u_mm + out + one.arm.length_mm) * cos(a) + one.forearm.width_mm / 2 * sin(a)
         return motor, elbow + 5.8

@@ -11,7 +11,8 @@ from delta_cad import catalogue
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions, preload_spring
 from delta_cad.dimensions.arm import shaft_dimensions
-from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions
+from delta_cad.dimensions.bracket import MESHES_MM
+from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions, pinion_places
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import platform_dimensions
 from delta_cad.dimensions.rules import WIDTH, larger, require
@@ -222,7 +223,9 @@ def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.
     assert d.capstan is not None
     h = d.design.hardware
     run = cable_run(h.sector_radius_mm, h.capstan_ratio, shoulder, d.cable)
+    apart = d.design.requirements.clearance_min_mm + MESHES_MM
     return capstan_dimensions(
+        place=pinion_places(run, d.layers.sector_mm, d.cable.diameter_mm, motor, apart)[0],
         run=run,
         ratio=h.capstan_ratio,
         shoulder_rad=shoulder,
@@ -237,9 +240,7 @@ def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.
 
 def test_a_motor_shaft_too_short_for_the_pinion_is_refused(best_dimensions: Dimensions) -> None:
     d = best_dimensions
-    face, pilot = d.layers.motor_cheek_mm[1], d.motor.pilot_height_mm
-    engaged = 5.9
-    shaft = face - (face - pilot - 0.5 - engaged)
+    shaft = d.layers.motor_face_mm - made_capstan(d, (-0.6, 1.1), d.motor).pinion_y_mm[1] + 5.9
     with pytest.raises(DimensionError, match=r"^pinion, bore: .* 5\.9 mm.* 6$"):
         made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft))
     made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft + 0.2))

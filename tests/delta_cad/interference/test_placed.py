@@ -150,7 +150,7 @@ def test_a_machine_takes_at_least_what_its_own_elbows_and_motors_reach() -> None
     points = []
     for i, (phi, radius) in enumerate(zip((0.0, 124.0, -124.0), (40.0, 44.0, 44.0), strict=True)):
         out = (radius + d.arm.length_mm * np.cos(theta[:, i])).max()
-        half, long = d.forearm.bar_length_mm / 2, d.layers.motor_cheek_mm[1] + d.motor.length_mm
+        half, long = d.forearm.bar_length_mm / 2, d.layers.motor_face_mm + d.motor.length_mm
         u = d.bracket.motor_axis_mm[0] + radius - 40.0
         chain = [(out, half), (out, -half), (out + d.arm.boss_radius_mm, 0.0)]
         chain += [(u + side * d.motor.diameter_mm / 2, long) for side in (-1.0, 1.0)]

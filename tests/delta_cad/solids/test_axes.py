@@ -16,7 +16,8 @@ from OCP.TopAbs import TopAbs_REVERSED
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.solidity import bore_counts, compared_bores, slot_count
-from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.solids.brackets import make_motor_cheek
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import bore_y, box, cut
 from tests.delta_cad.solids.measured import (
@@ -135,7 +136,7 @@ SHANKS: dict[str, list[tuple[str, float, float]]] = {
     "base_screw": [("foot_block", M4.tap_drill_mm, 4.0), ("base_plate", M4.clearance_hole_mm, 3.5)],
     "base_dowel": [("foot_block", 3.0, 3.0), ("base_plate", 3.0, 3.0)],
     "stop_pin": [("motor_cheek", 4.0, 4.0)],
-    "motor_screw": [("motor", M3.tap_drill_mm, 2.5), ("motor_cheek", M3.clearance_hole_mm, 2.0)],
+    "motor_screw": [("motor", M3.tap_drill_mm, 2.5), ("motor_cheek", M3.clearance_hole_mm, 1.49)],
     "board_screw": [("encoder_cheek", M25.tap_drill_mm, 2.5), ("encoder_board", 2.6, 1.5), ("board_spacer", 2.9, 4.9)],
     "shoulder_screw": [("shoulder_shaft", M4.tap_drill_mm, 4.0), ("shoulder_washer", M4.clearance_hole_mm, 1.4)],
     "set_screw": [("pinion", M3.tap_drill_mm, 2.0)],
@@ -228,9 +229,18 @@ def test_the_handle_stem_is_screwed_into_platform_and_knob(
         assert max(inside) >= 6.0  # one diameter of the M6 thread
 
 
-def test_a_slot_is_counted_by_its_two_sides(best_assembly: Assembly) -> None:
-    """The key's slot of a motor's cheek, and one that is milled beside it; one filled up is missed."""
-    cheek = part(best_assembly, "motor_cheek")
+def test_a_slot_is_counted_by_its_two_sides(best_dimensions: Dimensions, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The key's slot of a motor's cheek, and one that is milled beside it; one filled up is missed.
+
+    A motor with a shorter shaft has its pinion's collar in its cheek, so that the key needs a slot. The motor then
+    stands farther along the axis; chains 2 mm farther out give the encoder's leg beside it its room.
+    """
+    m = best_dimensions.design.mechanism
+    out = {name: getattr(m, name) + 2.0 for name in ("base_radius_mm", "platform_radius_mm")}
+    design = best_dimensions.design.model_copy(update={"mechanism": m.model_copy(update=out)})
+    rows, key = catalogue.motor.rows, best_dimensions.motor.id
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", {**rows, key: replace(rows[key], shaft_length_mm=12.0)})
+    cheek = make_motor_cheek(dimensions(design))
     (slot,) = [hole for hole in cheek.holes if hole.is_slot]
     assert compared_bores(cheek, bore_counts(cheek.solid))[0] == []
     assert slot_count(cheek.solid, slot.diameter_mm) == 1

@@ -96,15 +96,16 @@ def test_a_cheek_is_one_sound_solid_where_the_kernel_stumbles(radius_mm: float) 
 @pytest.mark.parametrize(
     ("base", "arm", "forearm", "bottom", "share"),
     [
-        (53.5, 148.026, 282.59, 153.765, 1.0252),
-        *((base, 146.633, 275.715, 148.144, 1.0385) for base in (53.0, 53.037, 53.045, 53.0499, 53.05, 53.1)),
+        (53.5, 148.026, 282.59, 153.765, 1.0377),
+        *((base, 146.633, 275.715, 148.144, 1.0535) for base in (53.0, 53.037, 53.045, 53.0499, 53.05, 53.1)),
     ],
 )
 def test_a_tall_cheek_at_which_the_kernel_stumbles_is_sound(
     base: float, arm: float, forearm: float, bottom: float, share: float
 ) -> None:
     """Beside an arc of 0.04 mm a chamfer of 0.5 mm comes to thirty times the body, and is called valid; where leg and
-    head touch from within faces are lost, of which some bodies count as valid, too.
+    head touch from within faces are lost, of which some bodies count as valid, too. The shares were sampled at eight
+    million points, by the rules of `test_sampled`, to 0.04 %.
     """
     lengths = {"base_radius": base, "platform_radius": 18.879, "upper_arm_length": arm, "forearm_length": forearm}
     data = {

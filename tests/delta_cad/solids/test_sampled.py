@@ -16,7 +16,6 @@ from scipy.stats import qmc
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.solids.part import Part
 from tests.delta_cad.solids.measured import cylinders
 
@@ -247,18 +246,17 @@ def block_bores(d: Dimensions, x: Points, z: Points) -> np.ndarray:
 
 
 def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
-    b, m, c = d.bracket, d.motor, d.capstan
-    assert c is not None
-    y0, y1 = d.layers.motor_cheek_mm
+    b, m = d.bracket, d.motor
+    (y0, y1), face = d.layers.motor_cheek_mm, d.layers.motor_face_mm
     at = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
     head = b.head_radius_mm
     material = plate(x, y, z, [(0, 0, head), (*at, m.diameter_mm / 2 + 2.0), *foot(d)], (y0, y1))
     empty = within(x, z, at, m.pilot_diameter_mm) | block_bores(d, x, z)
-    screw = catalogue.screw(m.mount_thread)
+    screw = catalogue.low_screw(f"low-{m.mount_thread}")
     towards = np.arctan2(-at[1], -at[0])  # the hole on the line of centres has no screw
     for a in towards + np.radians([60.0, 120.0, 180.0, 240.0, 300.0]):
         place = at[0] + m.mount_circle_mm / 2 * float(np.cos(a)), at[1] + m.mount_circle_mm / 2 * float(np.sin(a))
-        reached = motor_thread_mm(m) - 6.0 + y1 - y0  # a screw of 6 mm fills the motor's thread
+        reached = face - y0 - 1.5  # a screw of 5 mm has 1.5 mm under its head
         empty |= within(x, z, place, screw.clearance_hole_mm)
         room = m.mount_circle_mm - m.pilot_diameter_mm - 2 * 0.5  # a wall of 0.5 to the pilot, if there is room
         sunk = screw.counterbore_diameter_mm
@@ -268,12 +266,7 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
     empty |= within(x, z, (pin[0] - b.shoulder_u_mm, pin[1]), 4.0)
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y < y0 + d.bearing.width_mm)
     empty |= within(x, z, (0, 0), b.passage_mm)
-    past = towards + np.radians(300.0) + np.arcsin(((3.0 + screw.counterbore_diameter_mm) / 2 + 1.0) / 11.0)
-    out, aside = (
-        (x - at[0]) * np.cos(past) + (z - at[1]) * np.sin(past),
-        (z - at[1]) * np.cos(past) - (x - at[0]) * np.sin(past),
-    )
-    empty |= (out > 0) & (np.abs(aside) < 1.5) & (y < sum(c.collar_y_mm) / 2 + 1.5)  # for the set screws' key
+    empty |= within(x, z, at, m.diameter_mm + 0.5) & (y > face)  # the motor's pocket
     return material & ~empty
 
 

@@ -103,3 +103,12 @@ def test_pins_are_held_in_the_cheek_and_touch_nothing_else(machine: tuple[Dimens
         assert box.ymax <= outside - 0.4
         assert pin.intersect(placed(cheek.part.solid, cheek.placement)).Volume() < NOISE_MM3
         assert pin.distance(placed(other.part.solid, other.placement)) > 1.0
+
+
+def test_no_stop_pin_reaches_into_its_motor(machine: tuple[Dimensions, Assembly]) -> None:
+    """The motor stands in its cheek's pocket, and next to a small sector over the pin."""
+    d, assembly = machine
+    pins, _ = pins_and_stopped(d, assembly)
+    (motor,) = of_chain_0(assembly, "motor")
+    body = placed(motor.part.solid, motor.placement)
+    assert sum(pin.intersect(body).Volume() for pin in pins) < NOISE_MM3

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 from functools import cache
-from math import asin, atan2, degrees, hypot, log, pi, radians, sqrt
+from math import asin, atan2, ceil, degrees, hypot, log, pi, radians, sqrt
 
 import numpy as np
 import pytest
@@ -280,18 +280,27 @@ def test_a_motors_shaft_that_carries_the_arm_bends_by_tilt_and_load() -> None:
     assert load.chain == 1
 
 
+SOCKET = sqrt(sqrt(3.0) / 2.0 * 2.0**2 / pi)  # radius of the circle that is as large as a socket of 2 mm, 1.05
+LOW_M3 = 0.7 * 450.0 * pi * (1.5 + SOCKET) * ((1.5 - SOCKET) ** 2 + 0.25) / sqrt((1.5 - SOCKET) ** 2 + 0.75)  # its cone
 SCREW_M3, SCREW_M4 = (0.7 * 450.0 * pi / 4.0 * (d - 0.9382 * p) ** 2 for d, p in ((3.0, 0.5), (4.0, 0.7)))
+# The cups at the elbows reach so far behind the base's centre: R and arm at 60 deg to it, half the rods' width, a cup.
+BEHIND_MM = (31.0 + 91.0) / 2.0 + sqrt(3.0) / 2.0 * 54.0 / 2.0 + 4.7075
+# A motor's rear corner, 17.4 + 68 mm along a chain's side and 15 mm beyond the axis, ends there, too: the axis lies so
+# far out, and so far below the shoulder, axes 47.7625 mm apart.
+OUT_MM = (BEHIND_MM - sqrt(3.0) / 2.0 * (17.4 + 68.0)) * 2.0 - 15.0
+BELOW_MM = sqrt((38.7 + 8.0625 + 1.0) ** 2 - (31.0 - OUT_MM) ** 2)
+BASE_MM = ceil(10.0 * (BELOW_MM + 0.8 * 52.0)) / 10.0  # a key of 2 mm swings: four fifths of its leg of 52; in tenths
 ALLOWED = {
     "stroke_rad": 0.9407281942551619 + 1.0471794095116191,
     "preload_N": 9.7 - 9.75 * (5 * 0.02 + 2 * 0.12),  # the highest stack takes this of the spring
-    # rated at 5 mm, loaded at 20.4 - 9.2 mm, bearings 0.7 x 68 mm apart
-    "motor_N": 28.0 * (47.6 + 5.0) / (47.6 + 11.2),
-    "stub_lever_mm": 20.4,
+    # rated at 5 mm, loaded at 17.4 - 8.9 mm, bearings 0.7 x 68 mm apart
+    "motor_N": 28.0 * (47.6 + 5.0) / (47.6 + 8.5),
+    "stub_lever_mm": 17.4,  # head of 2 and screw of 5 mm end 0.1 before the turns: 8.9 + 1.05 + 0.27, in tenths
     "stub_N_mm2": 370.0,
     "pretension_N": 4.0 + 0.8 / 0.96 / 0.0387 / 2.0,  # 4 N are left of the slack strand at 0.8 N m
     "cable_N": 157.0 / 3.15,
-    # four turns less the angle of the crossed tangents on either side
-    "turns": 4.0 - 2.0 * np.arccos((38.7 + 8.0625) / (38.7 + 8.0625 + 1.0)) / (2.0 * pi),
+    # three turns less the angle of the crossed tangents on either side
+    "turns": 3.0 - 2.0 * np.arccos((38.7 + 8.0625) / (38.7 + 8.0625 + 1.0)) / (2.0 * pi),
     "stud_1_mm2": 32.0
     * sqrt(3.0**2 - 1.25**2)
     / (pi * 2.5**3),  # the pin's, 1.778; the neck's is 32 x 6.8 / (pi 3.4^3)
@@ -310,17 +319,17 @@ ALLOWED = {
     "sector_mm": 7.5,
     "sector_pins": 2,
     "sector_N": 125.0 * 3.0 * 3.0,  # a pin of 3 mm in the sector's web of 3 mm
-    "foot_mm": 93.9,
+    "foot_mm": BASE_MM - 14.0 / 2.0,  # 79.7: in the middle of a block of 14 mm
     "foot_pins_mm": 60.8 - 27.8,
     "foot_pin_N": 125.0 * 3.0 * 5.0,  # 5 mm of the pin are in a cheek of 6 mm
     "foot_edge_mm": 14.0 / 2.0,
     "foot_screw_N": SCREW_M3,
-    "motor_mm": 20.4 - 9.2,
+    "motor_mm": 17.4 - 8.9,
     "motor_edge_mm": 15.0 - 11.0 / 5.0,  # five of six holes: their middle lies a fifth of the radius off
     "motor_slip": 8.0625 / (0.12 * 11.0 * 5),
     "motor_screws": 5,
-    "motor_screw_N": SCREW_M3,
-    "base_mm": 100.9,
+    "motor_screw_N": LOW_M3,
+    "base_mm": BASE_MM,  # 86.7
     "base_edge_mm": (65.3 - 23.3) / 2.0,
     "base_screw_N": SCREW_M4,
 }
@@ -344,14 +353,14 @@ def test_a_direct_drives_own_limits_by_hand() -> None:
     assert found.motor_slip == 0.0
     # RE 30's 28 N at 5 mm by the area of a shaft of 6 mm, where a motor's row states none
     unrated = replace(d, motor=replace(d.motor, max_radial_load_N=None, shaft_diameter_mm=3.0))
-    span, at = 0.7 * d.motor.length_mm, d.layers.motor_cheek_mm[1]
+    span, at = 0.7 * d.motor.length_mm, d.layers.motor_face_mm
     assert allowables(unrated).motor_N == pytest.approx(28.0 / 4.0 * (span + 5.0) / (span + at))
 
 
 def test_screws_and_clamps_by_hand() -> None:
     # M4 x 0.7: d2 3.5454, head 7 in a hole of 4.5: F (0.159 P + 0.14 (0.577 d2 + (7 + 4.5) / 4))
     lever = 0.159 * 0.7 + 0.14 * (0.577 * (4.0 - 0.6495 * 0.7) + (7.0 + 4.5) / 4.0)
-    assert tightening_N_m("M4") == pytest.approx(SCREW_M4 * lever / 1e3)
+    assert tightening_N_m(catalogue.screw("M4")) == pytest.approx(SCREW_M4 * lever / 1e3)
     assert clamp_N_mm("M3", 12.0) == pytest.approx(SCREW_M3 * 2.0)
     assert stack_N_mm("M3", 10.0, 6.0) == pytest.approx(SCREW_M3 * (25.0 + 9.0) / 20.0)
     assert pytest.approx(1584.7, abs=0.1) == SCREW_M3

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import design_from_dict, load_design
 from delta_cad.dimensions import Dimensions, dimensions
@@ -235,7 +236,7 @@ def test_a_clamped_ring_opens_at_its_core() -> None:
     outer, inner = 9.75, 8.0
     moment = stack_N_mm("M4", outer, inner)
     area, modulus = np.pi / 4 * (outer**2 - inner**2), np.pi / 32 * (outer**4 - inner**4) / outer
-    assert screw_N("M4") / area - moment / modulus == pytest.approx(0.0, abs=1e-9)
+    assert screw_N(catalogue.screw("M4")) / area - moment / modulus == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_stud_bends_most_where_it_is_thinnest_for_its_lever() -> None:
@@ -248,7 +249,20 @@ def test_a_stud_bends_most_where_it_is_thinnest_for_its_lever() -> None:
 
 def test_a_screw_clamps_as_its_stress_area_says() -> None:
     # M3: stress area 5.03 mm^2 (ISO 898-1)
-    assert screw_N("M3") == pytest.approx(0.7 * 450.0 * 5.03, rel=2e-3)
+    assert screw_N(catalogue.screw("M3")) == pytest.approx(0.7 * 450.0 * 5.03, rel=2e-3)
+
+
+def test_a_low_head_bears_less_than_its_thread_and_a_usual_one_more() -> None:
+    """M3 by hand: a socket of 2 counts as a circle of 2.10; below it a cone of 0.450 by 0.5 mm to the shank of 3.
+
+    Its area is pi x 2.55 x 0.673 = 5.39 mm^2; it bears sqrt(0.450^2 + 3 x 0.5^2) / 0.673 = 1.450 times the stress.
+    """
+    assert screw_N(catalogue.low_screw("low-M3")) == pytest.approx(0.7 * 450.0 * 5.39 / 1.450, rel=2e-3)
+    for row in catalogue.low_screw.rows.values():
+        assert 0.7 < screw_N(row) / screw_N(catalogue.screw(f"M{row.diameter_mm:g}")) < 0.85
+    for row in catalogue.screw.rows.values():
+        stressed = np.pi / 4 * (row.diameter_mm - 0.9382 * row.pitch_mm) ** 2
+        assert screw_N(row) == pytest.approx(0.7 * 450.0 * stressed)
 
 
 def test_a_pinions_set_screws_hold_what_their_torque_presses() -> None:

@@ -1,4 +1,4 @@
-"""Metric screws: cap screws, set screws."""
+"""Metric screws: cap screws, cap screws with low heads, set screws."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Screw(CatalogueRow):
         pitch_mm: Coarse pitch.
         head_diameter_mm: Plain head, nominal (largest of a plain head).
         socket_mm: Key size across flats.
-        socket_depth_mm: Least depth of the socket.
+        socket_depth_mm: Depth of the socket: the least of ISO 4762, the nominal one of DIN 7984.
         clearance_hole_mm: ISO 273 medium.
         counterbore_diameter_mm: Counterbore for the head.
         counterbore_depth_mm: Depth that buries the head.
@@ -50,4 +50,5 @@ class SetScrew(CatalogueRow):
 
 
 screw = Family("screw", "fasteners/screws.csv", Screw)
+low_screw = Family("low_screw", "fasteners/lowscrews.csv", Screw)
 set_screw = Family("set_screw", "fasteners/setscrews.csv", SetScrew)

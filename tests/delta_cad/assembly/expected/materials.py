@@ -91,6 +91,7 @@ def _stock() -> list[ExpectedMake]:
     found = []
     for prefix, family, material in (
         ("screw_", catalogue.screw, "stainless-1.4305"),
+        ("screw_", catalogue.low_screw, "stainless-1.4305"),
         ("set_screw_", catalogue.set_screw, "stainless-1.4305"),
         ("dowel_", catalogue.dowel, "steel"),
     ):

@@ -40,7 +40,7 @@ all          shoulder_shaft_{i}               1          shoulder_shaft         
 all          cross_bar_{i}_elbow              1          cross_bar                   upper_arm_{i}
 all          cross_bar_{i}_wrist              1          cross_bar                   platform
 all          motor_{i}                        1          motor                       base
-all          motor_screw_{i}_?                {motor}    screw_{motor_thread}x*      base
+all          motor_screw_{i}_?                {motor}    screw_{motor_screw}x*      base
 direct       stop_pin_{i}_?                   2          dowel_4x*                   base
 direct       shoulder_clamp_{i}               1          screw_M3x*                  upper_arm_{i}
 capstan      stop_pin_{i}_?                   1          dowel_4x*                   base
@@ -145,7 +145,7 @@ def expected_parts(d: Dimensions) -> tuple[ExpectedPart, ...]:
         "bezel": 0 if d.panel is None else len(d.panel.screw_places()),
         "bezel_mm": 0.0 if d.panel is None else f"{d.panel.screw_mm:g}",
         "motor": len(d.bracket.motor_screws_rad),
-        "motor_thread": d.motor.mount_thread,
+        "motor_screw": d.motor.mount_thread if d.motor.mount_thread.startswith("M2") else f"low-{d.motor.mount_thread}",
         "end": d.shaft.end_screw,
         "board": d.encoder.hole_count,
         "phases": 3 if d.motor.commutation == "brushless" else 2,

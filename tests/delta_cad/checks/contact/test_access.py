@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from math import degrees, pi, tau
+from math import pi, tau
 from typing import Any
 
 import cadquery as cq
@@ -21,7 +21,7 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.dimensions.bracket import key_slot_rad, motor_pattern_rad
+from delta_cad.dimensions.bracket import motor_pattern_rad
 from delta_cad.dimensions.layers import KEYS_MM
 from delta_cad.interference.static_obstacles import motor
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
@@ -118,14 +118,18 @@ def test_no_turn_of_a_pinion_is_passed_over_between_two_positions() -> None:
 
 
 @pytest.mark.slow
-def test_a_cheek_without_its_slot_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+def test_set_screws_behind_a_plug_between_the_cheeks_are_refused(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
+    """Their key comes from outside, between arm and sector: the cheek has no slot, and what fills that way is met."""
     cheek = next(p for p in best_assembly.parts if p.number == "motor_cheek")
-    y0, y1 = best_dimensions.layers.motor_cheek_mm
-    (x, z), slot = motor(best_dimensions).at_mm, key_slot_rad(best_dimensions.bracket, best_dimensions.motor)
-    along = best_dimensions.motor.pilot_diameter_mm / 2 + 1.0
-    plug = box((along, y0, -2.0), (along + 25.0, y1, 2.0)).rotate(cq.Vector(), cq.Vector(0, 1, 0), -degrees(slot))
-    plugged = cheek.solid.fuse(plug.translate(cq.Vector(x, 0, z)))
-    closed = replace(cheek, solid=plugged.Solids()[0])
+    assert not any(hole.is_slot for hole in cheek.holes)
+    c, y0 = best_dimensions.capstan, best_dimensions.layers.motor_cheek_mm[0]
+    assert c is not None
+    assert c.collar_y_mm[1] < c.middle_y_mm
+    x, z = motor(best_dimensions).at_mm
+    plug = box((12.0, c.collar_y_mm[0], -2.0), (16.0, y0, 2.0)).translate(cq.Vector(x, 0, z))
+    closed = replace(cheek, solid=cheek.solid.fuse(plug).Solids()[0])
     one = changed(best_assembly, "motor_cheek_0", part=replace(closed, number="closed"))
     result = found(one, best_dimensions, ("set_screw_0_0",))["tool access"]
     assert not result.passed

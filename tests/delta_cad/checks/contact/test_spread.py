@@ -7,6 +7,7 @@ from math import cos, pi, sqrt
 
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.access import MARGIN_MM, MOST_MM, TOLERANCE_MM, missing_spread_mm
@@ -23,7 +24,7 @@ LIMITS = CheckLimits(60.0, 20.0, 270.0, 220.0)
 
 def walled(edge_mm: float, name: str) -> Assembly:
     """A screw of chain 0 along z, and a tall wall of another chain over it, up to x = edge."""
-    screw = make_cap_screw("M3", 8.0)
+    screw = make_cap_screw(catalogue.screw("M3"), 8.0)
     wall = part("wall", box((-200.0, -200.0, 15.0), (edge_mm, 200.0, 300.0)))
     a = on_base(screw, wall)
     named = [Occurrence(n, o.part, o.link, o.placement) for n, o in zip(("screw_0", name), a.occurrences, strict=True)]

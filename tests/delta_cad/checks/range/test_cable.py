@@ -44,7 +44,8 @@ def test_strands_climb_as_the_groove_does(best_assembly: Assembly, best_dimensio
 
 def margin_mm(c: CapstanDimensions) -> float:
     """A pitch is left at either end of the groove, and what rounds its half up to a tenth: less than that."""
-    half = c.middle_y_mm - c.pinion_y_mm[0] - 0.5  # of its shoulder
+    low, high = c.pinion_y_mm  # the collar is at the end that is farther from the middle
+    half = min(c.middle_y_mm - low, high - c.middle_y_mm) - 0.5  # of its shoulder
     rounded = half - c.run.grooved_mm / 2
     assert 0.0 <= rounded < 0.1
     return 0.7 + rounded
@@ -142,7 +143,8 @@ def test_a_pinion_moved_across_is_refused(best_assembly: Assembly) -> None:
 
 def test_a_groove_too_short_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     c = capstan(best_dimensions)
-    short = replace(c, pinion_y_mm=(c.pinion_y_mm[0] + 1.0, c.pinion_y_mm[1]))  # the groove has the same middle
+    assert not c.collar_at_motor
+    short = replace(c, pinion_y_mm=(c.pinion_y_mm[0], c.pinion_y_mm[1] - 1.0))  # the groove has the same middle
     pinion = make_pinion(replace(best_dimensions, capstan=short))
     result = found(with_part(best_assembly, "pinion_2", pinion))["cable on its groove"]
     assert not result.passed

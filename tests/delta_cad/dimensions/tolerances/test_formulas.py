@@ -54,26 +54,26 @@ AXES: list[Line] = [
 ]
 ROD: list[Line] = [("bonded in a jig", 0.02, 1.0), ("both seats", 2 * 0.0025, 1.0)]
 TWIST = 180.0 / pi / 54.0  # deg per mm at rods 54 mm apart
-# Both cheeks' mandrels, 8 um thinner, in seats of H7 and H6, 30 mm apart; dowels 33 mm apart, 93.9 mm below
+# Both cheeks' mandrels, 8 um thinner, in seats of H7 and H6, 30 mm apart; dowels 33 mm apart, 79.7 mm below
 TILT: list[Line] = [
     ("mandrel in its seat", (0.018 + 0.008) / 2.0, ARCMIN / 30.0),
     ("mandrel in its seat", (0.011 + 0.008) / 2.0, ARCMIN / 30.0),
     ("dowels lift it", DOWEL, ARCMIN / 30.0),
-    ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 93.9 / 33.0),
+    ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 79.7 / 33.0),
     ("dowels lift it", DOWEL, ARCMIN / 30.0),
-    ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 93.9 / 33.0),
+    ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 79.7 / 33.0),
 ]
-TILTED = (SEAT + SEAT_H6 + 2.0 * DOWEL * (1.0 + 2.0 * 93.9 / 33.0)) / 30.0  # rad, all of it at its worst
+TILTED = (SEAT + SEAT_H6 + 2.0 * DOWEL * (1.0 + 2.0 * 79.7 / 33.0)) / 30.0  # rad, all of it at its worst
 
 # Crossed tangents of radii r and p, C apart: S = sqrt(C^2 - (r + p)^2) each, at acos((r + p) / C) from the line of
-# centres; the cable is h (2 S + r turn + p (8 pi - 2 acos)) long, h the length of its climb.
+# centres; the cable is h (2 S + r turn + p (6 pi - 2 acos)) long, h the length of its climb.
 R, P, C, TURN = 38.7, 8.0625, 47.7625, 2.092627358886441 + 2.0 * 0.10335917312661498
 S = sqrt(C**2 - (R + P) ** 2)
 CLIMB = 0.7 / (2.0 * pi * P)
 H = hypot(1.0, CLIMB)
-WAY = 2.0 * S + R * TURN + P * (8.0 * pi - 2.0 * acos((R + P) / C))
+WAY = 2.0 * S + R * TURN + P * (6.0 * pi - 2.0 * acos((R + P) / C))
 BY_SECTOR = H * (TURN - 2.0 * (R + P) / S + 2.0 * P / S)
-BY_PINION = H * (8.0 * pi - 2.0 * acos((R + P) / C) - 2.0 * (R + P) / S + 2.0 * P / S) - CLIMB**2 / P / H * WAY
+BY_PINION = H * (6.0 * pi - 2.0 * acos((R + P) / C) - 2.0 * (R + P) / S + 2.0 * P / S) - CLIMB**2 / P / H * WAY
 APART = H * (2.0 * C / S - 2.0 * P * (R + P) / (C * S))
 
 HOLE = 2.5 / 2.0 + 0.025  # of a ball: pin and bond
@@ -83,13 +83,13 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
     "wave spring's height": (1.2, 2.2 - 0.2 * (2.2 - 0.15), [*STACK, ("depth of the seat", 0.02, 1.0)]),
     "shaft's tilt": (0.0, 10.0, TILT),
     "encoder's air gap": (
-        # chip 1.1 above its board, whose face is 23.8 mm out, magnet's end at 21.45
-        23.8 - 21.45 - 1.1,
+        # chip 1.1 above its board, whose face is 24.4 mm out, magnet's end at 22.05
+        24.4 - 22.05 - 1.1,
         2.0,
         [
             *STACK,
             ("length of its head", 0.1, -1.0),  # 4.85 mm
-            ("thickness of its head", 0.2, 1.0),  # 14.8 mm
+            ("thickness of its head", 0.2, 1.0),  # 15.4 mm
             ("length", 0.1, 1.0),  # 5 mm
             ("height of its chip", 0.25, -1.0),
             ("thickness", 0.1, -1.0),
@@ -114,11 +114,11 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
         (S + R * 0.10335917312661498)
         * (tan(0.0436) - CLIMB),  # 2.5 deg over the strand to the rim's end, less its climb
         [
-            ("place of a rim's end", 0.1, 1.0),  # 5.3 mm
-            ("groove from its collar", 0.1, 1.0),  # 3.1 mm
+            ("place of a rim's end", 0.1, 1.0),  # 4.7 mm
+            ("groove from its collar", 0.1, 1.0),  # 2.8 mm
             ("its collar set to the rim by a feeler", 0.1, 1.0),
             ("tilt of the shoulder's shaft", TILTED * R, 1.0),
-            ("pilot out of square", 0.02 / 7.0 * P, 1.0),  # over a cheek of 7 mm
+            ("pilot out of square", 0.02 / 4.6 * P, 1.0),  # over a cheek of 4.6 mm at the motor
         ],
     ),
     "gap of sector and pinion": (
@@ -176,7 +176,7 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
         nan,
         nan,
         [
-            ("length between its sleeves", 0.9, 1.0),
+            ("length between its sleeves", 1.0, 1.0),
             ("radius of its rim", 0.05, -BY_SECTOR),
             ("radius of its nose", 0.1, -pi / 2.0),  # a quarter turn round 5 mm
             ("diameter of its groove", 0.02, -BY_PINION / 2.0),

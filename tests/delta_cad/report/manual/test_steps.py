@@ -6,6 +6,7 @@ from collections import Counter
 
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
@@ -66,22 +67,24 @@ def test_what_is_there_grows_by_what_comes_in(best_assembly: Assembly) -> None:
 def test_screws_are_reported_with_key_and_torque(wording: list[Chapter]) -> None:
     steps = {(chapter.kind, step.title): step for chapter in wording for step in chapter.steps}
     motor = steps["cheek", "Motor on its cheek"]
-    assert motor.torques == ("5 × screw M3x6: 1.0 N m",)
-    assert motor.tools[:2] == ("hexagon key 2.5", "torque key")
+    assert motor.torques == ("5 × screw low-M3x5: 0.7 N m",)
+    assert motor.tools[:2] == ("hexagon key 2", "torque key")
     assert steps["drive", "Shoulder shaft"].torques == ("1 × screw M4x10: 2.2 N m",)
-    assert steps["drive", "Tension of the cable, set screws"].torques == ("2 × set screw M3x4: 0.4 N m",)
+    assert steps["drive", "Tension of the cable, set screws"].torques == ("2 × set screw M3x3: 0.4 N m",)
 
 
 @pytest.mark.parametrize("size", sorted(END_TORQUE_N_m))
 def test_torques_are_those_that_the_shaft_states(size: str) -> None:
     """The shaft's were worked out by hand."""
-    assert tightening_N_m(size) == pytest.approx(END_TORQUE_N_m[size], abs=0.06)
+    assert tightening_N_m(catalogue.screw(size)) == pytest.approx(END_TORQUE_N_m[size], abs=0.06)
 
 
 @pytest.mark.parametrize("size", ["M2", "M3", "M6", "M8"])
 def test_a_torque_is_about_a_fifth_of_force_times_diameter(size: str) -> None:
     """The rule of thumb T = 0.2 F d of dry steel."""
-    assert tightening_N_m(size) == pytest.approx(0.2 * screw_N(size) * float(size[1:]) / 1000.0, rel=0.12)
+    assert tightening_N_m(catalogue.screw(size)) == pytest.approx(
+        0.2 * screw_N(catalogue.screw(size)) * float(size[1:]) / 1000.0, rel=0.12
+    )
 
 
 def test_nothing_is_put_through_seats_in_which_bearings_lie(best_assembly: Assembly) -> None:

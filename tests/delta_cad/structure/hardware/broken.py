@@ -15,7 +15,7 @@ from delta_cad.structure.hardware.thresholds import Refused, refused
 from tests.committed import ROOT
 
 FAMILIES = (
-    "best.json",
+    "tests/references/symmetric-83.json",
     "docs/gallery/desk-150.json",
     "docs/gallery/direct-83.json",
     "docs/gallery/pocket-40.json",

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import floor, log10
 
 import pytest
@@ -52,7 +53,7 @@ def test_a_value_is_judged_as_it_is_written() -> None:
 
 
 def test_radii_move_by_the_same_length_and_sector_and_ratio_by_the_same_share() -> None:
-    design = of_family("best.json")
+    design = of_family("tests/references/symmetric-83.json")
     m, h = design.mechanism, design.hardware
     both = along(design, larger("mechanism.base_radius_mm", "mechanism.platform_radius_mm"), m.base_radius_mm + 1.5)
     assert both["mechanism.platform_radius_mm"] == pytest.approx(m.platform_radius_mm + 1.5)
@@ -126,12 +127,22 @@ def test_a_suggestion_is_refused_nothing_and_asks_for_nothing_less(number: int) 
     assert again.cube.half_side_mm == design.cube.half_side_mm
 
 
-def test_both_radii_4_mm_too_short_are_suggested_4_mm_longer() -> None:
-    """Bisection on the refusals by hand found 30.7 mm for the base alone, and 3.92 mm for both of `best.json`.
+RADII = ("mechanism.base_radius_mm", "mechanism.platform_radius_mm")
 
-    Its own radii are the smallest: 0.1 mm more hold the margin that solids take.
-    """
-    best = of_family("best.json")
+
+def border(does: Callable[[float], bool]) -> float:
+    """The least length up to 4 mm that does, to 0.01 mm, if all longer ones do."""
+    low, high = 0.0, 4.0
+    assert does(high)
+    while high - low > 0.01:
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if does(middle) else (middle, high)
+    return high
+
+
+def test_both_radii_4_mm_too_short_are_suggested_as_much_longer_as_both_need() -> None:
+    """Against a bisection on the refusals, of the base alone and of both; a suggestion holds the solids' margin."""
+    best = of_family("tests/references/symmetric-83.json")
     unbounded = best.requirements.model_copy(update={"friction_max_N": None})  # whose bound no refusal is about
     best = best.model_copy(update={"requirements": unbounded})
     m = best.mechanism
@@ -144,12 +155,22 @@ def test_both_radii_4_mm_too_short_are_suggested_4_mm_longer() -> None:
     )
     assert short is not None
     bases = [enough(one, "mechanism.base_radius_mm") for one in refused(short) if one.reason.feature != "wrists"]
-    assert max(bases) == pytest.approx(30.7, abs=0.06)
+    others = {one.reason.key for one in refused(short) if one.reason.feature != "wrists"}
+
+    def longer(base_mm: float, platform_mm: float) -> set[tuple[str, str]]:
+        lengths = short.mechanism.base_radius_mm + base_mm, short.mechanism.platform_radius_mm + platform_mm
+        one = changed(short, dict(zip(RADII, lengths, strict=True)))
+        assert one is not None
+        return {reason.key for reason in refusals(one)}
+
+    base = short.mechanism.base_radius_mm
+    assert max(bases) == pytest.approx(base + border(lambda by: not others & longer(by, 0.0)), abs=0.06)
     found = suggestion(short)
     assert found is not None
-    assert set(found.values) == {"mechanism.base_radius_mm", "mechanism.platform_radius_mm"}
-    assert found.design.mechanism.base_radius_mm == pytest.approx(m.base_radius_mm, abs=0.2)
-    assert found.design.mechanism.platform_radius_mm == pytest.approx(m.platform_radius_mm, abs=0.2)
+    assert set(found.values) == set(RADII)
+    both = border(lambda by: not longer(by, by))
+    assert found.design.mechanism.base_radius_mm == pytest.approx(m.base_radius_mm - 4.0 + both, abs=0.2)
+    assert found.design.mechanism.platform_radius_mm == pytest.approx(m.platform_radius_mm - 4.0 + both, abs=0.2)
     assert refusals(found.design) == ()
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly, Insertion, PathSegment, Step
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.order.check import check_order
@@ -90,7 +91,7 @@ def test_a_supply_that_no_step_uses_is_refused() -> None:
 def keyed(*over: Insertion, cover: float) -> CheckResult:
     """A screw with its head on a plate, and a cover so far over it, which comes in with it."""
     bored = part("plate", box((-15, -15, -10), (15, 15, 0)).cut(rod(1.5, (0, 0, -11), (0, 0, 1))))
-    screw = make_cap_screw("M3", 8.0)
+    screw = make_cap_screw(catalogue.screw("M3"), 8.0)
     brings = Insertion(("plate",)), Insertion((screw.number,), DOWN), *over
     a = on_base(bored, screw, lid(cover), order=whole(step(*brings, tightened=(screw.number,)), step(*_left(over))))
     return checked(a)["assembly keys"]
