@@ -131,7 +131,7 @@ def design_for(
     row = motor_of(brief, choice.motor)
     values = brief.values
     fields = {name: values[name] for name in _REQUIRED if values.get(name) is not None}
-    outline = brief.outline_mm or _taken(choice, lengths_mm, corrections.overhead_mm)
+    outline = brief.outline_mm or _taken(choice, lengths_mm, corrections.beyond_mm(choice.placed))
     low, high = brief.limits.shoulder_deg or (None, None)
     torque = brief.requirements.joint_torque_N_m or choice.torque_N_m(row)
     task: dict[str, Any] = {

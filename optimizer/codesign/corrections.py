@@ -99,6 +99,40 @@ class _ChainInterference(NamedTuple):
     least_mm: float
 
 
+_TURNS = np.linspace(0.0, np.pi / 2.0, 7)
+_DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=1)
+
+
+@dataclass(frozen=True)
+class ChainReach:
+    """How far a chain reaches, seen from above, as the dimensions of one machine have it, mm.
+
+    Attributes:
+        elbow_mm: Circles round an elbow's axis: along it from the chain's plane, and radius.
+        drive_mm: Points of its drive: out from the shoulder, and along the shoulder axis.
+        base_radius_mm: R of chain 0, at which the points of the drive hold.
+        per_mm: How much farther along the axis they lie for each mm less of it: sectors pass under the platform.
+        nearest_mm: By how much they come nearer at most where it is larger.
+        beyond_mm: What a machine takes beyond all of this, along y and along x.
+    """
+
+    elbow_mm: tuple[tuple[float, float], ...]
+    drive_mm: tuple[tuple[float, float], ...] = ()
+    base_radius_mm: float = 0.0
+    per_mm: float = 0.0
+    nearest_mm: float = 0.0
+    beyond_mm: tuple[float, float] = (0.0, 0.0)
+
+    def longest_mm(self, base_radius_mm: float) -> np.ndarray:
+        """How far the drive reaches in directions from out of the shoulder to along its axis, (n) mm."""
+        points = np.array(self.drive_mm) + np.array([0.0, self.farther_mm(np.array(base_radius_mm))])
+        return np.max(_DIRECTIONS @ points.T, axis=1)
+
+    def farther_mm(self, base_radius_mm: np.ndarray) -> np.ndarray:
+        """How much farther along the axis the drive lies at other base radii (n), mm."""
+        return np.maximum(self.per_mm * (self.base_radius_mm - base_radius_mm), -self.nearest_mm)
+
+
 _RAISED = "couple_index_min", "couple_per_mm", "elbow_angle_deg"
 RaisedLimits = tuple[float, float, float]
 """Couple index, the same for each mm of a lever, angle at the elbow, deg."""
@@ -114,7 +148,7 @@ class Corrections:
             and pairs of a placed machine are `as_symmetric` tells them.
         interferences: Machines whose chains were in the way of one another.
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along y and along x.
-        drive_mm: Of a placed machine the points of a drive, as `placed_sides` takes them; the overhead is beyond these.
+        reach: Of a chain of a placed machine; None: its bar, and the overhead of a symmetric machine beyond it.
         couple_index_min: Least couple index to ask for.
         couple_per_mm: The same for each mm of a knob's lever behind a panel, which the cube's side goes into; 0 where
             there is no panel.
@@ -136,7 +170,7 @@ class Corrections:
     least_mm: Mapping[str, float] = field(default_factory=dict)
     interferences: tuple[_ChainInterference, ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
-    drive_mm: tuple[tuple[float, float], ...] = ()
+    reach: ChainReach | None = None
     couple_index_min: float = COUPLE_INDEX
     couple_per_mm: float = 0.0
     side_most_mm: float = inf
@@ -195,6 +229,16 @@ class Corrections:
         found = _ChainInterference(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
         return self.updated(why, interferences=(*self.interferences, found))
 
+    def beyond_mm(self, placed: bool) -> tuple[float, float]:
+        """What a machine takes beyond eq. (1), or beyond what its placed chains reach, along y and along x, mm."""
+        return self.overhead_mm if self.reach is None or not placed else self.reach.beyond_mm
+
+    def with_beyond(self, placed: bool, beyond_mm: tuple[float, float], why: str) -> Corrections:
+        """The same with other values of `beyond_mm`."""
+        if self.reach is None or not placed:
+            return self.updated(why, overhead_mm=beyond_mm)
+        return self.updated(why, reach=replace(self.reach, beyond_mm=beyond_mm))
+
     @property
     def held_torque_N_m(self) -> float:
         """What of a joint's torque is not for the force."""
@@ -227,7 +271,7 @@ class Corrections:
             "mass_estimate",
             "interferences",
             "overhead_mm",
-            "drive_mm",
+            "reach",
             "mass_share",
             "friction_share",
             "step_share",
@@ -257,6 +301,8 @@ def folds(pair: Sequence[str]) -> bool:
     return _one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
 
 
+SECTORS = "sectors"  # what swings inwards beside what stands of a neighbour
+_NEIGHBOUR = 0.25  # share of the neighbour's base radius in their room: 0.2 to 0.3 of designs of 26 to 42 mm
 SIDE_PAIR, REAR_PAIR = "side_pair", "rear_pair"  # chain 0 with one of its neighbours, and chains 1 and 2
 
 
@@ -271,7 +317,8 @@ def as_symmetric(rows: np.ndarray, width_mm: float) -> dict[str, tuple[np.ndarra
         width_mm: L_c.
 
     Returns:
-        "shoulders": R_0 and R_1; `SIDE_PAIR`, `REAR_PAIR`: base radius at which neighbours of a symmetric machine are
+        "shoulders": R_0 and R_1; `SECTORS`: base radii at which a symmetric machine's sectors have as much room beside
+        what stands of a neighbour; `SIDE_PAIR`, `REAR_PAIR`: base radius at which neighbours of a symmetric machine are
         as far apart; "wrists": platform radius at which they are as far apart as those of either pair.
     """
     base, platform, (shift, cosine) = rows[2], rows[3], rows[6:8]
@@ -283,35 +330,46 @@ def as_symmetric(rows: np.ndarray, width_mm: float) -> dict[str, tuple[np.ndarra
     means = base + shift / 2.0, base + shift
     side, rear = (alike(mean, *factor) for mean, factor in zip(means, factors, strict=True))
     wrists = tuple(alike(platform, *factor) for factor in factors)
-    return {"shoulders": (base, base + shift), SIDE_PAIR: (side,), REAR_PAIR: (rear,), "wrists": wrists}
+    return {
+        "shoulders": (base, base + shift),
+        SECTORS: (base + _NEIGHBOUR * shift, base + (1.0 - _NEIGHBOUR) * shift),
+        SIDE_PAIR: (side,),
+        REAR_PAIR: (rear,),
+        "wrists": wrists,
+    }
 
 
 def placed_sides(
-    rows: np.ndarray, width_mm: float, drive_mm: Sequence[tuple[float, float]]
+    rows: np.ndarray, width_mm: float, reach: ChainReach | None
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Computes what a placed machine takes along y and along x: between the bars of level elbows, and its drives.
+    """Computes what a placed machine takes along y and along x: between level elbows, and its drives.
 
     Args:
         rows: (9, ...) in the order of `VARIABLES`, mm.
         width_mm: L_c, the length of a bar.
-        drive_mm: Points of a drive: out from its shoulder, and along the shoulder axis.
+        reach: Of a chain; None: the ends of its bar.
 
     Returns:
         Distances along y and along x of an elbow or a drive on one side and one on the other; the largest is the side.
     """
-    arm, base, (shift, cosine), half = rows[0], rows[2], rows[6:8], width_mm / 2.0
+    arm, base, (shift, cosine) = rows[0], rows[2], rows[6:8]
     sine = np.sqrt((1.0 - cosine) * (1.0 + cosine))
+    if reach is None:
+        reach = ChainReach(((-width_mm / 2.0, 0.0), (width_mm / 2.0, 0.0)))
+    farther = reach.farther_mm(base)
+    elbows = [(arm, along, radius) for along, radius in reach.elbow_mm]
+    drive = [(out, along + farther, 0.0) for out, along in reach.drive_mm]
 
-    def ends(points: Sequence[tuple[Any, float]]) -> tuple[np.ndarray, ...]:
-        """How far points of all chains reach along y, -y, x and -x."""
+    def ends(circles: Sequence[tuple[Any, Any, float]]) -> tuple[np.ndarray, ...]:
+        """How far circles of all chains reach along y, -y, x and -x."""
         x, y = [], []
+        radii = np.array([radius for _, _, radius in circles]).reshape(-1, *[1] * np.ndim(arm))
         for c, s, out in ((1.0, 0.0, base), (cosine, sine, base + shift), (cosine, -sine, base + shift)):
-            x += [c * (out + u) - s * t for u, t in points]
-            y += [s * (out + u) + c * t for u, t in points]
-        return np.max(y, axis=0), -np.min(y, axis=0), np.max(x, axis=0), -np.min(x, axis=0)
+            x.append(np.array([c * (out + u) - s * t for u, t, _ in circles]))
+            y.append(np.array([s * (out + u) + c * t for u, t, _ in circles]))
+        return tuple(np.max([sign * one + radii for one in way], axis=(0, 1)) for way in (y, x) for sign in (1.0, -1.0))
 
-    elbows = ends([(arm, -half), (arm, half)])
-    kinds = [elbows] + ([ends(drive_mm)] if drive_mm else [])
+    kinds = [ends(elbows)] + ([ends(drive)] if drive else [])
     along_y, along_x = ([one[k] + other[k + 1] for one in kinds for other in kinds] for k in (0, 2))
     return along_y, along_x
 

@@ -20,7 +20,7 @@ from optimizer.problem.variables import VARIABLES
 
 _RATIOS = (3.0, 12.0)  # of a capstan: below, a pinion is as large as the sector; above, its rope bends too sharply
 _RATIO_COUNT = 3  # ratios that are estimated first
-PINION_MM = 8.0  # radius of a pinion on a shaft of 6 mm with a rope of 0.54 mm: 29 rope diameters to bend over
+PINION_MM = 7.8  # radius of a pinion on a shaft of 6 mm with a rope of 0.54 mm: 28 rope diameters to bend over
 _SHAFT_MM = 6.0
 SECTORS_MM = (28.0, 70.0)  # radius: below, no screws fit between shaft and rim; above, none was built
 WIDTHS = (50.0, 36.0)  # mm, of parallelograms, the likeliest first: refining goes on from there

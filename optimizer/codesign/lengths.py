@@ -1,6 +1,7 @@
 """Lengths of a candidate: the largest cube or the smallest machine for its hardware and model corrections.
 
-Where its chains may be placed for the outline, azimuths, base radii and the cube's place are looked for with them.
+Where its chains may be placed for the outline, azimuths, base radii and the cube's place are looked for with them. How
+scores compare follows from the resolution to which lengths are found.
 """
 
 from __future__ import annotations
@@ -18,14 +19,16 @@ from delta_cad.dimensions.joint import force_most_N
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.geometry import AZIMUTH_MAX_DEG, AZIMUTH_MIN_DEG, azimuth_cosine
 from delta_cad.mechanism.limits import HandleInertia, Outline
-from optimizer.codesign.candidate import PEAK_MARGIN
+from optimizer.codesign.candidate import PEAK_MARGIN, Candidate, effective_mass_kg
 from optimizer.codesign.corrections import (
     COUPLE_MOST,
     KNOB_MM,
     LEAN_DEG,
     REAR_PAIR,
+    SECTORS,
     SHOULDER_DEG,
     SIDE_PAIR,
+    ChainReach,
     Corrections,
     as_symmetric,
     placed_sides,
@@ -61,6 +64,7 @@ WIDE_MM = {
 """Where lengths are looked for that the brief leaves open."""
 _PLACED_MM = {"side_shift": (-100.0, 100.0), "centre_x": (-100.0, 100.0)}
 """The same of a placed machine."""
+_NEARER = 0.75  # of a symmetric base radius: no chain is looked for nearer than that
 _NEAREST_MM = 1.0  # of a shoulder to the base's axis, whatever else is known
 _PLATFORM_SHARE = (
     0.3  # of the shorter side of an outline, in a platform's radius: beyond, no elbow is outside its wrist
@@ -78,6 +82,9 @@ STARTS, _MORE_STARTS = 3, 2  # of SQP, where no lengths are known, and where tho
 _FAR = 0.02  # margin that stays open near known lengths, from which on no other start is tried
 _OBJECTIVE_TRIES = 12  # values that are tried of what is to be least
 ENOUGH, ROUGHLY = 2e-3, 2e-2  # share of the cube by which that may be larger than asked, or of the value
+_GAIN = 5e-4  # share below which a change is none
+_LIGHTER = 1e-2  # share of the effective mass by which one of two machines as good as one another is lighter
+_PAYS = 0.01  # share of a score that placed chains have to give: the base plate is another, and so is the platform
 _LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 _REACH_SHARE = 1.5  # of the side: R + L_A of the first
 _SMALL_MM = 200.0  # R + L_A up to which parts alone, and no torque, may leave no cube at all
@@ -136,7 +143,7 @@ def to_requirements(
         "platform_radius": wrist_radius_min_mm(
             ball / 2 + _CUP_MM, choice.width_mm, task.clearance_min_mm + _CUPS_APART_MM
         ),
-        "base_radius": max(choice.base_radius_mm, corrections.least_radius_mm(choice.width_mm)),
+        "base_radius": (_NEARER if choice.placed else 1.0) * _least_base_mm(choice, corrections),
     }
     for name in LENGTHS:
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]
@@ -144,7 +151,7 @@ def to_requirements(
             high = max(low, min(high, _PLATFORM_SHARE * min(brief.outline_mm)))
         elif name == "platform_radius" and target is not None and brief.objective != "effective_mass":
             high = max(low, min(high, _INSIDE * target))
-        least = max(corrections.least(name), by_parts.get(name, 0.0))
+        least = max(0.0 if name == "base_radius" else corrections.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
     if choice.placed:
         bounds |= {name: list(getattr(brief.bounds_mm, name) or wide) for name, wide in _PLACED_MM.items()}
@@ -218,22 +225,23 @@ class PlacedProblem(Problem):
 
     Attributes:
         least_mm: What `as_symmetric` tells -> the least of it.
-        drive_mm: Points of a drive, as `placed_sides` takes them.
+        reach: Of a chain, as `placed_sides` takes it.
     """
 
     least_mm: tuple[tuple[str, float], ...] = ()
-    drive_mm: tuple[tuple[float, float], ...] = ()
+    reach: ChainReach | None = None
 
     def _rooms(self, designs: np.ndarray) -> list[np.ndarray]:
         """Room in the outline, of shoulders, of neighbours and their wrists, and of the largest base radius."""
         rows, outline = completed(designs).T * PER_SI[:, None], outline_of(self.requirements)
         width = outline.parallelogram_width_mm
-        sides, allowed = placed_sides(rows, width, self.drive_mm), (outline.width_mm, outline.depth_mm)
+        sides, allowed = placed_sides(rows, width, self.reach), (outline.width_mm, outline.depth_mm)
+        beyond = outline.overhead_mm if self.reach is None else self.reach.beyond_mm
         ways = [
             np.array(
                 [
                     1.0 - (one + over) / most
-                    for side, over, most in zip(sides, outline.overhead_mm, allowed[::step], strict=True)
+                    for side, over, most in zip(sides, beyond, allowed[::step], strict=True)
                     for one in side
                 ]
             )
@@ -242,7 +250,8 @@ class PlacedProblem(Problem):
         first, turned = (way.min(axis=0) for way in ways)
         found = as_symmetric(rows, width)
         rooms = [one / least - 1.0 for name, least in self.least_mm for one in found[name]]
-        rooms.append(1.0 - found["shoulders"][1] / self.upper[VARIABLES.index("base_radius")])
+        base, shift = VARIABLES.index("base_radius"), VARIABLES.index("side_shift")
+        rooms.append(1.0 - (rows[base] + rows[shift]) / self.upper[base])
         return [*np.where(turned > first, ways[1], ways[0]), *rooms]
 
     def design_margins(self, designs: np.ndarray) -> dict[str, np.ndarray]:
@@ -256,22 +265,30 @@ class PlacedProblem(Problem):
         return [*self._rooms(designs), *(one for found in parts if found is not None for one in found)]
 
 
+def _least_base_mm(choice: Selection, corrections: Corrections) -> float:
+    """Gives the least base radius that a choice lets pass, of a placed machine as `as_symmetric` tells it, mm."""
+    return max(choice.base_radius_mm, corrections.least_radius_mm(choice.width_mm))
+
+
 def lengths_problem(posed: Requirements, choice: Selection, corrections: Corrections) -> Problem:
     """Poses the largest cube of requirements, with what a placed machine keeps of a symmetric one.
 
     Args:
         posed: The requirements.
         choice: Hardware.
-        corrections: What is known of it.
+        corrections: What is known of it. What `as_symmetric` tells is no less than a symmetric machine's least.
     """
     problem = step_problem(posed, 2)
     if not choice.placed or problem.symmetric:
         return problem
-    radius, platform = (problem.lower[VARIABLES.index(name)] for name in ("base_radius", "platform_radius"))
-    least = {"shoulders": radius, "wrists": platform}
-    least |= {pair: max(radius, corrections.least(pair)) for pair in (SIDE_PAIR, REAR_PAIR)}
+    radius = _least_base_mm(choice, corrections)
+    least = {
+        "shoulders": max(_NEARER * radius, corrections.least("base_radius")),
+        "wrists": problem.lower[VARIABLES.index("platform_radius")],
+    }
+    least |= {pair: max(radius, corrections.least(pair)) for pair in (SECTORS, SIDE_PAIR, REAR_PAIR)}
     own = {one.name: getattr(problem, one.name) for one in fields(problem)}
-    return PlacedProblem(**own, least_mm=tuple(least.items()), drive_mm=corrections.drive_mm)
+    return PlacedProblem(**own, least_mm=tuple(least.items()), reach=corrections.reach)
 
 
 def _in_rectangle(brief: DesignBrief, start_mm: Sequence[float]) -> list[tuple[float, ...]]:
@@ -502,3 +519,31 @@ def _largest_held(
             break
         previous = side
     return result
+
+
+def tied_by_mass(brief: DesignBrief) -> bool:
+    """Whether ties are broken by the effective mass: the cube is set, and no mass is sought."""
+    return brief.objective in ("outline", "cost")
+
+
+def as_good(brief: DesignBrief, score: float) -> float:
+    """Gives the least score that is as good within the resolution of lengths, where ties are broken; else the score."""
+    return score - ENOUGH * abs(score) if tied_by_mass(brief) else score
+
+
+def is_better(brief: DesignBrief, found: Candidate, now: Candidate, peak: float) -> bool:
+    """Decides whether a candidate is better: by its score, or of a cube that is set by its effective mass.
+
+    Of two that are as good as the best of all, `peak`, within the resolution of lengths, the lighter one is: its mass
+    falls with the square of the ratio, and with its arms.
+    """
+    if not tied_by_mass(brief):
+        return found.score > now.score + _GAIN * abs(now.score)
+    if not as_good(brief, peak) <= found.score <= peak + ENOUGH * abs(peak):
+        return found.score > peak
+    return effective_mass_kg(found) < (1.0 - _LIGHTER) * effective_mass_kg(now)
+
+
+def worth_placing(brief: DesignBrief, symmetric: Candidate) -> float:
+    """Gives the score beyond which placed chains are worth it; any is where the task asks for them."""
+    return -math.inf if brief.placement else symmetric.score + _PAYS * abs(symmetric.score)

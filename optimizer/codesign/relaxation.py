@@ -240,8 +240,6 @@ def symmetric_score(
         symmetric one takes it; None where there is neither.
     """
     start = None if before is None else before[0].lengths_mm
-    if before is not None:
-        known = replace(known, overhead_mm=before[0].corrections.overhead_mm)
     now = best_lengths(brief, candidate.choice.with_(placed=False), known, start)
     return max((one.score for one in (now, before and before[0]) if one is not None), default=None)
 

@@ -187,8 +187,6 @@ class Builder:
         proved = None
         if brief.objective == "cube_side" and self._bounding:
             kept = with_least_radius(built_candidate, known)
-            if built_candidate.choice.placed and key in search.symmetric:
-                kept = replace(kept, overhead_mm=search.symmetric[key][0].corrections.overhead_mm)
             family = Family(brief, built_candidate, search.corrections | {key: kept})
             side_mm = built_candidate.side_mm if not built_candidate.choice.placed else symmetric or 0.0
             proved = self._bound(family, side_mm) if side_mm > 0.0 else None

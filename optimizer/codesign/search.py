@@ -18,7 +18,6 @@ from optimizer.codesign.candidate import (
     Candidate,
     ball_joint_friction,
     design_for,
-    effective_mass_kg,
     first_corrections,
     moment_torque_N_m,
     refused,
@@ -43,7 +42,16 @@ from optimizer.codesign.hardware import (
     unlikely,
     widths_of,
 )
-from optimizer.codesign.lengths import ENOUGH, ROUGHLY, ROUNDS, Found, best_lengths
+from optimizer.codesign.lengths import (
+    ROUGHLY,
+    ROUNDS,
+    Found,
+    as_good,
+    best_lengths,
+    is_better,
+    tied_by_mass,
+    worth_placing,
+)
 from optimizer.codesign.search_log import SearchLog, Trial, unmemoized, worded
 from optimizer.codesign.updates import (
     COUPLE_STEP,
@@ -60,8 +68,8 @@ from optimizer.codesign.updates import (
     from_stiffness,
     too_soft,
     utilisation,
-    with_drive,
     with_outline,
+    with_reach,
     with_room,
 )
 from optimizer.problem.brief import DesignBrief
@@ -75,13 +83,10 @@ HOPE = 0.05  # share by which hardware may exceed its estimate when it is refine
 _COARSE, _AGAIN, _FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3)  # how often steps are halved
 _REFINED = 2  # times at most that hardware is refined with the masses of its solids
 _WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
-_GAIN = 5e-4  # share below which a change is none
-_LIGHTER = 1e-2  # share of the effective mass by which one of two machines as good as one another is lighter
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 _SWEEPS = 10  # machines of one choice that are made
 _TRIES = 16  # closed forms and weights of one choice, until they agree
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
-_PAYS = 0.01  # share of a score that placed chains have to give: the base plate is another, and so is the platform
 _ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
 
 T = TypeVar("T")
@@ -221,7 +226,7 @@ class Search:
             start = lengths = found.lengths_mm
             try:
                 design = design_for(self.brief, choice, lengths, corrections.at_arm_length(lengths[0]))
-                if choice.placed and (known := with_drive(choice, corrections, design, lengths)) is not corrections:
+                if choice.placed and (known := with_reach(choice, corrections, design)) is not corrections:
                     corrections = known
                     continue
                 reasons = refused(design)
@@ -267,7 +272,8 @@ class Search:
                 corrections = from_cable_pull(corrections, design, torque, utilisation(pull))
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, corrections, results)
-                spares = [a - b for a, b in zip(corrections.overhead_mm, closer.overhead_mm, strict=True)]
+                before, after = (one.beyond_mm(choice.placed) for one in (corrections, closer))
+                spares = [a - b for a, b in zip(before, after, strict=True)]
                 corrections, left = with_room(candidate, closer, results)
                 if roomy or max(*spares, left) < _ROOMY_MM:
                     # what closed forms ask of this choice they do not ask of another
@@ -320,7 +326,7 @@ class Search:
         if not refined.choice.placed or (key := (refined.choice.motor, refined.choice.drive)) not in self.symmetric:
             return self.built(refined, least)
         symmetric, known = self.symmetric[key]
-        found = self.built(refined, max(least, self._pays(symmetric)))
+        found = self.built(refined, max(least, worth_placing(self.brief, symmetric)))
         if found is None:
             self.tell(f"{' '.join(key)}: no machine with placed chains passes that pays; the three-fold symmetric one")
             self.corrections[key] = known
@@ -395,7 +401,7 @@ class Search:
                         failed.append(choice)
                         continue
                     known = estimate.lengths_mm
-                    least = -np.inf if best is None else best[0] + ROUGHLY * self._tied * abs(best[0])
+                    least = -np.inf if best is None else best[0] + ROUGHLY * tied_by_mass(self.brief) * abs(best[0])
                     if best is None or estimate.score > least:
                         best = estimate.score, choice
                 if best is not None:
@@ -410,27 +416,6 @@ class Search:
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
         return found
-
-    def _beats(self, found: Candidate, now: Candidate, peak: float) -> bool:
-        """Decides whether a candidate is better: by its score, or of a cube that is set by its effective mass.
-
-        Of two that are as good as the best of all, `peak`, within the resolution of lengths, the lighter one is: its
-        mass falls with the square of the ratio, and with its arms.
-        """
-        if not self._tied:
-            return found.score > now.score + _GAIN * abs(now.score)
-        if not self._as_good(peak) <= found.score <= peak + ENOUGH * abs(peak):
-            return found.score > peak
-        return effective_mass_kg(found) < (1.0 - _LIGHTER) * effective_mass_kg(now)
-
-    def _as_good(self, score: float) -> float:
-        """The least score that is as good within the resolution of lengths, where ties are broken; else the score."""
-        return score - ENOUGH * abs(score) if self._tied else score
-
-    @property
-    def _tied(self) -> bool:
-        """Whether ties are broken by the effective mass: the cube is set, and no mass is sought."""
-        return self.brief.objective in ("outline", "cost")
 
     def _words(self, score: float) -> str:
         return worded(self.brief.objective, score)
@@ -460,10 +445,6 @@ class Search:
         best = self._climbed(best, _AGAIN if again else _COARSE)
         return best if again else self._placed(best)
 
-    def _pays(self, symmetric: Candidate) -> float:
-        """The score beyond which placed chains are worth it; any is where the task asks for them."""
-        return -np.inf if self.brief.placement else symmetric.score + _PAYS * abs(symmetric.score)
-
     def _placed(self, symmetric: Candidate) -> Candidate:
         """Places the chains of a candidate for the outline, where that pays or is asked for."""
         if not self.brief.placeable or symmetric.choice.placed:
@@ -473,15 +454,27 @@ class Search:
         even = f"{self._words(symmetric.score)} with symmetric ones"
         self.begin(f"{even}: chains placed for the outline")
         self.ready = self.ready and symmetric  # which is refined, and stands whatever the time is
-        found = self.fixed_point(choice, symmetric.lengths_mm)
-        found = found and self._climbed(found, _AGAIN[1:])  # what drives take of the outline goes with the width
+        found = self._weighed_again(self.fixed_point(choice, symmetric.lengths_mm))  # limits are learnt anew near by
+        if found is not None:
+            climbed = self._climbed(found, _AGAIN[1:])  # what drives take of the outline goes with the width
+            found = found if climbed is found else self._weighed_again(found, climbed)
         words = "no lengths" if found is None else self._words(found.score)
         self.log.placed.append(f"{' '.join(key)}: {words} with placed chains, {even}")
         self.tell(self.log.placed[-1])
-        if found is None or is_symmetric(found.lengths_mm) or found.score <= self._pays(symmetric):
+        if found is None or is_symmetric(found.lengths_mm) or found.score <= worth_placing(self.brief, symmetric):
             self.corrections, (self.log.no_progress, self.log.inconclusive) = known, given_up
             return symmetric
         self.symmetric[key] = symmetric, known.get(key, first_corrections(self.brief, choice, self.first))
+        return found
+
+    def _weighed_again(self, found: Candidate | None, other: Candidate | None = None) -> Candidate | None:
+        """The better of a weighed candidate and of what its hardware, or another's, comes to from its own lengths."""
+        if (near := other or found) is None or found is None:
+            return found
+        known, again = dict(self.corrections), self.fixed_point(near.choice, near.lengths_mm)
+        if again is not None and again.score > found.score:
+            return again
+        self.corrections = known  # what another machine was taught is not this one's
         return found
 
     def _polished(self, candidate: Candidate) -> Candidate:
@@ -489,7 +482,7 @@ class Search:
         known, self.ready = dict(self.corrections), candidate
         try:
             finer = self._climbed(candidate, _FINE)
-            beats = self._as_good(candidate.score)
+            beats = as_good(self.brief, candidate.score)
             again = None if finer is candidate else self.fixed_point(finer.choice, finer.lengths_mm, beats=beats)
         except HalfTimeError:
             again = None
@@ -508,7 +501,7 @@ class Search:
                 for one in neighbours(self.brief, best.choice, halved):
                     now = better or best
                     found = self._adjacent(one, now, peak)
-                    if found is not None and self._beats(found, now, peak):
+                    if found is not None and is_better(self.brief, found, now, peak):
                         better, peak = found, max(peak, found.score)
         return best
 
@@ -516,7 +509,7 @@ class Search:
         """What closed forms leave of hardware near the best; None where that is worse, or no better without ties."""
         index, per_mm, elbow_deg = best.corrections.raised_limits
         raised = index - COUPLE_STEP, per_mm / LEVER_STEPS[0], elbow_deg - ELBOW_STEP_DEG
-        beats = self._as_good(peak) if self._tied else best.score
+        beats = as_good(self.brief, peak) if tied_by_mass(self.brief) else best.score
         beats = None if self.brief.objective == "cost" else beats  # a price is none of lengths
         found = self.fixed_point(one, best.lengths_mm, raised, weighing=False, beats=beats)
         self.begin(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
@@ -559,11 +552,12 @@ class Search:
         if isinstance(first, Candidate) and choice.placed:
             start = first.lengths_mm
         for turn in range(_SWEEPS):
-            if not turn and isinstance(first, Candidate) and first.weighed and self.hurried():
+            if not turn and isinstance(first, Candidate) and first.weighed and (self.hurried() or choice.placed):
                 candidate = first
             else:
                 candidate = self.fixed_point(choice, candidate.lengths_mm if candidate else start)
-                candidate = self._polished(candidate) if candidate and self.finely and not turn else candidate
+            if candidate is not None and self.finely and not turn and not self.hurried():
+                candidate = self._polished(candidate)
             if candidate is None or self.dearer * candidate.score <= least:
                 return None
             choice = candidate.choice

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,9 @@ import numpy as np
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
+from delta_cad.design.stands import gaps_of
 from delta_cad.dimensions import DimensionError
+from delta_cad.dimensions.capstan import rim_y_mm
 from delta_cad.dimensions.rules import ARM, BASE, WIDTH
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import Candidate, outline_arguments
@@ -19,8 +22,10 @@ from optimizer.codesign.corrections import (
     COUPLE_MOST,
     KNOB_MM,
     REAR_PAIR,
+    SECTORS,
     SIDE_PAIR,
     TORQUE_MARGIN_N_M,
+    ChainReach,
     Corrections,
     apart_by,
     as_symmetric,
@@ -38,6 +43,8 @@ if TYPE_CHECKING:
 
 _SHIFT = VARIABLES.index("side_shift")
 _NO_LENGTHS = (0.0,) * _SHIFT
+_SWUNG_INWARDS = ("sector", "pinion")  # parts that a neighbour's base radius gives room, too
+_INWARDS_STEP_MM = 0.6
 _PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 _SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 UNFOLDED = 0.85  # of what was asked of arms that folded: it is asked anew where it still has to be
@@ -61,7 +68,9 @@ _UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives n
 _CREEP_MM = 0.4
 # By which a drive is longer or shorter: what follows from less is learnt with the outline. Arms and what holds them
 # follow from one another, so that a drive which is a little shorter is left as it is.
-_SAME_MM, _SHORTER_MM = 0.3, 2.0
+_SAME_MM, _SHORTER_MM = 0.3, 0.6
+_NEARER_MM, _FAR_MM = 4.0, 1000.0  # base radii that show how a drive follows them
+_BEYOND_MM = 0.15  # of an outline beyond what its chains reach: proofs state it so much larger
 _LEFT_MM = 2.0  # of a base radius that closed forms are asked about
 _ROUNDED_MM = 0.002  # to which lengths are rounded, and a little
 _KERNEL, KERNEL_TRIES, _KERNEL_STEP_MM = "CAD kernel", 3, 0.13  # of a base radius at which a solid cannot be made
@@ -117,9 +126,10 @@ def from_refusals(
         if field in LENGTHS and isinstance(bound, float):
             now = reason.value if isinstance(reason.value, float) else bound
             least = math.ceil(min(bound, max(_GROWTH * now, now + _CREEP_MM)) * _SIZE_STEP) / _SIZE_STEP
-            if corrections.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
+            name = SECTORS if choice.placed and field == BASE and reason.part in _SWUNG_INWARDS else LENGTHS[field]
+            if corrections.least(name) > 0.0:  # again: what it rests on gives way as it grows
                 least += _CREEP_MM
-            corrections = corrections.raised(LENGTHS[field], least, str(reason))
+            corrections = corrections.raised(name, least, str(reason))
         elif field == WIDTH and isinstance(bound, float):
             away = math.ceil if bound > choice.width_mm else math.floor
             choice = choice.with_(width_mm=away(bound * _SIZE_STEP) / _SIZE_STEP)
@@ -131,10 +141,10 @@ def from_refusals(
         elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):
             # an outline that is free is posed in whole millimetres: by less it may stay as it is
             more = bound - reason.value + MARGIN_MM if brief.outline_mm else float(math.ceil(bound - reason.value))
-            over = list(corrections.overhead_mm)
+            over = list(corrections.beyond_mm(choice.placed))
             for k in _sides(brief, choice, corrections, entry, reason.value, lengths_mm):
                 over[k] += more
-            corrections = corrections.updated(str(reason), overhead_mm=(over[0], over[1]))
+            corrections = corrections.with_beyond(choice.placed, (over[0], over[1]), str(reason))
         elif field == ELBOW_FIELD and isinstance(bound, float):
             least = math.ceil(bound * _SIZE_STEP) / _SIZE_STEP
             known = corrections.least_mm.items()
@@ -191,11 +201,18 @@ def _room_for_arm_mm(
 
 
 def _of_stands(reason: Estimate, choice: Selection, lengths_mm: Sequence[float]) -> Estimate:
-    """An estimate of chain 0's base radius by that of all chains of a placed machine, which moves with it."""
+    """An estimate of chain 0's base radius by that of all chains of a placed machine, which moves with it.
+
+    What swings inwards gets room by its base radius, in steps where other reasons leave no threshold of it.
+    """
+    inwards = reason.part in _SWUNG_INWARDS
+    now = float(min(as_symmetric(completed(lengths_mm), choice.width_mm)[SECTORS if inwards else "shoulders"]))
+    if inwards and reason.field != BASE and reason.field in LENGTHS:
+        return replace(reason, field=BASE, value=now, bound=now + _INWARDS_STEP_MM, angle=None)
     if reason.field != BASE or reason.bound is None or not isinstance(reason.value, float):
         return reason
-    ahead = reason.value - float(min(as_symmetric(completed(lengths_mm), choice.width_mm)["shoulders"]))
-    return replace(reason, value=reason.value - ahead, bound=reason.bound - ahead)
+    ahead = reason.value - now
+    return replace(reason, value=now, bound=reason.bound - ahead)
 
 
 def _by_angle(reason: Estimate, room_mm: float) -> Estimate:
@@ -389,17 +406,14 @@ def by_weight(check: str) -> bool:
 def _sides_mm(choice: Selection, corrections: Corrections, lengths_mm: Sequence[float]) -> tuple[float, float]:
     """What points and bars of a machine take along y and along x, mm; of a placed one its drives, too."""
     if choice.placed:
-        along_y, along_x = placed_sides(completed(lengths_mm), choice.width_mm, corrections.drive_mm)
+        along_y, along_x = placed_sides(completed(lengths_mm), choice.width_mm, corrections.reach)
         return float(max(along_y)), float(max(along_x))
     width, depth = Outline(0.0, 0.0, choice.width_mm).size_mm(*outline_arguments(lengths_mm))
     return float(width), float(depth)
 
 
-def with_drive(choice: Selection, corrections: Corrections, design: Design, lengths_mm: Sequence[float]) -> Corrections:
-    """Learns the points of a drive of a placed machine, and takes them off what is beyond the elbows.
-
-    What is known of the outline is first that of a three-fold symmetric machine, whose motors stand out, too: a machine
-    with the same arms takes the same with its points.
+def with_reach(choice: Selection, corrections: Corrections, design: Design) -> Corrections:
+    """Learns how far a chain of a placed machine reaches, of which all but `_BEYOND_MM` of its outline follows.
 
     Returns:
         What is known now; the same of parts that have no dimensions, which a refusal tells.
@@ -410,21 +424,30 @@ def with_drive(choice: Selection, corrections: Corrections, design: Design, leng
         d = dimensions(design)
     except DimensionError:
         return corrections
-    out, end = d.bracket.motor_axis_mm[0] - d.bracket.shoulder_u_mm, d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    radius = d.motor.diameter_mm / 2.0
+    inwards = d
+    with suppress(DimensionError):
+        inwards = dimensions(design, inwards=True)
+    end = d.layers.motor_face_mm + d.motor.length_mm
+    known, base = corrections.reach, d.bracket.shoulder_u_mm
+    out, radius = inwards.bracket.motor_axis_mm[0] - base, d.motor.diameter_mm / 2.0
     points = [(out + side * radius, end) for side in (-1.0, 1.0)]
     points += [(out + u, end + behind) for leads in d.leads for u, behind in leads.outside_mm]
-    found = tuple(points)
-    longer = max(t for _, t in found) - max((t for _, t in corrections.drive_mm), default=-math.inf)
-    if -_SHORTER_MM <= longer <= _SAME_MM:
-        return corrections
-    symmetric = lengths_mm[:_SHIFT]
-    before, after = (_sides_mm(choice, replace(corrections, drive_mm=drive), symmetric) for drive in ((), found))
-    if corrections.drive_mm:  # of another ratio or pinion: what is beyond its points is beyond these
-        before = after
-    over = tuple(o + b - a for o, b, a in zip(corrections.overhead_mm, before, after, strict=True))
-    why = f"drives reach {end:.1f} mm along their shoulder axes"
-    return corrections.updated(why, drive_mm=found, overhead_mm=(over[0], over[1]))
+    half = choice.width_mm / 2.0
+    elbow = (-half, d.forearm.cup_radius_mm), (half, d.forearm.cup_radius_mm), (0.0, d.arm.boss_radius_mm)
+    found = ChainReach(elbow, tuple(points), base)
+    if (c := d.capstan) is not None:
+        clear, gaps, arm = design.requirements.clearance_min_mm, gaps_of(design.geometry), d.layers.arm_mm
+        farther, at, nearest = (
+            rim_y_mm(c.run, c.cable_diameter_mm, arm[1] - arm[0], base + more, clear, gaps)[0]
+            for more in (-_NEARER_MM, 0.0, _FAR_MM)
+        )
+        found = replace(found, per_mm=(farther - at) / _NEARER_MM, nearest_mm=at - nearest)
+    if known is not None:
+        longer = found.longest_mm(base) - known.longest_mm(base)
+        if -_SHORTER_MM <= longer.min() <= longer.max() <= _SAME_MM:
+            return corrections
+    found = replace(found, beyond_mm=(_BEYOND_MM, _BEYOND_MM) if known is None else known.beyond_mm)
+    return corrections.updated(f"drives reach {end:.1f} mm along their shoulder axes", reach=found)
 
 
 def with_outline(candidate: Candidate, corrections: Corrections, results: Iterable[CheckResult]) -> Corrections:
@@ -438,11 +461,13 @@ def with_outline(candidate: Candidate, corrections: Corrections, results: Iterab
         tuple(size + MARGIN_MM - own for size, own in zip(sizes, points, strict=True))
         for sizes in ((width, depth), (depth, width))
     ]
-    over = min(ways, key=lambda way: max(abs(a - b) for a, b in zip(way, corrections.overhead_mm, strict=True)))
-    if max(abs(a - b) for a, b in zip(over, corrections.overhead_mm, strict=True)) < MARGIN_MM:
+    known = corrections.beyond_mm(candidate.choice.placed)
+    over = min(ways, key=lambda way: max(abs(a - b) for a, b in zip(way, known, strict=True)))
+    if max(abs(a - b) for a, b in zip(over, known, strict=True)) < MARGIN_MM:
         return corrections
-    why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
-    return corrections.updated(why, overhead_mm=over)
+    of = "eq. (1)" if known is corrections.overhead_mm else "what its chains reach"
+    why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond {of}"
+    return corrections.with_beyond(candidate.choice.placed, over, why)
 
 
 def with_room(

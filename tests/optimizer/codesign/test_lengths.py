@@ -43,7 +43,7 @@ def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
     required = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "peak_force_N": 8.0})
     pulled = replace(CORRECTIONS, pull_N=20.0)
     narrow, wide = (continuous_torque_N_m(required, CHOICE.with_(wider_mm=more), pulled) for more in (0.0, 0.5))
-    sector = round(8.0 * 4.8, 1), round(8.5 * 4.8, 1)
+    sector = round(7.8 * 4.8, 1), round(8.3 * 4.8, 1)
     held = pulled.held_torque_N_m
     assert narrow == pytest.approx(held + (20.0 * sector[0] / 1e3 - held) * 3.0 / 8.0)
     assert wide - narrow == pytest.approx(20.0 * (sector[1] - sector[0]) / 1e3 * 3.0 / 8.0)
@@ -82,7 +82,7 @@ def test_every_start_comes_to_the_same_cube() -> None:
 
     From the last design that held they go on; the margins there were 0.9 and 1.2 short.
     """
-    required, choice = load_brief(ROOT / "joystick.toml"), CHOICE.with_(ratio=6.0)
+    required, choice = load_brief(ROOT / "joystick.toml"), CHOICE.with_(ratio=6.0, wider_mm=0.2)
     rotor = motor_of(required, choice.motor).rotor_inertia_kg_m2 * 6.0**2
     at = replace(reference(), masses=replace(reference().masses, rotor_inertia=rotor), ratio=6.0)
     inertia = at.inertia(at.upper_arm_mm, at.forearm_mm, 6.0)

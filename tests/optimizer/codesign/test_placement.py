@@ -19,14 +19,23 @@ from delta_cad.dimensions import dimensions
 from optimizer.codesign import search as module
 from optimizer.codesign.bound import Bound, Kind, excluded
 from optimizer.codesign.candidate import Candidate, design_for, outline_arguments
-from optimizer.codesign.corrections import REAR_PAIR, SIDE_PAIR, Corrections, as_symmetric, placed_sides, reference
+from optimizer.codesign.corrections import (
+    REAR_PAIR,
+    SECTORS,
+    SIDE_PAIR,
+    ChainReach,
+    Corrections,
+    as_symmetric,
+    placed_sides,
+    reference,
+)
 from optimizer.codesign.estimates import Estimate
 from optimizer.codesign.hardware import Selection
 from optimizer.codesign.lengths import Found, best_lengths, lengths_problem, to_requirements
 from optimizer.codesign.relaxation import symmetric_score
 from optimizer.codesign.report import facts_of, placement_of
 from optimizer.codesign.search import Search
-from optimizer.codesign.updates import from_checks, from_refusals, with_drive, with_outline
+from optimizer.codesign.updates import from_checks, from_refusals, with_outline, with_reach
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.variables import PER_SI, completed, is_symmetric, mechanism_of, variables_mm
@@ -87,22 +96,27 @@ def test_neighbours_are_measured_by_the_radii_of_a_symmetric_machine_that_are_as
         assert [found[SIDE_PAIR][0], found[REAR_PAIR][0]] == pytest.approx(expected)
         assert found["shoulders"] == (base, base + shift)
     even = as_symmetric(completed((90.0, 140.0, 33.0, 22.0, 70.0, 40.0)), 50.0)
-    assert np.allclose(np.concatenate([*even.values()]), [33.0, 33.0, 33.0, 33.0, 22.0, 22.0], atol=1e-12)
+    assert np.allclose(np.concatenate([*even.values()]), [33.0] * 6 + [22.0] * 2, atol=1e-12)
 
 
 def test_a_placed_machine_takes_what_its_elbows_and_its_drives_take() -> None:
-    """Against all points of all chains in the plane."""
+    """Against points on all circles of all chains in the plane, whose drives move along with the base radius."""
     rng = np.random.default_rng(2)
-    drive = [(-35.0, 88.0), (-5.0, 91.0), (-28.0, 100.0)]
+    elbow, drive = ((-25.0, 4.7), (25.0, 4.7), (0.0, 7.0)), ((-35.0, 88.0), (-5.0, 91.0), (-28.0, 100.0))
+    reach = ChainReach(elbow, drive, base_radius_mm=45.0, per_mm=0.6, nearest_mm=3.0)
+    around = np.linspace(0.0, 360.0, 721)
     for _ in range(200):
         phi, base, shift, arm = rng.uniform(95.0, 145.0), rng.uniform(30, 60), rng.uniform(-10, 20), rng.uniform(70, 99)
         row = np.array([arm, 140.0, base, 22.0, 70.0, 40.0, shift, math.cos(math.radians(phi)), 3.0])
+        farther = max(0.6 * (45.0 - base), -3.0)
+        circles = [(arm, t, radius) for t, radius in elbow] + [(u, t + farther, 0.0) for u, t in drive]
         points = []
         for angle, out in ((0.0, base), (phi, base + shift), (-phi, base + shift)):
-            for u, t in [(arm, -25.0), (arm, 25.0), *drive]:
-                points.append(polar(out + u, angle) + polar(t, angle + 90.0))
-        along_y, along_x = placed_sides(row, 50.0, drive)
-        assert (max(along_x), max(along_y)) == pytest.approx(tuple(np.ptp(points, axis=0)))
+            for u, t, radius in circles:
+                middle = polar(out + u, angle) + polar(t, angle + 90.0)
+                points += [middle + polar(radius, turn) for turn in around]
+        along_y, along_x = placed_sides(row, 50.0, reach)
+        assert (max(along_x), max(along_y)) == pytest.approx(tuple(np.ptp(points, axis=0)), abs=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -124,9 +138,10 @@ def test_placed_lengths_keep_every_limit_and_have_a_larger_cube(width: float, de
     assert min(float(one.min()) for one in margins.values()) >= -3e-3  # the masses are those of other lengths
     assert min(float(one[0]) for one in problem.design_margins(row).values()) >= -5e-5  # a micrometre of 20 mm
     room = as_symmetric(completed(found.lengths_mm), 50.0)
-    assert min(float(min(room[name])) for name in ("shoulders", SIDE_PAIR, REAR_PAIR)) >= 31.18 - 1e-3
+    assert min(float(min(room[name])) for name in (SECTORS, SIDE_PAIR, REAR_PAIR)) >= 31.18 - 1e-3
     sides = [
-        float(max(side)) + over for side, over in zip(placed_sides(row[0] * PER_SI, 50.0, ()), (9.6, 13.2), strict=True)
+        float(max(side)) + over
+        for side, over in zip(placed_sides(row[0] * PER_SI, 50.0, None), (9.6, 13.2), strict=True)
     ]
     assert any(a <= width + 1e-2 and b <= depth + 1e-2 for a, b in (sides, sides[::-1]))
 
@@ -187,32 +202,34 @@ def test_keys_between_placed_chains_and_a_refusal_of_the_base_radius_move_their_
 @pytest.mark.parametrize("turned", [False, True])
 def test_what_the_outline_takes_beyond_points_is_learnt_along_y_and_x_by_themselves(turned: bool) -> None:
     one = candidate()
-    known = replace(KNOWN, drive_mm=((-30.0, 90.0),))
-    along_y, along_x = (float(max(side)) for side in placed_sides(np.array(LENGTHS), 50.0, known.drive_mm))
+    known = replace(KNOWN, reach=ChainReach(((-25.0, 4.7), (25.0, 4.7)), ((-30.0, 90.0),)))
+    along_y, along_x = (float(max(side)) for side in placed_sides(np.array(LENGTHS), 50.0, known.reach))
     built = {"envelope width": along_y + 8.0, "envelope depth": along_x + 11.0}
     if turned:
         built = dict(zip(built, reversed(built.values()), strict=True))
     results = [CheckResult(name, True, mm, 300.0, "mm") for name, mm in built.items()]
-    assert with_outline(one, known, results).overhead_mm == pytest.approx((8.05, 11.05))
+    learnt = with_outline(one, known, results)
+    assert learnt.beyond_mm(placed=True) == pytest.approx((8.05, 11.05))
+    assert learnt.beyond_mm(placed=False) == known.overhead_mm
 
 
-def test_the_drives_of_a_placed_machine_stand_where_its_dimensions_have_them(best: Design) -> None:
-    """A symmetric machine takes the same with them as by eq. (1) and what is beyond; nothing changes a second time."""
-    d = dimensions(best)
-    m, cube = best.mechanism.model_dump(), best.cube.model_dump()
-    even = variables_mm(m, cube)
+@pytest.mark.parametrize("nearer_mm", [3.0, 0.0, -3.0, -20.0])
+def test_the_drives_of_a_placed_machine_stand_where_its_dimensions_have_them(best: Design, nearer_mm: float) -> None:
+    """Also at other base radii, as far in as they have room; nothing changes a second time."""
     choice = PLACED.with_(width_mm=best.mechanism.parallelogram_width_mm)
-    learnt = with_drive(choice, KNOWN, best, even)
-    assert max(t for _, t in learnt.drive_mm) >= d.layers.motor_cheek_mm[1] + d.motor.length_mm
-    points = placed_sides(np.array(even), choice.width_mm, learnt.drive_mm)
-    before = placed_sides(np.array(even), choice.width_mm, ())
-    taken = [
-        [float(max(side)) + over for side, over in zip(sides, known.overhead_mm, strict=True)]
-        for sides, known in ((points, learnt), (before, KNOWN))
-    ]
-    assert taken[0] == pytest.approx(taken[1])
-    assert float(max(points[1])) > float(max(before[1])) + 1.0  # motors stand out behind the elbows
-    assert with_drive(choice, learnt, best, even) is learnt
+    learnt = with_reach(choice, KNOWN, best)
+    assert learnt.reach is not None
+    assert with_reach(choice, learnt, best) is learnt
+    base = best.mechanism.base_radius_mm - nearer_mm
+    mechanism = best.mechanism.model_copy(update={"base_radius_mm": base})
+    d = dimensions(best.model_copy(update={"mechanism": mechanism}), inwards=True)
+    end = d.layers.motor_face_mm + d.motor.length_mm
+    farther = float(learnt.reach.farther_mm(np.array(base)))
+    assert max(t for _, t in learnt.reach.drive_mm[:2]) + farther == pytest.approx(end, abs=0.2)  # whole tenths, twice
+    if nearer_mm == 0.0:
+        out = d.bracket.motor_axis_mm[0] - base + d.motor.diameter_mm / 2.0
+        assert max(u for u, _ in learnt.reach.drive_mm[:2]) == pytest.approx(out)
+        assert out <= dimensions(best).bracket.motor_axis_mm[0] - base + d.motor.diameter_mm / 2.0
 
 
 def searched(monkeypatch: pytest.MonkeyPatch, placed: float, **tables: Any) -> Search:

@@ -14,7 +14,6 @@ from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.cost.cost import machine_cost
-from optimizer.codesign import search as search_module
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.hardware import Selection, cheapest, price_EUR
@@ -111,7 +110,7 @@ class Cheap(Search):
 
 def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two motors and two encoders: the cheaper of each is found, and its price is that of the build."""
-    monkeypatch.setattr(search_module, "effective_mass_kg", lambda _: 1.0)
+    monkeypatch.setattr("optimizer.codesign.lengths.effective_mass_kg", lambda _: 1.0)
     required = brief(
         motor=["maxon-re30-310007", "faulhaber-3257g024cr"], drive="capstan", encoder=["as5048a-board", "mt6825-board"]
     )
@@ -142,7 +141,7 @@ def test_what_is_reported_of_a_build_ranks_it(
     objective: str, names: tuple[str, ...], unit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The likelier motor turns out worse as a machine than by its lengths: the other one is the answer."""
-    monkeypatch.setattr(search_module, "effective_mass_kg", lambda _: 1.0)
+    monkeypatch.setattr("optimizer.codesign.lengths.effective_mass_kg", lambda _: 1.0)
     motors = ["maxon-re30-310007", "faulhaber-3257g024cr"]
     required = brief(motor=motors, drive="capstan").model_copy(update={"goal": Goal(minimize=objective)})  # type: ignore[arg-type]
     at = {motors[0]: (1.0, 1.2), motors[1]: (1.05, 1.0)}  # estimate, and what its build reports for each

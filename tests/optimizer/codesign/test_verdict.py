@@ -179,7 +179,7 @@ def test_hardware_beyond_the_likeliest_is_gone_through_before_there_is_no_machin
     motors = [motor for motor, drive in drives(brief_of_all()) if drive == "capstan"]
     monkeypatch.setattr(module, "RANKED", 2)
     monkeypatch.setattr(module, "MOTORS", 1)
-    monkeypatch.setattr(module, "effective_mass_kg", lambda _: 1.0)
+    monkeypatch.setattr("optimizer.codesign.lengths.effective_mass_kg", lambda _: 1.0)
     search = Search(brief_of_all(), moving=lambda _: [PASSED])
     search.build = lambda design: cast(Any, SimpleNamespace(results=[PASSED], design=design))
 
@@ -217,7 +217,7 @@ def test_of_machines_as_small_the_lightest_is_taken(monkeypatch: pytest.MonkeyPa
         return found(choice, -120.0 - 0.1 * np.sin(200.0 * share(choice)) - 8.0 * max(1.0 - share(choice), 0.0))
 
     monkeypatch.setattr(search, "fixed_point", fixed_point)
-    monkeypatch.setattr(module, "effective_mass_kg", lambda one: share(one.choice))
+    monkeypatch.setattr("optimizer.codesign.lengths.effective_mass_kg", lambda one: share(one.choice))
     best = search._climbed(fixed_point(Selection(MOTORS[0], "capstan", 6.23, 54.0)), range(3))
     assert 0.97 < share(best.choice) < 1.05
 
