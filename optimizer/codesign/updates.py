@@ -467,7 +467,7 @@ def with_outline(candidate: Candidate, corrections: Corrections, results: Iterab
         return corrections
     of = "eq. (1)" if known is corrections.overhead_mm else "what its chains reach"
     why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond {of}"
-    return corrections.with_beyond(candidate.choice.placed, over, why)
+    return corrections.with_beyond(candidate.choice.placed, (over[0], over[1]), why)
 
 
 def with_room(
