@@ -95,7 +95,7 @@ def test_an_empty_tank_keeps_its_promise_where_it_decides_otherwise_than_in_doub
 def test_a_cortex_m4_is_this_machine_bit_for_bit_and_keeps_4_khz(
     machine: MachineModel, controller: Controller, folder: Path, program: Path, tmp_path: Path
 ) -> None:
-    recorded = recording(machine, 1500, 7, controller.limits.period)._replace(laws=TWINS)
+    recorded = recording(machine, 1500, 8, controller.limits.period)._replace(laws=TWINS)
     here, left = replay(program, recorded, "f4")
     there, also = replay(compile_bare(folder, "m4"), recorded, "f4")
     for field in ("bits", "torque"):
@@ -138,7 +138,7 @@ def test_every_fault_keeps_its_bit(machine: MachineModel, controller: Controller
 
 def test_motors_warm_as_in_doubles(machine: MachineModel, controller: Controller, program: Path) -> None:
     """Minutes of load, of which a tick warms the housing by 1e-8 of its temperature."""
-    recorded = recording(machine, 240_000, 5, controller.limits.period, faults=False)
+    recorded = recording(machine, 240_000, 8, controller.limits.period, faults=False)
     recorded.readings["request"][2000:][np.isin(recorded.readings["request"][2000:], (WAS_RESET, ENABLED))] = NOTHING
     recorded.readings["request"][::100] = 4
     bits, torque, memory = by_python(controller, recorded)
