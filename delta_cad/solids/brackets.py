@@ -190,7 +190,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     if d.layers.motor_pocket_mm > 0.0:
         wide = d.motor.diameter_mm + 2 * MOTOR_PLAY_MM
         pocket = sunk(along_y(wide, (x, z), (outside, face)))
-        boring.add(f"pocket {wide:g}, {d.layers.motor_pocket_mm:.1f} deep from the outer side, motor", [pocket])
+        boring.add(f"pocket {d.layers.motor_pocket_mm:.1f} deep from the outer side, motor", [pocket])
     pilot = fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (face, inside)), "H7")
     boring.add(f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot", [pilot])
     seat = inside + seat_depth
