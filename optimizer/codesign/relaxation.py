@@ -224,26 +224,6 @@ def _possible(search: Search, brief: DesignBrief, choice: Selection, near: Start
     return search.memoize("possible", (brief, choice, near), compute, Start | None)
 
 
-def symmetric_score(
-    brief: DesignBrief, candidate: Candidate, known: Corrections, before: tuple[Candidate, Corrections] | None
-) -> float | None:
-    """Finds the score of the three-fold symmetric machine in the place of one whose chains are placed.
-
-    Args:
-        brief: What the customer asks.
-        candidate: The machine with placed chains.
-        known: What was learnt of its hardware.
-        before: The symmetric candidate of the same search, and what was known then; None where there was none.
-
-    Returns:
-        The better of that candidate and of symmetric lengths with this hardware and what was learnt, the outline as the
-        symmetric one takes it; None where there is neither.
-    """
-    start = None if before is None else before[0].lengths_mm
-    now = best_lengths(brief, candidate.choice.with_(placed=False), known, start)
-    return max((one.score for one in (now, before and before[0]) if one is not None), default=None)
-
-
 @dataclass(frozen=True)
 class Cost:
     """What a limit costs.

@@ -245,17 +245,17 @@ def certificate_of(design: Design, masses: Path) -> Certificate:
     return certify(design, limits_of(design, share, inertia), gravity=share)
 
 
-def placement_of(brief: DesignBrief, machine: Candidate, symmetric: float | None) -> dict[str, Any] | None:
+def placement_of(brief: DesignBrief, machine: Candidate, symmetric: Candidate | None) -> dict[str, Any] | None:
     """Says where the chains and the cube of a machine are placed, and what that bought, as JSON types.
 
     Args:
         brief: The requirements.
         machine: The machine that was built.
-        symmetric: Score of the three-fold symmetric lengths that the same search has; None where it has none.
+        symmetric: The three-fold symmetric candidate of the same search; None where it has none.
 
     Returns:
-        Keys `azimuths_deg`, `base_radii_mm`, `centre_x_mm`, `symmetric_side_mm` (None where the cube is not sought, or
-        no symmetric machine was found) and `bought`, a sentence; None of a three-fold symmetric machine.
+        Keys `azimuths_deg`, `base_radii_mm`, `centre_x_mm`, `symmetric_side_mm` (None where no symmetric machine was
+        found) and `bought`, a sentence; None of a three-fold symmetric machine.
     """
     mechanism, cube = machine.design.mechanism, machine.design.cube
     if is_symmetric(machine.lengths_mm):
@@ -263,14 +263,15 @@ def placement_of(brief: DesignBrief, machine: Candidate, symmetric: float | None
     azimuths = [round(angle, 9) for angle in mechanism.azimuths_deg or (0.0, 120.0, -120.0)]
     bought = "no three-fold symmetric machine was found"
     if symmetric is not None:
-        unit, gain = _UNITS[brief.objective].split()[0], machine.score - symmetric
-        other = f"{worded(brief.objective, symmetric)}, lengths that the same search found with the same corrections"
-        bought = f"{gain if machine.score > 0.0 else -gain:+.3g} {unit} over the symmetric machine ({other}; not built)"
+        unit, gain = _UNITS[brief.objective].split()[0], machine.score - symmetric.score
+        gain = gain if machine.score > 0.0 else -gain
+        other = f"{worded(brief.objective, symmetric.score)}, {'weighed' if symmetric.weighed else 'by closed forms'}"
+        bought = f"{gain:+.3g} {unit} over the symmetric machine of the same search ({other}, not built)"
     return {
         "azimuths_deg": azimuths,
         "base_radii_mm": list(mechanism.base_radii_mm or (mechanism.base_radius_mm,) * 3),
         "centre_x_mm": cube.centre_x_mm or 0.0,
-        "symmetric_side_mm": symmetric if brief.objective == "cube_side" else None,
+        "symmetric_side_mm": symmetric and symmetric.side_mm,
         "bought": bought,
     }
 

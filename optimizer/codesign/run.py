@@ -178,21 +178,19 @@ class Builder:
         key = built_candidate.choice.motor, built_candidate.choice.drive
         known, log = search.corrections[key], search.log.with_passed(built_candidate, stated)
         costs = relaxation.costs(brief, built_candidate, known)
-        symmetric = None
-        if built_candidate.choice.placed:
-            run.show("what the placement of the chains buys")
-            symmetric = relaxation.symmetric_score(brief, built_candidate, known, search.symmetric.get(key))
+        symmetric, _ = search.symmetric.get(key, (None, None))
         run.show("certificate")
         certificate = report.certificate_of(stated, folder / "mass_properties.json")
         proved = None
         if brief.objective == "cube_side" and self._bounding:
             kept = with_least_radius(built_candidate, known)
             family = Family(brief, built_candidate, search.corrections | {key: kept})
-            side_mm = built_candidate.side_mm if not built_candidate.choice.placed else symmetric or 0.0
-            proved = self._bound(family, side_mm) if side_mm > 0.0 else None
-            if proved is None and side_mm > 0.0:
+            placed = built_candidate.choice.placed
+            of_family = symmetric if placed else built_candidate
+            proved = self._bound(family, of_family.side_mm) if of_family is not None else None
+            if proved is None and of_family is not None:
                 built.remarks.append(NO_BOUND)
-            elif proved is not None and built_candidate.choice.placed:
+            elif proved is not None and placed:
                 proved = replace(proved, placed_mm=built_candidate.side_mm)
         self._closes_s = run.clock()
         placement = report.placement_of(brief, built_candidate, symmetric)

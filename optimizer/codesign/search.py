@@ -451,20 +451,24 @@ class Search:
             return symmetric
         choice, key = symmetric.choice.with_(placed=True), (symmetric.choice.motor, symmetric.choice.drive)
         known, given_up = dict(self.corrections), (dict(self.log.no_progress), set(self.log.inconclusive))
-        even = f"{self._words(symmetric.score)} with symmetric ones"
-        self.begin(f"{even}: chains placed for the outline")
+        self.begin(f"{self._words(symmetric.score)} with symmetric ones: chains placed for the outline")
         self.ready = self.ready and symmetric  # which is refined, and stands whatever the time is
         found = self._weighed_again(self.fixed_point(choice, symmetric.lengths_mm))  # limits are learnt anew near by
         if found is not None:
             climbed = self._climbed(found, _AGAIN[1:])  # what drives take of the outline goes with the width
             found = found if climbed is found else self._weighed_again(found, climbed)
+        placed, self.corrections = self.corrections, dict(known)
+        even = self.fixed_point(symmetric.choice, symmetric.lengths_mm) or symmetric  # both are weighed
         words = "no lengths" if found is None else self._words(found.score)
-        self.log.placed.append(f"{' '.join(key)}: {words} with placed chains, {even}")
+        self.log.placed.append(
+            f"{' '.join(key)}: {words} with placed chains, {self._words(even.score)} with symmetric ones"
+        )
         self.tell(self.log.placed[-1])
-        if found is None or is_symmetric(found.lengths_mm) or found.score <= worth_placing(self.brief, symmetric):
+        if found is None or is_symmetric(found.lengths_mm) or found.score <= worth_placing(self.brief, even):
             self.corrections, (self.log.no_progress, self.log.inconclusive) = known, given_up
             return symmetric
-        self.symmetric[key] = symmetric, known.get(key, first_corrections(self.brief, choice, self.first))
+        self.corrections = placed
+        self.symmetric[key] = even, known.get(key, first_corrections(self.brief, choice, self.first))
         return found
 
     def _weighed_again(self, found: Candidate | None, other: Candidate | None = None) -> Candidate | None:
@@ -552,7 +556,7 @@ class Search:
         if isinstance(first, Candidate) and choice.placed:
             start = first.lengths_mm
         for turn in range(_SWEEPS):
-            if not turn and isinstance(first, Candidate) and first.weighed and (self.hurried() or choice.placed):
+            if not turn and isinstance(first, Candidate) and first.weighed:
                 candidate = first
             else:
                 candidate = self.fixed_point(choice, candidate.lengths_mm if candidate else start)

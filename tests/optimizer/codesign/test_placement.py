@@ -32,7 +32,6 @@ from optimizer.codesign.corrections import (
 from optimizer.codesign.estimates import Estimate
 from optimizer.codesign.hardware import Selection
 from optimizer.codesign.lengths import Found, best_lengths, lengths_problem, to_requirements
-from optimizer.codesign.relaxation import symmetric_score
 from optimizer.codesign.report import facts_of, placement_of
 from optimizer.codesign.search import Search
 from optimizer.codesign.updates import from_checks, from_refusals, with_outline, with_reach
@@ -309,24 +308,21 @@ def test_a_small_outline_is_excluded_by_proof_for_symmetric_chains_and_by_search
 
 
 def test_what_placement_bought_is_the_difference_of_both_machines() -> None:
-    """The symmetric one is the better of what the search had before and of what it finds with all that was learnt."""
     task, one = brief(), candidate()
-    before = replace(candidate(SYMMETRIC, LENGTHS[:6]), score=83.05)
-    found = best_lengths(task, SYMMETRIC, KNOWN, LENGTHS[:6])
-    assert found is not None
-    assert symmetric_score(task, one, KNOWN, (replace(before, score=99.0), KNOWN)) == 99.0
-    assert symmetric_score(task, one, KNOWN, (before, KNOWN)) == pytest.approx(max(found.score, 83.05), abs=1e-3)
-    said = placement_of(task, replace(one, score=87.88), 83.08)
+    before = replace(candidate(SYMMETRIC, LENGTHS[:6]), score=83.08, weighed=True)
+    said = placement_of(task, replace(one, score=87.88), before)
     assert said is not None
-    assert said["bought"].startswith("+4.8 mm over the symmetric machine (83.08 mm of cube, lengths")
-    assert said["symmetric_side_mm"] == 83.08
+    assert said["bought"] == (
+        "+4.8 mm over the symmetric machine of the same search (83.08 mm of cube, weighed, not built)"
+    )
+    assert said["symmetric_side_mm"] == before.side_mm
     assert said["base_radii_mm"] == [31.19, 38.45, 38.45]
     assert said["azimuths_deg"] == [0.0, PHI, -PHI]
     assert said["centre_x_mm"] == 11.1
     alone = placement_of(task, one, None)
     assert alone is not None
     assert (alone["symmetric_side_mm"], alone["bought"]) == (None, "no three-fold symmetric machine was found")
-    assert placement_of(task, candidate(SYMMETRIC, LENGTHS[:6]), 83.0) is None
+    assert placement_of(task, candidate(SYMMETRIC, LENGTHS[:6]), before) is None
 
 
 def test_a_bound_of_symmetric_machines_is_none_of_a_placed_one(monkeypatch: pytest.MonkeyPatch) -> None:
