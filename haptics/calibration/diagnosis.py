@@ -19,6 +19,7 @@ from haptics.calibration.fit import Fit, FitError
 from haptics.calibration.poses import Poses
 
 MISFIT_MOST = 3.0  # what is left of the poses over what their noise explains; beyond it something else is wrong
+UNLIKE_MOST = 8.0  # standard deviations of a length from its drawing; beyond it is no device that was made to it
 _NOISE_ALONE = 1.5  # misfit that noise alone leaves, with a margin
 _SPREAD, _SPREAD_RAD = (
     2e-3,
@@ -45,8 +46,18 @@ class Cause:
     misfit: float
 
 
+def fits(found: Fit) -> bool:
+    """Decides whether poses are those of a device that was made to the drawing."""
+    return found.misfit <= MISFIT_MOST and found.unlike[0] <= UNLIKE_MOST
+
+
 def causes(
-    refit: Callable[[Poses, bool], Fit], poses: Poses, own_frame: bool, failed: Fit | FitError, count: float
+    refit: Callable[[Poses, bool], Fit],
+    poses: Poses,
+    own_frame: bool,
+    failed: Fit | FitError,
+    count: float,
+    three_fold: bool = True,
 ) -> list[Cause]:
     """Finds the errors in a file of poses, one at a time, that explain why they do not fit.
 
@@ -54,25 +65,28 @@ def causes(
         refit: Fits poses; the second argument says whether their frame is sought. Raises FitError.
         poses: What was measured.
         own_frame: Whether their frame was sought.
-        failed: Their fit, with a misfit above `MISFIT_MOST`, or the reason why there is none.
+        failed: Their fit, which is none that `fits`, or the reason why there is none.
         count: Angle of one count of the encoder, rad.
+        three_fold: Whether the drawing is the same for all chains, so that a frame of its own hides which is which.
 
     Returns:
         The causes, the most likely first; empty where no hypothesis explains the poses.
     """
     most = min(MISFIT_MOST, max(_NOISE_ALONE, failed.misfit / _CLEAR)) if isinstance(failed, Fit) else MISFIT_MOST
     found = []
-    for kind, text, changed, own in (*_of_all(poses, own_frame, count), *_of_two(poses, own_frame, _suspects(failed))):
+    all_alike = _of_all(poses, own_frame, count, three_fold)
+    for kind, text, changed, own in (*all_alike, *_of_two(poses, own_frame, _suspects(failed))):
         if np.ptp(changed.positions, axis=0).max() < _SPREAD or np.ptp(changed.readings, axis=0).max() < _SPREAD_RAD:
             continue  # a single point, which fits anything
         with suppress(FitError):
-            if (misfit := refit(changed, own).misfit) <= most:
-                found.append(Cause(kind, text, misfit))
+            one = refit(changed, own)
+            if one.misfit <= most and fits(one):
+                found.append(Cause(kind, text, one.misfit))
     found += _of_one(refit, poses, own_frame, _suspects(failed))
     return sorted(found, key=lambda cause: (cause.kind == "frame", cause.misfit))  # a frame is free to explain most
 
 
-def _of_all(poses: Poses, own_frame: bool, count: float) -> Iterator[tuple[str, str, Poses, bool]]:
+def _of_all(poses: Poses, own_frame: bool, count: float, three_fold: bool) -> Iterator[tuple[str, str, Poses, bool]]:
     """Errors of all poses alike: kind, text, the poses without the error, whether their frame is sought."""
     for unit, factor in _POSITION_UNITS:
         text = f"the positions are in {unit}, not mm: multiply them by {factor:g}"
@@ -86,14 +100,19 @@ def _of_all(poses: Poses, own_frame: bool, count: float) -> Iterator[tuple[str, 
     if own_frame:  # which takes up every rotation, so that mirror images differ in nothing
         text = "positions and readings are mirror images: two columns are swapped, or an axis has the wrong sign"
         yield "columns", text, mirrored, own_frame
-        return
-    yield "sign", "z_mm falls from the base to the platform, where it must grow: change its sign", mirrored, own_frame
+        if three_fold:
+            return
+    else:
+        text = "z_mm falls from the base to the platform, where it must grow: change its sign"
+        yield "sign", text, mirrored, own_frame
+    columns = ((_READINGS, "readings"), (_AXES, "positions"))[: 1 if own_frame else 2]
     for order in list(permutations(range(3)))[1:]:
-        for names, field in ((_READINGS, "readings"), (_AXES, "positions")):
+        for names, field in columns:
             holds = ", ".join(f"{names[k]} holds {names[n]}" for k, n in enumerate(order) if k != n)
             changed = replace(poses, **{field: getattr(poses, field)[:, np.argsort(order)]})
             yield "columns", f"columns are swapped: {holds}", changed, own_frame
-    yield "frame", "the positions are not in the base frame: --frame own fits theirs", poses, True
+    if not own_frame:
+        yield "frame", "the positions are not in the base frame: --frame own fits theirs", poses, True
 
 
 def _of_two(poses: Poses, own_frame: bool, suspects: Sequence[int]) -> Iterator[tuple[str, str, Poses, bool]]:
@@ -115,7 +134,7 @@ def _of_one(
             found = refit(Poses(poses.positions[others], poses.readings[others]), own_frame)
             one = Poses(poses.positions[k : k + 1], poses.readings[k : k + 1])
             off = float(np.linalg.norm(replace(found.problem, poses=one).apart(found.x)))
-            if found.misfit <= MISFIT_MOST and not off < _CLEAR * np.sqrt((found.after**2).mean()):
+            if fits(found) and not off < _CLEAR * np.sqrt((found.after**2).mean()):
                 where = "no position has its readings" if math.isnan(off) else f"and put it {MM_PER_M * off:.3g} mm off"
                 yield Cause(
                     "label", f"pose {k + 1} has a wrong position or reading: the others fit, {where}", found.misfit

@@ -19,7 +19,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.chains import chain_angles, chain_derivatives, chain_positions
 from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.calibration.poses import Poses
-from haptics.calibration.unknowns import COUNT, WAVE_SIGMA, ZERO, Unknowns, nominal, sigmas
+from haptics.calibration.unknowns import COUNT, LENGTHS, NAMES, WAVE_SIGMA, ZERO, Unknowns, nominal, sigmas
 
 _UNIDENTIFIABLE = 3  # of the unknowns: the sum of each chain's two radii
 _MARGIN = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
@@ -105,6 +105,14 @@ class Fit:
     problem: _Problem
     x: np.ndarray
     covariance: np.ndarray
+
+    @property
+    def unlike(self) -> tuple[float, str]:
+        """How far a length or offset is off the drawing at most, standard deviations of a part's, and which one."""
+        off = self.x[: 3 * COUNT].reshape(3, COUNT)[:, :LENGTHS]
+        chain, k = np.unravel_index(np.abs(off).argmax(), off.shape)
+        mm = MM_PER_M * off[chain, k] * self.problem.scale[chain * COUNT + k]
+        return abs(float(off[chain, k])), f"{NAMES[k]} of chain {chain} is {mm:+.2f} mm off the drawing"
 
     def at(self, positions: np.ndarray) -> _Problem:
         """Gives the equations of poses that the calibrated device would have at positions (m, 3) in the base frame, m.

@@ -75,7 +75,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import load_design
     from delta_cad.drive import encoder_count_rad
     from haptics.calibration.accuracy import accuracy, helpful_poses
-    from haptics.calibration.diagnosis import MISFIT_MOST, causes
+    from haptics.calibration.diagnosis import MISFIT_MOST, UNLIKE_MOST, causes, fits
     from haptics.calibration.fit import FitError, Noise, fit
     from haptics.calibration.poses import load_poses
     from haptics.calibration.record import calibration_of, save_calibration, to_dict
@@ -94,19 +94,19 @@ def run(given: argparse.Namespace) -> int:
     poses = load_poses(given.poses)
     require_room(given.out, folder=False)
     own = given.frame == "own"
-    limit, count = given.accuracy / MM_PER_M, encoder_count_rad(design)
+    limit, about = given.accuracy / MM_PER_M, (encoder_count_rad(design), design.geometry.three_fold)
     try:
         found = fitted(poses, own)
-        fits = found.misfit <= MISFIT_MOST
-        reasons = [] if fits else causes(fitted, poses, own, found, count)
+        fit_for_use = fits(found)
+        reasons = [] if fit_for_use else causes(fitted, poses, own, found, *about)
         expected = accuracy(found, design)
-        more = helpful_poses(found, design, limit) if fits and expected.worst > limit else None
+        more = helpful_poses(found, design, limit) if fit_for_use and expected.worst > limit else None
     except FitError as error:
         said = [f"{given.poses.name}: {error}"]
-        said += [f"likely cause: {cause.text}" for cause in causes(fitted, poses, own, error, count)]
+        said += [f"likely cause: {cause.text}" for cause in causes(fitted, poses, own, error, *about)]
         return refuse("; ".join(said), BAD_INPUT)
     calibration = calibration_of(design, found, len(poses.positions), expected)
-    kept = fits and expected.worst <= limit
+    kept = fit_for_use and expected.worst <= limit
     if kept:
         save_calibration(calibration, given.out)
     if given.json:
@@ -115,11 +115,15 @@ def run(given: argparse.Namespace) -> int:
         print(json.dumps({**facts, "file": str(given.out) if kept else None}, indent=1, allow_nan=False))
         return DONE if kept else NOT_MET
     _print(calibration)
-    if not fits:
-        print(
-            f"NOT KEPT  what is left is {found.misfit:.1f} times what noise explains, more than {MISFIT_MOST:g}: "
-            f"pose {found.after.argmax() + 1} is off by {MM_PER_M * found.after.max():.3f} mm; nothing is written"
+    if not fit_for_use:
+        (sigmas, farthest), worst = found.unlike, found.after.argmax()
+        what = (
+            f"what is left is {found.misfit:.1f} times what noise explains, more than {MISFIT_MOST:g}: "
+            f"pose {worst + 1} is off by {MM_PER_M * found.after[worst]:.3f} mm"
         )
+        if found.misfit <= MISFIT_MOST:
+            what = f"{farthest}, {sigmas:.0f} standard deviations of a part's; at most {UNLIKE_MOST:g} are taken"
+        print(f"NOT KEPT  {what}; nothing is written")
         for cause in reasons:
             print(f"likely cause: {cause.text}; the misfit is {cause.misfit:.2f} then")
         return NOT_MET
