@@ -254,9 +254,12 @@ _WHY = "beyond, what is proved of the cube is not of every machine that is made"
 def length_chains(d: Dimensions, general: str) -> list[Chain]:
     """Lists by how much each length and offset of a chain is off the drawn one, without bounds of their own."""
     m = d.design.mechanism
-    flat = either_way("base_plate", "flat under the feet", "general", flat_mm(2 * d.base.radius_mm, general) / 2.0)
+    size_mm = max(high - low for low, high in d.base.reach_mm)
+    flat = either_way("base_plate", "flat under the feet", "general", flat_mm(size_mm, general) / 2.0)
+    out, side, _ = m.base_radii_mm or (m.base_radius_mm,) * 3
+    of = {"base radius": out} if out == side else {"base radius of chain 0": out, "base radius of chains 1, 2": side}
     chains = {
-        "base radius": (m.base_radius_mm, _shoulder(d)),
+        **{name: (radius, _shoulder(d)) for name, radius in of.items()},
         "shoulder's height": (0.0, [*_shoulder(d), flat]),
         "shoulder along its axis": (0.0, _along(d)),
         "upper arm": (m.upper_arm_length_mm, _arm(d)),

@@ -10,10 +10,11 @@ from math import hypot, pi, sqrt, tau
 import numpy as np
 import pytest
 
-from delta_cad.design import design_from_dict
+from delta_cad.design import design_from_dict, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.tolerances import PLACE_MM, machine, preload_range_N, seat_tilt_rad, spring_height_mm
 from delta_cad.dimensions.tolerances.chain import Chain
+from delta_cad.dimensions.tolerances.general import flat_mm
 from delta_cad.dimensions.tolerances.machine import (
     cable_chains,
     general_class,
@@ -22,7 +23,7 @@ from delta_cad.dimensions.tolerances.machine import (
     machine_chains,
     tolerance_record,
 )
-from tests.committed import changed
+from tests.committed import ROOT, changed
 from tests.delta_cad.catalogue.offered import offered
 
 MACHINES = 100_000
@@ -187,3 +188,13 @@ def test_a_direct_drive_has_no_cable(best_dimensions: Dimensions) -> None:
 def test_larger_machines_hold_their_chains(row: str) -> None:
     d = dimensions(design_from_dict(changed(**offered()[row]), row))
     assert [chain.name for chain in machine_chains(d, general_class(d)) if not chain.holds] == []
+
+
+def test_placed_chains_have_a_base_radius_each_and_a_plate_as_long_as_it_is() -> None:
+    d = dimensions(load_design(ROOT / "best.json"))
+    chains = {chain.name: chain for chain in length_chains(d, "m")}
+    nominal = {name: chain.nominal for name, chain in chains.items() if "base radius" in name}
+    out, side, _ = d.design.mechanism.base_radii_mm or ()
+    assert nominal == {"base radius of chain 0": out, "base radius of chains 1, 2": side}
+    flat = next(link for link in chains["shoulder's height"].links if "flat" in link.what)
+    assert max(flat.deviation_mm) == flat_mm(max(b - a for a, b in d.base.reach_mm), "m") / 2.0
