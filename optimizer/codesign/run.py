@@ -185,12 +185,10 @@ class Builder:
         if brief.objective == "cube_side" and self._bounding:
             kept = with_least_radius(built_candidate, known)
             family = Family(brief, built_candidate, search.corrections | {key: kept})
-            placed = built_candidate.choice.placed
-            of_family = symmetric if placed else built_candidate
-            proved = self._bound(family, of_family.side_mm) if of_family is not None else None
-            if proved is None and of_family is not None:
+            proved = self._bound(family, built_candidate.side_mm)
+            if proved is None:
                 built.remarks.append(NO_BOUND)
-            elif proved is not None and placed:
+            elif built_candidate.choice.placed:
                 proved = replace(proved, placed_mm=built_candidate.side_mm)
         self._closes_s = run.clock()
         placement = report.placement_of(brief, built_candidate, symmetric)

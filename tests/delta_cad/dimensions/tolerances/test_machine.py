@@ -197,4 +197,4 @@ def test_placed_chains_have_a_base_radius_each_and_a_plate_as_long_as_it_is() ->
     out, side, _ = d.design.mechanism.base_radii_mm or ()
     assert nominal == {"base radius of chain 0": out, "base radius of chains 1, 2": side}
     flat = next(link for link in chains["shoulder's height"].links if "flat" in link.what)
-    assert max(flat.deviation_mm) == flat_mm(max(b - a for a, b in d.base.reach_mm), "m") / 2.0
+    assert flat.upper_mm == flat_mm(max(b - a for a, b in d.base.reach_mm), "m") / 2.0
