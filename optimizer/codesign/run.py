@@ -185,10 +185,12 @@ class Builder:
         if brief.objective == "cube_side" and self._bounding:
             kept = with_least_radius(built_candidate, known)
             family = Family(brief, built_candidate, search.corrections | {key: kept})
-            proved = self._bound(family, built_candidate.side_mm)
+            placed = built_candidate.choice.placed
+            # of a family that the machine is none of, whatever is no larger is of no interest
+            proved = self._bound(family, built_candidate.side_mm / (1.0 + bound.GAP if placed else 1.0))
             if proved is None:
                 built.remarks.append(NO_BOUND)
-            elif built_candidate.choice.placed:
+            elif placed:
                 proved = replace(proved, placed_mm=built_candidate.side_mm)
         self._closes_s = run.clock()
         placement = report.placement_of(brief, built_candidate, symmetric)
