@@ -338,23 +338,12 @@ class Search:
         self.ready = None
         try:
             refined = self.refined(choice)
-            if refined is not None and self.finely and self.brief.placeable and not refined.choice.placed:
-                known = dict(self.corrections)
-                settled = self._settled(refined)
-                if settled is refined:  # what is known of it suffices
-                    self.corrections = known
-                refined = settled and self._placed(settled)
-            refined = self._settled(refined)
+            for _ in range(_REFINED):
+                if refined is not None and not refined.weighed and self._worse(refined):
+                    refined = self.refined(refined.choice, again=True, start=refined.lengths_mm)
         except HalfTimeError:
             refined = self.ready
         self.ready = None
-        return refined
-
-    def _settled(self, refined: Candidate | None) -> Candidate | None:
-        """Refines hardware again as long as its own solids make it much worse."""
-        for _ in range(_REFINED):
-            if refined is not None and self._worse(refined):
-                refined = self.refined(refined.choice, again=True, start=refined.lengths_mm)
         return refined
 
     def _worse(self, refined: Candidate) -> bool:
@@ -441,7 +430,7 @@ class Search:
         return self._lengths(choice, corrections, start_mm, 1)
 
     def refined(self, choice: Selection, again: bool = False, start: Lengths | None = None) -> Candidate | None:
-        """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
+        """Improves ratio and width of a choice, one after the other, as far as closed forms tell, then the placement.
 
         Args:
             choice: Hardware.
@@ -453,10 +442,13 @@ class Search:
             self.ready = best
         if best is None or not self.finely:
             return best
-        return self._climbed(best, _AGAIN if again else _COARSE)
+        best = self._climbed(best, _AGAIN if again else _COARSE)
+        return best if again else self._placed(best)
 
     def _placed(self, symmetric: Candidate) -> Candidate:
         """Places the chains of a candidate for the outline, where that pays or is asked for."""
+        if not self.brief.placeable or symmetric.choice.placed:
+            return symmetric
         choice, key = symmetric.choice.with_(placed=True), (symmetric.choice.motor, symmetric.choice.drive)
         known, given_up = dict(self.corrections), (dict(self.log.no_progress), set(self.log.inconclusive))
         self.begin(f"{self._words(symmetric.score)} with symmetric ones: chains placed for the outline")

@@ -260,7 +260,7 @@ def test_chains_are_placed_where_that_pays_or_is_required(
     tables: dict[str, Any], score: float, chosen: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = searched(monkeypatch, score, **tables)
-    found = search._refined_in_time(SYMMETRIC)
+    found = search.refined(SYMMETRIC)
     assert found is not None
     assert found.choice.placed is chosen
     assert (search.symmetric != {}) is chosen
@@ -278,7 +278,7 @@ def test_what_cannot_be_built_with_placed_chains_is_built_with_symmetric_ones(mo
         return None if first.choice.placed else (first, None)
 
     monkeypatch.setattr(search, "built", build)
-    refined = search._refined_in_time(SYMMETRIC)
+    refined = search.refined(SYMMETRIC)
     assert refined is not None
     found = search._built_or_symmetric(refined, -math.inf)
     assert found is not None
