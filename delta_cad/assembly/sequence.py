@@ -24,6 +24,7 @@ from delta_cad.dimensions.capstan import ROPE_FACTOR, SET_SCREW, TENSION_SCREW, 
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
 from delta_cad.dimensions.panel import TEMPLATE
+from delta_cad.dimensions.platform import WRIST_MARK
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import joint_angles
@@ -63,10 +64,11 @@ def _conditions(d: Dimensions) -> dict[str, bool]:
         "screwed": hardware.mounting in ("screws", "both"),
         "sleeves": bool(d.sleeve_mm),
         "even": d.design.geometry.three_fold and not d.design.workspace.centre_x,
+        "alike": d.design.geometry.three_fold,
         "off_axis": bool(d.design.workspace.centre_x),
     }
     names = {"direct": "capstan", "own_encoder": "sensor", "no_slot": "slot"}
-    names |= {"no_stud": "stud", "no_sleeves": "sleeves", "uneven": "even"}
+    names |= {"no_stud": "stud", "no_sleeves": "sleeves", "uneven": "even", "not_alike": "alike"}
     return holding | {name: not holding[of] for name, of in names.items()}
 
 
@@ -99,6 +101,7 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "off_mm": abs(cube.centre_x_mm or 0.0),
         "off_way": "towards" if (cube.centre_x_mm or 0.0) > 0.0 else "away from",
         "template": TEMPLATE,
+        "wrist_mark": WRIST_MARK,
     }
     if c is not None:
         force = drive_torque(d.design).cable_pretension_N

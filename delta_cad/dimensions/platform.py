@@ -28,6 +28,7 @@ BASE_SCREW = "M4"  # foot blocks on the base plate
 _UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 
+WRIST_MARK = "0"  # punched on the boss of wrist 0 where chains are placed: the platform fits in one position only
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
 _MOUNT_SPREAD_RAD, _EVEN_RAD = radians(18.0), radians(60.0)  # mounting holes beside the feet, in a gap of twice that

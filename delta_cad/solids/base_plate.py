@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import cos, radians, sin
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.boring import Boring, along_z, fitted, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
@@ -66,8 +67,9 @@ def make_base_plate(d: Dimensions) -> Part:
     along, across = b.reach_mm
     description = f"base plate {max(along[1] - along[0], across[1] - across[0]):.4g} x {b.thickness_mm:g}"
     if not d.design.geometry.three_fold:
-        (_, first, second), out = d.design.azimuths_deg, d.outs_mm[1]
-        description += f", chains at 0, {first:.6g}, {second:.6g} deg, the latter two {out:+.6g} mm out"
+        (_, first, second), radii = d.design.azimuths_deg, d.design.geometry.base_radii * MM_PER_M
+        description += f", shoulder of chain 0 at R {radii[0]:.6g}, of chains 1, 2 at R {radii[1]:.6g}, "
+        description += f"at azimuths 0, {first:.6g}, {second:.6g} deg"
     extent = along, across, (low, high)
     return made_part(number, description, solid, material("aluminium-6082", GRAPHITE), extent, boring.holes)
 

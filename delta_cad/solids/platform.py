@@ -10,6 +10,7 @@ from delta_cad.dimensions.platform import (
     BOSS_BEVEL_MM,
     STEM_FLATS_MM,
     STEM_FLATS_Z_MM,
+    WRIST_MARK,
 )
 from delta_cad.dimensions.tolerances import BAR_WIDER_UM
 from delta_cad.mechanism.placement import CHAINS
@@ -80,7 +81,10 @@ def make_platform(d: Dimensions) -> Part:
     )
     description = f"platform, wrist radius {r:g}"
     if not d.design.geometry.three_fold:
-        description += f", wrists at {', '.join(f'{angle:.6g}' for angle in d.design.azimuths_deg)} deg"
+        at = ", ".join(f"{angle:.6g}" for angle in d.design.azimuths_deg)
+        description += (
+            f", three equal bosses and cross-bar bores at {at} deg, the one at 0 dimensioned and marked {WRIST_MARK}"
+        )
     extent = *_reach(d), (-top, top)
     return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, boring.holes)
 

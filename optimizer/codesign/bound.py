@@ -199,7 +199,9 @@ class Bound:
         none = f"It is proved that no machine with {self.kind.words} has a cube of more than {self.side_mm:.2f} mm"
         if self.placed_mm is None:
             return f"{none}, {100.0 * self.gap:.2g} % more than this one's."
-        return f"{none}. This one, with {self.placed_mm:.2f} mm, has its chains placed otherwise: it has no bound."
+        larger = "" if self.side_mm > self.placed_mm * (1.0 + 1e-9) else "; none is larger than this one"
+        placed = f"This one, with {self.placed_mm:.2f} mm, has its chains placed otherwise: it has no bound."
+        return f"{none}{larger}. {placed}"
 
 
 class Family:
@@ -241,10 +243,10 @@ class Family:
 
     def described(self) -> tuple[str, ...]:
         """Says what the machines have in common beyond their kind."""
+        radii = "base and platform radii" if self._radius_mm() > 0.0 else "platform radii"
         return (
             f"parts and gravity's torque at least {100 * LIGHT:g} % of this machine's, rotors those of the motors",
-            "base and platform radii no smaller than this machine's hardware needs: other ratios and lengths may need "
-            "less",
+            f"{radii} no smaller than this machine's hardware needs: other ratios and lengths may need less",
             f"sectors that pass one another: of R >= {SECTOR_ROOM_MM:g} mm and half their radius",
             f"shafts of motors that bear at most {100 / LIGHT - 100:.0f} % more of a cable than was found",
         )

@@ -132,7 +132,7 @@ def placed_items(assembly: Assembly, rows: Iterable[BomRow]) -> set[int]:
 def _views(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[_Shown]:
     overall = [(o, poses[o.name]) for o in assembly.occurrences if not o.part.number.startswith(_SMALL)]
     return [
-        _Shown("from the front, handle in its middle position", Frame((1, 0, 0), (0, 0, 1)), overall, overall=True),
+        _Shown("from the front, arms at equal angles", Frame((1, 0, 0), (0, 0, 1)), overall, overall=True),
         _Shown("from above", Frame((1, 0, 0), (0, 1, 0)), overall, overall=True),
         _Shown("drive of one chain, each part pulled off along its axis", _OBLIQUE, _drive(assembly, poses)),
         _Shown("pair of rods of one chain, pulled off its balls", _OBLIQUE, _rods(assembly, poses)),

@@ -256,7 +256,7 @@ def _whole_titles(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) 
         corners += [(box.xmin, box.ymin, box.zmin), (box.xmax, box.ymax, box.zmax)]
     size = np.ptp(np.array(corners), axis=0)
     mass = f"{masses['total_mass_kg']:.3g} kg"
-    text = f"Assembly of {assembly.name}, handle in its middle position"
+    text = f"Assembly of {assembly.name}, arms at equal angles"
     return Titles("assembly", text, "see the item list", "1", mass, _size(size), _machine(d), _REVISION)
 
 

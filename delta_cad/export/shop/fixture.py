@@ -16,6 +16,7 @@ from delta_cad.export.drawings.part.controlled import Controlled, Length, Round
 from delta_cad.export.drawings.write import Drawn, titles_of, write_part_drawing
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import GeometryError, joint_angles
+from delta_cad.mechanism.placement import CHAINS, chain_stand
 from delta_cad.solids.boring import Boring, along_z, blind, fitted, tapped
 from delta_cad.solids.making import GRAPHITE, made_part, material, round_z
 from delta_cad.solids.part import Part
@@ -31,6 +32,7 @@ _EDGE_MM = 4.0  # least way from a level to the cube's bottom and top
 _PLATE_MM = 12.0
 COLUMN_MM, _SPIGOT_MM, _SPIGOT_LONG_MM = 20.0, 10.0, 8.0
 _NEXT_TO_MM = 20.0  # from the base plate's rim to a column: arms and rods stay within a cone over the plate there
+_CLEAR_MM = 6.0  # from a column to a motor and its leads, seen from above
 _RIM_MM = 6.0  # of the plate beyond a column
 
 
@@ -93,8 +95,26 @@ def seats_of(d: Dimensions) -> Seats:
     places += [d.design.workspace.centre_x * MM_PER_M, 0.0]
     poses = [(x, y, first + level * spacer) for level in range(LEVELS) for x, y in places]
     relief = catalogue.screw(stem.stem_thread).clearance_hole_mm
-    adjacent = d.base.radius_mm + max(d.outs_mm) + _NEXT_TO_MM + COLUMN_MM / 2
-    return Seats(mouth, relief, places, adjacent, d.base.between_rad, float(column), float(spacer), np.array(poses))
+    return Seats(
+        mouth, relief, places, _column_radius_mm(d), d.base.between_rad, float(column), float(spacer), np.array(poses)
+    )
+
+
+def _column_radius_mm(d: Dimensions) -> float:
+    """Computes how far out columns stand: outside the base plate, and clear of each motor with its leads."""
+    u, face, half = d.bracket.motor_axis_mm[0], d.layers.motor_face_mm, d.motor.diameter_mm / 2
+    end = face + d.motor.length_mm + max((behind for leads in d.leads for _, behind in leads.outside_mm), default=0.0)
+    radius = d.base.radius_mm + max(d.outs_mm) + _NEXT_TO_MM + COLUMN_MM / 2
+
+    def apart_mm(angle: float, i: int) -> float:
+        stand = chain_stand(d.design.geometry, i)
+        x, y = (radius * np.array([cos(angle), sin(angle)]) - stand[:2, 3]) @ stand[:2, :2]
+        across, along = max(abs(x - u) - half, 0.0), max(face - y, y - end, 0.0)
+        return math.hypot(across, along) - COLUMN_MM / 2
+
+    while min(apart_mm(angle, i) for angle in d.base.between_rad for i in CHAINS) < _CLEAR_MM:
+        radius += 1.0
+    return radius
 
 
 def _nominal_readings_deg(d: Dimensions, seats: Seats) -> np.ndarray:

@@ -172,3 +172,17 @@ def test_the_order_of_assembly_says_where_the_panel_and_the_arms_stand(placed_as
     design: Design = design_from_dict(placed())
     first, side, _ = np.degrees(joint_angles(design.geometry, design.workspace.centre))
     assert f"{first:.2f} deg are shown at shoulder 0, {side:.2f} deg at shoulders 1 and 2" in words
+
+
+@pytest.mark.parametrize("machine", ["best", "placed"])
+def test_the_wrist_that_belongs_to_chain_0_is_marked_where_the_platform_fits_once(
+    machine: str, request: pytest.FixtureRequest
+) -> None:
+    assembly: Assembly = request.getfixturevalue(f"{machine}_assembly")
+    words = " ".join(text for unit in assembly.order for step in unit.steps for text in step.words)
+    parts = {one.part.number: one.part.description for one in assembly.occurrences}
+    fits_once = machine == "placed"
+    assert ("Wrist 0, marked 0, is over arm 0" in words) is fits_once
+    assert ("the one at 0 dimensioned and marked 0" in parts["platform"]) is fits_once
+    plate = "shoulder of chain 0 at R 30.8, of chains 1, 2 at R 38.45, at azimuths 0, 116.3, 243.7 deg"
+    assert (plate in parts["base_plate"]) is fits_once

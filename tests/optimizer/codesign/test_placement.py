@@ -342,4 +342,7 @@ def test_a_bound_of_symmetric_machines_is_none_of_a_placed_one(monkeypatch: pyte
     assert "120 degrees" in placed["bound"]
     assert "87.88 mm" in placed["bound"]
     assert "more than this one's" not in placed["bound"]
+    assert "none is larger than this one" in placed["bound"]
+    larger = facts_of(brief(), outcome, search.log, replace(bound, placed_mm=83.0), {"bought": "+4.8 mm"})
+    assert "none is larger" not in larger["bound"]
     assert outline_arguments(LENGTHS) == (LENGTHS[0] + LENGTHS[2], LENGTHS[6], LENGTHS[7])

@@ -11,14 +11,14 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.commands.cli import main
-from delta_cad.design import Design
+from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.fixture import COLUMN_MM, LEVELS, Seats, fixture_parts, seats_of
 from delta_cad.mechanism import GeometryError, forward_kinematics
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import Noise, fit, poses_needed
 from haptics.calibration.poses import load_poses
-from tests.committed import BEST
+from tests.committed import BEST, ROOT
 from tests.haptics.calibration.devices import made, measured
 
 
@@ -144,3 +144,32 @@ def test_a_cube_too_low_for_three_levels_is_refused(best_dimensions: Dimensions)
     low = design.model_copy(update={"cube": design.cube.model_copy(update={"half_side_mm": 12.0})})
     with pytest.raises(GeometryError, match="too low"):
         seats_of(dimensions(low))
+
+
+@pytest.mark.parametrize(
+    ("radii", "phi", "wrist"), [((48.203, 31.228), 123.0, 20.404), ((25.576, 41.674), 120.7315, 19.109)]
+)
+def test_columns_stand_clear_of_the_motors_and_their_leads(
+    radii: tuple[float, float], phi: float, wrist: float
+) -> None:
+    """By the kernel: a column and each motor as a cylinder, lengthened by its leads."""
+    raw = json.loads((ROOT / "best.json").read_text())
+    out, side = radii
+    raw["mechanism"] |= {"base_radius_mm": out, "base_radii_mm": [out, side, side], "azimuths_deg": [0, phi, -phi]}
+    raw["mechanism"]["platform_radius_mm"] = wrist
+    d = dimensions(design_from_dict(raw))
+    seats, (u, z) = seats_of(d), d.bracket.motor_axis_mm
+    behind = max((behind for leads in d.leads for _, behind in leads.outside_mm), default=0.0)
+    for i, azimuth in enumerate(np.radians([0.0, phi, -phi])):
+        radial, along = np.array([np.cos(azimuth), np.sin(azimuth)]), np.array([-np.sin(azimuth), np.cos(azimuth)])
+        start = (u + (0.0, side - out, side - out)[i]) * radial + d.layers.motor_face_mm * along
+        motor = cq.Solid.makeCylinder(
+            d.motor.diameter_mm / 2.0,
+            d.motor.length_mm + behind,
+            cq.Vector(*start, z),
+            cq.Vector(*along, 0.0),
+        )
+        for angle in seats.columns_rad:
+            foot = cq.Vector(seats.column_radius_mm * np.cos(angle), seats.column_radius_mm * np.sin(angle), -200.0)
+            column = cq.Solid.makeCylinder(COLUMN_MM / 2.0, 400.0, foot, cq.Vector(0, 0, 1))
+            assert motor.distance(column) > 5.99
