@@ -83,7 +83,7 @@ def make_platform(d: Dimensions) -> Part:
     if not d.design.geometry.three_fold:
         at = ", ".join(f"{angle:.6g}" for angle in d.design.azimuths_deg)
         description += (
-            f", three equal bosses and cross-bar bores at {at} deg, the one at 0 dimensioned and marked {WRIST_MARK}"
+            f". Three equal arms at {at} deg about the centre, the one at 0 dimensioned and marked {WRIST_MARK}"
         )
     extent = *_reach(d), (-top, top)
     return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, boring.holes)

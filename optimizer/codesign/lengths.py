@@ -288,7 +288,8 @@ def lengths_problem(posed: Requirements, choice: Selection, corrections: Correct
     }
     least |= {pair: max(radius, corrections.least(pair)) for pair in (SECTORS, SIDE_PAIR, REAR_PAIR)}
     own = {one.name: getattr(problem, one.name) for one in fields(problem)}
-    return PlacedProblem(**own, least_mm=tuple(least.items()), reach=corrections.reach)
+    bounded = tuple((name, value) for name, value in least.items() if value > 0.0)
+    return PlacedProblem(**own, least_mm=bounded, reach=corrections.reach)
 
 
 def _in_rectangle(brief: DesignBrief, start_mm: Sequence[float]) -> list[tuple[float, ...]]:

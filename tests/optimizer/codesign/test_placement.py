@@ -31,7 +31,7 @@ from optimizer.codesign.corrections import (
 )
 from optimizer.codesign.estimates import Estimate
 from optimizer.codesign.hardware import Selection
-from optimizer.codesign.lengths import Found, best_lengths, lengths_problem, to_requirements
+from optimizer.codesign.lengths import Found, PlacedProblem, best_lengths, lengths_problem, to_requirements
 from optimizer.codesign.report import facts_of, placement_of
 from optimizer.codesign.search import Search
 from optimizer.codesign.updates import from_checks, from_refusals, with_outline, with_reach
@@ -323,6 +323,16 @@ def test_what_placement_bought_is_the_difference_of_both_machines() -> None:
     assert alone is not None
     assert (alone["symmetric_side_mm"], alone["bought"]) == (None, "no three-fold symmetric machine was found")
     assert placement_of(task, candidate(SYMMETRIC, LENGTHS[:6]), before) is None
+
+
+def test_a_room_of_which_nothing_is_known_bounds_nothing() -> None:
+    known, task = Corrections(replace(reference(), own=True)), brief()
+    direct = PLACED.with_(drive="direct")  # no sector, whose radius would say something
+    inertia = known.mass_estimate.inertia(LENGTHS[0], LENGTHS[1], direct.ratio)
+    problem = lengths_problem(to_requirements(task, direct, known, inertia), direct, known)
+    assert isinstance(problem, PlacedProblem)
+    assert all(least > 0.0 for _, least in problem.least_mm)
+    assert np.isfinite(problem.design_margins(np.array([LENGTHS]) / PER_SI)["outline"]).all()
 
 
 def test_a_bound_of_symmetric_machines_is_none_of_a_placed_one(monkeypatch: pytest.MonkeyPatch) -> None:
