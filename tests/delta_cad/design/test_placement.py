@@ -18,6 +18,8 @@ RADII, AZIMUTHS = [31.19, 38.45, 38.45], [0.0, 116.3, -116.3]
 
 def placed(**values: Any) -> dict[str, Any]:
     data = minimal()
+    if "base_radii_mm" in values:
+        del data["mechanism"]["base_radius_mm"]
     for name, value in values.items():
         data["cube" if name == "centre_x_mm" else "mechanism"][name] = value
     return data
@@ -28,7 +30,7 @@ def test_chains_and_cube_stand_where_the_file_says() -> None:
     g, cube = design.geometry, design.workspace
     np.testing.assert_allclose(np.degrees(g.azimuths), [0.0, 116.3, 360.0 - 116.3], rtol=1e-14)
     np.testing.assert_allclose(g.base_radii, np.array(RADII) / 1e3, rtol=1e-15)
-    assert design.mechanism.base_radius_mm == 31.19  # that of chain 0, whatever base_radius_mm says
+    assert design.mechanism.base_radius_mm == 31.19  # that of chain 0
     assert cube.centre[0] == 0.0111
     shoulders = g.base_radii[:, None] * g.radial
     expected = [(31.19, 0.0), *((38.45 * math.cos(a), 38.45 * math.sin(a)) for a in np.radians(AZIMUTHS[1:]))]
@@ -88,7 +90,7 @@ def test_a_placement_that_cannot_be_is_refused(field: str, value: Any, allowed: 
     [
         ({"azimuths_deg": [0, 120, 240], "base_radii_mm": [40.0, 40.0, 40.0], "centre_x_mm": 0.0}, {}),
         ({"azimuths_deg": [360.0, 116.3, 243.7]}, {"azimuths_deg": AZIMUTHS}),
-        ({"base_radii_mm": RADII, "base_radius_mm": 99.0}, {"base_radii_mm": RADII, "base_radius_mm": 31.19}),
+        ({"base_radii_mm": RADII}, {"base_radii_mm": RADII, "base_radius_mm": 31.19}),
     ],
 )
 def test_equal_machines_have_one_hash(written: dict[str, Any], plain: dict[str, Any]) -> None:
@@ -103,9 +105,20 @@ def test_a_base_radius_is_refused_by_its_own_rule_where_those_of_the_chains_stan
         design_from_dict(placed(base_radii_mm=RADII, base_radius_mm=own))
 
 
+def test_a_base_radius_that_is_not_that_of_chain_0_is_refused() -> None:
+    """Dropped, it left a machine whose file said another radius than the one that was judged."""
+    with pytest.raises(DesignError) as caught:
+        design_from_dict(placed(base_radii_mm=RADII, base_radius_mm=30), "some.json")
+    assert str(caught.value) == (
+        "some.json: mechanism.base_radius_mm = 30: must equal base_radii_mm[0] = 31.19, or be left out; "
+        "base_radii_mm decides"
+    )
+    with pytest.raises(DesignError, match=r"mechanism\.base_radius_mm = 41\.0: must equal base_radii_mm\[0\] = 40\.0"):
+        design_from_dict(placed(base_radii_mm=[40.0, 40.0, 40.0], base_radius_mm=41.0))
+
+
 @pytest.mark.parametrize("radii", [[], [31.0, 38.0], [True, 38.0, 38.0], 5])
 def test_wrong_radii_are_named_where_no_base_radius_stands(radii: Any) -> None:
     data = placed(base_radii_mm=radii)
-    del data["mechanism"]["base_radius_mm"]
     with pytest.raises(DesignError, match=r"mechanism\.base_radii_mm"):
         design_from_dict(data)

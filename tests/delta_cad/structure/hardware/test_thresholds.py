@@ -64,7 +64,8 @@ def test_radii_move_by_the_same_length_and_sector_and_ratio_by_the_same_share() 
 def test_chains_that_stand_unevenly_go_out_by_the_same_length() -> None:
     """What is judged is what a file of it would be read as."""
     radii = [31.182, 36.0, 36.0]
-    design = design_from_dict(spoiled(mechanism__base_radii_mm=radii, mechanism__azimuths_deg=[0.0, 118.0, -118.0]))
+    places = {"mechanism__base_radius_mm": radii[0], "mechanism__base_radii_mm": radii}
+    design = design_from_dict(spoiled(**places, mechanism__azimuths_deg=[0.0, 118.0, -118.0]))
     made = changed(design, {"mechanism.base_radius_mm": 33.0, "mechanism.platform_radius_mm": 25.0})
     assert made is not None
     assert made.geometry.base_radii * 1000.0 == pytest.approx([33.0, 37.818, 37.818], abs=1e-9)
