@@ -46,10 +46,27 @@ def _in_words(must: str) -> PydanticCustomError:
 
 def _mirrored(azimuths: tuple[float, float, float]) -> tuple[float, float, float] | None:
     first, second, third = azimuths
-    around = [(angle + 180.0) % 360.0 - 180.0 for angle in (first, second + third)]
-    if max(map(abs, around)) > _MIRRORED_DEG or not AZIMUTH_MIN_DEG <= second <= AZIMUTH_MAX_DEG:
+    begins, mirrored = (abs(_within_half_turn(one)) <= _MIRRORED_DEG for one in (first, second + third))
+    exchanged = mirrored and not _is_side(second)
+    side = _within_half_turn(third) if exchanged else second
+    if not _is_side(side) or not (begins or mirrored):
         raise ValueError
+    write = f"write [0, {side:.12g}, {-side:.12g}]"
+    if exchanged:
+        raise _in_words(f"chains 1 and 2 are exchanged: {write}")
+    if not mirrored:
+        raise _in_words(f"the second and third must be mirror images: {write}")
+    if not begins:
+        raise _in_words(f"the first must be 0, chain 0 standing on the x axis: {write}")
     return None if second == _EVEN_DEG else (0.0, second, -second)
+
+
+def _within_half_turn(angle_deg: float) -> float:
+    return (angle_deg + 180.0) % 360.0 - 180.0
+
+
+def _is_side(azimuth_deg: float) -> bool:
+    return AZIMUTH_MIN_DEG <= azimuth_deg <= AZIMUTH_MAX_DEG
 
 
 def _is_radius(value: object) -> bool:
@@ -58,8 +75,10 @@ def _is_radius(value: object) -> bool:
 
 
 def _alike(radii: tuple[float, float, float]) -> tuple[float, float, float] | None:
-    if radii[1] != radii[2] or not 0.0 < min(radii) <= max(radii) <= _LARGEST_RADIUS_MM:
+    if not 0.0 < min(radii) <= max(radii) <= _LARGEST_RADIUS_MM:
         raise ValueError
+    if radii[1] != radii[2]:
+        raise _in_words(f"the second and third must be equal: write [{radii[0]}, {radii[1]}, {radii[1]}]")
     return None if radii[0] == radii[1] else radii
 
 

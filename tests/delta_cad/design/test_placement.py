@@ -61,15 +61,14 @@ def test_a_hundred_and_twenty_degrees_are_exact(azimuths: list[float]) -> None:
 @pytest.mark.parametrize(
     ("field", "value", "allowed"),
     [
-        ("azimuths_deg", [0.0, 116.3, -116.2], "[0, phi, -phi]"),
-        ("azimuths_deg", [1.0, 116.3, -116.3], "[0, phi, -phi]"),
+        ("azimuths_deg", [1.0, 116.3, -116.2], "[0, phi, -phi]"),
+        ("azimuths_deg", [0.0, 200.0, -116.2], ">= 60 and <= 150 deg"),
         ("azimuths_deg", [0.0, 59.9, -59.9], ">= 60 and <= 150 deg"),
         ("azimuths_deg", [0.0, 150.1, -150.1], ">= 60 and <= 150 deg"),
-        ("azimuths_deg", [0.0, -116.3, 116.3], ">= 60 and <= 150 deg"),
         ("azimuths_deg", [0.0, 116.3], "[0, phi, -phi]"),
         ("azimuths_deg", "120", "[0, phi, -phi]"),
         ("azimuths_deg", [0.0, "116.3", -116.3], "[0, phi, -phi]"),
-        ("base_radii_mm", [31.19, 38.45, 38.46], "the second and the third equal"),
+        ("base_radii_mm", [31.19, 0.0, 1.0], "the second and the third equal"),
         ("base_radii_mm", [31.19, 0.0, 0.0], "> 0 and <= 1000 mm"),
         ("base_radii_mm", [31.19, 1001.0, 1001.0], "> 0 and <= 1000 mm"),
         ("base_radii_mm", [31.19, 38.45], "3 numbers"),
@@ -83,6 +82,28 @@ def test_a_placement_that_cannot_be_is_refused(field: str, value: Any, allowed: 
     section = "cube" if field == "centre_x_mm" else "mechanism"
     assert caught.value.field.startswith(f"{section}.{field}")
     assert allowed in caught.value.allowed, caught.value.allowed
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words", "write"),
+    [
+        ("azimuths_deg", [0, 120.7, -119], "the second and third must be mirror images", [0, 120.7, -120.7]),
+        ("azimuths_deg", [0.0, 116.3, 243.8], "the second and third must be mirror images", [0, 116.3, -116.3]),
+        ("azimuths_deg", [0, -120.73, 120.73], "chains 1 and 2 are exchanged", [0, 120.73, -120.73]),
+        ("azimuths_deg", [0, 243.7, 116.3], "chains 1 and 2 are exchanged", [0, 116.3, -116.3]),
+        ("azimuths_deg", [1.0, 116.3, -116.3], "the first must be 0", [0, 116.3, -116.3]),
+        ("base_radii_mm", [25.576, 41.674, 42], "the second and third must be equal", [25.576, 41.674, 41.674]),
+    ],
+)
+def test_entries_that_do_not_mirror_are_named_with_what_to_write(
+    field: str, value: list[float], words: str, write: list[float]
+) -> None:
+    with pytest.raises(DesignError) as caught:
+        design_from_dict(placed(**{field: value}))
+    assert caught.value.field == f"mechanism.{field}"
+    assert words in caught.value.allowed
+    assert caught.value.allowed.endswith(f": write {write}")
+    design_from_dict(placed(**{field: write}))
 
 
 @pytest.mark.parametrize(
