@@ -10,7 +10,7 @@ only if `v^2 + (rho - L_A)^2 <= L_B^2 <= v^2 + (rho + L_A)^2`, which is eq. (7) 
 from __future__ import annotations
 
 from itertools import product
-from math import hypot, inf, sqrt
+from math import ceil, copysign, hypot, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from delta_cad.mechanism.limits import BallClearance, ElbowOutside, Limit
 
 _SLACK = 1e-12
 """Share within which a reach is met: what lies exactly at it carries a few roundings of 1e-16."""
+_STEP_MM = 1e-3  # to which a cube's place is stated
 _MET = -1e-9
 """Margin of a limit at which it is met, as a search ends with it: `optimizer.search.active_set.ROUNDING`."""
 
@@ -123,10 +124,27 @@ def _fold(design: Design) -> _Contradiction | None:
 
 
 def _farthest_corner(design: Design) -> _Contradiction | None:
+    m, middle = design.mechanism, design.cube.centre_x_mm or 0.0
+    if (beyond := _corner_beyond(design, middle)) is None:
+        return None
+    sign, bound, chain, corner = beyond
+    place = ", ".join(f"{value:g}" for value in corner)
+    return _Contradiction(
+        "mechanism.forearm_length_mm",
+        m.forearm_length_mm,
+        f"must be {sign} {bound:.6g} mm for chain {chain} to reach the cube's corner ({place}) mm"
+        f"{_nearer_the_axis(design, middle)}",
+        bound,
+    )
+
+
+def _corner_beyond(design: Design, middle_mm: float) -> tuple[str, float, int, tuple[float, float, float]] | None:
+    """What a forearm must be for the corner it reaches least, were the cube's middle at an x: sign, bound, chain."""
     m, cube, g, radii = design.mechanism, design.cube, design.geometry, _base_radii(design)
-    arm, side, bottom, middle = m.upper_arm_length_mm, cube.half_side_mm, cube.bottom_height_mm, cube.centre_x_mm or 0.0
+    arm, side, bottom = m.upper_arm_length_mm, cube.half_side_mm, cube.bottom_height_mm
     low, high = (0.0, 0, (0.0, 0.0, 0.0)), (inf, 0, (0.0, 0.0, 0.0))
-    for i, x, y, z in product(range(3), (middle - side, middle + side), (-side, side), (bottom, bottom + 2.0 * side)):
+    xs = middle_mm - side, middle_mm + side
+    for i, x, y, z in product(range(3), xs, (-side, side), (bottom, bottom + 2.0 * side)):
         c, s, _ = g.radial[i].tolist()
         u, v = x * c + y * s, y * c - x * s
         rho = hypot(u - (radii[i] - m.platform_radius_mm), z)
@@ -134,18 +152,23 @@ def _farthest_corner(design: Design) -> _Contradiction | None:
         high = min(high, (hypot(v, rho + arm), i, (x, y, z)))
     slack = _SLACK * (arm + m.forearm_length_mm)
     if m.forearm_length_mm < low[0] - slack:
-        sign, (bound, chain, corner) = ">=", low
-    elif m.forearm_length_mm > high[0] + slack:
-        sign, (bound, chain, corner) = "<=", high
-    else:
-        return None
-    place = ", ".join(f"{value:g}" for value in corner)
-    return _Contradiction(
-        "mechanism.forearm_length_mm",
-        m.forearm_length_mm,
-        f"must be {sign} {bound:.6g} mm for chain {chain} to reach the cube's corner ({place}) mm",
-        bound,
-    )
+        return ">=", *low
+    if m.forearm_length_mm > high[0] + slack:
+        return "<=", *high
+    return None
+
+
+def _nearer_the_axis(design: Design, middle_mm: float) -> str:
+    """The other change that lets every corner be reached: how far off the axis the cube may stand, if it may at all."""
+    sign = copysign(_STEP_MM, middle_mm)
+    near, far = 0, ceil(abs(middle_mm) / _STEP_MM)
+    if far == near or _corner_beyond(design, 0.0) is not None:
+        return ""
+    while far - near > 1:
+        middle = (near + far) // 2
+        near, far = (near, middle) if _corner_beyond(design, sign * middle) else (middle, far)
+    sense = "at most" if middle_mm > 0.0 else "at least"
+    return f"; or cube.centre_x_mm = {middle_mm:g} must be {sense} {sign * near:.6g} mm"
 
 
 def _clashing_wrists(design: Design) -> _Contradiction | None:

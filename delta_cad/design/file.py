@@ -21,6 +21,7 @@ from delta_cad.design.cross_field_rules import contradictions
 from delta_cad.design.record import (
     FOLDER_LONGEST,
     HARDWARE_FAMILIES,
+    IN_WORDS,
     NAME_RULE,
     SCHEMA,
     Design,
@@ -229,6 +230,10 @@ def design_schema(own_parts: Path | None = None) -> dict[str, Any]:
     schema = Design.model_json_schema(by_alias=True)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = SCHEMA
+    mechanism = schema["$defs"]["Mechanism"]
+    mechanism["required"].remove("base_radius_mm")
+    radii = {"required": ["base_radii_mm"], "properties": {"base_radii_mm": {"type": "array"}}}
+    mechanism["anyOf"] = [{"required": ["base_radius_mm"]}, radii]
     legal = {entry: {"enum": list(catalogue.family(entry))} for entry in HARDWARE_FAMILIES}
     named = {"required": ["catalogue"], "properties": {"catalogue": {"type": "string"}}}
     schema["$defs"]["Hardware"] |= {"if": named, "else": {"properties": legal}}
@@ -328,6 +333,8 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, 
         return DesignError(file, field, "", f"is missing; {_allowed(loc)}")
     if kind in {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}:
         return DesignError(file, field, short(value), _allowed(loc).replace("a number ", ""))
+    if kind == IN_WORDS:
+        return DesignError(file, field, short(value), message)
     if loc[0] == "provenance" and len(loc) > 1:
         return DesignError(file, field, short(value), f"must be plain JSON: {message}")
     return DesignError(file, field, short(value), _allowed(loc))

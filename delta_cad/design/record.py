@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, JsonValue, PrivateAttr, create_model, model_validator
+from pydantic import AfterValidator, Field, JsonValue, PrivateAttr, ValidationError, create_model, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from delta_cad.catalogue import CHOSEN, OwnParts
 from delta_cad.common.units import DOWN, MM_PER_M
@@ -28,6 +29,7 @@ NAME_RULE = (
     f"must be 1 to {NAME_LONGEST} letters, digits, - and _, starting and ending with a letter or digit, so that it is "
     "safe as a file name"
 )
+IN_WORDS = "in_words"  # kind of a fault whose message is what the field must be
 _CAPSTAN_RATIO_LEAST = 2.0
 _CAPSTAN_RATIO_MOST = 30.0  # no pinion makes more on the largest sector
 _SECTOR_LEAST_MM = 15.0
@@ -38,12 +40,33 @@ _EVEN_DEG = 120.0
 _MIRRORED_DEG = 1e-9  # within which azimuths of chains 1 and 2 mirror each other
 
 
+def _in_words(must: str) -> PydanticCustomError:
+    return PydanticCustomError(IN_WORDS, "{must}", {"must": must})
+
+
 def _mirrored(azimuths: tuple[float, float, float]) -> tuple[float, float, float] | None:
     first, second, third = azimuths
-    around = [(angle + 180.0) % 360.0 - 180.0 for angle in (first, second + third)]
-    if max(map(abs, around)) > _MIRRORED_DEG or not AZIMUTH_MIN_DEG <= second <= AZIMUTH_MAX_DEG:
+    begins, mirrored = (abs(_within_half_turn(one)) <= _MIRRORED_DEG for one in (first, second + third))
+    exchanged = mirrored and not _is_side(second)
+    side = _within_half_turn(third) if exchanged else second
+    if not _is_side(side) or not (begins or mirrored):
         raise ValueError
+    write = f"write [0, {side:.12g}, {-side:.12g}]"
+    if exchanged:
+        raise _in_words(f"chains 1 and 2 are exchanged: {write}")
+    if not mirrored:
+        raise _in_words(f"the second and third must be mirror images: {write}")
+    if not begins:
+        raise _in_words(f"the first must be 0, chain 0 standing on the x axis: {write}")
     return None if second == _EVEN_DEG else (0.0, second, -second)
+
+
+def _within_half_turn(angle_deg: float) -> float:
+    return (angle_deg + 180.0) % 360.0 - 180.0
+
+
+def _is_side(azimuth_deg: float) -> bool:
+    return AZIMUTH_MIN_DEG <= azimuth_deg <= AZIMUTH_MAX_DEG
 
 
 def _is_radius(value: object) -> bool:
@@ -52,8 +75,10 @@ def _is_radius(value: object) -> bool:
 
 
 def _alike(radii: tuple[float, float, float]) -> tuple[float, float, float] | None:
-    if radii[1] != radii[2] or not 0.0 < min(radii) <= max(radii) <= _LARGEST_RADIUS_MM:
+    if not 0.0 < min(radii) <= max(radii) <= _LARGEST_RADIUS_MM:
         raise ValueError
+    if radii[1] != radii[2]:
+        raise _in_words(f"the second and third must be equal: write [{radii[0]}, {radii[1]}, {radii[1]}]")
     return None if radii[0] == radii[1] else radii
 
 
@@ -67,7 +92,9 @@ class Mechanism(Section):
     """The lengths of the mechanism, mm, and where its chains stand."""
 
     base_radius_mm: float = Field(
-        gt=0, le=1000, description="R: base centre to shoulder axis; left out where base_radii_mm is given"
+        gt=0,
+        le=1000,
+        description="R: base centre to shoulder axis; where base_radii_mm is given equal to its first, or left out",
     )
     platform_radius_mm: float = Field(gt=0, le=1000, description="r: platform centre to wrist")
     upper_arm_length_mm: float = Field(gt=0, le=1000, description="L_A: shoulder to elbow")
@@ -80,21 +107,25 @@ class Mechanism(Section):
     )
     base_radii_mm: BaseRadii | None = Field(
         default=None,
-        description="R of each chain, those of chains 1 and 2 equal; decides where base_radius_mm is given, too; left "
-        "out: three times base_radius_mm",
+        description="R of each chain, those of chains 1 and 2 equal; left out: three times base_radius_mm",
     )
 
     @model_validator(mode="before")
     @classmethod
     def _first_radius(cls, data: Any) -> Any:
-        """Takes the base radius of chain 0 as `base_radius_mm`: `base_radii_mm`, where given, decides."""
+        """Takes the base radius of chain 0 as `base_radius_mm` where that is left out, and refuses another."""
         if not isinstance(data, Mapping) or data.get("base_radii_mm") is None:
             return data
         radii, own = data["base_radii_mm"], data.get("base_radius_mm", _LARGEST_RADIUS_MM)
-        sound = isinstance(radii, (list, tuple)) and len(radii) == _CHAINS and all(map(_is_radius, radii))
-        if not _is_radius(own):
-            return data  # its own rule refuses it
-        return {**data, "base_radius_mm": radii[0] if sound else own}  # where not sound the rule of the radii says so
+        if not isinstance(radii, (list, tuple)) or len(radii) != _CHAINS or not all(map(_is_radius, radii)):
+            return {**data, "base_radius_mm": own}  # the rule of the radii says so
+        if "base_radius_mm" not in data:
+            return {**data, "base_radius_mm": radii[0]}
+        if not _is_radius(own) or own == radii[0]:
+            return data  # of no radius its own rule says so
+        words = f"must equal base_radii_mm[0] = {radii[0]}, or be left out; base_radii_mm decides"
+        fault = InitErrorDetails(type=_in_words(words), loc=("base_radius_mm",), input=own)
+        raise ValidationError.from_exception_data(cls.__name__, [fault])
 
 
 class DesignCube(Section):

@@ -371,7 +371,7 @@ def _placement(found: Found) -> Iterator[Fault]:
     """Finds a placement for a rectangle that is no limit of what is sought, and bounds without a symmetric machine."""
     for field, value in _SYMMETRIC.items():
         low, high = found.known.get(field, (value, value))
-        if not low <= value <= high:
+        if low <= high and not low <= value <= high:  # else they are swapped, which is said
             allowed = f"must hold {value:g}, that of the three-fold symmetric machine from which design begins"
             yield field, short([low, high]), allowed
     known, free = found.known, [side for side in _SIDES if side not in found.known]

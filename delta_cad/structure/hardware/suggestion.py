@@ -23,6 +23,7 @@ from delta_cad.structure.hardware.thresholds import (
     Values,
     Variants,
     along,
+    by_chain,
     by_row,
     changed,
     least,
@@ -98,7 +99,8 @@ def suggestion(design: Design) -> _Suggestion | None:
     """
     for margin in (True, False):
         if (values := _Search(design, margin).found()) is not None and (made := changed(design, values)) is not None:
-            return _Suggestion(made, values, {field: value_of(design, field) for field in values}, margin)
+            own = {field: value_of(design, field) for field in values}
+            return _Suggestion(made, by_chain(design, values), by_chain(design, own), margin)
     return None
 
 

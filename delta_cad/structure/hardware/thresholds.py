@@ -27,6 +27,7 @@ _NAMED = 4  # rows of the catalogue that a message names at most
 _CHOICES = {"leads": ("none", "bent"), "mounting": ("feet", "screws", "both")}  # entries of the hardware that are words
 LENGTHS = "mechanism."  # fields that move together by the same length; others by the same share
 _FIRST = "base_radius_mm"  # of chain 0
+_EACH = "mechanism.base_radii_mm"  # of all chains
 REQUIRED = "requirements.", "panel.", "cube.half_side"  # fields that say what is asked
 
 Values = Mapping[str, float | str]
@@ -148,13 +149,13 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS + 1}g}")
 
 
-def _by_chain(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:
+def by_chain(design: Design, values: Values) -> dict[str, Any]:
     """Names the base radius as the file states it: where it states those of all chains, each of these."""
     radii, first = design.mechanism.base_radii_mm, values.get(BASE)
     if radii is None or first is None:
         return dict(values)
     out = float(first) - radii[0]
-    each = {f"mechanism.base_radii_mm[{i}]": rounded(radius + out) for i, radius in enumerate(radii)}
+    each = {f"{_EACH}[{i}]": rounded(radius + out) if out else radius for i, radius in enumerate(radii)}
     return {**each, **{field: value for field, value in values.items() if field != BASE}}
 
 
@@ -215,16 +216,46 @@ class Threshold:
         """Whether it changes a requirement."""
         return any(field.startswith(REQUIRED) for field in self.enough)
 
+    def includes(self, other: Threshold) -> bool:
+        """Whether it changes all that another changes, and none of it less."""
+        return all(
+            field in self.enough and _as_far(self.own[field], self.enough[field], value)
+            for field, value in other.enough.items()
+        )
+
     def __str__(self) -> str:
-        lines = []
+        lines = [self._radii()] if f"{_EACH}[0]" in self.enough else []
         for field, value in self.enough.items():
             own, must = self.own[field], "" if lines else " must be"
             if isinstance(value, tuple):
                 lines.append(f"{field} = {own}{must} {' or '.join(f'{row}' for row in value)}")
-            else:
+            elif not field.startswith(_EACH):
                 sense = "at least" if value > float(own) else "at most"
                 lines.append(f"{field} = {own:g}{must} {sense} {value:.{DIGITS + 1}g}")
         return " with ".join(lines)
+
+    def _radii(self) -> str:
+        """States the base radii of all chains, which go out or in by the same, as one change."""
+        own, new = ([one for f, one in values.items() if f.startswith(_EACH)] for values in (self.own, self.enough))
+        by = float(f"{new[0]}") - float(f"{own[0]}")
+        sense, longer = ("at least", "longer") if by > 0.0 else ("at most", "shorter")
+        was, must = (", ".join(f"{one:.{DIGITS + 1}g}" for one in radii) for radii in (own, new))
+        return f"{_EACH} = [{was}] must be {sense} [{must}], each {abs(by):.{DIGITS}g} mm {longer}"
+
+
+def _as_far(own: float | str, value: float | tuple[float | str, ...], other: float | tuple[float | str, ...]) -> bool:
+    """Whether a value lies on the same side of a field's own as another, and no nearer; of rows, the same ones."""
+    if isinstance(value, tuple) or isinstance(other, tuple):
+        return value == other
+    return (other - float(own)) * (value - other) >= 0.0
+
+
+def _needed(found: list[Threshold]) -> Iterator[Threshold]:
+    """Leaves out each change that includes another, which does alone; of equal ones the first stays."""
+    for place, one in enumerate(found):
+        others = (other for k, other in enumerate(found) if k < place or (k > place and not other.includes(one)))
+        if not any(one.includes(other) for other in others):
+            yield one
 
 
 @dataclass(frozen=True)
@@ -271,7 +302,7 @@ def refused(design: Design) -> Iterator[Refused]:
                 ):  # what is sampled takes a tenth of a second a value: one change of it
                     break
                 found += _threshold(variants, form, reason, way)
-            yield Refused(reason, tuple(sorted(found, key=lambda one: one.required)))
+            yield Refused(reason, tuple(sorted(_needed(found), key=lambda one: one.required)))
 
 
 def _threshold(variants: Variants, form: str, reason: Reason, way: Way) -> Iterator[Threshold]:
@@ -294,4 +325,4 @@ def _threshold(variants: Variants, form: str, reason: Reason, way: Way) -> Itera
         )
         if found is not None:
             enough = {field: float(value) for field, value in along(design, way, found).items()}
-            yield Threshold(*(_by_chain(design, values) for values in (own, enough)))
+            yield Threshold(*(by_chain(design, values) for values in (own, enough)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -134,6 +135,32 @@ def test_the_corner_is_that_of_the_cube_where_it_stands() -> None:
     with pytest.raises(DesignError, match=rf">= {bound:.6g} mm for chain [12]") as caught:
         design_from_dict(placed(forearm_length_mm=bound - 1e-6))
     assert caught.value.field == "mechanism.forearm_length_mm"
+
+
+@pytest.mark.parametrize("off", [100.0, 200.0, -100.0])
+def test_a_cube_too_far_off_the_axis_may_move_back_as_far_as_its_corners_are_reached(off: float) -> None:
+    """Oracle: the inverse kinematics at the eight corners."""
+    with pytest.raises(DesignError) as caught:
+        design_from_dict(placed(centre_x_mm=off))
+    assert caught.value.field == "mechanism.forearm_length_mm"
+    sense = "at most" if off > 0.0 else "at least"
+    found = re.search(rf"; or cube\.centre_x_mm = {off:g} must be {sense} (\S+) mm$", caught.value.allowed)
+    assert found is not None, caught.value.allowed
+    bound = float(found[1])
+    design = design_from_dict(placed(centre_x_mm=bound))
+
+    def margin(x_mm: float) -> float:
+        corners = np.array(np.meshgrid([x_mm - 43.9, x_mm + 43.9], [-43.9, 43.9], [75.8, 75.8 + 87.8]))
+        return float(closure_margin(design.geometry, corners.reshape(3, -1).T / 1e3).min())
+
+    assert margin(bound) >= 0.0 > margin(bound + math.copysign(2e-3, off))
+
+
+def test_a_cube_out_of_reach_on_the_axis_too_is_no_matter_of_its_place() -> None:
+    for change in ({"centre_x_mm": 60.0, "forearm_length_mm": 80.0}, {"centre_x_mm": 0.0, "forearm_length_mm": 80.0}):
+        with pytest.raises(DesignError, match=r"forearm_length_mm = 80\.0: must be >= .* mm$") as caught:
+            design_from_dict(placed(**change))
+        assert "centre_x_mm" not in caught.value.allowed
 
 
 def test_the_least_of_the_base_radii_is_what_a_platform_must_not_exceed() -> None:

@@ -23,6 +23,15 @@ def test_the_schema_accepts_what_the_reader_accepts() -> None:
     assert violations(schema, json.loads(json.dumps(schema["$defs"]["Hardware"]["properties"])), schema) != []
 
 
+def test_one_base_radius_is_enough_or_those_of_the_chains() -> None:
+    schema, data = design_schema(), changed("mechanism.base_radii_mm", [40.0, 42.0, 42.0])
+    assert violations(schema, data, schema) == []
+    del data["mechanism"]["base_radius_mm"]
+    assert violations(schema, data, schema) == []
+    data["mechanism"]["base_radii_mm"] = None
+    assert violations(schema, data, schema) != []
+
+
 @UNTIMED
 @given(design=designs())
 def test_the_schema_accepts_every_written_design(design: Design) -> None:

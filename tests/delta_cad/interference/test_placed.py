@@ -40,6 +40,7 @@ def uneven(phi: float, radii_mm: tuple[float, float], **values: Any) -> Design:
     """The committed machine on a wide platform, its chains in places of their own."""
     places = {
         "mechanism__azimuths_deg": [0.0, phi, -phi],
+        "mechanism__base_radius_mm": radii_mm[0],
         "mechanism__base_radii_mm": [radii_mm[0], radii_mm[1], radii_mm[1]],
     }
     return of("best.json", **(FREE | places | values))

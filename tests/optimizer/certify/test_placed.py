@@ -35,7 +35,7 @@ def design_of(radii: list[float] | None, phi_deg: float | None, centre_mm: float
     data = minimal() | {"mechanism": MECHANISM.copy(), "cube": {"bottom_height_mm": 75.8, "half_side_mm": 40.0}}
     data["hardware"] = {"drive": "capstan", "motor": "maxon-re30-310007", "ball_diameter_mm": 6.0}
     if radii is not None:
-        data["mechanism"]["base_radii_mm"] = radii
+        data["mechanism"] |= {"base_radius_mm": radii[0], "base_radii_mm": radii}
     if phi_deg is not None:
         data["mechanism"]["azimuths_deg"] = [0.0, phi_deg, -phi_deg]
     if centre_mm is not None:

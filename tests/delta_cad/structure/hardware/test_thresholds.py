@@ -10,11 +10,23 @@ from math import floor, log10
 
 import pytest
 
-from delta_cad.design import Design, design_from_dict, design_to_dict
-from delta_cad.dimensions.rules import Way, larger
+from delta_cad.design import Design, design_from_dict, design_to_dict, load_design
+from delta_cad.dimensions import Reason
+from delta_cad.dimensions.rules import BASE, PLATFORM, Way, larger
 from delta_cad.structure.hardware.refusals import Judged, refusals
 from delta_cad.structure.hardware.suggestion import LIMITS, _Search, suggestion
-from delta_cad.structure.hardware.thresholds import Threshold, along, changed, least, refused
+from delta_cad.structure.hardware.thresholds import (
+    Threshold,
+    Variants,
+    _needed,
+    _threshold,
+    along,
+    by_chain,
+    changed,
+    least,
+    refused,
+)
+from tests.committed import COMMITTED
 from tests.committed import changed as spoiled
 from tests.delta_cad.structure.hardware.broken import broken, ended, enough, of_family
 
@@ -64,7 +76,8 @@ def test_radii_move_by_the_same_length_and_sector_and_ratio_by_the_same_share() 
 def test_chains_that_stand_unevenly_go_out_by_the_same_length() -> None:
     """What is judged is what a file of it would be read as."""
     radii = [31.182, 36.0, 36.0]
-    design = design_from_dict(spoiled(mechanism__base_radii_mm=radii, mechanism__azimuths_deg=[0.0, 118.0, -118.0]))
+    places = {"mechanism__base_radius_mm": radii[0], "mechanism__base_radii_mm": radii}
+    design = design_from_dict(spoiled(**places, mechanism__azimuths_deg=[0.0, 118.0, -118.0]))
     made = changed(design, {"mechanism.base_radius_mm": 33.0, "mechanism.platform_radius_mm": 25.0})
     assert made is not None
     assert made.geometry.base_radii * 1000.0 == pytest.approx([33.0, 37.818, 37.818], abs=1e-9)
@@ -72,6 +85,61 @@ def test_chains_that_stand_unevenly_go_out_by_the_same_length() -> None:
     alone = changed(design, {"mechanism.platform_radius_mm": 25.0})
     assert alone is not None
     assert alone.mechanism.base_radii_mm == tuple(radii)
+
+
+def test_a_change_that_includes_another_which_does_alone_is_not_stated() -> None:
+    sector, ratio, width = "hardware.sector_radius_mm", "hardware.capstan_ratio", "mechanism.parallelogram_width_mm"
+    own: dict[str, float | str] = {sector: 37.8, ratio: 4.85, width: 41.0, "hardware.leads": "bent"}
+
+    def ends(**enough: float | tuple[float | str, ...]) -> Threshold:
+        named = {"sector": sector, "ratio": ratio, "width": width, "leads": "hardware.leads"}
+        changes = {named[name]: value for name, value in enough.items()}
+        return Threshold({field: own[field] for field in changes}, changes)
+
+    alone, both = ends(sector=38.14), ends(sector=38.14, ratio=4.89)
+    assert list(_needed([alone, both])) == list(_needed([both, alone])) == [alone]
+    assert list(_needed([alone, alone])) == [alone]
+    apart = [
+        alone,
+        ends(sector=38.0, ratio=4.89),
+        ends(sector=36.0, width=40.0),
+        ends(width=39.0),
+        ends(leads=("none",)),
+    ]
+    assert list(_needed(apart)) == apart  # less of it, another way, another field
+    assert list(_needed([ends(width=40.0), ends(width=39.0, ratio=4.0)])) == [ends(width=40.0)]
+
+
+def test_the_base_radii_of_all_chains_are_stated_as_one_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = load_design(COMMITTED)
+    monkeypatch.setattr(Variants, "gone", lambda _, values, *__: values[BASE] >= 29.0)
+    (one,) = _threshold(Variants(design), "", Reason("foot_block", "place", ""), larger(BASE, PLATFORM))
+    m = design.mechanism
+    assert m.base_radii_mm is not None
+    by = 29.0 - m.base_radius_mm
+    was, must = (", ".join(f"{radius + more:.5g}" for radius in m.base_radii_mm) for more in (0.0, by))
+    radii = f"mechanism.base_radii_mm = [{was}] must be at least [{must}], each {by:.4g} mm longer"
+    platform = f"{PLATFORM} = {m.platform_radius_mm:g} at least {m.platform_radius_mm + by:.5g}"
+    assert str(one) == f"{radii} with {platform}"
+    found = changed(design, {BASE: 29.0})
+    assert found is not None
+    assert list(by_chain(design, {BASE: m.base_radius_mm}).values()) == list(m.base_radii_mm)
+    assert found.mechanism.base_radii_mm == pytest.approx(
+        [one.enough[f"mechanism.base_radii_mm[{i}]"] for i in range(3)]
+    )
+
+
+def test_a_suggestion_names_the_base_radii_that_its_file_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = load_design(COMMITTED)
+    radii = design.mechanism.base_radii_mm
+    assert radii is not None
+    monkeypatch.setattr(_Search, "found", lambda _: {BASE: 29.0})
+    found = suggestion(design)
+    assert found is not None
+    more = 29.0 - radii[0]
+    each = (f"mechanism.base_radii_mm[{i}] = {one + more:.6g} (was {one:.6g})" for i, one in enumerate(radii))
+    assert str(found) == ", ".join(each)
+    assert design_from_dict(design_to_dict(found.design)).geometry == found.design.geometry
 
 
 def keys(design: Design | None, form: str) -> set[tuple[str, str]]:
