@@ -182,7 +182,7 @@ def test_just_below_each_threshold_the_reason_is_there_and_at_it_it_is_gone(numb
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(200))
+@pytest.mark.parametrize("number", range(60))
 def test_a_suggestion_is_refused_nothing_and_asks_for_nothing_less(number: int) -> None:
     design = broken(number)
     found = suggestion(design)
