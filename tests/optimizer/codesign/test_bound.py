@@ -70,8 +70,10 @@ def as_large(bound_mm: float, share: float, near: Candidate) -> int:
         problem = step_problem(
             to_requirements(BRIEF, choice, corrections, weighed.inertia(arm, near.lengths_mm[1], ratio)), 2
         )
-        lower, upper = np.array(problem.lower), np.minimum(problem.upper, [arm, 220.0, 80.0, 60.0, 200.0, 300.0])
-        designs = rng.uniform(lower, upper, (DESIGNS // GROUPS, 6))
+        assert problem.symmetric  # the family that the bound is of
+        lower, upper = np.array(problem.lower), np.array(problem.upper)
+        upper[:6] = np.minimum(upper[:6], [arm, 220.0, 80.0, 60.0, 200.0, 300.0])
+        designs = rng.uniform(lower, upper, (DESIGNS // GROUPS, len(VARIABLES)))
         if close:
             width = 10.0 ** rng.uniform(-4.0, -1.0, (len(designs), 1))
             designs = np.clip(near.lengths_mm * (1.0 + width * rng.normal(size=designs.shape)), lower, upper)

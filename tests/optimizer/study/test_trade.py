@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.mechanism.geometry import THREE_FOLD
 from optimizer.problem.step import outline_of
 from optimizer.search import sqp
 from optimizer.study.front import Curve, Tracer, at_side
@@ -42,7 +43,8 @@ def test_larger_outline_has_a_better_front_and_a_smaller_one_a_worse(trade: Trad
 def test_points_keep_all_requirements_but_the_one_that_is_changed(trade: Trade) -> None:
     for curve, reach in zip(trade.outlines, (0.9 * 122.0, 1.1 * 122.0), strict=True):
         for point in curve.points:
-            L_A, _, R, r, _, _ = point.result.design_mm
+            L_A, _, R, r, _, _, *placement = point.result.design_mm
+            assert placement == [0.0, THREE_FOLD, 0.0]  # the joystick's chains stand at 120 degrees
             assert pytest.approx(reach) == R + L_A
             assert pytest.approx(40.0 / 82.0) == R / L_A
             assert r >= 30.0
