@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, degrees, sin
+from math import cos, degrees, hypot, sin
 from typing import Any
 
 import cadquery as cq
@@ -96,10 +96,16 @@ def test_pins_are_held_in_the_cheek_and_touch_nothing_else(machine: tuple[Dimens
     (cheek,) = of_chain_0(assembly, "motor_cheek")
     (other,) = of_chain_0(assembly, "encoder_cheek")
     inside, outside = d.layers.motor_cheek_mm
+    pin_mm, shoulder = d.bracket.stop_pin_mm, d.design.mechanism.base_radius_mm
     for o in of_chain_0(assembly, "stop_pin"):
         pin = placed(o.part.solid, o.placement)
         box = pin.BoundingBox()
-        assert min(box.ymax, outside) - max(box.ymin, inside) >= 5.0  # more than its diameter
+        held = min(box.ymax, outside) - max(box.ymin, inside)
+        assert held >= pin_mm == pytest.approx(min(box.xlen, box.zlen))  # at least its diameter
+        across = d.design.requirements.peak_torque_N_m * 1000.0 / hypot(box.center.x - shoulder, box.center.z)
+        lever = held / 2 + inside - box.ymin  # from the middle of what is held to the pin's free end
+        pressure = across / (pin_mm * held) * (1.0 + 6.0 * lever / held)  # N/mm^2, linear along a stiff pin
+        assert pressure <= 125.0  # half the proof stress of the cheek's EN AW-6082
         assert box.ymax <= outside - 0.4
         assert pin.intersect(placed(cheek.part.solid, cheek.placement)).Volume() < NOISE_MM3
         assert pin.distance(placed(other.part.solid, other.placement)) > 1.0

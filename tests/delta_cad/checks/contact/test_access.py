@@ -28,7 +28,7 @@ from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import Removal, ToolAccess
 from tests.delta_cad.catalogue.offered import machine
-from tests.delta_cad.checks.machines import at, box, changed, part
+from tests.delta_cad.checks.machines import at, box, changed, part, rod
 
 
 def found(a: Assembly, d: Dimensions, names: tuple[str, ...] = ()) -> dict[str, CheckResult]:
@@ -121,14 +121,18 @@ def test_no_turn_of_a_pinion_is_passed_over_between_two_positions() -> None:
 def test_set_screws_behind_a_plug_between_the_cheeks_are_refused(
     best_assembly: Assembly, best_dimensions: Dimensions
 ) -> None:
-    """Their key comes from outside, between arm and sector: the cheek has no slot, and what fills that way is met."""
+    """Their key comes from outside, between arm and sector: the cheek has no slot, and what fills that way is met.
+
+    The pinion turns by more than a turn over the cube's height: the plug is a ring, or the key comes beside it.
+    """
     cheek = next(p for p in best_assembly.parts if p.number == "motor_cheek")
     assert not any(hole.is_slot for hole in cheek.holes)
     c, y0 = best_dimensions.capstan, best_dimensions.layers.motor_cheek_mm[0]
     assert c is not None
     assert c.collar_y_mm[1] < c.middle_y_mm
     x, z = motor(best_dimensions).at_mm
-    plug = box((12.0, c.collar_y_mm[0], -2.0), (16.0, y0, 2.0)).translate(cq.Vector(x, 0, z))
+    ring = box((-16.0, c.collar_y_mm[0], -16.0), (16.0, y0, 16.0)).cut(rod(12.0, (0, -50, 0), (0, 50, 0)))
+    plug = ring.translate(cq.Vector(x, 0, z))
     closed = replace(cheek, solid=cheek.solid.fuse(plug).Solids()[0])
     one = changed(best_assembly, "motor_cheek_0", part=replace(closed, number="closed"))
     result = found(one, best_dimensions, ("set_screw_0_0",))["tool access"]

@@ -148,7 +148,7 @@ def without_knob(steps: tuple[Step, ...]) -> tuple[Step, ...]:
     [
         ("drive", lambda steps: steps, ""),
         ("drive", lambda steps: tuple(reversed(steps)), "shoulder_shaft_0 meets encoder_board_0"),
-        ("machine", from_above, "motor_cheek_2 meets encoder_cheek_0"),
+        ("machine", from_above, "pinion_1 meets sector_0"),
         ("platform", without_knob, "knob comes in 0 times"),
     ],
 )
