@@ -94,22 +94,24 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
 def _smallest(names: tuple[str, ...], impossible: Callable[[frozenset[str]], bool]) -> frozenset[str]:
     """Finds the smallest impossible set of constraints, all of which together are impossible.
 
-    What lies inside a set that can be met can be met too, and is not tried.
+    What lies inside a set that can be met can be met too, and is not tried. A search that fails proves nothing: a
+    single constraint is named only where no set of all but one other can be met.
     """
-    possible: list[frozenset[str]] = []
+    every, possible, failed = frozenset(names), list[frozenset[str]](), set[frozenset[str]]()
 
     def fails(trial: frozenset[str]) -> bool:
         if any(trial <= one for one in possible):
             return False
-        if impossible(trial):
+        if trial in failed or impossible(trial):
+            failed.add(trial)
             return True
         possible.append(trial)
         return False
 
     for name in names:
-        if fails(frozenset({name})):
+        if fails(frozenset({name})) and all(fails(every - {other}) for other in names if other != name):
             return frozenset({name})
-    smallest = frozenset(names)
+    smallest = every
     for name in names:
         if fails(smallest - {name}):
             smallest -= {name}

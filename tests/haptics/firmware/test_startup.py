@@ -99,16 +99,23 @@ def test_single_precision_finds_the_same(machine: MachineModel, tmp_path: Path) 
     memory, out, off = np.zeros(4096, np.uint8), np.zeros(3, np.float32), np.array([0.4, -2.0, 1.0])
     place = memory.ctypes.data_as(ctypes.c_void_p)
     loaded.delta_startup_begin(place)
+    zeroed_at, zero = 0.0, np.zeros(3)  # the reading that ends the first step is that of the stops
     while device.time < LONGEST and loaded.delta_startup_step(place) < Step.READY:
         sample = device.read()
         theta = (sample.angles + off).astype(np.float32)
+        if loaded.delta_startup_step(place) == Step.SETTLE:
+            zeroed_at, zero = sample.time, theta.astype(float)
         loaded.delta_startup_tick(memory.ctypes.data, sample.time, theta.ctypes.data, FRESH, out.ctypes.data)
         device.write(out.astype(float))
     assert loaded.delta_startup_step(place) == Step.READY == ended.step
     reported, known = memory[: START.dtype(MIXED).itemsize].view(START.dtype(MIXED))[0], ended.memory.start
     # a step may end a tick sooner or later, a fortieth of a pulse
     assert reported["gains"] == pytest.approx(known[r.GAINS : r.GAINS + 3], abs=0.05)
-    assert reported["offset"] == pytest.approx(known[r.OFFSET : r.OFFSET + 3] - off, abs=1e-6)
+    # and then takes another reading, with other noise, for the zeros: each is held to the reading that it took
+    assert reported["offset"] == pytest.approx(par.stop_low - zero, abs=1e-6)
+    taken = np.isclose(ended.readings[:, 1:], par.stop_low - known[r.OFFSET : r.OFFSET + 3], rtol=0.0, atol=1e-12)
+    assert zeroed_at == pytest.approx(ended.readings[np.argmax(taken.all(axis=1)), 0], abs=1.5 * PERIOD)
+    assert taken.all(axis=1).any()
 
 
 def test_header_and_guide_name_every_step_and_refusal(machine: MachineModel) -> None:

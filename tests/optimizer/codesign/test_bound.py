@@ -23,6 +23,7 @@ from optimizer.codesign.lengths import best_lengths, continuous_torque_N_m, to_r
 from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.step import SIDE, step_problem
+from optimizer.problem.variables import VARIABLES
 from tests.optimizer.problem.figures_numpy import figures_numpy
 
 MOTOR = "maxon-re30-310007"
