@@ -12,7 +12,6 @@ from typing import ClassVar, cast
 import numpy as np
 import pytest
 
-from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.bound import GAP, Bound, Family, Interval, bounded
@@ -23,7 +22,7 @@ from optimizer.codesign.lengths import best_lengths, continuous_torque_N_m, to_r
 from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.step import SIDE, step_problem
-from optimizer.problem.variables import VARIABLES
+from optimizer.problem.variables import PER_SI, VARIABLES
 from tests.optimizer.problem.figures_numpy import figures_numpy
 
 MOTOR = "maxon-re30-310007"
@@ -80,7 +79,7 @@ def as_large(bound_mm: float, share: float, near: Candidate) -> int:
             designs = np.clip(near.lengths_mm * (1.0 + width * rng.normal(size=designs.shape)), lower, upper)
         designs[:, 0] = arm
         designs[:, SIDE] = share * bound_mm / 2.0
-        designs /= MM_PER_M
+        designs /= PER_SI
         designs = designs[np.min(list(problem.design_margins(designs).values()), axis=0) >= 0.0]
         for grid in (2, 5, 9):
             if len(designs):
