@@ -186,7 +186,7 @@ class Builder:
             kept = with_least_radius(built_candidate, known)
             family = Family(brief, built_candidate, search.corrections | {key: kept})
             placed = built_candidate.choice.placed
-            # of a family that the machine is none of, whatever is no larger is of no interest
+            # the machine belongs to no symmetric family: the proof need not go below its cube
             proved = self._bound(family, built_candidate.side_mm / (1.0 + bound.GAP if placed else 1.0))
             if proved is None:
                 built.remarks.append(NO_BOUND)

@@ -458,7 +458,7 @@ class Search:
             climbed = self._climbed(found, _AGAIN[1:])  # what drives take of the outline goes with the width
             found = found if climbed is found else self._weighed_again(found, climbed)
         placed, self.corrections = self.corrections, dict(known)
-        even = self.fixed_point(symmetric.choice, symmetric.lengths_mm) or symmetric  # both are weighed
+        even = self.fixed_point(symmetric.choice, symmetric.lengths_mm) or symmetric  # weighed, if its weights pass
         words = "no lengths" if found is None else self._words(found.score)
         self.log.placed.append(
             f"{' '.join(key)}: {words} with placed chains, {self._words(even.score)} with symmetric ones"
