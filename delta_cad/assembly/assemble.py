@@ -48,7 +48,7 @@ from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POC
 from delta_cad.dimensions.layers import STUB_DEPTH_MM, motor_screw_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids import bought_parts, brackets, forearm, platform
-from delta_cad.solids.base_plate import feet_places, make_base_plate
+from delta_cad.solids.base_plate import make_base_plate
 from delta_cad.solids.bought_parts import (
     loop_overlap_mm3,
     make_encoder_board,
@@ -86,7 +86,7 @@ def _base(builder: AssemblyBuilder) -> None:
     if stud is not None:
         into = min(stud, d.base.thickness_mm) - CHAMFERS_MM
         held.append(bolted("base_plate", into, "the foot's stud in its thread"))
-    for i, (x, y) in enumerate(feet_places(d)):
+    for i, (x, y) in enumerate(d.base.feet_mm):
         builder.put(f"foot_{i}", builder.made(make_foot), "base", at(x, y, low), *held, path=UP, frame="base_plate")
         if stud is None:
             rest = d.foot.height_mm - row.counterbore_depth_mm

@@ -19,7 +19,6 @@ from delta_cad.assembly.builder import (
 from delta_cad.assembly.machine import PathSegment
 from delta_cad.dimensions.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
 from delta_cad.solids import panel
-from delta_cad.solids.base_plate import mount_places
 
 _OVER_MM = 1.0  # by which a screw's tip goes below the panel, on its way in from aside
 
@@ -31,7 +30,7 @@ def place_sleeves(builder: AssemblyBuilder) -> None:
         return
     low = d.base.top_mm - d.base.thickness_mm - d.sleeve_mm
     under = seated("base_plate", ring(hole + 2 * SLEEVE_WALL_MM, hole), "sleeve under the plate")
-    for k, (x, y) in enumerate(mount_places(d)):
+    for k, (x, y) in enumerate(d.base.mounts_mm):
         sleeve = builder.made(panel.make_mount_sleeve)
         builder.put(f"mount_sleeve_{k}", sleeve, "base", at(x, y, low), under, path=UP, frame="base_plate")
 

@@ -51,7 +51,6 @@ def assembly_sequence(builder: AssemblyBuilder, supplies: Iterable[Consumable]) 
 
 
 def _conditions(d: Dimensions) -> dict[str, bool]:
-    hardware = d.design.hardware
     holding = {
         "capstan": d.capstan is not None,
         "sensor": d.sensed_at_shoulder,
@@ -61,7 +60,7 @@ def _conditions(d: Dimensions) -> dict[str, bool]:
         "feet": d.has_feet,
         "stud": d.foot.stud_length_mm is not None,
         "slot": d.capstan is not None and d.capstan.collar_at_motor,
-        "screwed": hardware.mounting in ("screws", "both"),
+        "screwed": d.is_screwed_down,
         "sleeves": bool(d.sleeve_mm),
         "even": d.design.geometry.three_fold and not d.design.workspace.centre_x,
         "alike": d.design.geometry.three_fold,

@@ -7,8 +7,8 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.layers import KEYS_MM, LONG_MM, cut_key_mm
+from delta_cad.dimensions.platform import MOUNT_SCREW
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought_parts import CORD_MM, CORD_SLACK_MM, cord_mm
 from delta_cad.solids.brackets import key_way_mm
 from delta_cad.solids.making import ordered
@@ -101,11 +101,11 @@ def keys(d: Dimensions) -> tuple[Consumable, ...]:
 def mounts(d: Dimensions) -> tuple[Consumable, ...]:
     """Lists what holds the base down and the boot on its stem."""
     found = []
-    if d.design.hardware.mounting in ("screws", "both"):
+    if d.is_screwed_down:
         through = d.base.thickness_mm + d.sleeve_mm
-        text = f"screw M5 through the base plate, {through:g} mm and what it stands on long"
-        count = len(mount_places(d))
-        found.append(Consumable("mount_screw", text, count, "", 0.0, "ISO 4762", "ISO 4762 M5", "stock screw"))
+        text = f"screw {MOUNT_SCREW} through the base plate, {through:g} mm and what it stands on long"
+        row = ordered(catalogue.screw(MOUNT_SCREW))
+        found.append(Consumable("mount_screw", text, len(d.base.mounts_mm), "", 0.0, **row))
     if d.panel is not None:
         text = "cable tie 2.5 around the boot's collar"
         found.append(Consumable("boot_tie", text, 1, "Polyamide", 0.0, "", "cable tie 2.5 x 100", "stock tie"))

@@ -1,16 +1,21 @@
-"""Loads of every part against their allowable values, and the required stiffness at the knob."""
+"""Loads of every part against their allowable values, the required stiffness at the knob, and what the base stands."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
-from delta_cad.structure.loads import Load
+from delta_cad.dimensions.platform import MOUNT_SCREW
+from delta_cad.dimensions.sizes import largest_force_N
+from delta_cad.structure.loads import Load, screw_pull_N
+from delta_cad.structure.mounting import FACTOR, FOOT_FRICTION, standing
 from delta_cad.structure.report import KnobStiffness, StructureReport, structure_report
+from delta_cad.structure.strength import screw_N
 
 _JOINT_MIN_N_MM = 500.0  # below, the joints are what gives most at the knob
 
@@ -23,14 +28,43 @@ def check_structure(d: Dimensions, bodies: Mapping[str, Any]) -> list[CheckResul
         bodies: `bodies` of its mass report.
 
     Returns:
-        One result for the stiffness, one for that of a ball joint, one for the first mode, which is told alone, and one
-        for each load and case.
+        One result for the stiffness, one for that of a ball joint, one for the first mode, which is only reported, one
+        for each load and case, and what holds the base: its screws, or its weight against tipping and sliding.
     """
     found = structure_report(d, bodies)
     count = len(found.stiffness.positions_mm)
     loads = [_load(case, force, load, count) for case, (force, all_) in found.cases.items() for load in all_]
     knob = _check_knob(found.stiffness, d.design.requirements.stiffness_min_N_mm)
-    return [knob, check_joint(found.stiffness.table.joint_N_mm), _first_mode(found), *loads]
+    return [
+        knob,
+        check_joint(found.stiffness.table.joint_N_mm),
+        _first_mode(found),
+        *loads,
+        *_base(d, bodies, found.stiffness),
+    ]
+
+
+def _base(d: Dimensions, bodies: Mapping[str, Any], over: KnobStiffness) -> Iterator[CheckResult]:
+    """Checks what holds the base against a user's push, `FACTOR` times the largest force at the handle."""
+    force, knob = FACTOR * largest_force_N(d.design.requirements), over.table.knob_mm
+    who = f"{force:g} N at the knob, {FACTOR:g} times the largest force, worst of {len(over.positions_mm)} positions"
+    if d.is_screwed_down:
+        weight = sum(float(body["mass_kg"]) for body in bodies.values())
+        weight *= float(np.linalg.norm(d.design.requirements.gravity_m_s2))
+        pulls, limit = screw_pull_N(over.table, over.positions_mm, force, weight), screw_N(catalogue.screw(MOUNT_SCREW))
+        pull, k = float(pulls.max()), int(pulls.argmax())
+        detail = f"{who}, on the screw that bears most, as if it bore all of the weight; limit: its clamping force"
+        place = _place(over.positions_mm[k])
+        yield CheckResult("structure mounting screw", pull <= limit, pull, limit, "N", place, None, detail)
+        return
+    found = standing(d, bodies, over.positions_mm, knob, force)
+    stands = min(found.tips_N, found.slides_N) >= force
+    more = "" if stands else f'; hardware.mounting = "screws" holds it, or {found.added_kg:.1f} kg more amid its feet'
+    tips = f"least force at the knob that tips it over the line through two feet, needed: {who}{more}"
+    slides = f"least force that slides it, friction of its feet {FOOT_FRICTION:g}, needed: {who}{more}"
+    place = _place(found.tips_mm)
+    yield CheckResult("structure tipping", found.tips_N >= force, found.tips_N, force, "N", place, None, tips)
+    yield CheckResult("structure sliding", found.slides_N >= force, found.slides_N, force, "N", None, None, slides)
 
 
 def check_joint(value_N_mm: float) -> CheckResult:

@@ -185,7 +185,7 @@ class Hardware(Section):
     platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
     ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
     mounting: Literal["feet", "screws", "both"] | None = Field(
-        default=None, description="what the base stands on; left out: feet; both: screwed down with its feet on"
+        default=None, description="what holds the base; left out: screws; both: screwed down with its feet on"
     )
     leads: Literal["bent", "none"] | None = Field(
         default=None, description="bent: the leads of motors and encoders are drawn as they bend, inside the outline"

@@ -171,8 +171,13 @@ class Dimensions:
 
     @property
     def has_feet(self) -> bool:
-        """Whether it stands on feet; else its plate lies flat on what it is screwed to."""
-        return self.design.hardware.mounting != "screws"
+        """Whether it has feet; else its plate lies flat on what it is screwed to."""
+        return self.design.hardware.mounting in ("feet", "both")
+
+    @property
+    def is_screwed_down(self) -> bool:
+        """Whether screws hold its base plate down; else it stands free on its feet."""
+        return self.design.hardware.mounting != "feet"
 
     @property
     def stops_rad(self) -> tuple[float, float]:

@@ -31,6 +31,7 @@ _UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 WRIST_MARK = "0"  # punched on the boss of wrist 0 where chains are placed: the platform fits in one position only
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
+MOUNT_SCREW = "M5"  # that holds the base plate down
 _MOUNT_SPREAD_RAD, _EVEN_RAD = radians(18.0), radians(60.0)  # mounting holes beside the feet, in a gap of twice that
 _FLAT_LEAST_MM = 45.0  # from the plate's centre: beside a hole for the cables, feet that do not tip at once
 _FOOT_RIM_MM, _MOUNT_RIM_MM = 10.0, 8.0  # from the axis of a foot, and of a mounting hole, to the plate's edge
@@ -115,6 +116,20 @@ class BaseDimensions:
     mount_circle_mm: float
     mount_spread_rad: float
     mount_hole_mm: float
+
+    @property
+    def feet_mm(self) -> list[tuple[float, float]]:
+        """(x, y) of the feet, half-way between the chains."""
+        return self._between_chains(self.foot_circle_mm / 2)
+
+    @property
+    def mounts_mm(self) -> list[tuple[float, float]]:
+        """(x, y) of the mounting holes, one on either side of each foot."""
+        radius, spread = self.mount_circle_mm / 2, self.mount_spread_rad
+        return [at for sign in (-1, 1) for at in self._between_chains(radius, sign * spread)]
+
+    def _between_chains(self, radius: float, spread: float = 0.0) -> list[tuple[float, float]]:
+        return [(radius * cos(a + spread), radius * sin(a + spread)) for a in self.between_rad]
 
     @property
     def holes_mm(self) -> list[Circle]:
@@ -268,5 +283,5 @@ def base_dimensions(
         between_rad=between,
         mount_circle_mm=2 * mount,
         mount_spread_rad=spread,
-        mount_hole_mm=5.5,
+        mount_hole_mm=catalogue.screw(MOUNT_SCREW).clearance_hole_mm,
     )

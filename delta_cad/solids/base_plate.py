@@ -14,21 +14,6 @@ from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import bore_z, cut, edge_break, feature, hull_along_z
 
 
-def feet_places(d: Dimensions) -> list[tuple[float, float]]:
-    """(x, y) of the feet, half-way between the chains."""
-    return _between_chains(d, d.base.foot_circle_mm / 2)
-
-
-def _between_chains(d: Dimensions, radius: float, spread: float = 0.0) -> list[tuple[float, float]]:
-    return [(radius * cos(a + spread), radius * sin(a + spread)) for a in d.base.between_rad]
-
-
-def mount_places(d: Dimensions) -> list[tuple[float, float]]:
-    """(x, y) of the mounting holes, one on either side of each foot."""
-    b = d.base
-    return [at for sign in (-1, 1) for at in _between_chains(d, b.mount_circle_mm / 2, sign * b.mount_spread_rad)]
-
-
 def make_base_plate(d: Dimensions) -> Part:
     """Disc, hull of discs, or six-sided plate, with the holes of all that is screwed to it."""
     number, b, k = "base_plate", d.base, d.bracket
@@ -60,7 +45,7 @@ def make_base_plate(d: Dimensions) -> Part:
     boring.add(f"{DOWEL_MM:g} H7 through, dowels", (fitted(along_z(DOWEL_MM, at, through), "H7") for at in dowels))
     if d.has_feet:
         boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
-    bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mount_places(d))
+    bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, b.mounts_mm)
     if b.window_mm:
         bored(f"{b.window_mm:g} through, lightening", b.window_mm, [(x, y) for x, y, _ in b.holes_mm[1:]])
     solid = feature(number, "bores", "base_radius_mm", lambda: cut(plate, boring.tools))
@@ -76,4 +61,4 @@ def make_base_plate(d: Dimensions) -> Part:
 
 def _threads(d: Dimensions, through: tuple[float, float]) -> list[Bore]:
     """The feet's threads."""
-    return [tapped(along_z(0.0, at, through), d.foot.thread) for at in feet_places(d)]
+    return [tapped(along_z(0.0, at, through), d.foot.thread) for at in d.base.feet_mm]

@@ -1,7 +1,7 @@
 """The one table of load-bearing parts of a design, computed from its dimensions, that all modules here use.
 
-A redesigned part changes its function here and nothing else. Left out, because nothing computes them well: the base
-plate and its feet, the preloaded faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
+A redesigned part changes its function here and nothing else. Left out, because nothing computes them well: the
+preloaded faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from delta_cad.structure.bearing import (
     ball_bearing,
     radial_stiffness_N_mm,
 )
+from delta_cad.structure.mounting import Mounting, mounting
 from delta_cad.structure.rod_end import joint_N_mm
 from delta_cad.structure.section import POISSON, Section, circle, rectangle, ribs, ring, stepped_plate
 
@@ -109,6 +110,7 @@ class BeamModel:
         spoke: Platform from the hub to a wrist's boss; x outwards, y along the boss, z up.
         spoke_up_mm: Height of the spoke's middle over the wrists.
         stem: Handle from the platform's top to the knob's centre.
+        mounting: Base plate and what it stands on; None where it is rigid.
     """
 
     geometry: DeltaGeometry
@@ -126,6 +128,7 @@ class BeamModel:
     spoke: Beam
     spoke_up_mm: float
     stem: Beam
+    mounting: Mounting | None = None
 
 
 def moduli_N_mm2(material: str) -> tuple[float, float]:
@@ -160,6 +163,7 @@ def beam_model(d: Dimensions) -> BeamModel:
         spoke=_spoke(d),
         spoke_up_mm=top - d.platform.plate_mm / 2,
         stem=Beam((stem,)),
+        mounting=mounting(d),
     )
 
 

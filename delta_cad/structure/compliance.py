@@ -12,7 +12,15 @@ import numpy as np
 
 from delta_cad.structure.beam import Beam, flexibility, flexibility_by_kind
 from delta_cad.structure.beam_model import BeamModel, CableSpring
-from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
+from delta_cad.structure.unit_loads import (
+    UnitLoads,
+    at_knob,
+    bearing_map,
+    blocks_loads,
+    elbows_mm,
+    shoulder_map,
+    unit_loads,
+)
 
 ELEMENTS = (
     "joints",
@@ -26,6 +34,8 @@ ELEMENTS = (
     "shaft",
     "cable",
     "platform",
+    "base plate",
+    "supports",
     "stem",
 )
 _KINDS = {"arm torsion": [3], "arm lateral": [1, 5], "arm in plane": [0, 2, 4]}  # of `beam.AXES`
@@ -173,9 +183,16 @@ def compliance(table: BeamModel, p_mm: np.ndarray) -> Compliance:
     lift = np.eye(6)
     lift[3, 1], lift[4, 0] = table.spoke_up_mm, -table.spoke_up_mm  # from the wrists' plane up to the spoke's
     parts["platform"] = _sum(lift @ unit.wrists, spoke)
+    moved = np.sum(list(elbow.values()), axis=0) @ unit.elbows
+    if table.mounting is not None:
+        to_blocks = table.mounting.to_blocks(elbows_mm(table, unit), unit.arms)
+        loads = blocks_loads(to_blocks, unit)
+        for name, share in table.mounting.shares.items():
+            parts[name] = np.swapaxes(loads, -1, -2) @ share @ loads
+        given = (np.sum(list(table.mounting.shares.values()), axis=0) @ loads).reshape(unit.elbows.shape)
+        moved = moved + np.swapaxes(to_blocks, -1, -2) @ given
     stem = flexibility(table.stem)[:3, :3][np.ix_([1, 2, 0], [1, 2, 0])]  # the bar's x is up
     named = {name: parts[name] for name in ELEMENTS if name in parts}
-    moved = np.sum(list(elbow.values()), axis=0) @ unit.elbows
     return Compliance(named, table.knob_mm, stem, moved)
 
 

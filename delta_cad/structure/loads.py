@@ -22,7 +22,15 @@ from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
 from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, Allowables
-from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
+from delta_cad.structure.unit_loads import (
+    UnitLoads,
+    at_knob,
+    bearing_map,
+    blocks_loads,
+    elbows_mm,
+    shoulder_map,
+    unit_loads,
+)
 
 GRID = 9  # positions along an edge of the cube
 
@@ -293,3 +301,18 @@ def _turned_weight(unit: UnitLoads, mass_kg: float, at_mm: np.ndarray, gravity_m
     """Wrench of a weight about the origin of the arm's axes it is fixed to, (..., 3, 6)."""
     force = unit.arms @ (mass_kg * gravity_m_s2)
     return np.concatenate([force, np.cross(np.broadcast_to(at_mm, force.shape), force)], axis=-1)
+
+
+def screw_pull_N(table: BeamModel, p_mm: np.ndarray, force_N: float, weight_N: float) -> np.ndarray:
+    """Computes the largest pull on one of the screws that hold the base down, (...) N.
+
+    Args:
+        table: A machine that is screwed down.
+        p_mm: (..., 3) platform's centre.
+        force_N: Force at the knob, in its worst direction.
+        weight_N: Weight of the machine, all of which this screw is taken to bear.
+    """
+    assert table.mounting is not None
+    unit = unit_loads(table, p_mm)
+    loads = blocks_loads(table.mounting.to_blocks(elbows_mm(table, unit), unit.arms), unit) @ at_knob(table.knob_mm)
+    return force_N * np.linalg.norm(table.mounting.reactions @ loads, axis=-1).max(axis=-1) + weight_N

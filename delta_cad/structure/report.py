@@ -19,7 +19,7 @@ from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, allowables
 _SCHEMA = "delta-structure/1"
 _REPORTED = 5  # positions along an edge in the file
 _DIGITS = 6  # significant digits in the file
-LEFT_OUT = "base plate and feet, faces of screw joints, slits of clamps, play"  # of the stiffness
+LEFT_OUT = "what the machine stands on, faces of screw joints, slits of clamps, play"  # of the stiffness
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,23 @@ def at_knob(height_mm: float) -> np.ndarray:
     return np.concatenate([f, np.cross([0.0, 0.0, height_mm], f, axisb=0, axisc=0)], axis=0)
 
 
+def elbows_mm(table: BeamModel, unit: UnitLoads) -> np.ndarray:
+    """Gives the middle of each elbow in the base frame, (..., 3, 3) mm."""
+    g = table.geometry
+    return MM_PER_M * (g.base_radii[:, None] * g.radial + g.upper_arm_length * unit.arms[..., 0, :])
+
+
+def blocks_loads(to_blocks: np.ndarray, unit: UnitLoads) -> np.ndarray:
+    """Gives what the three foot blocks bear for six unit wrenches on the platform, (..., 18, 6).
+
+    Args:
+        to_blocks: (..., 3, 6, 6) from a wrench on the elbow to the foot block's, see `Mounting.to_blocks`.
+        unit: Loads of the elbows.
+    """
+    loads = to_blocks @ unit.elbows
+    return loads.reshape(*loads.shape[:-3], 18, 6)
+
+
 def shoulder_map(table: BeamModel) -> np.ndarray:
     """Moves a wrench from the elbow to the shoulder, arm's axes, (6, 6)."""
     moved = np.eye(6)

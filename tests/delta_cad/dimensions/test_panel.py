@@ -113,7 +113,7 @@ def test_the_arms_stop_outside_all_that_the_bezel_leaves() -> None:
 def test_a_design_without_a_panel_is_as_it_was() -> None:
     design = design_from_dict(changed())
     d = dimensions(design)
-    assert (d.panel, d.sleeve_mm, d.has_feet, d.platform.stem_length_mm) == (None, 0.0, True, 25.0)
+    assert (d.panel, d.sleeve_mm, d.has_feet, d.platform.stem_length_mm) == (None, 0.0, False, 25.0)
     reported = design_to_dict(design)
     assert "panel" not in reported
     assert "mounting" not in reported["hardware"]

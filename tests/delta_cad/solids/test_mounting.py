@@ -12,7 +12,7 @@ from delta_cad.assembly.panel import place_panel, place_sleeves
 from delta_cad.assembly.sequence import assembly_sequence
 from delta_cad.assembly.supplies import mounts
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.base_plate import make_base_plate, mount_places
+from delta_cad.solids.base_plate import make_base_plate
 from delta_cad.solids.panel import make_mount_sleeve
 from tests.delta_cad.assembly.expected.parts import expected_parts
 from tests.delta_cad.dimensions.paneled import of_panel
@@ -26,7 +26,7 @@ def placed_alone(d: Dimensions) -> AssemblyBuilder:
     return builder
 
 
-MOUNTINGS = [(None, 3, 0), ("feet", 3, 0), ("screws", 0, 0), ("both", 3, 6)]
+MOUNTINGS = [(None, 0, 0), ("feet", 3, 0), ("screws", 0, 0), ("both", 3, 6)]
 
 
 @pytest.mark.parametrize(("mounting", "feet", "sleeves"), MOUNTINGS)
@@ -39,7 +39,7 @@ def test_what_stands_under_the_base_is_stated_and_has_its_holes(mounting: str | 
     assert len([c for c in builder.contacts() if c.a.startswith("mount_sleeve")]) == sleeves
     callouts = " ".join(hole.callout for hole in make_base_plate(d).holes)
     assert ("M4" in callouts) == (feet > 0)  # a thread that holds nothing is a fault
-    screwed = mounting in ("screws", "both")
+    screwed = mounting != "feet"
     supplied = {supply.number: supply.quantity for supply in mounts(d)}
     assert supplied.get("mount_screw", 0) == (6 if screwed else 0)
     steps = [step for step in assembly_sequence(builder, mounts(d))[-1].steps if step.title == "Base screwed down"]
@@ -55,12 +55,12 @@ def test_a_sleeve_goes_over_its_hole_and_next_to_every_foot() -> None:
     ring = pi / 4 * (10.0**2 - 5.5**2)
     assert part.solid.Volume() == pytest.approx(ring * 7.5, rel=1e-9)
     feet = d.base.foot_circle_mm / 2 * np.array([[np.cos(a), np.sin(a)] for a in (pi / 3, pi, 5 * pi / 3)])
-    apart = np.linalg.norm(np.array(mount_places(d))[:, None] - feet, axis=-1).min()
+    apart = np.linalg.norm(np.array(d.base.mounts_mm)[:, None] - feet, axis=-1).min()
     assert apart > (d.foot.diameter_mm + 10.0) / 2
 
 
 def test_without_a_panel_nothing_comes_over_the_handle() -> None:
-    d = of_panel(panel=None, hardware__mounting=None)
+    d = of_panel(panel=None, hardware__mounting="feet")
     builder = placed_alone(d)
     assert builder.occurrences == builder.connections == []
     titles = {step.title for step in assembly_sequence(builder, ())[-1].steps}

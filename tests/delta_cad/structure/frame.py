@@ -77,6 +77,12 @@ class Frame:
         i, j = np.meshgrid(rows, rows, indexing="ij")
         self.triplets.append((i.ravel(), j.ravel(), k[np.ix_(local, local)].ravel()))
 
+    def held(self, nodes: list[int], k: np.ndarray) -> None:
+        """Holds nodes against the ground by a stiffness that couples them."""
+        rows = np.concatenate([np.arange(6 * n, 6 * n + 6) for n in nodes])
+        i, j = np.meshgrid(rows, rows, indexing="ij")
+        self.triplets.append((i.ravel(), j.ravel(), k.ravel()))
+
     def spring(self, a: int, at_a: np.ndarray, b: int, at_b: np.ndarray, direction: np.ndarray, k: float) -> None:
         """A spring between two points, each held rigidly by a node."""
         row = np.concatenate([-direction @ offset(at_a)[:3], direction @ offset(at_b)[:3]])
@@ -139,7 +145,12 @@ def built(table: BeamModel, p_mm: np.ndarray) -> Built:
     up = np.array([VERTICAL, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     knob = frame.bar(hub, (table.knob_mm - table.stem.length_mm) * VERTICAL, up, table.stem)
     made = Built(frame, hub, knob, [], [], [], [])
-    zero = np.zeros(3)
+    zero, blocks = np.zeros(3), [GROUND] * 3
+    if table.mounting is not None:
+        blocks = [frame.node() for _ in range(3)]
+        given = np.sum(list(table.mounting.shares.values()), axis=0)
+        # in its plane the plate is rigid: without what is added here, nothing has an inverse
+        frame.held(blocks, np.linalg.inv(given + np.diag(3 * [*3 * [1e-12], *3 * [1e-17]])))
     for i in range(3):
         u, t = axes_of(g, i)
         rise = table.spoke_up_mm * VERTICAL
@@ -164,9 +175,11 @@ def built(table: BeamModel, p_mm: np.ndarray) -> Built:
             rod = tube.length_mm / (tube.youngs_N_mm2 * tube.section.area_mm2)
             frame.spring(ball, zero, wrist, zero, along, 1.0 / (2.0 / table.joint_N_mm + rod))
             made.balls.append((ball, wrist))
+        from_block = zero if table.mounting is None else shoulder_at - table.mounting.blocks_mm[i]
+        upright = np.array([VERTICAL, t, np.cross(VERTICAL, t)])
         for k, cheek in enumerate(table.shoulder.cheeks):
             y = table.shoulder.y_mm[k] * t
-            head = frame.bar(GROUND, zero, np.array([VERTICAL, t, np.cross(VERTICAL, t)]), cheek)
+            head = frame.bar(blocks[i], from_block + y - cheek.length_mm * VERTICAL, upright, cheek)
             across = 1.0 / (1.0 / table.shoulder.radial_N_mm + table.shoulder.shaft_mm_N[k])
             for axis, stiffness in ((u, across), (VERTICAL, across), (t, table.shoulder.axial_N_mm)):
                 frame.spring(head, zero, shaft, y, axis, stiffness)
@@ -175,7 +188,8 @@ def built(table: BeamModel, p_mm: np.ndarray) -> Built:
         pinion = cable.radius_mm * (np.cos(d) * u + np.sin(d) * VERTICAL)
         tangent = np.cross(t, pinion) / cable.radius_mm
         stiffness = 1.0 / float(cable_mm_N(cable, np.array([c, s])))
-        frame.spring(GROUND, zero, shaft, pinion + cable.y_mm * t, tangent, stiffness)
+        pinion = pinion + cable.y_mm * t
+        frame.spring(blocks[i], from_block + pinion, shaft, pinion, tangent, stiffness)
         made.bosses.append(boss)
         made.elbows.append(elbow)
         made.shafts.append(shaft)

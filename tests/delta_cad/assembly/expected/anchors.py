@@ -11,7 +11,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.features import features
 from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.part import Occurrence
 
 DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
@@ -39,7 +38,9 @@ def expected_anchors(d: Dimensions) -> tuple[Anchor, ...]:
     thread = catalogue.screw(p.stem_thread).tap_drill_mm
     found = [Anchor("platform", thread, (0.0, 0.0, 0.0), UPRIGHT, AXIS_MM)]
     middle = d.base.top_mm - d.base.thickness_mm / 2
-    found += [Anchor("base_plate", d.base.mount_hole_mm, (x, y, middle), UPRIGHT, MOUNT_MM) for x, y in mount_places(d)]
+    found += [
+        Anchor("base_plate", d.base.mount_hole_mm, (x, y, middle), UPRIGHT, MOUNT_MM) for x, y in d.base.mounts_mm
+    ]
     for i in CHAINS:
         for j, inwards in zip(SIDES, (1.0, -1.0), strict=True):
             for k, (x, up) in enumerate(zip(f.eyes_x_mm, (-1.0, 1.0), strict=True)):

@@ -11,7 +11,6 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import END_MATERIAL, TUBE_ADHESIVE
 from delta_cad.dimensions.joint import CUP_MATERIAL
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids.base_plate import mount_places
 
 PARTS = """
 all          base_plate                       1          base_plate                  base
@@ -128,8 +127,8 @@ def expected_parts(d: Dimensions) -> tuple[ExpectedPart, ...]:
     bent = hardware.leads == "bent"
     when = {
         "all": True,
-        "feet": hardware.mounting != "screws",
-        "foot_screws": hardware.mounting != "screws" and d.foot.stud_length_mm is None,
+        "feet": hardware.mounting in ("feet", "both"),
+        "foot_screws": hardware.mounting in ("feet", "both") and d.foot.stud_length_mm is None,
         "sleeves": hardware.mounting == "both",
         "panel": d.panel is not None,
         "direct": hardware.drive == "direct",
@@ -141,7 +140,7 @@ def expected_parts(d: Dimensions) -> tuple[ExpectedPart, ...]:
     }
     values = {
         "foot": d.foot.thread,
-        "mounts": len(mount_places(d)),
+        "mounts": len(d.base.mounts_mm),
         "bezel": 0 if d.panel is None else len(d.panel.screw_places()),
         "bezel_mm": 0.0 if d.panel is None else f"{d.panel.screw_mm:g}",
         "motor": len(d.bracket.motor_screws_rad),
@@ -168,8 +167,8 @@ def expected_supplies(d: Dimensions) -> tuple[ExpectedSupply, ...]:
         ExpectedSupply("joint_grease", 1, "silicone or PAO grease*"),
         *(ExpectedSupply(key.number, 1, "hexagon key *") for key in keys(d)),
     ]
-    if d.design.hardware.mounting in ("screws", "both"):
-        found.append(ExpectedSupply("mount_screw", len(mount_places(d)), "ISO 4762 M*"))
+    if d.design.hardware.mounting != "feet":
+        found.append(ExpectedSupply("mount_screw", len(d.base.mounts_mm), "ISO 4762 M*"))
     if d.panel is not None:
         found.append(ExpectedSupply("boot_tie", 1, "cable tie *"))
     return tuple(found)
