@@ -13,7 +13,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import MOUNT_SCREW
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.structure.loads import Load, screw_pull_N
-from delta_cad.structure.mounting import FACTOR, FOOT_FRICTION, standing
+from delta_cad.structure.mounting import FACTOR, FOOT_FRICTION, upset
 from delta_cad.structure.report import KnobStiffness, StructureReport, structure_report
 from delta_cad.structure.strength import screw_N
 
@@ -57,7 +57,7 @@ def _base(d: Dimensions, bodies: Mapping[str, Any], over: KnobStiffness) -> Iter
         place = _place(over.positions_mm[k])
         yield CheckResult("structure mounting screw", pull <= limit, pull, limit, "N", place, None, detail)
         return
-    found = standing(d, bodies, over.positions_mm, knob, force)
+    found = upset(d, bodies, over.positions_mm, knob, force)
     stands = min(found.tips_N, found.slides_N) >= force
     more = "" if stands else f'; hardware.mounting = "screws" holds it, or {found.added_kg:.1f} kg more amid its feet'
     tips = f"least force at the knob that tips it over the line through two feet, needed: {who}{more}"

@@ -209,7 +209,7 @@ class _Plate:
 
 
 @dataclass(frozen=True)
-class Standing:
+class Upset:
     """Least forces at the handle, over positions and directions, that move a machine which stands free.
 
     Attributes:
@@ -225,9 +225,7 @@ class Standing:
     added_kg: float
 
 
-def standing(
-    d: Dimensions, bodies: Mapping[str, Any], positions_mm: np.ndarray, knob_mm: float, force_N: float
-) -> Standing:
+def upset(d: Dimensions, bodies: Mapping[str, Any], positions_mm: np.ndarray, knob_mm: float, force_N: float) -> Upset:
     """Computes what tips and slides a machine on its feet.
 
     A force F at the height h over the table, a way s inside the line through two feet, turns it about this line by
@@ -264,4 +262,4 @@ def standing(
     held = (FOOT_FRICTION * down - aside) / sqrt(1.0 + FOOT_FRICTION**2)  # N of sliding force a kg
     added = max(added, FACTOR * force_N / held - mass)
     k = int(tips.argmin())
-    return Standing(float(tips[k]), held * mass, positions_mm[k], added)
+    return Upset(float(tips[k]), held * mass, positions_mm[k], added)

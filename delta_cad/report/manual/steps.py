@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly, Insertion, Step, Unit
+from delta_cad.dimensions.platform import MOUNT_SCREW
 from delta_cad.export.bom import BomRow
 from delta_cad.structure.strength import tightening_N_m
 
@@ -193,3 +194,5 @@ def _torques_of(step: Step, part: Mapping[str, object]) -> Iterator[str]:
             torque = tightening_N_m(row)
         if row is not None and torque is not None:
             yield f"{count} × {number.replace('_', ' ')}: {torque:.1f} N m"
+    if "mount_screw" in step.supplies:
+        yield f"screws {MOUNT_SCREW} of the base: {tightening_N_m(catalogue.screw(MOUNT_SCREW)):.1f} N m"

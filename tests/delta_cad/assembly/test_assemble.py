@@ -163,7 +163,7 @@ def variant(**changes: float | str) -> Dimensions:
 @cache
 def footed(thickness: float) -> tuple[Dimensions, Assembly, list[str]]:
     """The machine on screwed feet, its base plate of a thickness, and what was told while it was assembled."""
-    d, reported = variant(foot="foot-m4-hole-16x8", base_plate_thickness_mm=thickness), []
+    d, reported = variant(mounting="feet", foot="foot-m4-hole-16x8", base_plate_thickness_mm=thickness), []
     return d, assemble(d, reported.append), reported
 
 

@@ -288,7 +288,7 @@ def test_bought_parts_whose_data_are_not_all_verified_are_named(
     stated = {p.source: "; verified: yes: " in f"; {p.source}" for p in ordered if p.number in own}
     expected = [p.number for p in ordered if p.source and not (stated | known).get(p.source, False)]
     assert list(outcome.unverified) == outcome.record()["unverified_parts"] == expected
-    assert expected == ["foot", "motor", "rod_tube", "knob"]  # docs/best.md says what of them is not known
+    assert expected == ["motor", "rod_tube", "knob"]  # docs/best.md says what of them is not known
 
 
 def requested(**requirements: Any) -> Design:

@@ -15,7 +15,7 @@ from delta_cad.dimensions import Dimensions, dimensions, link_placement
 from delta_cad.solids.base_plate import make_base_plate
 from delta_cad.structure.beam_model import moduli_N_mm2
 from delta_cad.structure.loads import screw_pull_N
-from delta_cad.structure.mounting import FACTOR, FOOT_FRICTION, _Plate, mounting, rubber_N_mm, standing, supports
+from delta_cad.structure.mounting import FACTOR, FOOT_FRICTION, _Plate, mounting, rubber_N_mm, supports, upset
 from delta_cad.structure.report import stiffness
 from delta_cad.structure.section import POISSON
 from tests.delta_cad.structure.machines import committed, design, places, table
@@ -145,7 +145,7 @@ def least_tipping_N(d: Dimensions, position: np.ndarray, knob_mm: float, directi
 def test_a_machine_tips_when_its_feet_would_have_to_pull() -> None:
     d, p = on("feet"), places()[[5]]
     knob = stiffness(d).table.knob_mm
-    found = standing(d, bodies(), p, knob, 8.0)
+    found = upset(d, bodies(), p, knob, 8.0)
     angle, rise = np.meshgrid(np.linspace(0.0, 2 * np.pi, 73)[:-1], np.linspace(-1.4, 1.4, 15))
     ways = np.stack([np.cos(rise) * np.cos(angle), np.cos(rise) * np.sin(angle), np.sin(rise)], axis=-1).reshape(-1, 3)
     least = least_tipping_N(d, p[0], knob, ways)
@@ -156,7 +156,7 @@ def test_a_machine_tips_when_its_feet_would_have_to_pull() -> None:
 def test_the_mass_that_is_named_is_the_least_that_holds() -> None:
     d, force = on("feet"), 8.0
     knob, mass = stiffness(d).table.knob_mm, bodies()
-    found = standing(d, mass, places(), knob, force)
+    found = upset(d, mass, places(), knob, force)
     assert found.added_kg > 0.0
     feet = np.array(d.base.feet_mm).mean(axis=0)
     for share, stands in ((1.001, True), (0.99, False)):
@@ -167,13 +167,13 @@ def test_the_mass_that_is_named_is_the_least_that_holds() -> None:
             float(str(base["mass_kg"])) * np.array(base["centre_m"])
             + float(str(more["mass_kg"])) * np.array(more["centre_m"])
         ) / total
-        again = standing(d, mass | {"base": {"mass_kg": total, "centre_m": centre}}, places(), knob, force)
+        again = upset(d, mass | {"base": {"mass_kg": total, "centre_m": centre}}, places(), knob, force)
         assert (min(again.tips_N, again.slides_N) >= FACTOR * force) == stands
 
 
 def test_it_slides_where_friction_ends() -> None:
     d = on("feet")
-    found, weight = standing(d, bodies(), places(), 45.0, 3.0), 2.0 * GRAVITY
+    found, weight = upset(d, bodies(), places(), 45.0, 3.0), 2.0 * GRAVITY
     rise = np.linspace(0.0, np.pi / 2, 2001)[:-1]
     # the horizontal part of a force against the friction of what weight it leaves
     least = (FOOT_FRICTION * weight / (np.cos(rise) + FOOT_FRICTION * np.sin(rise))).min()
