@@ -36,6 +36,7 @@ from tests.committed import BEST
 from tests.delta_cad.solids.measured import UM, axis_distance, cylinders, one_axis, placed, spheres
 
 DATA: dict[str, Any] = json.loads(BEST.read_text())
+DATA["hardware"]["mounting"] = "screws"  # as where it is left out
 
 
 def poses(d: Dimensions, count: int = 30) -> np.ndarray:

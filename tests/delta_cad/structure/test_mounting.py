@@ -84,8 +84,8 @@ def test_the_plate_gives_as_its_solid_model(tmp_path: Path) -> None:
         made.blocks_mm[i],
         np.eye(6)[picked],
     )
-    ours = np.diag(sum(made.shares.values()))[picked]
-    assert (np.abs(ours / np.diag(solid) - 1.0) < 0.35).all()
+    ritz = np.diag(sum(made.shares.values()))[picked]
+    assert (np.abs(ritz / np.diag(solid) - 1.0) < 0.35).all()
 
 
 def test_supports_bear_what_is_on_the_plate() -> None:
