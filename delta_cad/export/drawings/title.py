@@ -21,8 +21,20 @@ _LABEL_MM, _SMALL_MM = 1.6, 2.0
 _SURFACE = "Ra 3.2 where none is stated"
 _SIZES = "ISO 8015"
 CREATOR = f"delta-haptics, delta_cad {metadata.version('delta-haptics')}"
-UNDATED = "none: as the design"
+UNDATED = "none, see design"
 """Date of a drawing whose design has none: no file of a build has the time at which it was made."""
+FIELDS = (
+    "Part number",
+    "Description",
+    "Document type",
+    "Material",
+    "Tolerances",
+    "Sheet",
+    "Revision",
+    "Created by",
+    "Date",
+)
+"""Labels of what every title block has a text under, ISO 7200, and of what a shop asks there."""
 SIGNED = "Approved by"
 """Label of the one field that is left empty: a person signs in it."""
 
@@ -193,7 +205,7 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
                     one = tagged[n]
                     cell(0, one.tag, one.states)
                     for k in (0, 1):
-                        cell(k + 1, number(one.at[k]), one.told[k], one.exact[k])
+                        cell(k + 1, number(one.at[k]), one.reported[k], one.exact[k])
                 if n < len(said):
                     items += set_line(said[n], (edges[3] + 1.0, y - pitch + 1.1))
                 y -= pitch

@@ -20,6 +20,7 @@ from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.assembly_sheet import assembly_drawing, balloon_faults, placed_items
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
+from delta_cad.export.drawings.drive_sheet import drive_page
 from delta_cad.export.drawings.layout import LayoutError, laid_out
 from delta_cad.export.drawings.notes import named, notes_of, ordered_as
 from delta_cad.export.drawings.part.controlled import Controlled, controlled
@@ -123,7 +124,8 @@ def write_whole_drawing(
     assembly = _handed_over(assembly)
     folder.mkdir(exist_ok=True)
     rows = bill_of_materials(assembly, _masses(masses))
-    whole = assembly_drawing(assembly, rows, _whole_titles(d, assembly, masses), progress)
+    section = drive_page(d, assembly)
+    whole = assembly_drawing(assembly, rows, _whole_titles(d, assembly, masses), progress, [section])
     (folder / f"{whole.name}.pdf").write_bytes(pdf_bytes(whole))
     faults = balloon_faults(whole, placed_items(assembly, rows), rows)
     return _drawn(whole, faults + [fault for sheet in whole.sheets for fault in sheet_faults(sheet)])
@@ -173,7 +175,8 @@ def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing,
     if note := missing_note((*asdict(titles).values(), *(text for _, text in notes))):
         notes.append(("", f"{note}."))
     sheets = laid_out(views, features, held, titles, notes)
-    return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets)), features
+    sections = tuple(view.cut for view in views if view.cut is not None)
+    return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets), sections), features
 
 
 def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[REQUIRED]) -> Titles:

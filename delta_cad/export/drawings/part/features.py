@@ -90,7 +90,7 @@ def _tell_rounds(found: Features, own: Iterable[Face], controlled: Controlled) -
         elif face.kind == "cone":
             groups.setdefault(("cone ", round(degrees(abs(face.half_angle)), 2)), []).append(face)
         elif face.kind == "other":
-            found.notes["curved"] = "Curved faces: see the description and the STEP file"
+            found.notes["curved"] = "Curved faces: see the notes and the STEP file"
     for (sign, radius), faces in sorted(groups.items(), key=lambda item: -item[0][1]):
         value = 2 * faces[0].radius if "Ø" in sign else 2 * radius if sign == "cone " else faces[0].radius
         held = controlled.round_of(2 * faces[0].radius) if sign in ("Ø", "SØ", "R") else None

@@ -64,14 +64,14 @@ class Tagged:
         tag: Its tag.
         at: Coordinates to the right and up from the datum, mm.
         states: Keys that the tag tells.
-        told: Keys that each coordinate tells.
+        reported: Keys that each coordinate tells.
         exact: Whether each coordinate is theoretically exact.
     """
 
     tag: str
     at: tuple[float, float]
     states: tuple[str, ...]
-    told: tuple[tuple[str, ...], tuple[str, ...]]
+    reported: tuple[tuple[str, ...], tuple[str, ...]]
     exact: tuple[bool, bool]
 
 
@@ -169,11 +169,14 @@ class Annotator(LeaderTargets):
 
     def _left(self, point: np.ndarray) -> bool:
         """Whether a point is on what is left of a part that is cut open."""
-        return self.view.cut is None or float(point @ self.view.towards) < self.view.cut + SAME_MM
+        return self.view.cut is None or float(point @ self.view.towards) < self.view.cut.depth_at(point) + SAME_MM
 
     def _in_cut(self, point: np.ndarray) -> bool:
         """Whether a bore's axis lies in the plane in which the view is cut open."""
-        return self.view.cut is not None and abs(float(point @ self.view.towards) - self.view.cut) < SAME_MM
+        return (
+            self.view.cut is not None
+            and abs(float(point @ self.view.towards) - self.view.cut.depth_at(point)) < SAME_MM
+        )
 
     def value(self, place: Place, axis: np.ndarray) -> float:
         """What a coordinate counts along an axis of the view, from the datum, mm."""
@@ -365,10 +368,10 @@ class Annotator(LeaderTargets):
             items += [tag, *tied(tag, centre, radius)]
             x, y = (float((bore.point - self.features.datum) @ axis) for axis in (right, up))
             own = [place for place in self.features.places if place.key.startswith(f"{key} ")]
-            told = [tuple(place.key for place in own if is_along(place.along, axis)) for axis in (right, up)]
+            reported = [tuple(place.key for place in own if is_along(place.along, axis)) for axis in (right, up)]
             exact = [
                 abs(value) > SAME_MM and any(one in self.features.exact for one in keys)
-                for value, keys in zip((x, y), told, strict=True)
+                for value, keys in zip((x, y), reported, strict=True)
             ]
-            rows.append(Tagged(text, (x, y), (key,), (told[0], told[1]), (exact[0], exact[1])))
+            rows.append(Tagged(text, (x, y), (key,), (reported[0], reported[1]), (exact[0], exact[1])))
         return rows
