@@ -18,6 +18,7 @@ from delta_cad.solids.part import Part
 _CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
 _CLAUSE = re.compile(r"[;.] (?=\D)")
 _NAME = re.compile(r"[,;:.] ")
+_THREAD = re.compile(r"\bM\d+(\.\d+)?\b")
 _TOLERANCED = re.compile(r"(\d+(?:\.\d+)?) ±(\d+(?:\.\d+)?)")
 
 
@@ -74,10 +75,11 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
 
 
 def _auxiliary(text: str, features: Features, held: Controlled) -> str:
-    """Sets what a view states with its tolerance in brackets, without it: a second one would be another dimension."""
-    drawn = {(f"{n.end_mm - n.start_mm:.6g}", f"{n.tolerance_mm:g}") for n in (*held.lengths, *held.depths)}
+    """Sets threads, and what a view states with its tolerance, in brackets, without it: a second one is ambiguous."""
+    drawn = {(f"{round(n.end_mm - n.start_mm, 3):g}", f"{n.tolerance_mm:g}") for n in (*held.lengths, *held.depths)}
     drawn |= {match.groups() for size in features.sizes if (match := _TOLERANCED.search(size.text))}
-    return _TOLERANCED.sub(lambda match: f"({match[1]})" if match.groups() in drawn else match[0], text)
+    text = _TOLERANCED.sub(lambda match: f"({match[1]})" if match.groups() in drawn else match[0], text)
+    return _THREAD.sub(r"(\g<0>)", text)
 
 
 def _exact_notes(features: Features) -> list[tuple[str, str]]:

@@ -94,10 +94,17 @@ def section_of(frame: Frame, front: Frame, features: Features) -> Section:
             continue
         for bore in (bore for bore in bores if is_along(bore.axis, front.towards)):
             tried = _through(frame, axis, [*chosen, bore], inside)
-            if tried is not None and sum(map(tried.clips, inside)) <= sum(map(section.clips, inside)):
+            if tried is None or sum(map(tried.clips, inside)) > sum(map(section.clips, inside)):
+                continue
+            if _met(section, features) <= _met(tried, features):
                 section, chosen = tried, [*chosen, bore]
                 break
     return section
+
+
+def _met(section: Section, features: Features) -> set[int]:
+    """Numbers of the groups of bores of which a section meets one."""
+    return {g for g, group in enumerate(features.groups) if any(map(section.meets, group.bores))}
 
 
 def _spot(bore: Bore, section: Section) -> tuple[float, float]:

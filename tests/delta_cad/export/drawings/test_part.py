@@ -223,10 +223,10 @@ def test_a_description_s_name_is_for_the_title_and_the_rest_for_the_notes() -> N
 
 
 def test_a_note_has_in_brackets_what_a_view_states_with_its_tolerance() -> None:
-    part = replace(plate(), description="plate, 8 +-0.02 thick, 60 +-0.05 long")
+    part = replace(plate(), description="plate, 8 +-0.02 thick, 60 +-0.05 long, M4 in it")
     held = Controlled((Length(2, 0.0, 8.0, 0.02),))
     notes = [text for _, text in notes_of(part, features(part, held), Frame((1, 0, 0), (0, 1, 0)), held)]
-    assert notes[0] == "(8) thick, 60 ±0.05 long."
+    assert notes[0] == "(8) thick, 60 ±0.05 long, (M4) in it."
 
 
 @pytest.mark.parametrize(
