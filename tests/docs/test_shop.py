@@ -146,7 +146,7 @@ ISO_286 = {(7, 18): 18, (7, 3): 10}
 """Grade and upper end of the range of diameter, mm -> standard tolerance, um, of ISO 286-1 by hand."""
 NORMS = re.compile(
     r"EN AW-7075 T6|EN 485-2|EN 755-2|1\.4305 \(\+A\)|EN 10088-3|DIN 76-1|VDI 2230|\bG10\b|6g|Chain 0|from 0|^0 and|"
-    r"ISO (965-1: 6H|13715|8015|6411-A1/2\.12|7599-AA10|10074, 0\.025 mm)"
+    r"ISO (965-1: 6H|13715|8015|6411-A1/2\.12|7599-AA10|10074, 0\.025 mm|14405-1)"
 )
 """Names of materials, norms, grades and places, in which a digit is no figure of the machine."""
 DRAWN = {

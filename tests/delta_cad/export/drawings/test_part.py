@@ -256,3 +256,12 @@ def test_a_groove_is_drawn_as_a_thread_is() -> None:
     assert level["dimension"] == {4.5}
     assert 4.5 not in level["visible"]
     assert 5.0 in level["visible"]
+
+
+def test_a_face_reaches_as_far_when_it_carries_a_mesh() -> None:
+    """A coarse mesh of a cylinder lies within it: its end would be nowhere near where the part declares it."""
+    solid = cq.Solid.makeCylinder(5.0, 8.0)
+    before = [face.box for face in faces_of(solid)]
+    solid.tessellate(1.0, 1.0)
+    assert np.array_equal([face.box for face in faces_of(solid)], before)
+    assert max(box[1, 0] for box in before) >= 5.0
