@@ -92,10 +92,17 @@ class _Shown:
         self.seen = seen_of([o.part.solid.wrapped.Moved(location_of(pose)) for o, pose in self.placed], self.frame)
 
 
+_Page = tuple[str, list[Item], dict[str, Box]]
+
+
 def assembly_drawing(
-    assembly: Assembly, rows: Sequence[BomRow], titles: Titles, progress: Callable[[str], None] = lambda _: None
+    assembly: Assembly,
+    rows: Sequence[BomRow],
+    titles: Titles,
+    progress: Callable[[str], None] = lambda _: None,
+    sections: Sequence[_Page] = (),
 ) -> Drawing:
-    """Draws the assembly."""
+    """Draws the assembly; `sections` are sheets that come after the views: scale, items and frames of each."""
     poses = assembly.poses(assembly.home_mm)
     views = _views(assembly, poses)
     for view in views:
@@ -113,7 +120,7 @@ def assembly_drawing(
             _scale([alone])
             _share([alone], some)
             groups.append([alone])
-    pages = [_page(group) for group in groups] + item_lists(rows)
+    pages = [*(_page(group) for group in groups), *sections, *item_lists(rows)]
     sheets = []
     for n, (scale, items, frames) in enumerate(pages, 1):
         sheet = framed(_SIZE, scale, f"{n} / {len(pages)}", titles)

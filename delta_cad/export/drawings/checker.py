@@ -1,7 +1,8 @@
 """Checks a finished drawing: every dimension occurs once with the correct value, and no text overlaps anything.
 
 It works on the sheets, after they are laid out. What has to be told it reads from the part: its declared holes, its
-faces and its size; how often each was told it counts in the texts.
+faces and its size; how often each was told it counts in the texts. Whether a shop can read them is checked there, too:
+exact coordinates of each position, datums that fix it, requirements, sections, and the title block.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from delta_cad.export.drawings.part.faces import is_along, is_straight
+from delta_cad.export.drawings.notes import named
+from delta_cad.export.drawings.part.faces import Face, is_along, is_straight
+from delta_cad.export.drawings.part.holes import Bore
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.part.shape import unit
 from delta_cad.export.drawings.sheet_io.sheet import (
@@ -24,18 +27,23 @@ from delta_cad.export.drawings.sheet_io.sheet import (
     Sheet,
     Stroke,
     Text,
+    box_of,
     crosses,
     lines_of,
     overlap,
     primitives,
 )
-from delta_cad.export.drawings.title import inner
+from delta_cad.export.drawings.title import FIELDS, inner
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
 from delta_cad.solids.part import Part
 
 _SAME_MM = 2e-3  # what is printed is rounded to a micrometre
 _TOUCHING_MM = 1e-6  # frames of tolerances that stand one below another share their line
 _ROUND_MM = 0.01  # boxes of round faces are wider than they are by a thousandth
+_FRAME_MM = 1.0  # by which a box around a number is wider than its text, at most
+_UNDER_MM = 5.0  # from a label of the title block down to its text, at most
+_RANK = 1e-6  # of motions of unit size, below which one is none
+_FIT = re.compile(r"(\d+(?:\.\d+)?) ([A-Za-z]{1,2}\d{1,2})\b")
 _COUNTED = re.compile(r"^(?:(\d+)x )?(.*)$")
 _NUMBER = re.compile(r"^-?\d+(\.\d+)?")
 
@@ -51,6 +59,10 @@ def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str
         *_hole_faults(drawing, part),
         *_value_faults(drawing, features),
         *extent_faults(part, features),
+        *_exact_faults(drawing, features),
+        *_position_faults(drawing, features),
+        *_requirement_faults(drawing, part),
+        *_section_faults(drawing, features),
     ]
     for number, sheet in enumerate(drawing.sheets, 1):
         faults += [f"sheet {number}: {fault}" for fault in sheet_faults(sheet)]
@@ -117,6 +129,151 @@ def _value_faults(drawing: Drawing, features: Features) -> Iterable[str]:
             yield f"{place.key} is printed as {shown[place.key]}, it is {off:.3f} mm from the datum"
 
 
+def _exact_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+    """Finds zones of position without exact coordinates, and boxes around coordinates that no zone is at."""
+    located = _located(features)
+    walls = {id(f) for zone in features.zones if zone.kind == "position" for f in zone.faces}
+    letters = {letter for zone in features.zones if zone.kind == "position" for letter in zone.datums}
+    counted = [datum for datum in features.datums if datum.letter in letters]
+    walls |= {id(face) for datum in counted for face in datum.faces}
+    keys = [f"bore {g}.{b} " for g, b, bore in located if any(id(face) in walls for face in bore.faces)]
+    planes = [datum.faces[0] for datum in counted if datum.faces[0].kind == "plane"]
+    for sheet in drawing.sheets:
+        boxes = [box_of([item]) for item in primitives(sheet.items) if isinstance(item, Stroke) and _is_box(item)]
+        for text in sheet.texts:
+            number = _NUMBER.match(text.text)
+            if number is None or abs(float(number[0])) < _SAME_MM:
+                continue
+            exact = any(_is_around(box, text.box) for box in boxes)
+            at = [p for p in features.places if p.key in text.states]
+            required = [p.key for p in at if any(p.key.startswith(key) for key in keys)]
+            level = any(
+                is_along(plane.axis, p.along) and abs(float(plane.point @ p.along) - p.value) < _SAME_MM
+                for plane in planes
+                for p in at
+            )
+            if required and not exact:
+                yield f"{required[0]} has a zone of position and its coordinate {text.text} is not boxed"
+            if exact and at and not required and not level:
+                yield f"{at[0].key} is boxed, {text.text}, and nothing tolerances its position"
+
+
+def _located(features: Features) -> list[tuple[int, int, Bore]]:
+    """Bores with the numbers of group and bore in their keys."""
+    return [(g, b, bore) for g, group in enumerate(features.groups) for b, bore in enumerate(group.bores)]
+
+
+def _is_box(item: Stroke) -> bool:
+    return item.closed and len(item.points) == 4
+
+
+def _is_around(box: Box, inside: Box) -> bool:
+    """Whether a box is the frame of a text: around it, and no wider than that takes."""
+    apart = [inside[0] - box[0], inside[1] - box[1], box[2] - inside[2], box[3] - inside[3]]
+    return min(apart) > -_TOUCHING_MM and max(apart) < _FRAME_MM
+
+
+def _position_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+    """Reads the frames of positions off the sheets: what their datums leave free to move must not move their zones.
+
+    Datums leave a part some motions. In these the axis of a single bore may move one way, as about another bore; those
+    of a pattern not at all, unless its frame says CZ: then only together.
+    """
+    known = {datum.letter: datum.faces for datum in features.datums}
+    zones = {zone.key: zone for zone in features.zones}
+    for sheet in drawing.sheets:
+        for symbol in sheet.symbols:
+            cells = [item for item in symbol.items if isinstance(item, Text)]
+            zone = zones.get(cells[0].states[0]) if cells and cells[0].states else None
+            if zone is None or not symbol.name.startswith("position"):
+                continue
+            fixed = [row for cell in cells[1:] for face in known.get(cell.text, ()) for row in _fixed(face)]
+            _, size, rows = np.linalg.svd(np.array([*fixed, np.zeros(6)]))
+            free = rows[int((size > _RANK).sum()) :]
+            walls = {id(face) for face in zone.faces}
+            bores = [bore for _, _, bore in _located(features) if any(id(face) in walls for face in bore.faces)]
+            ways = [np.linalg.matrix_rank(_moved_across(bore, free), tol=_RANK) for bore in bores]
+            if len(bores) > 1 and "CZ" not in cells[0].text.split() and any(ways):
+                yield f"{symbol.name} holds {len(bores)} axes and neither fixes nor combines them: more datums, or CZ"
+            if len(bores) == 1 and ways[0] > 1:
+                yield f"{symbol.name} names too few datums to place an axis"
+
+
+def _fixed(face: Face) -> np.ndarray:
+    """(n, 6) rows, by which a motion, shift of the origin in cm and turn in rad, is multiplied to what a datum forbids.
+
+    A plane may slide in itself and turn about its normal, an axis slide along itself and turn about itself.
+    """
+    a, (u, v) = face.axis, _sides_of(face.axis)
+    turns = [np.concatenate([np.zeros(3), side]) for side in (u, v)]
+    shifts = (a,) if face.kind == "plane" else (u, v)
+    return np.array([*turns, *(_shift(way, face.point) for way in shifts)])
+
+
+def _shift(way: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(6,) the velocity of a point along a direction, as a row that a motion is multiplied by; lengths in cm."""
+    return np.concatenate([way, np.cross(at / 10.0, way)])
+
+
+def _sides_of(axis: np.ndarray) -> np.ndarray:
+    """(2, 3) unit vectors across an axis and one another."""
+    u = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
+    u /= np.linalg.norm(u)
+    return np.array([u, np.cross(axis, u)])
+
+
+def _moved_across(bore: Bore, free: np.ndarray) -> np.ndarray:
+    """(4, n) what n motions do to a bore's axis: shifts across it at its end, and tilts."""
+    sides = _sides_of(bore.axis)
+    rows = [_shift(side, bore.point) for side in sides] + [np.concatenate([np.zeros(3), side]) for side in sides]
+    return np.array(rows) @ free.T
+
+
+def _requirement_faults(drawing: Drawing, part: Part) -> Iterable[str]:
+    """Finds what a part's description asks for that stands in no view, table or note."""
+    outside = [
+        t.text for s in drawing.sheets for t in s.texts if not overlap(t.box, s.frames.get("title block", t.box))
+    ]
+    printed = _plain(" ".join(outside))
+    name, clauses = named(part.description)
+    for clause in clauses:
+        if _plain(clause) not in printed:
+            yield f"{clause!r} stands only in the part's description"
+    for size, fit in _FIT.findall(name):
+        if not any(f"Ø{size} {fit}" in text for text in outside):
+            yield f"{size} {fit} stands only in the title"
+
+
+def _plain(text: str) -> str:
+    """A text by its words: without case, brackets, full stops, and tolerances, which a view states."""
+    return " ".join(re.sub(r"[().;:,]+(?=\s|$)|\(| ±\S+", "", text).casefold().split())
+
+
+def _section_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+    """Finds sections that show nothing hidden of what the main view has end on, and such without a section."""
+    bores = [bore for _, _, bore in _located(features) if features.turned or is_along(bore.axis, features.main)]
+    hollow = [face for face in features.faces if face.kind == "sphere" and face.hollow]
+    most = max((len(bore.diameters) - bore.through for bore in bores), default=0)
+    hidden = [bore for bore in bores if len(bore.diameters) - bore.through == most]
+    for section in drawing.sections:
+        if not any(map(section.meets, hidden)) and not any(section.holds(face.point) for face in hollow):
+            yield "a section meets no bore of those with the most steps or a floor"
+        elif not features.turned and "A-A" not in {text.text for sheet in drawing.sheets for text in sheet.texts}:
+            yield "a view is cut open and has no title A-A"
+    if not drawing.sections and (hollow or most > 0):
+        yield "nothing is cut open, and a step or a floor is hidden"
+
+
+def _title_faults(sheet: Sheet) -> Iterable[str]:
+    """Finds fields of the title block without a text under their label."""
+    block = sheet.frames.get("title block")
+    inside = [text for text in sheet.texts if block is not None and overlap(text.box, block)]
+    for label in FIELDS if block is not None else ():
+        at = next((text.at for text in inside if text.text == label), None)
+        if at is None or not any(t.at[0] == at[0] and 0.0 < at[1] - t.at[1] < _UNDER_MM for t in inside):
+            yield f"title block: {label} is missing"
+
+
 def extent_faults(part: Part, features: Features) -> Iterable[str]:
     """Holds how far a part declares that it reaches against what is told: each end has a coordinate, or is none.
 
@@ -144,7 +301,7 @@ def sheet_faults(sheet: Sheet) -> list[str]:
     ]
     edges = lines_of(item for item in primitives(sheet.items) if not isinstance(item, Text) and item.layer in EDGES)
     faults += [f"{text.text!r} lies over an edge" for text in texts if crosses(text.box, edges)]
-    return faults + list(_symbol_faults(sheet, edges)) + list(_leader_faults(sheet, edges))
+    return [*faults, *_symbol_faults(sheet, edges), *_leader_faults(sheet, edges), *_title_faults(sheet)]
 
 
 def _is_inside(box: Box, sheet: Sheet) -> bool:

@@ -90,7 +90,7 @@ def _tell_rounds(found: Features, own: Iterable[Face], controlled: Controlled) -
         elif face.kind == "cone":
             groups.setdefault(("cone ", round(degrees(abs(face.half_angle)), 2)), []).append(face)
         elif face.kind == "other":
-            found.notes["curved"] = "Curved faces: see the description and the STEP file"
+            found.notes["curved"] = "Curved faces: see the notes and the STEP file"
     for (sign, radius), faces in sorted(groups.items(), key=lambda item: -item[0][1]):
         value = 2 * faces[0].radius if "Ø" in sign else 2 * radius if sign == "cone " else faces[0].radius
         held = controlled.round_of(2 * faces[0].radius) if sign in ("Ø", "SØ", "R") else None
@@ -129,6 +129,7 @@ def _held(text: str, held: Round, is_radius: bool) -> str:
         text += f" {held.fit} ({upper}/{lower})"
     elif held.either_mm:
         text += f" ±{held.either_mm / (2.0 if is_radius else 1.0):g}"
+    text = f"{text} {held.where}" if held.where else text
     return text if held.surface_um is None else f"{text} {SURFACE}Ra {held.surface_um:g}"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import cos, radians, sin
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -202,13 +203,26 @@ class Sheet:
         return (item for item in self.items if isinstance(item, Annotation) and item.measure is None)
 
 
+class Sectioned(Protocol):
+    """Where a view is cut open, as far as a drawing's checker asks."""
+
+    def meets(self, bore: Any) -> bool:
+        """Decides whether a bore is cut along its axis."""
+        ...
+
+    def holds(self, point: np.ndarray) -> bool:
+        """Decides whether a (3,) point is in its planes."""
+        ...
+
+
 @dataclass(frozen=True)
 class Drawing:
-    """A drawing of one or more sheets, with what its files say of themselves."""
+    """A drawing of one or more sheets, with what its files say of themselves, and the sections among its views."""
 
     name: str
     title: str
     sheets: tuple[Sheet, ...]
+    sections: tuple[Sectioned, ...] = ()
 
 
 def _mapped(item: Item, at: Callable[[Point], Point], scale: float = 1.0) -> Item:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import hypot, inf
 
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.holes import HoleGroup
@@ -12,11 +14,13 @@ from delta_cad.export.drawings.sheet_io.lettering import width_of
 from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Stroke, Text, box_of, scaled
 from delta_cad.export.drawings.views.annotate import Annotator, Tagged
 from delta_cad.export.drawings.views.choice import View
+from delta_cad.export.drawings.views.lines import boxed
 from delta_cad.export.drawings.views.marks import arrow, free_text
 from delta_cad.export.drawings.views.projection import hatched
 
 _TITLE_MM = 3.5
 _MANY = 8  # bores of a view from which on they get tags and a table
+_CORNER_MM = 2.0  # of a section's line, either way, that is bold where it bends
 _CUT_MM = 6.0  # by which the line of a cut goes beyond the view
 
 
@@ -37,10 +41,17 @@ class Block:
 
 @dataclass(frozen=True)
 class _Cut:
-    """Where another view cuts a view open: across its axis 0 or 1, at what, mm, looking which way, by what name."""
+    """Where another view cuts a view open.
+
+    Attributes:
+        axis: Across which of its axes, 0 or 1.
+        at: Where along it from its lower end up, and up to where along the other each goes, mm; the last to `inf`.
+        sense: Which way along the axis one looks.
+        letter: Its name.
+    """
 
     axis: int
-    at: float
+    at: tuple[tuple[float, float], ...]
     sense: float
     letter: str
 
@@ -53,9 +64,18 @@ def cuts_in(view: View, others: Sequence[View]) -> list[_Cut]:
             continue
         for k, axis in enumerate(view.frame.axes):
             along = float(other.towards @ axis)
-            if abs(along) > 1.0 - 1e-6:
-                found.append(_Cut(k, along * other.cut, -along, other.title[:1]))
+            way = float(other.frame.axes[other.cut.axis] @ view.frame.axes[1 - k])
+            if abs(along) > 1.0 - 1e-6 and (len(other.cut.steps) == 1 or abs(way) > 1.0 - 1e-6):
+                found.append(_Cut(k, _turned(other.cut.steps, along, way), -along, other.title[:1]))
     return found
+
+
+def _turned(steps: Sequence[tuple[float, float]], along: float, way: float) -> tuple[tuple[float, float], ...]:
+    """The planes of a section from the lower end up: where each is, and up to where it goes; senses 1 or -1."""
+    depths, ends = [along * depth for _, depth in steps], [end for end, _ in steps[:-1]]
+    if way < 0.0:
+        depths, ends = depths[::-1], [-end for end in ends[::-1]]
+    return tuple(zip(depths, [*ends, inf], strict=True))
 
 
 def block_of(view: View, scale: float, features: Features, controlled: Controlled, cuts: Sequence[_Cut] = ()) -> Block:
@@ -81,12 +101,23 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     block.items += setting.callouts([g for g in view.groups if g not in tagged])
     if view.title:
         at = (drawn[0] + drawn[2]) / 2 - width_of(view.title, _TITLE_MM) / 2
-        block.items.append(Text((at, box_of(block.items)[3] + 2.5), _TITLE_MM, view.title))
+        block.items += _title(view, features, (at, box_of(block.items)[3] + 2.5))
     for cut in cuts:
         block.items += _cut_line(cut, scale, drawn, block.items)
     for letter, group in zip("ABCDEFGHJKLMNPQRSTUVWXYZ", tagged, strict=False):
         block.tables.append((group, setting.tag(letter, group, block.items)))
     return block
+
+
+def _title(view: View, features: Features, at: Point) -> list[Item]:
+    """The title of a view; where something exact is told in it that is turned, its angle is exact, too."""
+    if view.slot != "turned" or not any(place.key in features.exact for place in view.places):
+        return [Text(at, _TITLE_MM, view.title)]
+    before, angle, after = re.split(r" (\S+°) ", view.title)
+    texts = [Text(at, _TITLE_MM, before)]
+    for part in (angle, after):
+        texts.append(Text((texts[-1].end[0] + _TITLE_MM, at[1]), _TITLE_MM, part))
+    return [*texts, boxed(texts[1])]
 
 
 def _with_room(drawn: Box, cuts: Sequence[_Cut]) -> Box:
@@ -97,21 +128,33 @@ def _with_room(drawn: Box, cuts: Sequence[_Cut]) -> Box:
 
 def _cut_line(cut: _Cut, scale: float, drawn: Box, items: Sequence[Item]) -> list[Item]:
     """The line along which a view is cut, with arrows the way that is looked and its letter at both ends."""
-    k, at = cut.axis, cut.at * scale
+    k = cut.axis
     low, high = drawn[1 - k] - _CUT_MM, drawn[3 - k] + _CUT_MM
 
     def point(along: float, across: float) -> Point:
         return (across, along) if k == 0 else (along, across)
 
-    found: list[Item] = [Stroke("centre", (point(low, at), point(high, at)))]
-    for end, inner in ((low, low + 3.0), (high, high - 3.0)):
-        tip = point(end, at + cut.sense * 5.0)
+    path, start = list[Point](), low
+    for at, end in cut.at:
+        path += [point(start, at * scale), point(start := min(end * scale, high), at * scale)]
+    found: list[Item] = [Stroke("centre", tuple(path))]
+    for before, corner, after in zip(path, path[1:], path[2:], strict=False):
+        found.append(Stroke("cut", (_part_way(corner, before), corner, _part_way(corner, after))))
+    for end, inner, at in ((low, low + 3.0, cut.at[0][0]), (high, high - 3.0, cut.at[-1][0])):
+        tip = point(end, at * scale + cut.sense * 5.0)
         found += [
-            Stroke("cut", (point(end, at), point(inner, at))),
-            arrow(tip, point(end, at)),  # before its line: behind it, it would be the head of a leader
-            Stroke("dimension", (point(end, at), tip)),
+            Stroke("cut", (point(end, at * scale), point(inner, at * scale))),
+            arrow(tip, point(end, at * scale)),  # before its line: behind it, it would be the head of a leader
+            Stroke("dimension", (point(end, at * scale), tip)),
         ]
-    for end in (low, high):
-        adjacent = point(end, at + cut.sense * 2.5)
+    for end, at in ((low, cut.at[0][0]), (high, cut.at[-1][0])):
+        adjacent = point(end, at * scale + cut.sense * 2.5)
         found.append(free_text(cut.letter, adjacent, 0.0, [*items, *found], _TITLE_MM))
     return found
+
+
+def _part_way(start: Point, end: Point) -> Point:
+    """A point at most as far on the way as the bold corner of a section's line is long."""
+    (x, y), (u, v) = start, end
+    share = min(1.0, _CORNER_MM / max(hypot(u - x, v - y), _CORNER_MM))
+    return x + share * (u - x), y + share * (v - y)

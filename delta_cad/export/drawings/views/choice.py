@@ -18,6 +18,7 @@ from delta_cad.export.drawings.part.places import auxiliary_directions
 from delta_cad.export.drawings.part.record import Features, Place, Size
 from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.views.projection import Frame, cut_open, projected
+from delta_cad.export.drawings.views.section import Section, hidden_bores, section_of
 from delta_cad.solids.part import Part
 
 _SEEN_MM = 5e-3  # the kernel's curves of a view are true to 1e-4
@@ -36,7 +37,7 @@ class View:
         slot: "front", "right", "left", "above", "below" for what stands beside the main view, "turned" or "picture".
         frame: From where.
         title: Written over it.
-        cut: Where it is cut open, along the direction to the viewer, mm; None: it is not.
+        cut: Where it is cut open; None: it is not.
         items: What is seen, mm, true size.
         behind: What is hidden in a view that is cut open, and left out but for what a coordinate is of.
         rings: Around the faces where it is cut open.
@@ -49,7 +50,7 @@ class View:
     slot: str
     frame: Frame
     title: str = ""
-    cut: float | None = None
+    cut: Section | None = None
     items: list[Item] = field(default_factory=list)
     behind: list[Item] = field(default_factory=list)
     rings: list[list[Point]] = field(default_factory=list)
@@ -72,8 +73,8 @@ class View:
         return is_along(bore.axis, self.towards)
 
 
-def views_of(part: Part, features: Features) -> list[View]:
-    """Chooses the views of a part and draws them.
+def views_of(part: Part, features: Features, groove_mm: tuple[float, float] | None = None) -> list[View]:
+    """Chooses the views of a part and draws them; a helical groove as threads are, see `Controlled.groove_mm`.
 
     Raises:
         ViewError: A coordinate is along no axis of any view, or a bore is slanted in all of them.
@@ -87,6 +88,8 @@ def views_of(part: Part, features: Features) -> list[View]:
     _cut(views, features)
     for view in views:
         _draw(view, part.solid)
+        if groove_mm is not None and features.turned:
+            _draw_groove(view, groove_mm[0] / 2.0, groove_mm[1] / 2.0)
     _share(views, features)
     for view in views:
         _reveal(view)
@@ -159,7 +162,7 @@ def _add_turned(views: list[View], features: Features) -> None:
         angle = (degrees(atan2(v, u)) + 45.0) % 90.0 - 45.0
         right = np.cos(np.radians(angle)) * np.array(front.right) + np.sin(np.radians(angle)) * np.array(front.up)
         sense = "clockwise" if angle > 0.0 else "anticlockwise"
-        title = f"View {'BCDE'[n % 4]}, turned {abs(angle):.2f}° {sense}"
+        title = f"View {'BCDE'[n % 4]}, turned {round(abs(angle), 4):g}° {sense}"
         views.append(View("turned", Frame.of(right, np.cross(front.towards, right)), title))
 
 
@@ -169,14 +172,9 @@ def _cut(views: list[View], features: Features) -> None:
     if features.turned:
         bored = any(is_along(bore.axis, features.main) for g in features.groups for bore in g.bores)
         if bored or any(face.kind == "sphere" and face.hollow for face in features.faces):
-            front.cut = 0.0
+            front.cut = Section.plane(front.frame, 0.0)
         return
-    hidden = [
-        bore
-        for g in features.groups
-        for bore in g.bores
-        if front.end_on(bore) and (len(bore.diameters) > 1 or not bore.through)
-    ]
+    hidden = hidden_bores(features, front.towards)
     hollow = [face for face in features.faces if face.kind == "sphere" and face.hollow]
     inside = [bore for g in features.groups for bore in g.bores if front.end_on(bore)]
     if not hidden and not hollow and not inside:
@@ -186,23 +184,15 @@ def _cut(views: list[View], features: Features) -> None:
     if plain:
         view = plain[0]
     elif not hidden and not hollow:
-        return
+        if not sides:
+            return
+        view = sides[0]
     else:
         free = [slot for slot in _WORTH if not any(view.slot == slot for view in sides)]
         view = View(free[0], adjacent(front.frame, free[0]))
         views.append(view)
-    at = hollow[0].point if hollow else _through_most(hidden or inside, inside, view)
-    view.cut, view.title = float(at @ view.towards), "A-A"
-
-
-def _through_most(bores: Sequence[Bore], others: Sequence[Bore], view: View) -> np.ndarray:
-    """A point of the bore with the most steps, of these that in whose plane the most others lie."""
-
-    def worth(bore: Bore) -> tuple[int, int, float]:
-        level = float(bore.point @ view.towards)
-        return len(bore.diameters), sum(abs(float(o.point @ view.towards) - level) < 1e-3 for o in others), bore.widest
-
-    return max(bores, key=worth).point
+    cut = Section.plane(view.frame, float(hollow[0].point @ view.towards)) if hollow else None
+    view.cut, view.title = cut or section_of(view.frame, front.frame, features), "A-A"
 
 
 def _share(views: list[View], features: Features) -> None:
@@ -259,10 +249,34 @@ def _draw(view: View, solid: Any) -> None:
     if view.cut is None:
         view.items = projected([solid.wrapped], view.frame)
         return
-    rest, view.rings = cut_open(solid, view.frame, view.cut)
+    rest, view.rings = cut_open(solid, view.frame, view.cut.steps, view.cut.axis)
     items = [item for item in projected([rest.wrapped], view.frame) if isinstance(item, (Arc, Stroke))]
+    for at, _ in view.cut.steps[:-1]:  # nothing is drawn of a step
+        items = [item for item in items if not _is_level(item, view.cut.axis, at)]
     view.items = [item for item in items if item.layer == "visible"]
     view.behind = [item for item in items if item.layer == "hidden"]
+
+
+def _draw_groove(view: View, bottom: float, land: float) -> None:
+    """Draws the lands of a helical groove, which is modelled as a cylinder, bold and its bottom thin, as ISO 6410 does.
+
+    The part's axis lies along the view's right.
+    """
+
+    def is_bottom(item: Item) -> bool:
+        return isinstance(item, Stroke) and all(abs(abs(v) - bottom) < _SEEN_MM for _, v in item.points)
+
+    def is_step(item: Item) -> bool:
+        heights = sorted(abs(v) for _, v in item.points) if isinstance(item, Stroke) else ()
+        return len(heights) == 2 and abs(heights[0] - bottom) < _SEEN_MM and abs(heights[1] - land) < _SEEN_MM
+
+    kept = [item for item in view.items if not (is_bottom(item) or is_step(item))]
+    for item in filter(is_bottom, view.items):
+        assert isinstance(item, Stroke)
+        edge = tuple((u, land if v > 0.0 else -land) for u, v in item.points)
+        kept += [Stroke("dimension", item.points), Stroke("visible", edge)]
+    view.items = kept
+    view.rings = [[(u, land * v / abs(v) if abs(abs(v) - bottom) < _SEEN_MM else v) for u, v in r] for r in view.rings]
 
 
 def _reveal(view: View) -> None:

@@ -122,13 +122,17 @@ def _removed(shapes: Sequence[Any], frame: Frame) -> Any:
     return HLRBRep_HLRToShape(algorithm)
 
 
-def cut_open(solid: Any, frame: Frame, depth: float) -> tuple[Any, list[list[Point]]]:
+def cut_open(
+    solid: Any, frame: Frame, steps: Sequence[tuple[float, float]], axis: int = 1
+) -> tuple[Any, list[list[Point]]]:
     """Cuts a solid open across the viewer's direction.
 
     Args:
         solid: A `cadquery.Solid`.
         frame: The view.
-        depth: Where the cut lies along the direction to the viewer, mm.
+        steps: Planes side by side: up to where along an axis of the view each goes, mm, rising, the last to `inf`; and
+            where it lies along the direction to the viewer, mm.
+        axis: That axis, 0 or 1.
 
     Returns:
         What is left behind the cut, and the rings around the cut faces and their holes, for `hatched`.
@@ -136,18 +140,27 @@ def cut_open(solid: Any, frame: Frame, depth: float) -> tuple[Any, list[list[Poi
     import cadquery as cq
 
     size = 4.0 * float(solid.BoundingBox().DiagonalLength)
-    middle = solid.BoundingBox().center.toTuple()
-    towards = frame.towards
-    origin = np.array(middle) + (depth - np.array(middle) @ towards) * towards
-    plane = cq.Plane(cq.Vector(*origin.tolist()), cq.Vector(*frame.right), cq.Vector(*towards.tolist()))
-    block = cq.Workplane(plane).rect(size, size).extrude(size).val()
-    rest = solid.cut(block)
+    towards, rest = frame.towards, solid
+    centre = np.array(solid.BoundingBox().center.toTuple())
+    middle = [*(frame.axes @ centre), float(towards @ centre)]
+    low = middle[axis] - size
+    for end, depth in steps:
+        high = min(end, middle[axis] + size)
+        spans = [[at - size, at + size] for at in middle[:2]]
+        spans[axis], low = [low, high], high
+        at = [sum(span) / 2.0 for span in spans]
+        origin = at[0] * frame.axes[0] + at[1] * frame.axes[1] + depth * towards
+        plane = cq.Plane(cq.Vector(*origin.tolist()), cq.Vector(*frame.right), cq.Vector(*towards.tolist()))
+        wide, tall = (span[1] - span[0] for span in spans)
+        rest = rest.cut(cq.Workplane(plane).rect(wide, tall).extrude(size).val())
+    depths = np.array([depth for _, depth in steps])
     rings = []
     for face in rest.Faces():
         if face.geomType() != "PLANE":
             continue
         normal = np.array(face.normalAt().toTuple())
-        if normal @ towards > 1.0 - 1e-6 and abs(np.array(face.Center().toTuple()) @ towards - depth) < _SAME_MM:
+        off = np.abs(depths - np.array(face.Center().toTuple()) @ towards)
+        if normal @ towards > 1.0 - 1e-6 and off.min() < _SAME_MM:
             for wire in face.Wires():
                 rings.append([frame(p) for edge in _ordered(wire) for p in edge])
     return rest, rings

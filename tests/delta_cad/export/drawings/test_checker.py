@@ -18,10 +18,18 @@ from delta_cad.export.drawings.sheet_io.sheet import (
     Sheet,
     Stroke,
     Text,
+    box_of,
+    overlap,
     primitives,
 )
+from delta_cad.export.drawings.title import FIELDS
+from delta_cad.export.drawings.views.lines import boxed
 from delta_cad.export.drawings.views.marks import arrow
-from tests.delta_cad.export.drawings.sample import drawn, plate, texts
+from delta_cad.export.drawings.write import part_drawing
+from delta_cad.solids.part import Part
+from tests.delta_cad.export.drawings.sample import TITLES, drawn, plate, texts
+from tests.delta_cad.export.drawings.test_zones import NONE
+from tests.delta_cad.export.drawings.test_zones import plate as zoned
 
 
 @pytest.fixture(scope="module")
@@ -168,3 +176,138 @@ LEVEL = leader((120, 90), (100, 90))
 )
 def test_leaders_that_cannot_be_followed_are_found(items: list[Item], wording: list[str]) -> None:
     assert sheet_faults(Sheet(297.0, 210.0, items)) == wording
+
+
+def located() -> tuple[Drawing, Part, Features]:
+    """A plate with a seat, a pilot and dowels, each with its place from those before."""
+    part = zoned()
+    drawing, features = part_drawing(part, NONE, TITLES)
+    assert drawing_faults(drawing, part, features) == []
+    return drawing, part, features
+
+
+def without_boxes(items: list[Item]) -> list[Item]:
+    """Items without the frames of numbers, as of a drawing that has none."""
+
+    def is_frame(leaf: Primitive, texts: list[Text]) -> bool:
+        box = box_of([leaf])
+        inside = (text for text in texts if text.text.replace("-", "").replace(".", "").isdigit())
+        return (
+            isinstance(leaf, Stroke)
+            and leaf.closed
+            and any(overlap(box, t.box) and box[2] - box[0] < 20 for t in inside)
+        )
+
+    texts = [leaf for leaf in primitives(items) if isinstance(leaf, Text)]
+    return [
+        replace(item, items=tuple(leaf for leaf in item.items if not is_frame(leaf, texts)))
+        if isinstance(item, Annotation) and item.measure is not None
+        else item
+        for item in items
+        if isinstance(item, Annotation) or not is_frame(item, texts)
+    ]
+
+
+def test_a_position_whose_coordinates_are_not_boxed_is_found() -> None:
+    drawing, part, features = located()
+    faults = drawing_faults(spoiled(drawing, without_boxes), part, features)
+    assert sum("and its coordinate" in fault and fault.endswith("is not boxed") for fault in faults) >= 4
+    assert len(faults) == sum("is not boxed" in fault for fault in faults)
+
+
+def test_a_box_around_what_has_no_zone_of_position_is_found(sound: tuple[Drawing, Features]) -> None:
+    drawing, features = sound
+    text = next(t for t in drawing.sheets[0].texts if t.text == "60")
+    framed_ = spoiled(drawing, lambda items: [*items, boxed(text)])
+    (fault,) = drawing_faults(framed_, plate(), features)
+    assert fault.endswith("is boxed, 60, and nothing tolerances its position")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "wording"),
+    [
+        (("A", "B", "C"), ("A", "B"), "holds 2 axes and neither fixes nor combines them: more datums, or CZ"),
+        (("A", "B", "C"), ("A",), "holds 2 axes and neither fixes nor combines them: more datums, or CZ"),
+        (("A", "B"), ("A",), "names too few datums to place an axis"),
+    ],
+)
+def test_a_frame_whose_datums_do_not_place_what_it_holds_is_found(
+    old: tuple[str, ...], new: tuple[str, ...], wording: str
+) -> None:
+    drawing, part, features = located()
+
+    def cells(item: Item) -> list[Text]:
+        return [leaf for leaf in primitives([item]) if isinstance(leaf, Text)]
+
+    def fewer(items: list[Item]) -> list[Item]:
+        found = []
+        for item in items:
+            if isinstance(item, Annotation) and item.name == f"position Ø0.05 {' '.join(old)}":
+                gone = cells(item)[1 + len(new) :]
+                kept = tuple(leaf for leaf in item.items if leaf not in gone)
+                item = Annotation(f"position Ø0.05 {' '.join(new)}", kept)
+            found.append(item)
+        return found
+
+    (fault,) = drawing_faults(spoiled(drawing, fewer), part, features)
+    assert fault.endswith(wording)
+
+
+def test_a_pattern_that_is_combined_needs_no_more_datums() -> None:
+    drawing, part, features = located()
+
+    def combined(items: list[Item]) -> list[Item]:
+        found = []
+        for item in items:
+            if isinstance(item, Annotation) and item.name == "position Ø0.05 A B C":
+                first = next(leaf for leaf in item.items if isinstance(leaf, Text))
+                kept = [leaf for leaf in item.items if not isinstance(leaf, Text) or leaf.text == "A"]
+                item = Annotation("position Ø0.05 CZ A", (replace(first, text="Ø0.05 CZ"), *kept))
+            found.append(item)
+        return found
+
+    faults = drawing_faults(spoiled(drawing, combined), part, features)
+    assert [fault for fault in faults if fault.startswith("position")] == []
+
+
+@pytest.mark.parametrize(
+    ("description", "wording"),
+    [
+        ("plate, hardened to 58 HRC", "'Hardened to 58 HRC' stands only in the part's description"),
+        ("plate; bonded, reamed with a mandrel", "'Bonded, reamed with a mandrel' stands only in"),
+        ("plate 8 h6", "8 h6 stands only in the title"),
+    ],
+)
+def test_a_requirement_that_is_printed_nowhere_is_found(
+    sound: tuple[Drawing, Features], description: str, wording: str
+) -> None:
+    drawing, features = sound
+    part = replace(plate(), description=description)
+    (fault,) = drawing_faults(drawing, part, features)
+    assert fault.startswith(wording)
+    assert drawing_faults(drawn(part)[0], part, features) == ([] if "only in the title" not in wording else [fault])
+
+
+def test_a_section_that_misses_what_is_hidden_is_found(sound: tuple[Drawing, Features]) -> None:
+    drawing, features = sound
+    (section,) = drawing.sections
+    astray = replace(section, steps=((np.inf, 13.0),))
+    through = replace(section, steps=((np.inf, 20.0),))  # the plain bore and the threads, and no counterbore
+    wording = "a section meets no bore of those with the most steps or a floor"
+    assert drawing_faults(replace(drawing, sections=(astray,)), plate(), features) == [wording]
+    assert drawing_faults(replace(drawing, sections=(through,)), plate(), features) == []
+    (fault,) = drawing_faults(replace(drawing, sections=()), plate(), features)
+    assert fault == "nothing is cut open, and a step or a floor is hidden"
+    untitled = spoiled(drawing, lambda items: [i for i in items if not (isinstance(i, Text) and i.text == "A-A")])
+    assert "a view is cut open and has no title A-A" in drawing_faults(untitled, plate(), features)
+
+
+@pytest.mark.parametrize("label", FIELDS)
+def test_a_field_of_the_title_block_without_its_text_is_found(sound: tuple[Drawing, Features], label: str) -> None:
+    drawing, features = sound
+    at = next(text.at for text in drawing.sheets[0].texts if text.text == label)
+
+    def emptied(items: list[Item]) -> list[Item]:
+        return [i for i in items if not (isinstance(i, Text) and i.at[0] == at[0] and 0 < at[1] - i.at[1] < 6)]
+
+    assert drawing_faults(spoiled(drawing, emptied), plate(), features) == [f"sheet 1: title block: {label} is missing"]

@@ -7,7 +7,7 @@ import pytest
 from delta_cad.export.drawings.part.record import Datum, Zone
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE, width_of
 from delta_cad.export.drawings.sheet_io.sheet import Annotation, Arc, Area, Item, Stroke, Text, box_of
-from delta_cad.export.drawings.views.lines import PITCH_MM, Flag, Line, _broken, length_of, set_line
+from delta_cad.export.drawings.views.lines import PITCH_MM, Flag, Line, broken, length_of, set_line
 
 ZONE = Zone("position", 0.05, True, (), ("A", "B"), "zone 1")
 FLAG = Flag(Datum("C", ()), ZONE)
@@ -75,10 +75,10 @@ def test_a_datum_is_tied_to_its_frame_or_to_the_line_above() -> None:
     assert max(y for _, y in head.points) == pytest.approx(suspended.box[3])
 
 
-def test_a_surface_s_symbol_stays_with_its_text_when_a_callout_is_broken() -> None:
+def test_a_surface_s_symbol_stays_with_its_text_when_a_callout_isbroken() -> None:
     text = f"2x Ø3 H7 (+0.01/0) through, dowels of the foot block {SURFACE}Ra 1.6"
     for most in (30.0, 40.0, 50.0, 60.0, 70.0):
-        lines = _broken(text, most)
+        lines = broken(text, most)
         assert " ".join(lines) == text
         (own,) = (line for line in lines if SURFACE in line)
         assert own.endswith(f"{SURFACE}Ra 1.6")

@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.export.drawings.part.controlled import Controlled, Round, controlled
+from delta_cad.export.drawings.notes import named, notes_of, ordered_as
+from delta_cad.export.drawings.part.controlled import Controlled, Length, Round, controlled
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, hole_groups, lettered
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE
+from delta_cad.export.drawings.sheet_io.sheet import Stroke
 from delta_cad.export.drawings.title import grams
+from delta_cad.export.drawings.views.choice import views_of
 from delta_cad.export.drawings.views.projection import Frame
-from delta_cad.export.drawings.write import notes_of
+from delta_cad.solids.making import material
 from delta_cad.solids.part import Hole, Part
 from tests.delta_cad.export.drawings.sample import HELD, METAL, plate
 
@@ -185,7 +188,9 @@ def pin(bore: float = 0.0, thin: float = 4.0) -> Part:
     ("part", "allowed"), [(pin(), True), (pin(bore=3.0), False), (pin(thin=1.5), False), (plate(), False)]
 )
 def test_a_turned_part_s_note_tells_whether_centre_holes_may_stay(part: Part, allowed: bool) -> None:
-    notes = [text for _, text in notes_of(part, features(part, Controlled()), Frame((1, 0, 0), (0, 1, 0)))]
+    notes = [
+        text for _, text in notes_of(part, features(part, Controlled()), Frame((1, 0, 0), (0, 1, 0)), Controlled())
+    ]
     assert ("Centre holes ISO 6411-A1/2.12 may stay in solid ends." in notes) == allowed
     assert any("anodised ISO 10074, 0.025 mm" in text for text in notes) == (part.number == "pin")
 
@@ -209,3 +214,54 @@ def test_equal_fits_are_counted_and_pieces_of_one_arc_are_not() -> None:
     found = features_of(Part("block", "", solid, METAL, True), faces_of(solid), Controlled())
     assert len(arcs) >= 4
     assert [size.text for size in found.sizes if "R3" in size.text] == ["4x R3"]
+
+
+def test_a_description_s_name_is_for_the_title_and_the_rest_for_the_notes() -> None:
+    name, clauses = named("rod's end, cup milled round 7.255; spigot 2.8 sanded. bonded +-0.02 deep")
+    assert (name, clauses) == ("rod's end", ["Cup milled round 7.255", "Spigot 2.8 sanded", "Bonded ±0.02 deep"])
+    assert named("foot block") == ("foot block", [])
+
+
+def test_a_note_has_in_brackets_what_a_view_states_with_its_tolerance() -> None:
+    part = replace(plate(), description="plate, 8 +-0.02 thick, 60 +-0.05 long, M4 in it")
+    held = Controlled((Length(2, 0.0, 8.0, 0.02),))
+    notes = [text for _, text in notes_of(part, features(part, held), Frame((1, 0, 0), (0, 1, 0)), held)]
+    assert notes[0] == "(8) thick, 60 ±0.05 long, (M4) in it."
+
+
+@pytest.mark.parametrize(
+    ("part", "ordered"),
+    [
+        (replace(plate(), material=material("aluminium-6082")), "Aluminium EN AW-6082 T6, EN 485-2 or EN 755-2"),
+        (replace(plate(), material=material("stainless-1.4305")), "Stainless steel 1.4305 (+A), EN 10088-3"),
+        (replace(plate(), material=material("brass")), "Brass CuZn39Pb3 (CW614N R430), EN 12164"),
+        (replace(plate(), order_code="ball 6 G10 100Cr6", standard="ISO 3290-1"), "ball 6 G10 100Cr6, ISO 3290-1"),
+        (replace(plate(), material=replace(METAL, name="unobtainium")), "unobtainium"),
+    ],
+)
+def test_a_material_is_named_as_it_is_ordered(part: Part, ordered: str) -> None:
+    assert ordered_as(part) == ordered
+
+
+def test_a_groove_is_drawn_as_a_thread_is() -> None:
+    """Along x: lands of 10 at both ends and a bottom of 9 between, 6 long."""
+    body = cq.Workplane("YZ").circle(5).extrude(8).cut(cq.Workplane("YZ", (1, 0, 0)).circle(9).circle(4.5).extrude(6))
+    (solid,) = body.val().Solids()  # type: ignore[union-attr]
+    part = Part("drum", "", solid, METAL, True)
+    front = views_of(part, features(part, Controlled()), (9.0, 10.0))[0]
+    level = {
+        layer: {round(abs(i.points[0][1]), 3) for i in front.items if isinstance(i, Stroke) and i.layer == layer}
+        for layer in ("visible", "dimension")
+    }
+    assert level["dimension"] == {4.5}
+    assert 4.5 not in level["visible"]
+    assert 5.0 in level["visible"]
+
+
+def test_a_face_reaches_as_far_when_it_carries_a_mesh() -> None:
+    """A coarse mesh of a cylinder lies within it: its end would be nowhere near where the part declares it."""
+    solid = cq.Solid.makeCylinder(5.0, 8.0)
+    before = [face.box for face in faces_of(solid)]
+    solid.tessellate(1.0, 1.0)
+    assert np.array_equal([face.box for face in faces_of(solid)], before)
+    assert max(box[1, 0] for box in before) >= 5.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import hypot, pi
+from math import hypot, inf, pi
 
 import cadquery as cq
 import pytest
@@ -53,7 +53,7 @@ def test_a_bore_is_a_circle_from_above_and_hidden_from_the_front() -> None:
 
 
 def test_a_cut_shows_the_bore_and_hatches_what_is_cut() -> None:
-    rest, rings = cut_open(bored(), FRONT, 0.0)
+    rest, rings = cut_open(bored(), FRONT, [(inf, 0.0)])
     items = projected([rest.wrapped], FRONT, hidden=False)
     assert length(items, "hidden") == 0.0
     # the outline, open over the bore, walls and floor; the bore's rim behind the cut is seen edge on

@@ -61,6 +61,7 @@ def test_a_plate_counts_from_its_plane_its_widest_bore_and_the_next() -> None:
         ("position", 0.05, {12.0}, "AB"),
         ("position", 0.05, {3.0}, "ABC"),
     ]
+    assert not any(zone.combined for zone in features.zones)  # from three datums each axis has its place
     plane, seat, pilot = features.datums
     assert np.allclose(plane.faces[0].axis, (0, 0, 1))  # where the blind seat opens, although the other side is larger
     assert ([f.radius for f in seat.faces], [f.radius for f in pilot.faces]) == ([8.0], [6.0])
@@ -76,12 +77,32 @@ def test_what_has_to_be_square_is_and_a_seat_is_the_first_datum() -> None:
 
 
 def test_bores_into_the_seat_come_before_wider_ones_across() -> None:
+    """They count from the sides from which their coordinates do; what is across counts from them."""
     boring = Boring()
     boring.add("8 H7 through", [fitted(along_y(8.0, (30.0, 15.0), (0.0, 20.0)), "H7")])
     boring.add("3 H7 x 6", [fitted(blind(along_z(3.0, (x, 10), (0, 6))), "H7") for x in (10.0, 50.0)])
     features = found(part_of(box((0, 0, 0), (60, 20, 30)), boring), Controlled(seat=(2, 0.0)))
-    assert wording(features) == [("position", 0.05, {3.0}, "A"), ("position", 0.05, {8.0}, "AB")]
-    assert np.allclose(features.datums[0].faces[0].axis, (0, 0, -1))
+    assert wording(features) == [("position", 0.05, {3.0}, "ABC"), ("position", 0.05, {8.0}, "AD")]
+    bottom, long, short, _ = (datum.faces[0] for datum in features.datums)
+    ways = [bottom.axis, long.axis, short.axis]
+    assert np.allclose(ways, [(0, 0, -1), (0, -1, 0), (-1, 0, 0)])
+    exact = sorted(place.value for place in features.places if place.key in features.exact and place.value)
+    assert exact == [10.0, 10.0, 10.0, 15.0, 30.0, 50.0]
+
+
+@pytest.mark.parametrize(("with_seat", "wanted"), [(True, [False, True]), (False, [True])])
+def test_a_pattern_that_datums_do_not_fix_is_located_within_itself(with_seat: bool, wanted: list[bool]) -> None:
+    """Dowels around the middle, with a seat there and without."""
+    boring = Boring()
+    if with_seat:
+        boring.add("16 H7 through", [fitted(along_z(16.0, (0, 0), (0, 10)), "H7")])
+    boring.add("3 H7 through", [fitted(along_z(3.0, (x, 0), (0, 10)), "H7") for x in (-20.0, 20.0)])
+    part = part_of(box((-30, -20, 0), (30, 20, 10)), boring)
+    drawing, features = part_drawing(part, NONE, TITLES)
+    assert [zone.combined for zone in features.zones] == wanted
+    names = [symbol.name for sheet in drawing.sheets for symbol in sheet.symbols]
+    assert ("position Ø0.05 CZ A B" if with_seat else "position Ø0.05 CZ A") in names
+    assert drawing_faults(drawing, part, features) == []
 
 
 def test_a_shaft_s_journal_is_what_its_head_is_true_to() -> None:

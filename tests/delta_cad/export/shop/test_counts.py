@@ -72,7 +72,8 @@ def stated(found: Entities) -> Counter[str]:
     for kind in KINDS:
         for text in of_kind(found, f"{kind.upper()}_TOLERANCE"):
             (value,) = set(measures(found, [text]))
-            counts[f"{kind} {_zone(found, text)}{value:g} {_letters(found, text)}"] += 1
+            combined = " CZ" if "COMMON_ZONE" in text else ""
+            counts[f"{kind} {_zone(found, text)}{value:g}{combined} {_letters(found, text)}"] += 1
     return +counts
 
 
@@ -111,7 +112,7 @@ def test_data_and_drawing_of_every_made_part_say_the_same(built: Built, best_ass
     total = sum((stated(entities(path)) for path in files), Counter())
     assert sum(total[fit] for fit in ("H6", "H7", "G7", "h6", "h7")) >= 25
     assert sum(count for key, count in total.items() if key.split()[0] in KINDS) >= 15
-    assert min(total[one] for one in ("H7", "h6", "M3", "datum A")) > 0
+    assert min(total[one] for one in ("H7", "h6", "M3", "datum A", "position Ø0.05 CZ A")) > 0
 
 
 @pytest.mark.parametrize(("old", "new"), [("Ø0.05", "Ø0.06"), ("H7 (+0.018/0)", "H8"), ("datum B", "datum D")])

@@ -22,10 +22,17 @@ from tests.delta_cad.export.shop.reading import Entities, entities, of_kind, str
 
 # part -> fits as (letter, what, grade), threads, places, squares, coaxialities and datums, by hand from the drawing
 DRAWN: dict[str, tuple[dict[tuple[str, str, str], int], int, int, int, int, str]] = {
-    "upper_arm": ({("H", "hole", "7"): 3}, 0, 2, 1, 0, "AB"),  # shoulder, dowels; the bar's bore has its own deviations
+    "upper_arm": (
+        {("H", "hole", "7"): 3},
+        0,
+        2,
+        1,
+        0,
+        "ABC",
+    ),  # shoulder, dowels; the bar's bore has its own deviations
     "motor_cheek": ({("H", "hole", "7"): 5}, 0, 3, 2, 0, "ABC"),  # seat, pilot, stop pin, dowels
     "encoder_cheek": ({("H", "hole", "6"): 1, ("H", "hole", "7"): 2}, 4, 1, 1, 0, "AB"),
-    "foot_block": ({("H", "hole", "7"): 6}, 4, 2, 0, 0, "AB"),
+    "foot_block": ({("H", "hole", "7"): 6}, 4, 2, 0, 0, "ABCD"),
     "sector": ({("G", "hole", "7"): 1, ("H", "hole", "7"): 2}, 0, 1, 1, 0, "AB"),
     "pinion": ({("H", "hole", "7"): 1}, 2, 0, 0, 1, "A"),
     "platform": ({}, 1, 1, 0, 0, "A"),
