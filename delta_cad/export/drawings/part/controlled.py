@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
@@ -10,6 +10,7 @@ from delta_cad.dimensions.capstan import PINION_TURNED_MM, RIM_TURNED_MM
 from delta_cad.dimensions.forearm import LINER_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, LINER_TURNED_MM, TRUE_MM, deviations_um
+from delta_cad.dimensions.tolerances.edges import Edge, functional_edges
 
 SAME_MM = 1e-3
 _SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
@@ -70,6 +71,7 @@ class Controlled:
         square: Diameters of bores that are square to the part's plane, mm, beside the widest fitted one.
         seat: Axis and coordinate, mm, of the plane that it is put on, datum A; None: the largest across its bores.
         shoulder_mm: Where a plane of a turned part stands square to its axis; None: none has to.
+        edges: Edges that have a function.
     """
 
     lengths: tuple[Length, ...] = ()
@@ -79,6 +81,7 @@ class Controlled:
     square: tuple[float, ...] = ()
     seat: tuple[int, float] | None = None
     shoulder_mm: float | None = None
+    edges: tuple[Edge, ...] = ()
 
     def datum(self, axis: int) -> float | None:
         """Gives where coordinates along an axis count from, mm; None: not stated."""
@@ -135,6 +138,8 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
         groove, crest = 2 * (c.run.pinion_mm - c.cable_diameter_mm / 2), 2 * c.pinion_radius_mm
         turned = tuple(Round(diameter, either_mm=PINION_TURNED_MM) for diameter in (groove, crest))
         found["pinion"] = Controlled(rounds=turned, coaxial=((groove, TRUE_MM),))
+    for number, edges in functional_edges(d).items():
+        found[number] = replace(found.get(number, Controlled()), edges=edges)
     return found
 
 

@@ -66,6 +66,7 @@ def features_of(part: Part, faces: list[Face], controlled: Controlled) -> Featur
         place_steps(found, own)
     else:
         place_faces(found, own)
+    found.notes |= {f"edge {n}": edge.text for n, edge in enumerate(controlled.edges)}
     add_zones(found, part, controlled)
     return found
 

@@ -15,6 +15,7 @@ import numpy as np
 from delta_cad.common.vectors import cross_length
 from delta_cad.export.drawings.part.faces import Face, is_along
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE
+from delta_cad.solids.part import Bore as Declared
 from delta_cad.solids.part import Hole, Part
 
 _SAME_MM = 1e-3  # of declared and found diameters, and of axes that are one
@@ -240,6 +241,9 @@ def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list
     shares = [match for text in hole.callout.split("; ") if (match := SHARE.match(text))]
     if len(sharing) == 1:
         return _prefixed(hole.count, _named(_shared(shares) or hole.callout, hole.diameter_mm))
+    stated = sorted({one.callout for one in hole.bores if any(_is_on(one, bore) for bore in same)})
+    if stated:
+        return _prefixed(len(same), "; ".join(_named(text, hole.diameter_mm) for text in stated))
     own = [match[2] for match in shares if int(match[1]) == len(same)]
     if len(own) == 1 and len(shares) == len(sharing):
         return _prefixed(len(same), _named(own[0], hole.diameter_mm))
@@ -249,6 +253,15 @@ def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list
     sides = " from both sides" if len(spans) == 2 else ""
     way = "long" if "slot" in designation else "deep"  # the bore at a slot's bottom goes along it
     return _prefixed(len(same), _named(f"{designation} x {depth:g} {way}{sides}", hole.diameter_mm))
+
+
+def _is_on(declared: Declared, bore: Bore) -> bool:
+    """Whether a declared bore lies on an axis, and within what is bored there."""
+    start, along = np.array(declared.start_mm), np.array(declared.direction)
+    if not is_along(bore.axis, along) or cross_length(start - bore.point, along) >= _SAME_MM:
+        return False
+    middle = float((start + declared.depth_mm / 2.0 * along - bore.point) @ bore.axis)
+    return any(low - _SAME_MM < middle < high + _SAME_MM for spans in bore.spans.values() for low, high in spans)
 
 
 def _shared(shares: list[re.Match[str]]) -> str:
