@@ -45,7 +45,7 @@ FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
 """Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
 PLACE_MM, SQUARE_MM = 0.05, 0.02
 """Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
-SLOT_MM, SLOT_CUTTER_MM = 0.4, 2.5  # by which a pin's slot is longer than wide; of the cutter that mills it
+SLOT_MM, SLOT_CUTTER_MM = 0.4, 2.0  # by which a pin's slot is longer than wide; of the cutter that mills it
 PREDRILLED_MM, PREDRILLED_ZONE_MM = 2.5, 0.05  # of holes for 3 mm pins that are reamed together: drill, zone
 SLOT_ENDS_MM = 0.1  # zone of the ends of a sector's slot, which meet the stop pin
 MOTOR_ZONE_MM, BOARD_ZONE_MM = 0.2, 0.1

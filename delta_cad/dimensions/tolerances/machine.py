@@ -1,8 +1,8 @@
 """All tolerance chains of a machine, the loosest general class with which they hold, and how they are written down.
 
 Of a shoulder: its wave spring, the encoder's gap, centring and zero, the tilt of the shaft in its bearings. Of a
-capstan: the plane of the cable, the gap of sector and pinion, the carriage's travel. Of the mechanism's own lengths: by how much a
-made chain differs from the drawn one, README (43).
+capstan: the plane of the cable, the gap of sector and pinion, the carriage's travel. Of the mechanism's own lengths: by
+how much a made chain differs from the drawn one, README (43).
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 In the plane across the pins, one part lies on the other by its locators: a pin in a round hole of either part, which
 has no play, and a pin in a slot, which holds the turn; or a bore on a pilot, or nothing, and then the turn is free.
 With e_k by how much the holes of place k are apart, of length r_k at most (half of both zones), d_k the way from the
-first locator to it, w the normal of the slot and z the axis of the pins, the turn is w . (e_1 - e_0) / (w . (z x d_1)), and
-along a direction n the misfit of place k is linear in all e:
+first locator to it, w the normal of the slot and z the axis of the pins, the turn is w . (e_1 - e_0) / (w . (z x d_1)),
+and along a direction n the misfit of place k is linear in all e:
 
     m_k(n) = n . e_k - (n - c w) . e_0 - c w . e_1,    c = n . (z x d_k) / (w . (z x d_1))
 
