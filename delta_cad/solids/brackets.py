@@ -33,6 +33,7 @@ from delta_cad.dimensions.tolerances import (
     PREDRILLED_MM,
     SLOT_CUTTER_MM,
     SLOT_MM,
+    STOP_ZONE_MM,
     TIP_DEG,
     drilled_mm,
     minutes,
@@ -265,7 +266,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     boring.add(f"counterbore {seat_depth:g} deep from the arm's side", heads)
     _to_the_block(d, boring, (outside, inside))
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
-    pressed = [fitted(along_y(b.stop_pin_mm, at, (inside, outside)), "H7") for at in pins]
+    pressed = [fitted(along_y(b.stop_pin_mm, at, (inside, outside)), "H7", STOP_ZONE_MM) for at in pins]
     boring.add(f"{b.stop_pin_mm:g} H7 through, stop pin pressed in", pressed)
     if d.capstan is not None:
         if d.capstan.collar_at_motor:

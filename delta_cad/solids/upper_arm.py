@@ -51,7 +51,7 @@ def dowel_positions(d: Dimensions) -> list[tuple[float, float]]:
     return polar_positions(d.arm.dowel_circle_mm / 2, d.arm.dowel_angles_rad)
 
 
-REAMED_ON_SHAFT = f"drilled {PREDRILLED_MM:g}, opened and reamed in arm and sector together at assembly"
+PREDRILLED = f"drilled {PREDRILLED_MM:g}, reamed with the"
 
 
 def reamed_with_sector(bore: Bore, other: str) -> Bore:
@@ -82,7 +82,7 @@ def make_upper_arm(d: Dimensions) -> Part:
     if d.capstan is not None:  # after the edges are broken: the collar's own carries the inner ring
         shape = fuse(shape, bore_y(a.collar_diameter_mm, (0.0, 0.0), (first, y[0] + THROUGH_MM)))
         dowels = [reamed_with_sector(along_y(DOWEL_MM, at, y), "sector") for at in dowel_positions(d)]
-        boring.add(f"{DOWEL_MM:g} H7 through, sector dowels, {REAMED_ON_SHAFT}", dowels)
+        boring.add(f"{DOWEL_MM:g} H7 through, sector dowels, {PREDRILLED} sector at assembly", dowels)
         cut_off = 0.0
     else:
         tools += _clamp(d, boring)

@@ -47,7 +47,7 @@ PLACE_MM, SQUARE_MM = 0.05, 0.02
 """Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
 SLOT_MM, SLOT_CUTTER_MM = 0.4, 2.0  # by which a pin's slot is longer than wide; of the cutter that mills it
 PREDRILLED_MM, PREDRILLED_ZONE_MM = 2.5, 0.05  # of holes for 3 mm pins that are reamed together: drill, zone
-SLOT_ENDS_MM = 0.1  # zone of the ends of a sector's slot, which meet the stop pin
+STOP_ZONE_MM = 0.1  # of a stop pin, and of the ends of the sector's slot, which meet it
 MOTOR_ZONE_MM, BOARD_ZONE_MM = 0.2, 0.1
 """Zones of the threads in a motor's face, about its pilot, and of the holes of a circuit board, of which makers state
 none: ISO 2768-m of such circles, and what boards are drilled to."""

@@ -16,7 +16,7 @@ from delta_cad.dimensions.tolerances import (
     PREDRILLED_MM,
     PREDRILLED_ZONE_MM,
     SEATS_MM,
-    SLOT_ENDS_MM,
+    STOP_ZONE_MM,
     deviations_um,
 )
 from delta_cad.dimensions.tolerances.chain import Chain, Link, either_way
@@ -53,7 +53,7 @@ def stop_chain(d: Dimensions, general: str) -> Chain:
         at_dowels = degrees(2.0 / d.arm.dowel_circle_mm)
         drilled = general_mm(PREDRILLED_MM, general) / 2.0
         links = [
-            either_way("sector", "place of its slot's end", "place", SLOT_ENDS_MM / 2.0),
+            either_way("sector", "place of its slot's end", "place", STOP_ZONE_MM / 2.0),
             either_way("sector", "width of its slot", "general", general_mm(c.slot_width_mm, general) / 2.0),
         ]
         play = [
@@ -67,7 +67,7 @@ def stop_chain(d: Dimensions, general: str) -> Chain:
             ),
         ]
         links.append(either_way("bearing", "in its seat", "fit", SEATS_MM[0] / 2.0))
-    links.append(either_way("motor_cheek", "stop pin from the shoulder's axis", "place", PLACE_MM / 2.0))
+    links.append(either_way("motor_cheek", "stop pin from the shoulder's axis", "place", STOP_ZONE_MM / 2.0))
     links.append(either_way("stop_pin", "half of its thickness", "bought", thick))
     turned = [_at(link, stop_radius_mm(d)) for link in links]
     turned.append(

@@ -81,7 +81,7 @@ NAMES = {
 
 BROKEN: list[tuple[str, Callable[[Part], Part], set[str]]] = [
     ("foot_block", without_slots, {f"mates dowels of {BASE}", f"mates dowels of {MOTOR_SIDE}"}),
-    ("foot_block", short_slots, {f"mates dowels of {MOTOR_SIDE}"}),
+    ("foot_block", short_slots, {f"mates dowels of {BASE}", f"mates dowels of {MOTOR_SIDE}"}),
     ("base_plate", only(4.5, zone_mm=0.4), {f"mates screws of {BASE}"}),
     ("base_plate", only(4.5, zone_mm=None), {f"mates screws of {BASE}"}),  # ISO 2768-m, as it was
     ("base_plate", only(3.0, zone_mm=0.3), {f"mates dowels of {BASE}", f"mates screws of {BASE}"}),
@@ -89,7 +89,7 @@ BROKEN: list[tuple[str, Callable[[Part], Part], set[str]]] = [
     ("encoder_cheek", only(3.4, zone_mm=0.35), {f"mates screws of {ENCODER_SIDE}"}),
     ("encoder_cheek", only(2.05, zone_mm=0.5), {"mates screws of encoder board and encoder cheek"}),
     ("sector", only(3.0, zone_mm=0.5), {"mates dowels of sector and upper arm"}),
-    ("upper_arm", only(3.0, reamed_with=""), {"mates dowels of sector and upper arm"}),  # bore and two pins hold it
+    ("upper_arm", only(3.0, reamed_with=""), {f"mates {one} of sector and upper arm" for one in ("dowels", "pilots")}),
     ("sector", only(3.0, predrilled_mm=2.9), {"mates dowels of sector and upper arm"}),
     ("encoder_cheek", only(3.0, predrilled_mm=2.95), {f"mates dowels of {ENCODER_SIDE}"}),
 ]  # fmt: skip

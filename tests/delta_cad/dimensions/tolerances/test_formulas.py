@@ -145,7 +145,7 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
             ("place of its slot's end", 0.05, DEG / 19.5),
             ("width of its slot", 0.1 / 2.0, DEG / 19.5),
             ("in its seat", 0.018 / 2.0, DEG / 19.5),
-            ("stop pin from the shoulder's axis", PLACE, DEG / 19.5),
+            ("stop pin from the shoulder's axis", 0.05, DEG / 19.5),
             ("half of its thickness", (0.004 + 0.012) / 4.0, DEG / 19.5),
             ("bar's bore from the shaft's", PLACE, DEG / 91.0),
             # 7.5 mm from it
