@@ -206,15 +206,21 @@ def _structure(design: Design) -> list[InspectionRow]:
         over = stiffness(dimensions(design))
     except DimensionError as error:
         return [InspectionRow(group, "least stiffness at the knob", str(error), "")]
-    values, k = over.softest.stiffness_N_mm, over.worst
+    values, settled = over.new.stiffness_N_mm, over.softest.stiffness_N_mm
+    k = int(values.argmin())
     x, y, z = (float(v) for v in over.positions_mm[k])
-    value = float(values[k])
+    value = over.least_N_mm
     limit, holds = ("", None) if demand is None else (f">= {demand:g}", value >= demand)
-    shares = {name: float(share[k]) for name, share in over.softest.shares.items()}
+    shares = {name: float(share[k]) for name, share in over.new.shares.items()}
     most = max(shares, key=lambda name: shares[name])
     knob = f"{over.table.knob_mm:g} mm over the wrists"
     return [
         InspectionRow(group, f"least stiffness at the knob, {knob}", value, "N/mm", limit, holds, (x, y, z)),
+        *(
+            []
+            if over.table.cable is None
+            else [InspectionRow(group, "the same, cables settled", float(settled.min()), "N/mm")]
+        ),
         InspectionRow(group, f"of what gives there: {most}", 100.0 * shares[most], "%"),
         InspectionRow(group, "the same in the cube's centre", float(values[-1]), "N/mm"),
         InspectionRow(group, "ball joint, as taken", over.table.joint_N_mm, "N/mm"),
