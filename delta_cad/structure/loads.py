@@ -24,7 +24,7 @@ from delta_cad.structure.strength import LIFE_HOURS, STROKES_PER_S, Allowables
 from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
 
 GRID = 9  # positions along an edge of the cube
-SPARE = 1.0
+LEAST_MARGIN = 1.0
 """How many times its load each part must bear: every limit below is what it may bear over this."""
 
 
@@ -35,7 +35,7 @@ class Load:
     Attributes:
         name: What bears it.
         value: In `unit`; the least value of a life.
-        limit: What it may be, with `SPARE`; at least this for a life.
+        limit: What it may be, with `LEAST_MARGIN`; at least this for a life.
         unit: Unit of both.
         position_mm: Where it occurs.
         chain: On which chain.
@@ -169,8 +169,8 @@ def loads(
     def add(name: str, value: np.ndarray, limit: float, unit: str, source: str, least: bool = False) -> None:
         pose, chain = np.unravel_index(np.argmin(value) if least else np.argmax(value), value.shape)
         x, y, z = (float(v) for v in p_mm[pose])
-        spared = limit * SPARE if least else limit / SPARE
-        found.append(Load(name, float(value[pose, chain]), spared, unit, (x, y, z), int(chain), source, least))
+        bound = limit * LEAST_MARGIN if least else limit / LEAST_MARGIN
+        found.append(Load(name, float(value[pose, chain]), bound, unit, (x, y, z), int(chain), source, least))
 
     h = limits
     add("rod buckling", given.rod, h.buckling_N, "N", "a third of Euler's load between the balls")

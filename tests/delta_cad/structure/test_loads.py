@@ -350,12 +350,12 @@ def test_a_motors_shaft_bears_peaks_by_the_cubes_of_what_lasts() -> None:
     assert shaft(rest, rest) == pytest.approx(shaft(rest))
 
 
-@pytest.mark.parametrize("spare", [1.0, 1.05])
-def test_what_is_spared_is_taken_off_every_limit(monkeypatch: pytest.MonkeyPatch, spare: float) -> None:
+@pytest.mark.parametrize("margin", [1.0, 1.05])
+def test_the_least_margin_is_taken_off_every_limit(monkeypatch: pytest.MonkeyPatch, margin: float) -> None:
     made, limits = beam_model(committed()), allowables(committed())
     given = part_loads(made, what_moves(), places(), 3.0, GRAVITY)
     before = {load.name: load for load in loads(made, limits, places(), given)}
-    monkeypatch.setattr("delta_cad.structure.loads.SPARE", spare)
+    monkeypatch.setattr("delta_cad.structure.loads.LEAST_MARGIN", margin)
     for load in loads(made, limits, places(), given):
-        assert load.margin == pytest.approx(before[load.name].margin / spare)
+        assert load.margin == pytest.approx(before[load.name].margin / margin)
         assert load.value == before[load.name].value

@@ -195,9 +195,9 @@ def test_hands_can_set_the_cables(best_assembly: Assembly, best_dimensions: Dime
     assert setting is not None
     assert f"stands at {setting.pull_N[0]:g} N, creeps before {setting.pull_N[1]:g} N" in result.detail
     (step,) = [s for unit in best_assembly.order if unit.name == "drive 0" for s in unit.steps if "Tension" in s.title]
-    told = " ".join(step.words)
-    assert f"Up to {setting.pull_N[0]:g} N the arm must stand; before {setting.pull_N[1]:g} N it must creep" in told
-    assert f"the way in which it {'rises' if setting.rises else 'falls'}" in told
+    written = " ".join(step.words)
+    assert f"Up to {setting.pull_N[0]:g} N the arm must stand; before {setting.pull_N[1]:g} N it must creep" in written
+    assert f"the way in which it {'rises' if setting.rises else 'falls'}" in written
 
 
 def test_what_is_before_the_balance_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:

@@ -8,9 +8,11 @@ from math import cos, pi, radians, remainder, sin, tanh, tau
 import numpy as np
 import pytest
 
-from delta_cad.dimensions import Dimensions
+from delta_cad.design import load_design
+from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.tolerances.cable_setting import CableSetting, bench_pull_N, cable_setting
+from tests.committed import COMMITTED, ROOT
 
 
 def of(d: Dimensions) -> tuple[CableSetting, CapstanDimensions]:
@@ -109,3 +111,15 @@ def test_a_weaker_drive_needs_a_smaller_pull(best_dimensions: Dimensions) -> Non
     assert weak.needed_N == pytest.approx(0.75 * strong.needed_N)
     assert weak.pull_N[0] < 0.85 * strong.pull_N[0]
     assert sin(weak.arm_rad) == pytest.approx(sin(strong.arm_rad))
+
+
+def test_what_the_page_of_limits_says_of_cables() -> None:
+    """Of the committed machine, its arm in the middle; steel at 17 and aluminium at 23 parts in a million a kelvin."""
+    page = " ".join((ROOT / "docs" / "limits.md").read_text(encoding="utf-8").split())
+    d = dimensions(load_design(COMMITTED))
+    _, c = of(d)
+    low, high = (c.laid(np.zeros(1)).pulled(1.0, friction)["mean"] for friction in (0.3, 0.12))
+    assert f"Of a pull at the carriage {100 * low:.0f} to {100 * high:.0f} % come to be the mean tension" in page
+    assert f"a strand of {c.run.free_mm:.0f} mm does not sound" in page
+    warmed = (23e-6 - 17e-6) * 10.0 * d.cable.stiffness_N[1]
+    assert f"about {warmed:.0f} N in 10 K" in page
