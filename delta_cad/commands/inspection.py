@@ -14,6 +14,7 @@ from delta_cad.design.stands import gaps_of
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
 from delta_cad.dimensions.joint import FRICTION_RANGE, limit_values
+from delta_cad.dimensions.tolerances.cable_setting import cable_setting
 from delta_cad.drive import drive_friction_N_m, drive_torque
 from delta_cad.mechanism.limits import POSE_LIMITS, Friction, Limits, Outline, Torque
 from delta_cad.mechanism.proof.judgement import can_prove, judge
@@ -227,6 +228,21 @@ def _structure(design: Design) -> list[InspectionRow]:
     ]
 
 
+def _cable_setting(design: Design) -> list[tuple[Any, ...]]:
+    """How the cables are tensioned; nothing of a design whose parts cannot be made."""
+    try:
+        setting = cable_setting(dimensions(design))
+    except DimensionError:
+        return []
+    if setting is None:
+        return []
+    low, high = setting.pull_N
+    return [
+        ("pull at the arm that sets its cable", f"{low:g} to {high:g}", "N"),
+        ("tension of a strand at rest, at most", setting.tension_N, "N"),
+    ]
+
+
 def _panel(design: Design) -> list[InspectionRow]:
     """Panel over the machine, in closed form; nothing where there is none, or no parts that can be made."""
     try:
@@ -269,8 +285,7 @@ def _drive(design: Design) -> list[InspectionRow]:
     ]
     if drive.cable is not None:
         rows += [
-            ("cable's pretension", drive.cable_pretension_N, "N"),
-            ("cable safety at the peak", drive.cable_safety_factor, ""),
+            *_cable_setting(design),
             ("drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"),
             ("cable's bending life, of that at the advised ratio", 100.0 * (drive.bend_life_share or 0.0), "%"),
         ]
