@@ -101,6 +101,17 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{TOLERANCES}/chain.py", "the statistical range is the worst case",
          "hypot(*(link.half for link in self.links))", "sum(link.half for link in self.links)"),
     ),
+    "tests/delta_cad/drive/test_laid_cable.py": (
+        ("delta_cad/drive/laid_cable.py", "the other strand is the tight one",
+         "grip * slack, friction, outer_tight", "grip * slack, friction, not outer_tight"),
+        ("delta_cad/drive/laid_cable.py", "a tight strand's rim gets tighter",
+         "np.where(end > 1.0, -friction, friction)", "np.where(end > 1.0, friction, -friction)"),
+    ),
+    "tests/delta_cad/dimensions/tolerances/test_cable_setting.py": (
+        (f"{TOLERANCES}/cable_setting.py", "a balance is never off",
+         "(self.pull_N[0] - self.off_N) *", "self.pull_N[0] *"),
+        (f"{TOLERANCES}/cable_setting.py", "the best friction holds the cable", "(held / at).min(", "(held / at).max("),
+    ),
     "tests/delta_cad/dimensions/test_tolerances.py": (
         (f"{TOLERANCES}/__init__.py", "a high stack presses the spring",
          "spring.force_N - rate * (high", "spring.force_N + rate * (high"),

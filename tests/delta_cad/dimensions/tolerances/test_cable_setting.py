@@ -10,6 +10,7 @@ import pytest
 
 from delta_cad.design import load_design
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.dimensions.bracket import key_rad
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.tolerances.cable_setting import CableSetting, bench_pull_N, cable_setting
 from tests.committed import COMMITTED, ROOT
@@ -66,11 +67,17 @@ def test_a_looser_cable_creeps_too_early_and_a_tighter_one_too_late(best_dimensi
     assert high <= setting.pull_N[1] - setting.pull_N[0] + 0.2  # a step does not pass over the window, to a division
 
 
-def test_where_it_is_pulled_a_set_screw_faces_outwards(best_dimensions: Dimensions) -> None:
+def test_where_it_is_pulled_a_set_screw_faces_its_key(best_dimensions: Dimensions) -> None:
     """The pinion turns against the arm by the ratio; its key comes along x of the chain's plane."""
     d, (setting, c) = best_dimensions, of(best_dimensions)
     arm = sum(d.stops_rad) / 2.0 + setting.arm_rad
     assert remainder(d.set_screws_rad[setting.screw] - c.ratio * arm, tau) == pytest.approx(0.0, abs=1e-9)
+    slotted = replace(d, capstan=replace(c, collar_y_mm=(c.middle_y_mm + 4.0, c.middle_y_mm + 8.6)))
+    other, at_motor = of(slotted)  # the collar in the motor's pilot: a slot of the cheek leads the key in askew
+    key = key_rad(at_motor, d.bracket, d.motor)
+    assert abs(key) > 0.1
+    turned = d.set_screws_rad[other.screw] - c.ratio * (sum(d.stops_rad) / 2.0 + other.arm_rad)
+    assert remainder(turned - key, tau) == pytest.approx(0.0, abs=1e-9)
     room = c.run.stroke_rad / 2.0 - (setting.arm_rad if setting.rises else -setting.arm_rad)
     assert room > radians(5.0)  # to creep
 
