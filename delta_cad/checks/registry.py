@@ -118,7 +118,7 @@ CHECKS = (
     _Check("clearance", "sweep", 13.0, "Clearance", lambda m: with_exact(m.assembly, m.sweep.clearance())),
     _Check("drive", "design", 0.0, "Drive torque", lambda m: check_drive(drive_torque(m.d.design))),
     _Check("cable", "design", 0.02, "Cable path", lambda m: check_cable(m.assembly)),
-    _Check("setting", "design", 0.5, "Cable setting", lambda m: check_cable_setting(m.assembly, m.d, m.meshes)),
+    _Check("setting", "design", 0.9, "Cable setting", lambda m: check_cable_setting(m.assembly, m.d, m.meshes)),
     _Check("bend", "design", 0.0, "Cable bending", lambda m: check_bend(drive_torque(m.d.design))),
     _Check("tolerance", "design", 0.0, "Tolerances", lambda m: check_tolerances(m.d), True),
     _Check("panel", "design", 0.0, "Panel", lambda m: check_panel(m.assembly, m.d, m.limits, m.meshes)),

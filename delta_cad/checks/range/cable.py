@@ -39,7 +39,7 @@ from delta_cad.solids.part import ToolAccess
 _ANGLES = 201  # of the arm between its stops
 _ALONG = 1e-6  # sine of the angle between directions that count as one
 _OFF_MM = 0.05  # by which turns may lie off their groove's bottom or axis
-_LINE_MM = 200.0  # length that a balance takes with its hook, from the cross-bar on
+_LINE_MM = 200.0  # length that a balance takes with its loop of cord, from the cross-bar on
 _DRAWN_MM = 1.0  # by which a key goes in and out of its screw
 _TURNS = 25  # angles of the arm, one of which must let the tension screw's key swing
 _KEY_N_m = 0.82  # torque that a key of 1.5 mm bears, ISO 2936, and bending by as much; from memory: check
