@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Iterable
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from math import ceil, degrees
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +20,14 @@ from delta_cad.assembly.builder import DOWN, IN, OUT, AssemblyBuilder, straight
 from delta_cad.assembly.machine import Insertion, Step, Unit
 from delta_cad.assembly.supplies import BAR_ADHESIVE
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.capstan import ROPE_FACTOR, SET_SCREW, TENSION_SCREW, SET_TORQUE_N_m
+from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW, SET_TORQUE_N_m
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
 from delta_cad.dimensions.panel import TEMPLATE
 from delta_cad.dimensions.platform import WRIST_MARK
 from delta_cad.dimensions.rules import tenths_above
 from delta_cad.dimensions.tolerances import PREDRILLED_MM, END_TORQUE_N_m
+from delta_cad.dimensions.tolerances.cable_setting import STROKES, bench_pull_N, cable_setting
 from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.dimensions.tolerances.zero import (
     CALIBRATED_MM,
@@ -35,7 +36,6 @@ from delta_cad.dimensions.tolerances.zero import (
     stop_chain,
     travel_off_deg,
 )
-from delta_cad.drive import drive_torque
 from delta_cad.mechanism import joint_angles
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought_parts import CORD_SLACK_MM
@@ -120,22 +120,27 @@ def _values(d: Dimensions) -> dict[str, Any]:
         found["stop_off_deg"] = tenths_above(stop_chain(d, general).worst[1])
         found["travel_off_deg"] = tenths_above(travel_off_deg(d, general))
     if c is not None:
-        force = drive_torque(d.design).cable_pretension_N
-        assert force is not None
-        if d.cable.axial_stiffness_N is None:
-            turned = "by quarter turns until the strands are taut"
-        else:
-            stretch = force / d.cable.axial_stiffness_N * c.cable_length_mm
-            turns = stretch / tension.pitch_mm
-            turned = f"by {turns:.1f} turns more, which stretch the settled cable by {stretch:.2f} mm"
+        s = cable_setting(d)
+        assert s is not None
+        half, upper = c.run.stroke_rad / 2.0, s.arm_rad > 0.0
         found |= {
             "pinion_off_mm": d.layers.motor_cheek_mm[0] - c.pinion_y_mm[0],
             "collar_end": "first" if c.collar_at_motor else "last",
             "slack_mm": c.bench_mm[0],
             "slack_off_mm": c.bench_mm[1],
-            "pull_N": 10 * ceil(d.cable.breaking_load_N / ROPE_FACTOR / 10),
-            "pretension_N": force,
-            "turned": turned,
+            "pull_N": bench_pull_N(d),
+            "strokes": STROKES,
+            "at_deg": degrees(half - abs(s.arm_rad)),
+            "at_stop": "upper" if upper else "lower",
+            "faces": "the slot in the motor cheek's edge" if c.collar_at_motor else "outwards",
+            "goes": "rises" if s.rises else "falls",
+            "stands_N": s.pull_N[0],
+            "creeps_N": s.pull_N[1],
+            "step_deg": degrees(s.step_rad),
+            "step_N": s.step_N,
+            "needed_N": s.needed_N,
+            "tension_N": s.tension_N,
+            "balance_N": s.balance_N,
             "head_held": f"a spanner {d.shaft.flats_mm:g}" if d.shaft.flats_mm else "soft jaws",
             "end_torque_N_m": END_TORQUE_N_m[d.shaft.end_screw],
         }

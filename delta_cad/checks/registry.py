@@ -24,7 +24,7 @@ from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.panel import check_panel
-from delta_cad.checks.range.cable import check_cable
+from delta_cad.checks.range.cable import check_cable, check_cable_setting
 from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.joint_axes import check_joint_axes
@@ -120,6 +120,7 @@ CHECKS = (
     _Check("clearance", "sweep", 13.0, "Clearance", lambda m: with_exact(m.assembly, m.sweep.clearance())),
     _Check("drive", "design", 0.0, "Drive torque", lambda m: check_drive(drive_torque(m.d.design))),
     _Check("cable", "design", 0.02, "Cable path", lambda m: check_cable(m.assembly)),
+    _Check("setting", "design", 0.9, "Cable setting", lambda m: check_cable_setting(m.assembly, m.d, m.meshes)),
     _Check("bend", "design", 0.0, "Cable bending", lambda m: check_bend(drive_torque(m.d.design))),
     _Check("tolerance", "design", 0.0, "Tolerances", lambda m: check_tolerances(m.d), True),
     _Check(

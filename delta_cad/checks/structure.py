@@ -77,16 +77,17 @@ def check_joint(value_N_mm: float) -> CheckResult:
 
 
 def _check_knob(over: KnobStiffness, required_N_mm: float | None) -> CheckResult:
-    """Checks the smallest stiffness at the knob over the sampled cube; without a limit it only reports it."""
-    k, centre = over.worst, len(over.positions_mm) - 1
-    values, shares = over.softest.stiffness_N_mm, over.softest.shares
-    value = float(values[k])
+    """Checks the smallest stiffness at the knob over the sampled cube, of new cables; without a limit it reports it."""
+    values, shares = over.new.stiffness_N_mm, over.new.shares
+    k, centre, settled = int(np.argmin(values)), len(over.positions_mm) - 1, over.softest.stiffness_N_mm
+    value = over.least_N_mm
     most = sorted(shares, key=lambda name: -shares[name][k])[:3]
     reported = ", ".join(f"{name} {shares[name][k]:.0%}" for name in most)
-    x, y, z = (float(c) for c in over.softest.direction[k])
+    x, y, z = (float(c) for c in over.new.direction[k])
     detail = (
         f"softest of {len(values)} positions, corners among them, {over.table.knob_mm:g} mm over the wrists, "
-        f"actuators held, along ({x:.2f}, {y:.2f}, {z:.2f}): {reported}; {values[centre]:.1f} N/mm in the centre; "
+        f"actuators held, along ({x:.2f}, {y:.2f}, {z:.2f}): {reported}; {value:.1f} N/mm with new cables, "
+        f"{settled.min():.1f} with settled ones; {values[centre]:.1f} and {settled[centre]:.1f} N/mm in the centre; "
         f"ball joints {over.table.joint_N_mm:g} N/mm"
     )
     passed = required_N_mm is None or value >= required_N_mm

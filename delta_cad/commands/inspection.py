@@ -14,6 +14,7 @@ from delta_cad.design.stands import gaps_of
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
 from delta_cad.dimensions.joint import FRICTION_RANGE, limit_values
+from delta_cad.dimensions.tolerances.cable_setting import cable_setting
 from delta_cad.drive import drive_friction_N_m, drive_torque
 from delta_cad.mechanism.limits import POSE_LIMITS, Friction, Limits, Outline, Torque
 from delta_cad.mechanism.proof.judgement import can_prove, judge
@@ -206,18 +207,39 @@ def _structure(design: Design) -> list[InspectionRow]:
         over = stiffness(dimensions(design))
     except DimensionError as error:
         return [InspectionRow(group, "least stiffness at the knob", str(error), "")]
-    values, k = over.softest.stiffness_N_mm, over.worst
+    values, settled = over.new.stiffness_N_mm, over.softest.stiffness_N_mm
+    k = int(values.argmin())
     x, y, z = (float(v) for v in over.positions_mm[k])
-    value = float(values[k])
+    value = over.least_N_mm
     limit, holds = ("", None) if demand is None else (f">= {demand:g}", value >= demand)
-    shares = {name: float(share[k]) for name, share in over.softest.shares.items()}
+    shares = {name: float(share[k]) for name, share in over.new.shares.items()}
     most = max(shares, key=lambda name: shares[name])
     knob = f"{over.table.knob_mm:g} mm over the wrists"
     return [
         InspectionRow(group, f"least stiffness at the knob, {knob}", value, "N/mm", limit, holds, (x, y, z)),
+        *(
+            []
+            if over.table.cable is None
+            else [InspectionRow(group, "the same, cables settled", float(settled.min()), "N/mm")]
+        ),
         InspectionRow(group, f"of what gives there: {most}", 100.0 * shares[most], "%"),
         InspectionRow(group, "the same in the cube's centre", float(values[-1]), "N/mm"),
         InspectionRow(group, "ball joint, as taken", over.table.joint_N_mm, "N/mm"),
+    ]
+
+
+def _cable_setting(design: Design) -> list[tuple[Any, ...]]:
+    """How the cables are tensioned; nothing of a design whose parts cannot be made."""
+    try:
+        setting = cable_setting(dimensions(design))
+    except DimensionError:
+        return []
+    if setting is None:
+        return []
+    low, high = setting.pull_N
+    return [
+        ("pull at the arm that sets its cable", f"{low:g} to {high:g}", "N"),
+        ("tension of a strand at rest, at most", setting.tension_N, "N"),
     ]
 
 
@@ -263,8 +285,7 @@ def _drive(design: Design) -> list[InspectionRow]:
     ]
     if drive.cable is not None:
         rows += [
-            ("cable's pretension", drive.cable_pretension_N, "N"),
-            ("cable safety at the peak", drive.cable_safety_factor, ""),
+            *_cable_setting(design),
             ("drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"),
             ("cable's bending life, of that at the advised ratio", 100.0 * (drive.bend_life_share or 0.0), "%"),
         ]

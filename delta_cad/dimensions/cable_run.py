@@ -10,11 +10,10 @@ Source: developed geometry of crossed internal tangents; grooves of a lathe's pi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, atan, atan2, hypot, log, pi, sqrt, tan, tau
+from math import acos, atan, atan2, hypot, pi, sqrt, tan, tau
 
 _GROOVE_PITCHES_MM = (0.5, 0.6, 0.7, 0.75, 0.8, 1.0, 1.25, 1.5, 1.75, 2.0)  # what lathes cut
 _PITCH_PER_DIAMETER = 1.25  # least pitch: neighbouring turns keep a quarter of a diameter
-FRICTION = 0.12  # cable on metal, the low end of what is measured
 FLEET_LIMIT_RAD = 0.0436  # 2.5 deg: beyond, a cable climbs out of a flat groove
 
 
@@ -22,18 +21,6 @@ def groove_pitch_mm(cable_mm: float) -> float:
     """Gives the smallest pitch of a lathe that keeps neighbouring turns of a cable apart, mm."""
     least = _PITCH_PER_DIAMETER * cable_mm
     return next((pitch for pitch in _GROOVE_PITCHES_MM if pitch >= least), least)
-
-
-def least_turns(pretension_N: float, difference_N: float, friction: float = FRICTION) -> float:
-    """Computes the turns on the pinion that just hold a difference of tensions (Euler, Eytelwein).
-
-    Args:
-        pretension_N: Mean tension of both strands.
-        difference_N: Tight less slack strand, less than twice the pretension.
-        friction: Coefficient of friction of cable and pinion.
-    """
-    tight, slack = pretension_N + difference_N / 2, pretension_N - difference_N / 2
-    return log(tight / slack) / (tau * friction)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from delta_cad.dimensions.rules import (
     smaller,
     tenths_above,
 )
+from delta_cad.drive.laid_cable import Arc, LaidCable
 from delta_cad.mechanism.placement import frames
 
 _SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
@@ -156,6 +157,29 @@ class CapstanDimensions:
         nose = (self.nose_radius_mm + self.cable_diameter_mm / 2) * self.turns_rad[0]
         carriage = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
         return self.run.length_mm() + nose + ANCHOR_MM + CRIMP_MM[1] + carriage
+
+    def laid(self, turned_rad: np.ndarray) -> LaidCable:
+        """Gives the cable as it lies on its drums.
+
+        Args:
+            turned_rad: Angle of the arm from the middle of its stroke.
+        """
+        run, turned = self.run, np.atleast_1d(np.asarray(turned_rad, dtype=float))
+        middle, straight = run.stroke_rad / 2 + run.beyond_rad, np.ones_like(turned)
+        nose = self.nose_radius_mm + self.cable_diameter_mm / 2
+        return LaidCable(
+            outer=(
+                Arc(run.sector_mm * (middle + turned), run.sector_mm),
+                Arc((CARRIAGE_FROM_MM + CARRIAGE_MM[0]) * straight),
+            ),
+            pinion=Arc(run.wrap_rad * run.pinion_mm * straight, run.pinion_mm),
+            inner=(
+                Arc(run.sector_mm * (middle - turned), run.sector_mm),
+                Arc(nose * self.turns_rad[0] * straight, nose),
+                Arc(ANCHOR_MM * straight),
+            ),
+            free_mm=run.free_mm,
+        )
 
     @property
     def cable_slot_mm(self) -> float:

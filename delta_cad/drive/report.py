@@ -49,7 +49,8 @@ class DriveReport:
             else "insufficient".
         reflected_inertia_kg_m2: The rotor's inertia seen at the joint (without the pinion).
         cable: Id in the catalogue; None, as all that follows, for a direct drive.
-        cable_pretension_N: Pretension at which the unloaded side keeps `SLACK_N` at the controlled torque.
+        cable_pretension_N: Pretension at which the unloaded side keeps `SLACK_N` at the controlled torque, either side
+            taking half of it: an estimate before there are dimensions, `cable_setting` has what hands set.
         cable_tension_N: Largest tension of the loaded side there.
         cable_safety_factor: Breaking load over that tension.
         bend_ratio: Groove diameter of the pinion over cable diameter.

@@ -21,7 +21,7 @@ from delta_cad.mechanism.limits.friction import friction
 from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
 from delta_cad.report.subject import Subject, plain
-from delta_cad.structure.beam_model import beam_model
+from delta_cad.structure.beam_model import beam_model, with_new_rope
 from delta_cad.structure.compliance import compliance, softest
 from delta_cad.structure.loads import GRID, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz, moving
@@ -91,6 +91,7 @@ def fields(s: Subject, handle: Handle) -> list[Field]:
     """Lists the figures of a machine whose whole cube is within reach; one that is not known is left out."""
     g, required, limits = s.design.geometry, s.design.requirements, s.limits
     table, what = beam_model(s.dimensions), moving(s.masses["bodies"], g.forearm_length)
+    new = with_new_rope(table)
     bodies, gravity = moving_bodies(s.masses), np.array(required.gravity_m_s2)
     all_mm = limits.poses_mm()
     coarse_mm = sampled_mm(limits.workspace, GRID)
@@ -100,7 +101,7 @@ def fields(s: Subject, handle: Handle) -> list[Field]:
         return (held + worst_joint_torque(g, p / MM_PER_M, required.force_N)).max(axis=-1)
 
     def stiffness(p: np.ndarray) -> np.ndarray:
-        return softest(compliance(table, p).at_knob()).stiffness_N_mm
+        return softest(compliance(new, p).at_knob()).stiffness_N_mm
 
     found = [
         Field(
@@ -114,7 +115,7 @@ def fields(s: Subject, handle: Handle) -> list[Field]:
         ),
         Field(
             "stiffness", "Stiffness at the knob", "N/mm", False, required.stiffness_min_N_mm, stiffness, True,
-            f"Softest direction, {table.knob_mm:g} mm over the wrists, actuators held.", coarse_mm,
+            f"Softest direction, {table.knob_mm:g} mm over the wrists, actuators held, cables new.", coarse_mm,
         ),
         Field(
             "torque", "Joint torque", "N m", True, required.joint_torque_N_m, torque, True,

@@ -6,7 +6,7 @@ preloaded faces of screw joints, the slit of a direct drive's clamp (whose screw
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from math import cos, hypot, pi, sin, sqrt
 
@@ -15,7 +15,6 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_rad, key_slot_floor_mm
-from delta_cad.dimensions.capstan import ANCHOR_MM, CARRIAGE_FROM_MM, CARRIAGE_MM
 from delta_cad.dimensions.forearm import END_MATERIAL
 from delta_cad.dimensions.layers import MOTOR_PLAY_MM
 from delta_cad.mechanism.geometry import DeltaGeometry
@@ -30,9 +29,6 @@ from delta_cad.structure.mounting import Mounting, mounting
 from delta_cad.structure.rod_end import joint_N_mm
 from delta_cad.structure.section import POISSON, Section, circle, rectangle, ribs, ring, stepped_plate
 
-# Young's modulus of a rope over its full circle, N/mm^2, by construction; one that is not listed counts as the softest.
-# Of a settled rope, from memory; a maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 73 GPa.
-ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
 _SPOKE_ROOT = 1.1  # thicknesses by which a platform's web goes on in its hub, which gives way: by finite elements
 CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: between the free length and one thickness
 # A round bar's root tilts in what it grows from by what this share of its diameter would bend: a stamp of radius a on a
@@ -47,7 +43,8 @@ class CableSpring:
     """The cable between sector and pinion; None in the table of a direct drive.
 
     Attributes:
-        rope_N: E A of the rope.
+        rope_N: E A of the settled rope.
+        new_N: The same of a new one.
         radius_mm: Of the cable's middle on the sector.
         direction_rad: From the shoulder to the pinion, angle in the chain's plane.
         ends_rad: Polar angles of the rim at which the cable leaves it, arm's frame.
@@ -59,6 +56,7 @@ class CableSpring:
     """
 
     rope_N: float
+    new_N: float
     radius_mm: float
     direction_rad: float
     ends_rad: tuple[float, float]
@@ -129,6 +127,11 @@ class BeamModel:
     spoke_up_mm: float
     stem: Beam
     mounting: Mounting | None = None
+
+
+def with_new_rope(table: BeamModel) -> BeamModel:
+    """Gives the same machine before its cables have settled."""
+    return table if table.cable is None else replace(table, cable=replace(table.cable, rope_N=table.cable.new_N))
 
 
 def moduli_N_mm2(material: str) -> tuple[float, float]:
@@ -303,14 +306,15 @@ def _cable(d: Dimensions) -> CableSpring | None:
     turn = (1 / root**2 - 1 / rim**2) / (4 * pi * shear * (web[1] - web[0])) * 2 * pi / (high - low)
     steel, _ = moduli_N_mm2("steel")
     overhang = d.layers.motor_face_mm - sum(d.layers.sector_mm) / 2
-    nose = (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
-    by_wire = ROPE_N_mm2.get(d.cable.construction, min(ROPE_N_mm2.values())) * pi / 4 * d.cable.diameter_mm**2
+    laid, (new_N, settled_N) = c.laid(np.zeros(1)), d.cable.stiffness_N
+    beyond = [sum(float(arc.length_mm[0]) for arc in arcs[1:]) for arcs in (laid.inner, laid.outer)]
     return CableSpring(
-        rope_N=by_wire if d.cable.axial_stiffness_N is None else d.cable.axial_stiffness_N,
+        rope_N=settled_N,
+        new_N=new_N,
         radius_mm=c.pitch_radius_mm,
         direction_rad=c.direction_rad,
         ends_rad=(low, high),
-        beyond_mm=(nose + ANCHOR_MM, CARRIAGE_FROM_MM + CARRIAGE_MM[0]),
+        beyond_mm=(beyond[0], beyond[1]),
         y_mm=c.middle_y_mm,
         across_rad=c.run.tangent_rad,
         sector_mm_N=turn * c.pitch_radius_mm**2,

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.dimensions.cable_run import FRICTION, least_turns
 from delta_cad.dimensions.capstan import ROPE_FACTOR
-from delta_cad.mechanism.inverse import forearm_vectors
+from delta_cad.mechanism.inverse import forearm_vectors, inverse_kinematics
 from delta_cad.mechanism.workspace import Cube, cube_grid
 from delta_cad.structure.beam_model import BeamModel
 from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static_equivalent_N
@@ -33,6 +32,8 @@ from delta_cad.structure.unit_loads import (
 )
 
 GRID = 9  # positions along an edge of the cube
+LEAST_MARGIN = 1.0
+"""How many times its load each part must bear: every limit below is what it may bear over this."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Load:
     Attributes:
         name: What bears it.
         value: In `unit`; the least value of a life.
-        limit: What it may be; at least this for a life.
+        limit: What it may be, with `LEAST_MARGIN`; at least this for a life.
         unit: Unit of both.
         position_mm: Where it occurs.
         chain: On which chain.
@@ -159,7 +160,9 @@ def part_loads(table: BeamModel, what: Moving, p_mm: np.ndarray, force_N: float,
     )
 
 
-def loads(table: BeamModel, limits: Allowables, p_mm: np.ndarray, given: PartLoads) -> list[Load]:
+def loads(
+    table: BeamModel, limits: Allowables, p_mm: np.ndarray, given: PartLoads, between: PartLoads | None = None
+) -> list[Load]:
     """Compares the largest loads with the allowable ones.
 
     Args:
@@ -167,13 +170,15 @@ def loads(table: BeamModel, limits: Allowables, p_mm: np.ndarray, given: PartLoa
         limits: What its parts may bear.
         p_mm: (n, 3) positions.
         given: Loads there.
+        between: Loads that last, where the given ones are those of a peak.
     """
     found: list[Load] = []
 
     def add(name: str, value: np.ndarray, limit: float, unit: str, source: str, least: bool = False) -> None:
         pose, chain = np.unravel_index(np.argmin(value) if least else np.argmax(value), value.shape)
         x, y, z = (float(v) for v in p_mm[pose])
-        found.append(Load(name, float(value[pose, chain]), limit, unit, (x, y, z), int(chain), source, least))
+        bound = limit * LEAST_MARGIN if least else limit / LEAST_MARGIN
+        found.append(Load(name, float(value[pose, chain]), bound, unit, (x, y, z), int(chain), source, least))
 
     h = limits
     add("rod buckling", given.rod, h.buckling_N, "N", "a third of Euler's load between the balls")
@@ -187,45 +192,49 @@ def loads(table: BeamModel, limits: Allowables, p_mm: np.ndarray, given: PartLoa
     sheared = given.elbow * h.bar_1_mm3 + given.elbow_along / h.bar_mm2
     glued = "tilt 6 M / (d b^2) and force along it, retaining compound on primed aluminium"
     add("cross-bar bond", sheared, h.bar_N_mm2, "N/mm^2", glued)
+    lasts = "of its row, else RE 30's 28 N by the area; at peaks the mean of ISO 281 with what lasts between them"
     if (
         h.bearing is None
         or table.cable is None
-        or h.pretension_N is None
+        or h.setting is None
         or h.cable_N is None
         or h.sector_mm is None
-        or h.turns is None
         or h.pinion_N is None
     ):
         across = given.radial[..., 0]
-        add("motor shaft", across, h.motor_N, "N", "the arm's whole load; of its row, else RE 30's 28 N by the area")
+        rest = across if between is None else between.radial[..., 0]
+        add("motor shaft", _lasting(h, across, rest), h.motor_N, "N", f"the arm's whole load; {lasts}")
         if h.stub_mm is not None:
             stress = 32.0 * (given.hub + across * h.stub_lever_mm) / (np.pi * h.stub_mm**3)
             add(
                 "motor shaft bending", stress, h.stub_N_mm2, "N/mm^2", "tilt and load at the motor's face; proof stress"
             )
     else:
-        across = _across(table, h, given)
-        add(
-            "motor shaft",
-            across,
-            h.motor_N,
-            "N",
-            "both strands; its row's limit, or RE 30's 28 N by the area",
-        )
+        psi, turned = table.cable.across_rad, inverse_kinematics(table.geometry, p_mm / MM_PER_M) - h.middle_rad
+
+        def strands(of: PartLoads) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            """Tight strand; what both pull sector and pinion together by; what the pinion's shaft bears across."""
+            slack, tight = h.setting.strands_N(turned, of.cable)  # type: ignore[union-attr]
+            together = (slack + tight) * np.sin(psi)
+            return tight, together, np.hypot(together, of.cable * np.cos(psi))
+
+        tight, together, across = strands(given)
+        rest = across if between is None else strands(between)[2]
+        add("motor shaft", _lasting(h, across, rest), h.motor_N, "N", f"both strands at their tightest; {lasts}")
         tilt = across * h.motor_mm / (h.motor_screws * h.motor_edge_mm)
         how = "tilt over the motor's edge by the strands, and slip by its torque; clamping force, VDI 2230"
         add("motor screw", tilt + given.cable * h.motor_slip, h.motor_screw_N, "N", how)
         grip = "difference of the strands; friction of both tips on the shaft by the torque that the manual states"
         add("pinion's set screws", given.cable, h.pinion_N, "N", grip)
-        tension = h.pretension_N + given.cable / 2.0
-        add("cable", tension, h.cable_N, "N", f"pretension and half the difference; breaking load over {ROPE_FACTOR}")
-        add("cable's slack strand", given.cable / 2.0, h.pretension_N, "N", "half the difference; the pretension")
-        held = np.vectorize(lambda by: least_turns(h.pretension_N, min(by, 1.999 * h.pretension_N)))(given.cable)  # type: ignore[operator]
-        add("cable's slip", held, h.turns, "turns", f"turns that hold the difference by Euler, friction {FRICTION:g}")
+        how = "tight strand of the tightest setting, by friction along its drums"
+        add("cable", tight, h.cable_N, "N", f"{how}; breaking load over {ROPE_FACTOR}")
+        counts = given.cable * h.setting.proven_N / h.setting.held_N(turned)
+        how = "difference of the strands, as it counts where the arm is pulled to set the cable; what that proves"
+        add("cable's slip", counts, h.setting.proven_N, "N", how)
         pin = given.torque / (h.sector_mm * h.sector_pins)
         add("sector dowel", pin, h.sector_N, "N", "the torque on the dowels alone; half the proof stress of 6082")
         static_by = given.axial[..., None]
-        radial = given.radial + _strands(table, h)  # the strands' pretension presses the shoulder, too
+        radial = given.radial + together[..., None]  # the strands press the shoulder, too
         static = np.vectorize(static_equivalent_N)(radial, static_by).max(axis=-1)
         add("shoulder bearing", static, h.bearing.static_N, "N", "ISO 76 static equivalent load; C0 of its row")
         add("shoulder preload", given.axial, h.preload_N, "N", "axial load; above it one bearing runs free")
@@ -276,17 +285,12 @@ def _add_ends(add: Callable[..., None], table: BeamModel, h: Allowables, p_mm: n
     add("rod bond, tilt", bond_tilt_N_mm2(f, rod), h.tilt_N_mm2, "N/mm^2", tilt)
 
 
-def _across(table: BeamModel, h: Allowables, given: PartLoads) -> np.ndarray:
-    """Load across the motor's shaft: the strands' pretension nearly cancels, their difference does not."""
-    assert table.cable is not None
-    return np.hypot(_strands(table, h), given.cable * np.cos(table.cable.across_rad))
+def _lasting(h: Allowables, load: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Mean of a load at peaks and the largest of what lasts between them, which a ball bearing's life counts as equal.
 
-
-def _strands(table: BeamModel, h: Allowables) -> float:
-    """Force by which both strands pull sector and pinion together, N: 2 T0 sin psi."""
-    assert table.cable is not None
-    assert h.pretension_N is not None
-    return float(2.0 * h.pretension_N * np.sin(table.cable.across_rad))
+    Source: ISO 281, cube root of the mean of the cubes; peaks last as long as the motor's winding bears them.
+    """
+    return np.cbrt(h.peak_share * load**3 + (1.0 - h.peak_share) * max(rest.max(), 0.0) ** 3)
 
 
 def _platform_weight(table: BeamModel, what: Moving, gravity_m_s2: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
-from delta_cad.structure.beam_model import BeamModel, beam_model
+from delta_cad.structure.beam_model import BeamModel, beam_model, with_new_rope
 from delta_cad.structure.compliance import Compliance, Softest, compliance, softest
 from delta_cad.structure.loads import GRID, Load, loads, part_loads, sampled_mm
 from delta_cad.structure.modes import Moving, first_mode_Hz, moving
@@ -30,18 +30,25 @@ class KnobStiffness:
         table: The machine.
         positions_mm: (n, 3) sampled, the centre last.
         given: Flexibility there.
-        softest: Least stiffness at the knob there, with its direction and shares.
+        softest: Least stiffness at the knob there, with its direction and shares, its cables settled.
+        new: The same with new cables, by which a limit is judged.
     """
 
     table: BeamModel
     positions_mm: np.ndarray
     given: Compliance
     softest: Softest
+    new: Softest
 
     @property
     def worst(self) -> int:
         """Number of the softest position."""
         return int(np.argmin(self.softest.stiffness_N_mm))
+
+    @property
+    def least_N_mm(self) -> float:
+        """Least stiffness over the cube, with new cables: the lower end of the band that limits are judged by."""
+        return float(self.new.stiffness_N_mm.min())
 
     def at(self, k: int) -> dict[str, Any]:
         """Tells the stiffness at a position as JSON types."""
@@ -49,6 +56,7 @@ class KnobStiffness:
         return {
             "position_mm": _plain(self.positions_mm[k]),
             "softest_N_mm": _plain(s.stiffness_N_mm[k]),
+            "softest_new_N_mm": _plain(self.new.stiffness_N_mm[k]),
             "direction": _plain(s.direction[k]),
             "shares": {name: _plain(share[k]) for name, share in s.shares.items()},
         }
@@ -64,7 +72,9 @@ def stiffness(d: Dimensions, count: int = GRID) -> KnobStiffness:
     table, cube = beam_model(d), d.design.workspace
     positions = np.concatenate([sampled_mm(cube, count), [cube.centre * MM_PER_M]])
     given = compliance(table, positions)
-    return KnobStiffness(table, positions, given, softest(given.at_knob()))
+    settled = softest(given.at_knob())
+    new = settled if table.cable is None else softest(compliance(with_new_rope(table), positions).at_knob())
+    return KnobStiffness(table, positions, given, settled, new)
 
 
 @dataclass(frozen=True)
@@ -95,10 +105,11 @@ def structure_report(d: Dimensions, bodies: Mapping[str, Any]) -> StructureRepor
     forces = {"for ever": required.force_N}
     if required.peak_force_N is not None:
         forces["peak"] = required.peak_force_N
-    cases = {}
+    cases, lasting = {}, None
     for case, force in forces.items():
         given = part_loads(over.table, what, over.positions_mm, force, gravity)
-        found = loads(over.table, limits, over.positions_mm, given)
+        found = loads(over.table, limits, over.positions_mm, given, lasting)
+        lasting = given
         # life is of what lasts, and so is what springs may lack: at a peak the contact may touch its cup's lip, from
         # which the load itself points more than 20 degrees away (`ball joint`, judged at a peak, too)
         cases[case] = (force, [load for load in found if case == "for ever" or not load.least])

@@ -6,7 +6,7 @@ A redesigned part changes its lines here, as it does in `beam_model.py`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, pi, radians, sin, sqrt, tau
+from math import cos, hypot, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
@@ -16,6 +16,7 @@ from delta_cad.dimensions.capstan import ROPE_FACTOR, SET_SCREW, WEB_MM, SET_TOR
 from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, ForearmDimensions, tilt_N_mm2
 from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
+from delta_cad.dimensions.tolerances.cable_setting import CableSetting, cable_setting
 from delta_cad.drive import drive_torque
 from delta_cad.structure.beam_model import moduli_N_mm2
 from delta_cad.structure.bearing import BallBearing, ball_bearing
@@ -46,13 +47,14 @@ class Allowables:
         bearing: Of the shoulder.
         stroke_rad: From the smallest to the largest shoulder angle over the cube.
         preload_N: Axial, of the shoulder's bearings, the least over the tolerances.
-        motor_N: What the motor's shaft may bear across.
+        motor_N: What the motor's shaft may bear across for ever.
+        peak_share: Of the time that the motor's winding bears the peak torque that the controller lets it give.
         stub_mm: Diameter of the motor's shaft where it carries the arm.
         stub_lever_mm: From the motor's face to the arm's middle.
         stub_N_mm2: Proof stress of that shaft.
-        pretension_N: Of the cable.
+        setting: How the cable is tensioned, and what of it the strands bear and hold.
+        middle_rad: Shoulder angle in the middle of the arm's stroke.
         cable_N: What the cable may bear.
-        turns: Turns of the cable on the pinion.
         pinion_N: Difference between the strands that the pinion's set screws hold on the motor's shaft.
         stud_1_mm2: Largest bending stress in a stud for 1 N of a rod square to it.
         stud_N_mm2: Proof stress of the stud.
@@ -90,12 +92,13 @@ class Allowables:
     stroke_rad: float
     preload_N: float
     motor_N: float
+    peak_share: float
     stub_mm: float | None
     stub_lever_mm: float
     stub_N_mm2: float
-    pretension_N: float | None
+    setting: CableSetting | None
+    middle_rad: float
     cable_N: float | None
-    turns: float | None
     pinion_N: float | None
     stud_1_mm2: float
     stud_N_mm2: float
@@ -230,12 +233,13 @@ def allowables(d: Dimensions) -> Allowables:
         stroke_rad=max(shoulder, radians(1.0)),
         preload_N=0.0 if d.preload is None else preload_range_N(d.preload)[0],
         motor_N=_motor_N(d),
+        peak_share=min((report.continuous_torque_N_m / report.controlled_torque_N_m) ** 2, 1.0),
         stub_mm=d.motor.shaft_diameter_mm if capstan is None else None,
         stub_lever_mm=layers.motor_face_mm,
         stub_N_mm2=steel * 1e-6,
-        pretension_N=report.cable_pretension_N,
+        setting=cable_setting(d),
+        middle_rad=sum(d.stops_rad) / 2.0,
         cable_N=None if capstan is None else d.cable.breaking_load_N / ROPE_FACTOR,
-        turns=None if capstan is None else capstan.run.wrap_rad / tau,
         pinion_N=None if capstan is None else set_screws_N_mm(d) / capstan.run.pinion_mm,
         stud_1_mm2=stud_stress_1_mm2(f),
         stud_N_mm2=stud * 1e-6,

@@ -42,8 +42,6 @@ QUIETER, ALARM_s = 0.5, 10.0 * 365.25 * 86_400.0
 # Standard deviations of a normal number that three joints at 8 kHz pass once in that time, and how much louder than its
 # row states an encoder may be, or than is assumed where none does.
 _TAIL, _LOUDER, _UNKNOWN_SPREAD = 7.4, 2.0, 4.0
-# Pull over stretch of a rope whose row tells none, N/mm^2 of its circle: the softest of those listed.
-_ROPE_N_mm2 = 42.4e3
 # Share of critical damping of cable and structure, least, nominal, largest: wire rope with grease and bolted aluminium;
 # loss factors of 0.02 to 0.1, from memory.
 LOSS = (0.01, 0.02, 0.05)
@@ -133,7 +131,7 @@ def _cable_stiffness(machine: MachineModel) -> float:
     if design.hardware.drive != "capstan":
         return 0.0
     row = catalogue.cable.chosen(design.hardware)
-    pull = row.axial_stiffness_N or _ROPE_N_mm2 * math.pi / 4.0 * row.diameter_mm**2
+    _, pull = row.stiffness_N  # settled
     sizes = _sizes(machine)
     low, high = (0.0, _RIM) if sizes is None or sizes.capstan is None else sizes.capstan.rim_angles_rad
     radius = design.hardware.sector_radius_mm / MM_PER_M

@@ -167,7 +167,7 @@ def results_of(outcome: Outcome) -> dict[str, float]:
     }
     from delta_cad.structure.report import stiffness
 
-    found["stiffness_min_N_mm"] = float(stiffness(d).softest.stiffness_N_mm.min())
+    found["stiffness_min_N_mm"] = stiffness(d).least_N_mm
     checked = {one.name: one.value for one in outcome.results if one.value is not None}
     return found | {one.key: checked[one.check] for one in FIGURES if one.check in checked}
 

@@ -249,7 +249,7 @@ def too_soft(design: Design) -> tuple[float, float] | None:
     requested = design.requirements.stiffness_min_N_mm
     if requested is None:
         return None
-    least = float(stiffness(dimensions(design)).softest.stiffness_N_mm.min())
+    least = stiffness(dimensions(design)).least_N_mm
     return None if least >= requested else (least, requested)
 
 

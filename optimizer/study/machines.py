@@ -259,7 +259,7 @@ def figures_of(design: Design, candidate: Candidate, ball_friction_N: tuple[floa
     search, g = CubeSearch(design.workspace), design.geometry
     mass, friction, kappa = (worst_of(search, g, limit, limit.figures[0]).value for limit in limits)
     outline = design.requirements.envelope_width_mm, design.requirements.envelope_depth_mm
-    softest = float(stiffness(dimensions(design)).softest.stiffness_N_mm.min())
+    softest = stiffness(dimensions(design)).least_N_mm
     return Figures(2.0 * design.cube.half_side_mm, outline, mass, friction, softest, kappa)
 
 

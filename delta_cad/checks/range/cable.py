@@ -1,5 +1,7 @@
 """The capstan's cable over the whole stroke: its strands follow the groove's helix, its turns stay in the groove.
 
+And what hands do to set its tension: keys reach what they turn or hold, the balance that pulls the arm has room.
+
 All of it is read off the solids as they are placed: rim, nose and lugs of the sector, the pinion's groove and where its
 axis is, the turns upon it. The cable is developed into a plane: on the rim and between the drums it is one straight
 line from its lug to where it leaves the turns.
@@ -9,23 +11,38 @@ Source: developed geometry of crossed internal tangents, as in `dimensions.cable
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import acos, atan, atan2, degrees, hypot, inf, pi, sqrt, tau
+from math import acos, atan, atan2, cos, degrees, hypot, inf, pi, sin, sqrt, tau
 
 import numpy as np
 
+from delta_cad import catalogue
 from delta_cad.assembly.faces import SolidFace
 from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes
+from delta_cad.checks.contact.access import Scene, key_swing
 from delta_cad.checks.contact.features import features
+from delta_cad.checks.contact.order.check import brought, members
 from delta_cad.checks.links import swept_links
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
+from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
+from delta_cad.dimensions.capstan import SET_SCREW
+from delta_cad.dimensions.layers import SWING_RAD
+from delta_cad.dimensions.tolerances.cable_setting import HOOK_MM, CableSetting, bench_pull_N, cable_setting
+from delta_cad.drive.laid_cable import FRICTION
 from delta_cad.mechanism.placement import CHAINS
+from delta_cad.solids.part import ToolAccess
 
 _ANGLES = 201  # of the arm between its stops
 _ALONG = 1e-6  # sine of the angle between directions that count as one
 _OFF_MM = 0.05  # by which turns may lie off their groove's bottom or axis
+_LINE_MM = 200.0  # length that a balance takes with its loop of cord, from the cross-bar on
+_DRAWN_MM = 1.0  # by which a key goes in and out of its screw
+_TURNS = 25  # angles of the arm, one of which must let the tension screw's key swing
+_KEY_N_m = 0.82  # torque that a key of 1.5 mm bears, ISO 2936, and bending by as much; from memory: check
 
 
 class _NotFoundError(ValueError):
@@ -103,6 +120,96 @@ def check_cable(assembly: Assembly) -> list[CheckResult]:
         ),
         CheckResult("cable on its groove", margin >= 0.0, margin, 0.0, "mm", None, (f"pinion_{j}",), short.wording),
     ]
+
+
+def check_cable_setting(assembly: Assembly, d: Dimensions, meshes: Meshes) -> list[CheckResult]:
+    """Checks that hands can set the cable as the manual says, in each drive as far as it is made by then.
+
+    Returns:
+        `cable setting`: number of faults: a step that is missing; a screw that its key does not reach where the arm
+        stands, a tension screw whose key does not swing; a balance's line that meets something; a key that bends, a
+        cable that is pulled by more than on the bench. None for a direct drive.
+    """
+    setting = cable_setting(d)
+    if setting is None:
+        return []
+    faults = [fault for i in CHAINS for fault in _unset(assembly, d, setting, meshes, i)]
+    held, flats = setting.slips_N * setting.capstan.run.pinion_mm / MM_PER_M, catalogue.set_screw(SET_SCREW).socket_mm
+    if held > _KEY_N_m:
+        faults.append(f"{held:.2f} N m bend the key of {flats:g} mm that holds the pinion, which bears {_KEY_N_m:g}")
+    if setting.tight_N > bench_pull_N(d):
+        faults.append(f"the pull may tension the cable by {setting.tight_N:.1f} N, the bench by {bench_pull_N(d)} N")
+    along = [setting.capstan.laid(np.zeros(1)).pulled(1.0, friction) for friction in FRICTION]
+    spread = ", ".join(
+        f"{name} {along[1][name]:.2f} to {along[0][name]:.2f}" for name in along[0] if name != "carriage"
+    )
+    low, high = setting.pull_N
+    reported = (
+        f"stands at {low:g} N, creeps before {high:g} N at {setting.lever_mm:.1f} mm, read to {setting.off_N:.2g} N: "
+        f"{setting.proven_N:.1f} N between the strands are held there, {setting.needed_N:.1f} N anywhere, at most "
+        f"{setting.tension_N:.1f} N in either at rest; of 1 N at the carriage come, by friction of {FRICTION[1]:g} to "
+        f"{FRICTION[0]:g}: {spread}"
+    )
+    detail = f"{'; '.join(faults)}; {reported}" if faults else reported
+    return [CheckResult("cable setting", not faults, len(faults), 0, "", detail=detail)]
+
+
+def _unset(assembly: Assembly, d: Dimensions, setting: CableSetting, meshes: Meshes, i: int) -> list[str]:
+    """What keeps a chain's cable from being set, as texts."""
+    arm, pinion, tension = f"upper_arm_{i}", f"pinion_{i}", f"tension_screw_{i}"
+    screws = [f"set_screw_{i}_{k}" for k in range(len(d.set_screws_rad))]
+    made, present = members(assembly.order), set[str]()
+    steps = next((unit.steps for unit in assembly.order if unit.name == f"drive {i}"), ())
+    for step in steps:
+        present |= {name for insertion in step.insertions for name in brought(insertion, made)}
+        if set(screws) <= set(step.tightened):
+            break
+    else:
+        return [f"drive {i}: no step tightens its set screws"]
+    if missing := {arm, tension, *screws} - present:
+        return [f"drive {i}: {' and '.join(sorted(missing))} not there by then"]
+    base = {one.name: np.asarray(one.frame_a) for one in assembly.joints}
+    if missing := {f"shoulder_{i}", pinion} - set(base):
+        return [f"drive {i}: {' and '.join(sorted(missing))} is no joint"]
+    there = replace(assembly, occurrences=tuple(o for o in assembly.occurrences if o.name in present))
+    scene, middle = Scene(there, meshes, assembly.home_mm[None, :]), sum(d.stops_rad) / 2.0
+
+    def turn(at_rad: float) -> np.ndarray:
+        """Turns arm and pinion to an angle of the arm from the middle of its stroke; gives the arm's frame."""
+        angle, ratio = middle + at_rad, setting.capstan.ratio
+        placed = {
+            arm: base[f"shoulder_{i}"] @ _turned(angle),
+            f"pinion_{i}": base[f"pinion_{i}"] @ _turned(-ratio * angle),
+        }
+        for k, o in enumerate(there.occurrences):
+            if o.link in placed:
+                scene.frames[0, k] = placed[o.link] @ o.placement
+        return placed[arm]
+
+    def swing(screw: str, at_rad: float) -> float:
+        turn(at_rad)
+        return key_swing(ToolAccess(screw, _DRAWN_MM, ""), scene)
+
+    faults = list[str]()
+    angles = np.linspace(-0.9, 0.9, _TURNS) * setting.capstan.run.stroke_rad / 2.0
+    if all(swing(tension, angle) < SWING_RAD for angle in angles.tolist()):
+        faults.append(f"drive {i}: the key of {tension} swings nowhere")
+    if swing(screws[setting.screw], setting.arm_rad) <= 0.0:
+        faults.append(f"drive {i}: no key stands in {screws[setting.screw]} where the arm is pulled")
+    out, _, up, shoulder = turn(setting.arm_rad)[:3].T
+    way = up if setting.rises else -up
+    start = shoulder + setting.lever_mm * out + HOOK_MM * way
+    end = start + _LINE_MM * way
+    around = scene.around(0, start, _LINE_MM + HOOK_MM, scene.index[arm], True)
+    if not around.free(HOOK_MM, start, end[None]).all():
+        faults.append(f"drive {i}: something is before the balance that pulls the arm")
+    return faults
+
+
+def _turned(angle_rad: float) -> np.ndarray:
+    """(4, 4) turn about y from x towards z."""
+    c, s = cos(angle_rad), sin(angle_rad)
+    return np.array([[c, 0.0, -s, 0.0], [0.0, 1.0, 0.0, 0.0], [s, 0.0, c, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
 def _seen(assembly: Assembly, i: int) -> _Seen:

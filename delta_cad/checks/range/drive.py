@@ -17,8 +17,7 @@ def check_drive(drive: DriveReport) -> list[CheckResult]:
     )
     if drive.cable is not None:
         detail += (
-            f"; cable {drive.cable_pretension_N:.1f} N, safety {drive.cable_safety_factor:.1f} at "
-            f"{drive.controlled_torque_N_m:.3f} N m, bend ratio {drive.bend_ratio:.1f} "
+            f"; cable for {drive.controlled_torque_N_m:.3f} N m, bend ratio {drive.bend_ratio:.1f} "
             f"(makers advise {drive.bend_ratio_recommended:g} for long life)"
         )
 

@@ -19,7 +19,7 @@ from delta_cad.structure.strength import allowables
 
 FORCE, _PEAK_FORCE = "requirements.force_N", "requirements.peak_force_N"
 _TORQUE, _PEAK_TORQUE = "requirements.joint_torque_N_m", "requirements.peak_torque_N_m"
-_TENSIONED = "cable's slack strand", "cable's slip"  # what a higher tension of the cable holds
+_TENSIONED = ("cable's slip",)  # what a higher tension of the cable holds
 _SIZED = {  # load -> the part of the hardware that bears it
     "rod buckling": "tube",
     "rod end bending": "tube",
@@ -52,7 +52,8 @@ def overloads(d: Dimensions, weighed: float = 1.0) -> list[Reason]:
     for field, force in forces.items():
         if force is None:
             continue
-        for load in loads(table, limits, positions, given(force)):
+        between = given(required.force_N) if field == "peak_force_N" else None
+        for load in loads(table, limits, positions, given(force), between):
             if load.holds or (load.least and field == "peak_force_N"):  # of what lasts, see `structure_report`
                 continue
             found[load.name] = _overloaded(d, load, f"requirements.{field}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 
 import pytest
@@ -447,3 +447,16 @@ def test_a_file_with_other_columns_or_cells_is_refused(tmp_path: Path) -> None:
         read_family(path, Magnet)
     with pytest.raises(CatalogueError, match=r"^none\.csv: "):
         read_family(tmp_path / "none.csv", Magnet)
+
+
+def test_a_ropes_stiffness_goes_from_new_to_settled() -> None:
+    """By hand, 7x7 of 0.54 mm: new 57.3 GPa over its circle less a tenth, settled its maker's 16.8 kN."""
+    row = catalogue.cable("steel-0.54-7x7")
+    handbook = 57.3e3 * math.pi / 4.0 * 0.54**2
+    assert row.stiffness_N == (pytest.approx(0.9 * handbook), 16800.0)
+    unstated = replace(row, axial_stiffness_N=None)
+    assert unstated.stiffness_N == (pytest.approx(0.9 * handbook), pytest.approx(handbook))
+    soft = replace(row, axial_stiffness_N=9000.0)  # of both the softer is the new one's
+    assert soft.stiffness_N == (pytest.approx(8100.0), 9000.0)
+    other = replace(unstated, construction="1x3")
+    assert other.stiffness_N[1] == pytest.approx(42.4e3 * math.pi / 4.0 * 0.54**2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm, least_turns
+from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
 
 STUDY = CableRun(40.0, 40.0 / 4.3, 1.0, 0.7, 4, np.radians(127.0), 0.2)
 RUNS = [
@@ -87,12 +87,6 @@ def test_the_study_s_figures() -> None:
     assert run.lug_tolerance_mm() == pytest.approx(0.57, abs=0.01)
     rim = run.stroke_rad + 2 * run.beyond_rad + 2 * run.tangent_rad
     assert np.degrees(rim) == pytest.approx(173.0, abs=0.5)
-    assert least_turns(20.0, 27.4) == pytest.approx(2.2, abs=0.05)
-
-
-def test_turns_hold_the_ratio_of_the_tensions_that_the_capstan_equation_gives() -> None:
-    turns = least_turns(20.0, 27.4, 0.12)
-    assert np.exp(0.12 * 2.0 * np.pi * turns) == pytest.approx((20.0 + 13.7) / (20.0 - 13.7))
 
 
 def test_a_pitch_is_one_that_a_lathe_cuts() -> None:

@@ -38,7 +38,7 @@ def test_an_outline_is_estimated_at_what_elbows_and_motors_take_to_a_tenth(best:
 def test_loads_alone_tell_what_is_carried_of_them() -> None:
     found = estimates(design_from_dict(changed(requirements__peak_force_N=12.0, hardware__platform_thickness_mm=11.0)))
     margins = {one.reason.key: one.reason.margin for one in found}
-    assert ("motor shaft", "load") in margins
+    assert ("cable's slip", "load") in margins
     for (_, feature), margin in margins.items():
         assert (margin is not None) == (feature == "load")
         assert margin is None or 0.0 < margin < 1.0

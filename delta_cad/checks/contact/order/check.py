@@ -30,7 +30,7 @@ _ALIKE_MM = 1e-4  # of the places of equal parts in equal units
 _SHOWN = 8  # faults that a report names; their number is told
 
 
-def _members(units: tuple[Unit, ...]) -> dict[str, tuple[str, ...]]:
+def members(units: tuple[Unit, ...]) -> dict[str, tuple[str, ...]]:
     """Lists the occurrences that each unit consists of when it is finished, those of its own units included.
 
     A unit that is asked for before it is there counts as empty.
@@ -38,12 +38,12 @@ def _members(units: tuple[Unit, ...]) -> dict[str, tuple[str, ...]]:
     found: dict[str, tuple[str, ...]] = {}
     for unit in units:
         found[unit.name] = tuple(
-            name for step in unit.steps for insertion in step.insertions for name in _brought(insertion, found)
+            name for step in unit.steps for insertion in step.insertions for name in brought(insertion, found)
         )
     return found
 
 
-def _brought(insertion: Insertion, made: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
+def brought(insertion: Insertion, made: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
     """Lists the occurrences that come in together, of units what they consist of."""
     return (*insertion.names, *(name for unit in insertion.units for name in made.get(unit, ())))
 
@@ -59,7 +59,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
     """
     if not assembly.order:
         return []
-    made = _members(assembly.order)
+    made = members(assembly.order)
     faults = list(_uncovered(assembly, made))
     known = {o.name for o in assembly.occurrences}
     ways = Ways(assembly, meshes)
@@ -74,7 +74,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
         present: list[str] = []
         for step in unit.steps:
             for insertion in step.insertions:
-                coming = [name for name in _brought(insertion, made) if name in known]
+                coming = [name for name in brought(insertion, made) if name in known]
                 count += 1
                 fault = _met(insertion, coming, present, ways, assembly)
                 if fault:
@@ -141,7 +141,7 @@ def _alike(
     reported: list[object] = []
     for step in unit.steps:
         for insertion in step.insertions:
-            names = [name for name in _brought(insertion, made) if name in known]
+            names = [name for name in brought(insertion, made) if name in known]
             reported.append((tuple(numbers[name] for name in names), insertion.is_flexible, len(insertion.units)))
             for name in names:
                 reported += np.round((base @ ways.frames[name])[:3] / _ALIKE_MM).astype(int).ravel().tolist()

@@ -11,14 +11,18 @@ import numpy as np
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.range.cable import check_cable
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.range.cable import check_cable, check_cable_setting
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.tolerances.cable_setting import cable_setting
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.capstan import make_pinion, make_sector
 from delta_cad.solids.part import Part
-from tests.delta_cad.checks.machines import at
+from tests.delta_cad.checks.machines import at, box, part
+
+Point = tuple[float, float, float]
 
 
 def found(a: Assembly) -> dict[str, CheckResult]:
@@ -166,3 +170,83 @@ def test_a_direct_drive_has_no_cable(best_assembly: Assembly) -> None:
     where = best_assembly.placement
     direct = LinkPlacement(where.geometry, where.parallelogram_width_mm, where.pinion_centre_mm, 1.0)
     assert check_cable(replace(best_assembly, placement=direct)) == []
+
+
+def setting_of(a: Assembly, d: Dimensions) -> CheckResult:
+    (result,) = check_cable_setting(a, d, MeshLibrary(a.parts))
+    return result
+
+
+def blocked(a: Assembly, d: Dimensions, name: str, frame: np.ndarray, low: Point, high: Point) -> CheckResult:
+    """The check of a machine in which a block in a frame of the base takes the place of a part."""
+    (o,) = [one for one in a.occurrences if one.name == name]
+    corners = np.array(
+        [[x, y, z, 1.0] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    )
+    seen = (np.linalg.inv(a.poses(a.home_mm)[o.name]) @ frame @ corners.T)[:3]
+    least, most = ((float(x), float(y), float(z)) for x, y, z in (seen.min(axis=1), seen.max(axis=1)))
+    return setting_of(with_part(a, name, part(f"block for {name}", box(least, most))), d)
+
+
+def test_hands_can_set_the_cables(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    result = setting_of(best_assembly, best_dimensions)
+    assert (result.passed, result.value) == (True, 0)
+    setting = cable_setting(best_dimensions)
+    assert setting is not None
+    assert f"stands at {setting.pull_N[0]:g} N, creeps before {setting.pull_N[1]:g} N" in result.detail
+    (step,) = [s for unit in best_assembly.order if unit.name == "drive 0" for s in unit.steps if "Tension" in s.title]
+    written = " ".join(step.words)
+    assert f"Up to {setting.pull_N[0]:g} N the arm must stand; before {setting.pull_N[1]:g} N it must creep" in written
+    assert f"the way in which it {'rises' if setting.rises else 'falls'}" in written
+
+
+def test_what_is_before_the_balance_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    """A block 30 mm from the elbow on the balance's way, of a part that stands; beside it, nothing is met."""
+    d, setting = best_dimensions, cable_setting(best_dimensions)
+    assert setting is not None
+    angle = sum(d.stops_rad) / 2.0 + setting.arm_rad
+    way = angle + (0.5 if setting.rises else -0.5) * pi
+    x, z = 91.0 * np.cos(angle) + 30.0 * np.cos(way), 91.0 * np.sin(angle) + 30.0 * np.sin(way)
+    shoulder = d.stand(1) @ at(d.bracket.shoulder_u_mm)
+    for aside, passed in ((0.0, False), (40.0, True)):
+        low, high = (x - 3.0, aside - 3.0, z - 3.0), (x + 3.0, aside + 3.0, z + 3.0)
+        result = blocked(best_assembly, d, "foot_block_1", shoulder, low, high)
+        assert result.passed is passed, result.detail
+        assert passed or "drive 1: something is before the balance" in result.detail
+
+
+def test_what_is_before_the_keys_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    """A block that moves with the arm before its tension screw; one that stands where the set screws' key does."""
+    d, c = best_dimensions, capstan(best_dimensions)
+    frames = best_assembly.poses(best_assembly.home_mm)
+    result = blocked(best_assembly, d, "sector_dowel_2_0", frames["tension_screw_2"], (-9, -9, 6), (9, 9, 12))
+    assert not result.passed
+    assert "the key of tension_screw_2 swings nowhere" in result.detail
+    u, z = d.bracket.motor_axis_mm
+    middle = sum(c.collar_y_mm) / 2.0
+    low, high = (u + 8.0, middle - 3.0, z - 8.0), (u + 14.0, middle + 3.0, z + 8.0)
+    result = blocked(best_assembly, d, "foot_block_0", d.stand(0), low, high)
+    assert not result.passed
+    assert "drive 0: no key stands in set_screw_0_" in result.detail
+
+
+def test_a_step_that_is_missing_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    units = [replace(u, steps=u.steps[:3]) if u.name == "drive 1" else u for u in best_assembly.order]
+    result = setting_of(replace(best_assembly, order=tuple(units)), best_dimensions)
+    assert not result.passed
+    assert "drive 1: no step tightens its set screws" in result.detail
+
+
+def test_a_pull_that_cable_or_key_does_not_bear_is_refused(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
+    d = best_dimensions
+    thin = replace(d, cable=d.cable.__class__(**{**vars(d.cable), "breaking_load_N": 60.0}))
+    result = setting_of(best_assembly, thin)
+    assert not result.passed
+    assert "the bench by 20 N" in result.detail
+    c = capstan(d)
+    thick = replace(d, capstan=replace(c, run=replace(c.run, pinion_mm=30.0)))
+    result = setting_of(best_assembly, thick)
+    assert not result.passed
+    assert "bend the key of 1.5 mm" in result.detail

@@ -131,7 +131,7 @@ CASES: dict[str, tuple[dict[str, Any], set[str]]] = {
     ),
     "12 N at once": (
         {"requirements__peak_force_N": 12.0},
-        {"hardware.sector_radius_mm", "requirements.peak_torque_N_m"},
+        {"requirements.peak_force_N", "requirements.peak_torque_N_m"},
     ),
 }
 

@@ -1,6 +1,6 @@
 """Thresholds are the borders of refusals themselves, and suggestions are refused nothing.
 
-24 s of processor: every threshold is searched on the refusal itself.
+33 s of processor: every threshold is searched on the refusal itself.
 """
 
 from __future__ import annotations
