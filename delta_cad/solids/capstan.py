@@ -290,7 +290,7 @@ def make_pinion(d: Dimensions) -> Part:
     description = (
         f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} cut from diameter {2 * crest:.3f} to "
         f"{2 * bottom:.3f} +-{PINION_TURNED_MM:g}, pitch {run.pitch_mm:g}, {last - first:g} long, begun at any "
-        "angle; lands stay, not drawn; hard anodised"
+        "angle; lands stay; hard anodised"
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)
     return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)

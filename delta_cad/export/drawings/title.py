@@ -1,16 +1,17 @@
-"""Frame, title block, notes and tables of a sheet, after ISO 5457 and ISO 7200."""
+"""Frame, title block, notes and tables of a sheet, after ISO 5457 and ISO 7200; sizes after ISO 8015."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import metadata
 
 from delta_cad.dimensions.tolerances.general import EDGES, NOTES, REQUIRED
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.sheet_io.lettering import LINE, fitted, width_of, wrapped
 from delta_cad.export.drawings.sheet_io.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.views.block import Block
-from delta_cad.export.drawings.views.lines import lines_of_group, set_line
+from delta_cad.export.drawings.views.lines import boxed, lines_of_group, set_line
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
 
 _SHEETS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
@@ -18,6 +19,12 @@ _LEFT_MM, _EDGE_MM = 20.0, 10.0  # margins: for filing, and on the other sides
 TITLE_MM = (180.0, 48.0)
 _LABEL_MM, _SMALL_MM = 1.6, 2.0
 _SURFACE = "Ra 3.2 where none is stated"
+_SIZES = "ISO 8015"
+CREATOR = f"delta-haptics, delta_cad {metadata.version('delta-haptics')}"
+UNDATED = "none: as the design"
+"""Date of a drawing whose design has none: no file of a build has the time at which it was made."""
+SIGNED = "Approved by"
+"""Label of the one field that is left empty: a person signs in it."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,9 @@ class Titles:
     revision: str
     surface: str = _SURFACE
     tolerance: str = NOTES[REQUIRED]
+    kind: str = "Part drawing"
+    created: str = CREATOR
+    date: str = UNDATED
 
 
 def grams(mass_g: float) -> str:
@@ -72,7 +82,10 @@ def _rectangle(layer: str, box: Box) -> Stroke:
 
 def _title_block(box: Box, size: str, scale: str, page: str, t: Titles) -> list[Item]:
     rows: list[tuple[float, list[tuple[float, str, str]]]] = [
-        (14.0, [(55.0, "Part number", t.number), (125.0, "Description", t.description)]),
+        (
+            14.0,
+            [(45.0, "Part number", t.number), (105.0, "Description", t.description), (30.0, "Document type", t.kind)],
+        ),
         (
             9.0,
             [
@@ -81,20 +94,28 @@ def _title_block(box: Box, size: str, scale: str, page: str, t: Titles) -> list[
                 (60.0, "Overall size", t.size),
             ],
         ),
-        (9.0, [(55.0, "General tolerances", t.tolerance), (55.0, "Surface", t.surface), (70.0, "Edges", EDGES)]),
+        (9.0, [(55.0, "Tolerances", f"{_SIZES}, {t.tolerance}"), (55.0, "Surface", t.surface), (70.0, "Edges", EDGES)]),
         (
             8.0,
             [
                 (30.0, "Scale", scale),
-                (20.0, "Sheet", size),
-                (20.0, "Page", page),
+                (20.0, "Size", size),
+                (20.0, "Sheet", page),
                 (30.0, "Mass", t.mass),
                 (25.0, "Dimensions", "mm"),
                 (25.0, "Revision", t.revision),
                 (30.0, "First angle", ""),
             ],
         ),
-        (8.0, [(180.0, "Machine", t.machine)]),
+        (
+            8.0,
+            [
+                (72.0, "Machine", t.machine),
+                (48.0, "Created by", t.created),
+                (30.0, "Date", t.date),
+                (30.0, SIGNED, ""),
+            ],
+        ),
     ]
     items: list[Item] = [_rectangle("frame", box)]
     top = box[3]
@@ -156,11 +177,12 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
     items: list[Item] = []
     y = 0.0
 
-    def row(texts: Sequence[tuple[float, str, tuple[str, ...]]]) -> None:
-        for x, text, reported in texts:
-            items.append(Text((x, y - pitch + 1.1), LETTER_MM, text, states=reported))
+    def cell(column: int, text: str, reported: tuple[str, ...] = (), exact: bool = False) -> None:
+        letters = Text((edges[column] + 1.0, y - pitch + 1.1), LETTER_MM, text, states=reported)
+        items.extend([letters, boxed(letters)] if exact else [letters])
 
-    row([(edges[k] + 1.0, name, ()) for k, name in enumerate(("Hole", "X right", "Y up", "Each"))])
+    for k, name in enumerate(("Hole", "X right", "Y up", "Each")):
+        cell(k, name)
     y -= pitch
     lines = [y]
     for block in blocks:
@@ -169,8 +191,9 @@ def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
             for n in range(max(len(said), len(tagged))):
                 if n < len(tagged):
                     one = tagged[n]
-                    row([(edges[0] + 1.0, one.tag, one.states)])
-                    row([(edges[1] + 1.0, number(one.x), one.states_x), (edges[2] + 1.0, number(one.y), one.states_y)])
+                    cell(0, one.tag, one.states)
+                    for k in (0, 1):
+                        cell(k + 1, number(one.at[k]), one.told[k], one.exact[k])
                 if n < len(said):
                     items += set_line(said[n], (edges[3] + 1.0, y - pitch + 1.1))
                 y -= pitch

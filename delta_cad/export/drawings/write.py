@@ -21,27 +21,25 @@ from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.assembly_sheet import assembly_drawing, balloon_faults, placed_items
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
 from delta_cad.export.drawings.layout import LayoutError, laid_out
+from delta_cad.export.drawings.notes import named, notes_of, ordered_as
 from delta_cad.export.drawings.part.controlled import Controlled, controlled
-from delta_cad.export.drawings.part.faces import faces_of, is_along
+from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
-from delta_cad.export.drawings.part.holes import HoleError, lettered
+from delta_cad.export.drawings.part.holes import HoleError
 from delta_cad.export.drawings.part.record import Features
-from delta_cad.export.drawings.part.shape import is_hull_line, is_slant
 from delta_cad.export.drawings.sheet_io.dxf import dxf_text
 from delta_cad.export.drawings.sheet_io.lettering import missing, missing_note
 from delta_cad.export.drawings.sheet_io.pdf import pdf_bytes
 from delta_cad.export.drawings.sheet_io.sheet import Drawing
 from delta_cad.export.drawings.sheet_io.svg import svg_text
-from delta_cad.export.drawings.title import Titles, grams
+from delta_cad.export.drawings.title import UNDATED, Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
-from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.solids.part import Part, location_of
 
 _REVISION = "A"
 FOLDER = "drawings"
 LOADS = ("ezdxf", "fontTools.subset")
-_CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
 _UNDRAWN = (HoleError, ViewError, LayoutError, RoomError)
 """What keeps a single part from being drawn."""
 
@@ -170,64 +168,12 @@ def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing,
         ViewError, LayoutError, RoomError: It cannot be drawn.
     """
     features = features_of(part, faces_of(part.solid), held)
-    views = views_of(part, features)
-    notes = notes_of(part, features, views[0].frame)
+    views = views_of(part, features, held.groove_mm)
+    notes = notes_of(part, features, views[0].frame, held)
     if note := missing_note((*asdict(titles).values(), *(text for _, text in notes))):
         notes.append(("", f"{note}."))
     sheets = laid_out(views, features, held, titles, notes)
     return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets)), features
-
-
-def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, str]]:
-    """Gives the notes of a part's drawing, each with the key that it tells; `front` is the frame of its main view."""
-    zero = ", ".join(f"{round(float(value), 3) + 0.0:g}" for value in features.datum)
-    right, up = (_axis(axis) for axis in front.axes)
-    notes = [
-        ("", f"Coordinates count from 0, which is ({zero}) in the STEP file and in holes.csv."),
-        ("", f"The main view's right is {right} there, its up {up}."),
-        ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
-        ("", _finish(part)),
-    ]
-    outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
-    if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
-        notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
-    if outside:  # no die cuts to a shoulder, on which this part stands
-        notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
-    if _between_centres(part, features):
-        notes.append(("", f"Centre holes ISO 6411-A{_CENTRE_MM[0]:g}/{_CENTRE_MM[1]:g} may stay in solid ends."))
-    if any(is_hull_line(face, features) for face in features.faces):
-        notes.append(("", "A line between two arcs is tangent to both."))
-    if any(is_slant(face, features) for face in features.faces):
-        notes.append(("", "A slanting line from an arc to a corner is tangent to the arc."))
-    for key, text in features.notes.items():
-        words = f"Chamfers {text} where they are drawn" if key.startswith("chamfer") else text
-        notes.append((key, f"{words}."))
-    for n, slot in enumerate(features.slots):
-        notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
-    return notes
-
-
-def _between_centres(part: Part, features: Features) -> bool:
-    """Whether a part is turned, has an end without a bore, and no end too thin for a centre hole."""
-    bored = [bore for group in features.groups for bore in group.bores if is_along(bore.axis, features.main)]
-    outer = [2.0 * f.radius for f in features.faces if f.kind == "cylinder" and not f.hollow]
-    if not features.turned or part.order_code or not outer or min(outer) < _CENTRE_MM[1]:
-        return False
-    return len(bored) < 2 and not any(bore.through for bore in bored)
-
-
-def _axis(along: np.ndarray) -> str:
-    """Names the axis of the model that a view's axis lies along, such as "-X"."""
-    k = int(np.abs(along).argmax())
-    return f"{'-' if along[k] < 0.0 else ''}{'XYZ'[k]}"
-
-
-def _finish(part: Part) -> str:
-    """What is done to a part's surface after it is cut."""
-    if "anodised" in part.description:
-        layer = "ISO 10074, 0.025 mm" if "hard anodised" in part.description else "ISO 7599-AA10"
-        return f"Finish: anodised {layer} as described. Sizes hold with the coating; fits and threads stay bare."
-    return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
 
 
 def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[REQUIRED]) -> Titles:
@@ -235,14 +181,15 @@ def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: 
     box = part.solid.BoundingBox(1e-4)
     return Titles(
         number=part.number,
-        description=lettered(part.description),
-        material=part.material.name,
+        description=named(part.description)[0],
+        material=ordered_as(part),
         quantity=str(quantity),
         mass=f"{mass_g} g",
         size=_size((box.xlen, box.ylen, box.zlen)),
         machine=_machine(d),
         revision=_REVISION,
         tolerance=tolerance,
+        date=_date(d),
     )
 
 
@@ -257,7 +204,9 @@ def _whole_titles(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) 
     size = np.ptp(np.array(corners), axis=0)
     mass = f"{masses['total_mass_kg']:.3g} kg"
     text = f"Assembly of {assembly.name}, arms at equal angles"
-    return Titles("assembly", text, "see the item list", "1", mass, _size(size), _machine(d), _REVISION)
+    size_mm, kind = _size(size), "Assembly drawing"
+    order = "assembly", text, "see the item list", "1", mass, size_mm, _machine(d), _REVISION
+    return Titles(*order, kind=kind, date=_date(d))
 
 
 def _size(lengths: Iterable[float]) -> str:
@@ -267,3 +216,9 @@ def _size(lengths: Iterable[float]) -> str:
 
 def _machine(d: Dimensions) -> str:
     return f"{d.design.name}, design {design_hash(d.design)[:12]}"
+
+
+def _date(d: Dimensions) -> str:
+    """The date that a design's provenance has; the clock's would make every build another one."""
+    date = d.design.provenance.get("date")
+    return date if isinstance(date, str) else UNDATED

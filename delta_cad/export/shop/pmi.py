@@ -222,6 +222,8 @@ class _Writer:
         if requested.is_round:
             zone.SetTypeOfValue(XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceTypeValue_Diameter)
         zone.SetValue(requested.value_mm)
+        if requested.combined:  # ISO 5458: CZ
+            zone.AddModifier(XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceModif_Common_Zone)
         XCAFDoc_GeomTolerance.Set_s(label).SetObject(zone)
         for position, (name, shown) in enumerate(datums.items(), start=1):
             datum = self._tool.AddDatum()  # every reference wants a label of its own

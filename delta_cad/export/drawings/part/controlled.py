@@ -13,6 +13,8 @@ from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM,
 
 SAME_MM = 1e-3
 _SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
+_LAPPED = "lapped with its ball, in its cup; turned 0.01 to 0.02 smaller"
+"""Of a shell's seat: what lapping takes. Source: the usual 0.005 to 0.01 mm of a side, from memory; not measured."""
 _CORE_MM = 0.1  # by which an outer thread is drawn thinner than its tap drill, at most
 
 
@@ -36,6 +38,7 @@ class Round:
         either_mm: By how much the diameter may be off, either way; 0: by its fit, or as the general tolerance has it.
         thread: Such as "M6", or "".
         surface_um: Roughness Ra; None: the general one.
+        where: What is told beside the size: where, or when, it holds.
     """
 
     diameter_mm: float
@@ -43,6 +46,7 @@ class Round:
     either_mm: float = 0.0
     thread: str = ""
     surface_um: float | None = None
+    where: str = ""
 
     @property
     def deviations_mm(self) -> tuple[float, float] | None:
@@ -70,6 +74,7 @@ class Controlled:
         square: Diameters of bores that are square to the part's plane, mm, beside the widest fitted one.
         seat: Axis and coordinate, mm, of the plane that it is put on, datum A; None: the largest across its bores.
         shoulder_mm: Where a plane of a turned part stands square to its axis; None: none has to.
+        groove_mm: Diameters at the bottom of a helical groove, as which it is modelled, and over its lands; None: none.
     """
 
     lengths: tuple[Length, ...] = ()
@@ -79,6 +84,7 @@ class Controlled:
     square: tuple[float, ...] = ()
     seat: tuple[int, float] | None = None
     shoulder_mm: float | None = None
+    groove_mm: tuple[float, float] | None = None
 
     def datum(self, axis: int) -> float | None:
         """Gives where coordinates along an axis count from, mm; None: not stated."""
@@ -114,7 +120,9 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
         "handle_stem": Controlled(rounds=(Round(catalogue.screw(stem).tap_drill_mm, thread=stem),)),
         "cross_bar": Controlled(_shoulders(d), rounds=(bar, Round(pin, "h7")), coaxial=((pin, TRUE_MM),)),
         "rod_cup": Controlled(rounds=(Round(liner + 2 * LINER_GLUE_MM, either_mm=LINER_TURNED_MM),)),
-        "cup_shell": Controlled(rounds=(Round(seat, either_mm=gauged), Round(liner, either_mm=LINER_TURNED_MM))),
+        "cup_shell": Controlled(
+            rounds=(Round(seat, either_mm=gauged, where=_LAPPED), Round(liner, either_mm=LINER_TURNED_MM))
+        ),
     }
     inside, pilot = layers.motor_cheek_mm[0], d.motor.pilot_diameter_mm
     outside = layers.encoder_cheek_mm[1]  # the cheeks' inner faces lie on the foot block
@@ -133,8 +141,9 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
         face = layers.arm_mm[1]
         found["sector"] = Controlled((Length(1, face, motor[0], LENGTH_MM),), rounds=(rim,), seat=(1, face))
         groove, crest = 2 * (c.run.pinion_mm - c.cable_diameter_mm / 2), 2 * c.pinion_radius_mm
-        turned = tuple(Round(diameter, either_mm=PINION_TURNED_MM) for diameter in (groove, crest))
-        found["pinion"] = Controlled(rounds=turned, coaxial=((groove, TRUE_MM),))
+        sizes = (groove, "at the groove's bottom"), (crest, "and over the lands between")
+        turned = tuple(Round(diameter, either_mm=PINION_TURNED_MM, where=where) for diameter, where in sizes)
+        found["pinion"] = Controlled(rounds=turned, coaxial=((groove, TRUE_MM),), groove_mm=(groove, crest))
     return found
 
 

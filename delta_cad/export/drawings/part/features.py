@@ -129,6 +129,7 @@ def _held(text: str, held: Round, is_radius: bool) -> str:
         text += f" {held.fit} ({upper}/{lower})"
     elif held.either_mm:
         text += f" ±{held.either_mm / (2.0 if is_radius else 1.0):g}"
+    text = f"{text} {held.where}" if held.where else text
     return text if held.surface_um is None else f"{text} {SURFACE}Ra {held.surface_um:g}"
 
 

@@ -79,6 +79,7 @@ class Zone:
         faces: Of what is held in it, equal ones together.
         datums: Letters of what it counts from, in their order.
         key: Unique name.
+        combined: Whether the zones of its faces keep their places to one another, ISO 5458: "CZ".
     """
 
     kind: str
@@ -87,6 +88,7 @@ class Zone:
     faces: tuple[Face, ...]
     datums: tuple[str, ...]
     key: str
+    combined: bool = False
 
 
 @dataclass(eq=False)
@@ -105,6 +107,7 @@ class Features:
         datum: (3,) coordinates that count as 0.
         datums: What tolerances count from.
         zones: Geometric tolerances.
+        exact: Keys of coordinates that are theoretically exact, as a tolerance of position has its zone there.
     """
 
     faces: list[Face]
@@ -118,3 +121,10 @@ class Features:
     datum: np.ndarray = field(default_factory=lambda: np.zeros(3))
     datums: list[Datum] = field(default_factory=list)
     zones: list[Zone] = field(default_factory=list)
+    exact: set[str] = field(default_factory=set)
+
+
+def bores_of(zone: Zone, features: Features) -> int:
+    """Counts the bores that a zone's faces are walls of."""
+    walls = {id(face) for face in zone.faces}
+    return sum(any(id(face) in walls for face in bore.faces) for group in features.groups for bore in group.bores)

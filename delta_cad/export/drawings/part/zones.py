@@ -1,9 +1,10 @@
 """Datums and geometric tolerances of a part, as its function requires.
 
 A plate: its seat, or its largest plane across the widest fitted bore, is A, that bore is square to it and B; of the
-others the widest single one has its place from both and is C, the rest have theirs from all. Where the widest are a
-pattern it has its place from A. A turned part: the axis of what is fitted is A, what has to be on that axis or square
-to it has its zone.
+others the widest has its place from both and is C, the rest have theirs from all. Where the widest are a pattern, it
+has its place from A and the two sides that coordinates count from, or within itself, ISO 5458; the others have theirs
+from A and that pattern. A turned part: the axis of what is fitted is A, what has to be on that axis or square to it has
+its zone. Where a zone of position lies is told by exact coordinates.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import numpy as np
 from delta_cad.common.vectors import cross_length
 from delta_cad.dimensions.tolerances import PLACE_MM, SQUARE_MM
 from delta_cad.export.drawings.part.controlled import Controlled
-from delta_cad.export.drawings.part.faces import Face, is_along
+from delta_cad.export.drawings.part.faces import Face, is_across, is_along
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Datum, Features, Zone
+from delta_cad.export.drawings.part.shape import unit
 from delta_cad.solids.part import Bore, Part
 
 _DATUM_SHARE = 0.5  # of the largest plane's area, from which on one that a bore opens in is the datum
@@ -53,18 +55,59 @@ def _plate(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None
     found.datums.append(Datum("A", (base,)))
     if first.count == 1:
         _add(found, "perpendicularity", SQUARE_MM, first.faces, "A")
-        found.datums.append(Datum("B", first.faces))
+        letters = "A" + _datum(found, first.faces)
     else:
-        _add(found, "position", PLACE_MM, first.faces, "A")
-        if others:
-            found.datums.append(Datum("B", first.faces))
+        sides = "".join(_datum(found, (face,)) for face in _sides(found, base))
+        _add(found, "position", PLACE_MM, first.faces, "A" + sides, combined=not sides)
+        letters = "A" + (_datum(found, first.faces) if others else "")
+    fixed = first.count > 1  # whether what counts from the letters cannot turn about the first
     for one in others:
-        letters = "".join(datum.letter for datum in found.datums)
         if any(abs(one.record.diameter_mm - diameter) < SAME_MM for diameter in held.square):
             _add(found, "perpendicularity", SQUARE_MM, one.faces, "A")
-        _add(found, "position", PLACE_MM, one.faces, letters)
-        if one.count == 1 and letters == "AB" and first.count == 1 and one is not others[-1]:
-            found.datums.append(Datum("C", one.faces))
+        _add(found, "position", PLACE_MM, one.faces, letters, combined=one.count > 1 and not fixed)
+        if not fixed and one is not others[-1]:
+            letters, fixed = letters + _datum(found, one.faces), True
+    found.exact = _exact(found)
+
+
+def _datum(found: Features, faces: Sequence[Face]) -> str:
+    """Adds the next datum and gives its letter."""
+    letter = chr(ord("A") + len(found.datums))
+    found.datums.append(Datum(letter, tuple(faces)))
+    return letter
+
+
+def _sides(found: Features, base: Face) -> list[Face]:
+    """Planes across a base that coordinates count from both ways, the larger first; none where one counts otherwise."""
+    sides = []
+    for k, at in enumerate(found.datum):
+        if is_along(unit(k), base.axis):
+            continue
+        planes = [f for f in found.faces if f.kind == "plane" and is_along(f.axis, unit(k))]
+        planes = [face for face in planes if abs(float(face.point[k] - at)) < SAME_MM]
+        if not planes:
+            return []
+        sides.append(max(planes, key=lambda face: round(face.area, 6)))
+    return sorted(sides, key=lambda face: -round(face.area, 6))
+
+
+def _exact(found: Features) -> set[str]:
+    """Coordinates of the bores that have a zone of position, or that it counts from, and of planes along their ways."""
+    zones = [zone for zone in found.zones if zone.kind == "position"]
+    letters = {letter for zone in zones for letter in zone.datums}
+    datums = [datum.faces for datum in found.datums if datum.letter in letters]
+    walls = {id(face) for faces in (*(zone.faces for zone in zones), *datums) for face in faces}
+    keys = []
+    for g, group in enumerate(found.groups):
+        keys += [f"bore {g}.{b} " for b, bore in enumerate(group.bores) if any(id(f) in walls for f in bore.faces)]
+    exact = {place.key for place in found.places if any(place.key.startswith(key) for key in keys)}
+    planes = [faces[0] for faces in datums if faces[0].kind == "plane"]
+    for plane in planes:
+        level = [p for p in found.places if p.end_on is None and is_along(p.along, plane.axis)]
+        level = [place for place in level if abs(place.value - float(plane.point @ place.along)) < SAME_MM]
+        if any(is_across(face.axis, plane.axis) for zone in zones for face in zone.faces):
+            exact |= {place.key for place in level}
+    return exact
 
 
 def _turned(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None:
@@ -88,10 +131,17 @@ def _turned(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> Non
 
 
 def _add(
-    found: Features, kind: str, value: float, faces: Sequence[Face], letters: str, *, is_round: bool = True
+    found: Features,
+    kind: str,
+    value: float,
+    faces: Sequence[Face],
+    letters: str,
+    *,
+    is_round: bool = True,
+    combined: bool = False,
 ) -> None:
     key = f"zone {len(found.zones) + 1}"
-    found.zones.append(Zone(kind, value, is_round, tuple(faces), tuple(letters), key))
+    found.zones.append(Zone(kind, value, is_round, tuple(faces), tuple(letters), key, combined))
 
 
 def _fitted(found: Features, part: Part) -> list[_Fitted]:

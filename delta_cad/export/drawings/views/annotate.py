@@ -39,6 +39,8 @@ from delta_cad.export.drawings.views.lines import (
     TRIANGLE_MM,
     Flag,
     Line,
+    boxed,
+    broken,
     length_of,
     lines_of_group,
     set_line,
@@ -56,14 +58,21 @@ _THREAD = re.compile(r"^(?:\d+x )?M(\d+(?:\.\d+)?)")
 
 @dataclass
 class Tagged:
-    """One row of a table of holes: tag, coordinates to the right and up from the datum, mm, and what each tells."""
+    """One row of a table of holes.
+
+    Attributes:
+        tag: Its tag.
+        at: Coordinates to the right and up from the datum, mm.
+        states: Keys that the tag tells.
+        told: Keys that each coordinate tells.
+        exact: Whether each coordinate is theoretically exact.
+    """
 
     tag: str
-    x: float
-    y: float
+    at: tuple[float, float]
     states: tuple[str, ...]
-    states_x: tuple[str, ...]
-    states_y: tuple[str, ...]
+    told: tuple[tuple[str, ...], tuple[str, ...]]
+    exact: tuple[bool, bool]
 
 
 @dataclass
@@ -175,26 +184,27 @@ class Annotator(LeaderTargets):
         """Coordinates in a band on the left for those upwards, below for those to the right."""
         found: list[Item] = []
         for k, axis in enumerate(self.view.frame.axes):
-            lines: dict[float, list[Place]] = {}
+            lines: dict[tuple[float, bool], list[Place]] = {}
             for place in places:
                 if is_along(place.along, axis):
                     value = round(self.value(place, axis), 3)
-                    same = next((known for known in lines if abs(known - value) < 2 * SAME_MM), value)
-                    lines.setdefault(same, []).append(place)
+                    exact = place.key in self.features.exact and abs(value) > SAME_MM  # 0 is exact without a frame
+                    near = (known for known in lines if known[1] == exact and abs(known[0] - value) < 2 * SAME_MM)
+                    lines.setdefault(next(near, (value, exact)), []).append(place)
             if not lines:
                 continue
-            if not any(abs(value) < SAME_MM for value in lines):
-                lines[0.0] = []
+            if not any(abs(value) < SAME_MM for value, _ in lines):
+                lines[0.0, False] = []
             found += self._band(k, axis, dict(sorted(lines.items())))
         return found
 
-    def _band(self, k: int, axis: np.ndarray, lines: dict[float, list[Place]]) -> list[Item]:
+    def _band(self, k: int, axis: np.ndarray, lines: dict[tuple[float, bool], list[Place]]) -> list[Item]:
         zero = float(self.features.datum @ axis) * self.scale
-        wanted = [zero + value * self.scale for value in lines]
+        wanted = [zero + value * self.scale for value, _ in lines]
         placed = spread(wanted, [PITCH_MM] * len(wanted))
         edge = self.room[1 - k]  # the view's left side for coordinates upwards, its lower side for those to the right
         found: list[Item] = []
-        for (value, places), want, at in zip(lines.items(), wanted, placed, strict=True):
+        for ((value, exact), places), want, at in zip(lines.items(), wanted, placed, strict=True):
             text = number(value)
             if value and (tolerance := self._tolerance(places)):
                 text += f" ±{number(tolerance)}"
@@ -213,6 +223,8 @@ class Annotator(LeaderTargets):
             drawn: list[Primitive] = [Stroke("dimension", tuple(path)), letters]
             if abs(value) < SAME_MM:
                 drawn.append(Arc("dimension", path[1], 0.8))
+            if exact:
+                drawn.append(boxed(letters))
             origin = (path[0][0], zero) if k == 1 else (zero, path[0][1])
             measure = Measure("up" if k else "right", (origin, path[0], path[-1]), abs(value), text)
             found.append(Annotation("dimension", tuple(drawn), measure))
@@ -264,7 +276,7 @@ class Annotator(LeaderTargets):
             face = max(size.faces, key=lambda f: self.at(f.centre)[0])
             from_side = size.kind == "flat" or (size.kind != "ball" and is_across(face.axis, self.view.towards))
             short = from_side or not self.features.turned
-            lines = [size.text, *tolerances_of(size.faces, self.features)]
+            lines = [*broken(size.text, most), *tolerances_of(size.faces, self.features)]
             measure = self.across_face(face, size.text, size.kind)
             found.append(_Callout(*self.to_face(face, size.kind), lines, (size.key,), short, measure=measure))
         return [*found, *self._planes()]
@@ -353,6 +365,10 @@ class Annotator(LeaderTargets):
             items += [tag, *tied(tag, centre, radius)]
             x, y = (float((bore.point - self.features.datum) @ axis) for axis in (right, up))
             own = [place for place in self.features.places if place.key.startswith(f"{key} ")]
-            wording = [tuple(place.key for place in own if is_along(place.along, axis)) for axis in (right, up)]
-            rows.append(Tagged(text, x, y, (key,), *wording))
+            told = [tuple(place.key for place in own if is_along(place.along, axis)) for axis in (right, up)]
+            exact = [
+                abs(value) > SAME_MM and any(one in self.features.exact for one in keys)
+                for value, keys in zip((x, y), told, strict=True)
+            ]
+            rows.append(Tagged(text, (x, y), (key,), (told[0], told[1]), (exact[0], exact[1])))
         return rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -12,6 +13,7 @@ from delta_cad.export.drawings.sheet_io.lettering import width_of
 from delta_cad.export.drawings.sheet_io.sheet import Box, Item, Point, Stroke, Text, box_of, scaled
 from delta_cad.export.drawings.views.annotate import Annotator, Tagged
 from delta_cad.export.drawings.views.choice import View
+from delta_cad.export.drawings.views.lines import boxed
 from delta_cad.export.drawings.views.marks import arrow, free_text
 from delta_cad.export.drawings.views.projection import hatched
 
@@ -81,12 +83,23 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     block.items += setting.callouts([g for g in view.groups if g not in tagged])
     if view.title:
         at = (drawn[0] + drawn[2]) / 2 - width_of(view.title, _TITLE_MM) / 2
-        block.items.append(Text((at, box_of(block.items)[3] + 2.5), _TITLE_MM, view.title))
+        block.items += _title(view, features, (at, box_of(block.items)[3] + 2.5))
     for cut in cuts:
         block.items += _cut_line(cut, scale, drawn, block.items)
     for letter, group in zip("ABCDEFGHJKLMNPQRSTUVWXYZ", tagged, strict=False):
         block.tables.append((group, setting.tag(letter, group, block.items)))
     return block
+
+
+def _title(view: View, features: Features, at: Point) -> list[Item]:
+    """The title of a view; where something exact is told in it that is turned, its angle is exact, too."""
+    if view.slot != "turned" or not any(place.key in features.exact for place in view.places):
+        return [Text(at, _TITLE_MM, view.title)]
+    before, angle, after = re.split(r" (\S+°) ", view.title)
+    texts = [Text(at, _TITLE_MM, before)]
+    for part in (angle, after):
+        texts.append(Text((texts[-1].end[0] + _TITLE_MM, at[1]), _TITLE_MM, part))
+    return [*texts, boxed(texts[1])]
 
 
 def _with_room(drawn: Box, cuts: Sequence[_Cut]) -> Box:

@@ -72,8 +72,8 @@ class View:
         return is_along(bore.axis, self.towards)
 
 
-def views_of(part: Part, features: Features) -> list[View]:
-    """Chooses the views of a part and draws them.
+def views_of(part: Part, features: Features, groove_mm: tuple[float, float] | None = None) -> list[View]:
+    """Chooses the views of a part and draws them; a helical groove as threads are, see `Controlled.groove_mm`.
 
     Raises:
         ViewError: A coordinate is along no axis of any view, or a bore is slanted in all of them.
@@ -87,6 +87,8 @@ def views_of(part: Part, features: Features) -> list[View]:
     _cut(views, features)
     for view in views:
         _draw(view, part.solid)
+        if groove_mm is not None and features.turned:
+            _draw_groove(view, groove_mm[0] / 2.0, groove_mm[1] / 2.0)
     _share(views, features)
     for view in views:
         _reveal(view)
@@ -159,7 +161,7 @@ def _add_turned(views: list[View], features: Features) -> None:
         angle = (degrees(atan2(v, u)) + 45.0) % 90.0 - 45.0
         right = np.cos(np.radians(angle)) * np.array(front.right) + np.sin(np.radians(angle)) * np.array(front.up)
         sense = "clockwise" if angle > 0.0 else "anticlockwise"
-        title = f"View {'BCDE'[n % 4]}, turned {abs(angle):.2f}° {sense}"
+        title = f"View {'BCDE'[n % 4]}, turned {round(abs(angle), 4):g}° {sense}"
         views.append(View("turned", Frame.of(right, np.cross(front.towards, right)), title))
 
 
@@ -263,6 +265,28 @@ def _draw(view: View, solid: Any) -> None:
     items = [item for item in projected([rest.wrapped], view.frame) if isinstance(item, (Arc, Stroke))]
     view.items = [item for item in items if item.layer == "visible"]
     view.behind = [item for item in items if item.layer == "hidden"]
+
+
+def _draw_groove(view: View, bottom: float, land: float) -> None:
+    """Draws the lands of a helical groove, which is modelled as a cylinder, bold and its bottom thin, as ISO 6410 does.
+
+    The part's axis lies along the view's right.
+    """
+
+    def is_bottom(item: Item) -> bool:
+        return isinstance(item, Stroke) and all(abs(abs(v) - bottom) < _SEEN_MM for _, v in item.points)
+
+    def is_step(item: Item) -> bool:
+        heights = sorted(abs(v) for _, v in item.points) if isinstance(item, Stroke) else ()
+        return len(heights) == 2 and abs(heights[0] - bottom) < _SEEN_MM and abs(heights[1] - land) < _SEEN_MM
+
+    kept = [item for item in view.items if not (is_bottom(item) or is_step(item))]
+    for item in filter(is_bottom, view.items):
+        assert isinstance(item, Stroke)
+        edge = tuple((u, land if v > 0.0 else -land) for u, v in item.points)
+        kept += [Stroke("dimension", item.points), Stroke("visible", edge)]
+    view.items = kept
+    view.rings = [[(u, land * v / abs(v) if abs(abs(v) - bottom) < _SEEN_MM else v) for u, v in r] for r in view.rings]
 
 
 def _reveal(view: View) -> None:

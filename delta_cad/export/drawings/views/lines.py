@@ -20,6 +20,7 @@ _SMALL_MM = 2.0  # letters in a frame, half as high as it
 BASE_MM = (PITCH_MM - LETTER_MM) / 2  # of a line of text over its lower end
 _STEEP = 3.0**0.5  # of the legs of a surface's symbol
 TRIANGLE_MM = 1.9, 1.6  # base and height of a datum's
+EXACT_MM = 0.5, 0.4  # from a number to its frame, along its line and over it
 _BOX_MM = 3.2, 6.8  # sides of a datum's box from the line's left end
 
 
@@ -49,14 +50,14 @@ def lines_of_group(group: HoleGroup, features: Features, most_mm: float) -> list
     """Gives the lines of a group of holes: each hole's callout, broken at a width, with what is asked of its place."""
     found: list[Line] = []
     for diameter, callout in zip(sorted(group.diameters), group.callout, strict=True):
-        found += _broken(callout, most_mm)
+        found += broken(callout, most_mm)
         walls = [f for bore in group.bores for f in bore.faces if abs(2 * f.radius - diameter) < 0.01]
         found += tolerances_of(walls, features)
     return found
 
 
-def _broken(callout: str, most_mm: float) -> list[str]:
-    """A callout in lines; the symbol of a surface stays with its text."""
+def broken(callout: str, most_mm: float) -> list[str]:
+    """Breaks a callout into lines; the symbol of a surface stays with its text."""
     before, sign, after = callout.partition(SURFACE)
     lines = wrapped(before, LETTER_MM, most_mm)
     if not sign:
@@ -104,7 +105,8 @@ def surface(text: str, at: Point, height: float, wording: tuple[str, ...] = ()) 
 
 
 def _said(zone: Zone) -> tuple[str, ...]:
-    return ("Ø" if zone.is_round else "") + number(zone.value_mm), *zone.datums
+    wide = ("Ø" if zone.is_round else "") + number(zone.value_mm)
+    return wide + (" CZ" if zone.combined else ""), *zone.datums
 
 
 def _cell(text: str) -> float:
@@ -163,6 +165,12 @@ def triangle(foot: Point, away: Point) -> Area:
     """Draws a datum's triangle: the middle of its base, and the way to its tip, a unit vector."""
     (x, y), (u, v), (half, high) = foot, away, (TRIANGLE_MM[0] / 2, TRIANGLE_MM[1])
     return Area("dimension", ((x - half * v, y + half * u), (x + half * v, y - half * u), (x + high * u, y + high * v)))
+
+
+def boxed(text: Text) -> Stroke:
+    """Draws the frame of a theoretically exact dimension around its number, ISO 129-1."""
+    (x0, y0, x1, y1), (along, over) = text.box, EXACT_MM
+    return _box(x0 - over, y0 - along, x1, y1 + along) if text.upright else _box(x0 - along, y0, x1 + along, y1 + over)
 
 
 def _box(x0: float, y0: float, x1: float, y1: float) -> Stroke:

@@ -1,0 +1,116 @@
+"""Notes of a part's drawing: what no view and no table tells, each once; its name and the material as ordered."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.export.drawings.part.controlled import Controlled
+from delta_cad.export.drawings.part.faces import is_along
+from delta_cad.export.drawings.part.holes import lettered
+from delta_cad.export.drawings.part.record import Features, bores_of
+from delta_cad.export.drawings.part.shape import is_hull_line, is_slant
+from delta_cad.export.drawings.views.projection import Frame
+from delta_cad.solids.part import Part
+
+_CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
+_CLAUSE = re.compile(r"[;.] (?=\D)")
+_NAME = re.compile(r"[,;:.] ")
+_TOLERANCED = re.compile(r"(\d+(?:\.\d+)?) ±(\d+(?:\.\d+)?)")
+
+
+def named(description: str) -> tuple[str, list[str]]:
+    """Splits a description into the part's name, for the title block, and what else it says, for the notes."""
+    name, *rest = _NAME.split(lettered(description), maxsplit=1)
+    return name, [f"{one[0].upper()}{one[1:]}" for text in rest for one in _CLAUSE.split(text) if one]
+
+
+def ordered_as(part: Part) -> str:
+    """Gives a part's material as it is ordered: designation, temper and standard of the product."""
+    if part.order_code:  # stock, or a bought part that is worked on
+        return ", ".join(filter(None, (part.order_code, part.standard)))
+    name = part.material.name
+    row = next((row for row in catalogue.material.rows.values() if row.description == name), None)
+    if row is None:
+        return name
+    known = name.replace(",", "").split()
+    more = " ".join(word for word in row.order_code.split() if word not in known)
+    return ", ".join(filter(None, (f"{name} ({more})" if more else name, row.standard)))
+
+
+def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> list[tuple[str, str]]:
+    """Gives the notes of a part's drawing, each with the key that it tells; `front` is the frame of its main view."""
+    zero = ", ".join(f"{round(float(value), 3) + 0.0:g}" for value in features.datum)
+    right, up = (_axis(axis) for axis in front.axes)
+    notes = [
+        *(("", f"{_auxiliary(text, features, held)}.") for text in named(part.description)[1]),
+        ("", f"Coordinates count from 0, which is ({zero}) in the STEP file and in holes.csv."),
+        ("", f"The main view's right is {right} there, its up {up}."),
+        ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
+        *_exact_notes(features),
+        ("", _finish(part)),
+    ]
+    outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
+    if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
+        notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
+    if outside:  # no die cuts to a shoulder, on which this part stands
+        notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
+    if held.groove_mm is not None:
+        notes.append(("", "The helical groove is drawn as a thread is: its lands bold, its bottom thin."))
+    if _between_centres(part, features):
+        notes.append(("", f"Centre holes ISO 6411-A{_CENTRE_MM[0]:g}/{_CENTRE_MM[1]:g} may stay in solid ends."))
+    if any(is_hull_line(face, features) for face in features.faces):
+        notes.append(("", "A line between two arcs is tangent to both."))
+    if any(is_slant(face, features) for face in features.faces):
+        notes.append(("", "A slanting line from an arc to a corner is tangent to the arc."))
+    for key, text in features.notes.items():
+        words = f"Chamfers {text} where they are drawn" if key.startswith("chamfer") else text
+        notes.append((key, f"{words}."))
+    for n, slot in enumerate(features.slots):
+        notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
+    return notes
+
+
+def _auxiliary(text: str, features: Features, held: Controlled) -> str:
+    """Sets what a view states with its tolerance in brackets, without it: a second one would be another dimension."""
+    drawn = {(f"{n.end_mm - n.start_mm:.6g}", f"{n.tolerance_mm:g}") for n in (*held.lengths, *held.depths)}
+    drawn |= {match.groups() for size in features.sizes if (match := _TOLERANCED.search(size.text))}
+    return _TOLERANCED.sub(lambda match: f"({match[1]})" if match.groups() in drawn else match[0], text)
+
+
+def _exact_notes(features: Features) -> list[tuple[str, str]]:
+    """What boxed coordinates are, and what fixes where they count from: datums, and a pattern located in itself."""
+    if not features.exact:
+        return []
+    fixing = [datum.letter for datum in features.datums]
+    for zone in features.zones:
+        if zone.combined and not any(datum.faces == zone.faces for datum in features.datums):
+            fixing.append(f"the {bores_of(zone, features)}x Ø{2 * zone.faces[0].radius:g} with CZ")
+    fixed = " and ".join(filter(None, (", ".join(fixing[:-1]), fixing[-1])))
+    boxed = "Boxed coordinates are theoretically exact, ISO 1101, so are 0 and right angles"
+    return [("", f"{boxed}. 0 and the axes are as {fixed} fix{'es' * (len(fixing) == 1)} them.")]
+
+
+def _between_centres(part: Part, features: Features) -> bool:
+    """Whether a part is turned, has an end without a bore, and no end too thin for a centre hole."""
+    bored = [bore for group in features.groups for bore in group.bores if is_along(bore.axis, features.main)]
+    outer = [2.0 * f.radius for f in features.faces if f.kind == "cylinder" and not f.hollow]
+    if not features.turned or part.order_code or not outer or min(outer) < _CENTRE_MM[1]:
+        return False
+    return len(bored) < 2 and not any(bore.through for bore in bored)
+
+
+def _axis(along: np.ndarray) -> str:
+    """Names the axis of the model that a view's axis lies along, such as "-X"."""
+    k = int(np.abs(along).argmax())
+    return f"{'-' if along[k] < 0.0 else ''}{'XYZ'[k]}"
+
+
+def _finish(part: Part) -> str:
+    """What is done to a part's surface after it is cut."""
+    if "anodised" in part.description:
+        layer = "ISO 10074, 0.025 mm" if "hard anodised" in part.description else "ISO 7599-AA10"
+        return f"Finish: anodised {layer}. Sizes hold with the coating; fits and threads stay bare."
+    return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
