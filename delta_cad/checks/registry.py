@@ -23,6 +23,7 @@ from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.outline.height import check_height
 from delta_cad.checks.panel import check_panel
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
@@ -119,6 +120,7 @@ CHECKS = (
     _Check("drive", "design", 0.0, "Drive torque", lambda m: check_drive(drive_torque(m.d.design))),
     _Check("cable", "design", 0.02, "Cable path", lambda m: check_cable(m.assembly)),
     _Check("bend", "design", 0.0, "Cable bending", lambda m: check_bend(drive_torque(m.d.design))),
+    _Check("height", "design", 0.0, "Height", lambda m: [check_height(m.d)]),
     _Check("tolerance", "design", 0.0, "Tolerances", lambda m: check_tolerances(m.d), True),
     _Check("panel", "design", 0.0, "Panel", lambda m: check_panel(m.assembly, m.d, m.limits, m.meshes)),
     _Check(

@@ -76,6 +76,7 @@ def inspection(
         return [*kept, *_reach(design)]
     return [
         *rows,
+        *_height(design),
         *_smallest(design),
         *_drive(design),
         *_structure(design),
@@ -181,6 +182,17 @@ def _reach(design: Design) -> list[InspectionRow]:
     ]
 
 
+def _height(design: Design) -> list[InspectionRow]:
+    """Height of the machine; none of parts that cannot be made."""
+    try:
+        value, most = dimensions(design).height_mm, design.requirements.height_max_mm
+    except DimensionError:
+        return []
+    limit, holds = ("", None) if most is None else (f"<= {most:g}", value <= most)
+    words = "height, from the mounting surface to the knob at the cube's top"
+    return [InspectionRow("height (closed form)", words, value, "mm", limit, holds)]
+
+
 def _smallest(design: Design) -> list[InspectionRow]:
     """Radii at which the parts of neighbouring chains still pass one another; none of parts that cannot be made."""
     try:
@@ -229,14 +241,13 @@ def _panel(design: Design) -> list[InspectionRow]:
         return []
     if (p := d.panel) is None:
         return []
-    ground = d.base.top_mm - d.base.thickness_mm - (d.foot.height_mm if d.has_feet else 0.0)
     group, least = "panel (closed form)", design.requirements.clearance_min_mm
     rows: list[tuple[Any, ...]] = [
         ("side of the opening", 2 * (p.half_mm + p.opening_mm), "mm"),
         ("radius of its corners", p.opening_mm, "mm"),
         ("side of the bezel", 2 * (p.half_mm + p.rim_mm), "mm"),
         ("panel's lower face over the shoulders' axes", p.under_mm, "mm"),
-        ("panel's lower face over what the machine stands on", p.under_mm - ground, "mm"),
+        ("panel's lower face over what the machine stands on", p.under_mm - d.floor_mm, "mm"),
         ("stem from platform to knob", p.stem_length_mm, "mm"),
         ("handle stopped aside, outside the cube", p.limit_mm, "mm", f"> {least:g}", p.limit_mm > least),
         ("boot from bezel to collar", p.cloth_mm, "mm"),
