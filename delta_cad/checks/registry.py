@@ -23,6 +23,7 @@ from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.outline.height import check_height
 from delta_cad.checks.panel import check_panel
 from delta_cad.checks.range.cable import check_cable, check_cable_setting
 from delta_cad.checks.range.drive import check_bend, check_drive
@@ -122,6 +123,7 @@ CHECKS = (
     _Check("cable", "design", 0.02, "Cable path", lambda m: check_cable(m.assembly)),
     _Check("setting", "design", 0.9, "Cable setting", lambda m: check_cable_setting(m.assembly, m.d, m.meshes)),
     _Check("bend", "design", 0.0, "Cable bending", lambda m: check_bend(drive_torque(m.d.design))),
+    _Check("height", "design", 0.0, "Height", lambda m: [check_height(m.d)]),
     _Check("tolerance", "design", 0.0, "Tolerances", lambda m: check_tolerances(m.d), True),
     _Check(
         "mates",

@@ -22,7 +22,9 @@ OPTIONS = (
     SUGGEST,
     ALL,
     Option("--step-schema", choices=("AP242", "AP214"), default="AP242", help="STEP schema; default: AP242"),
-    Option("--no-drawings", action="store_true", help="skip drawings and manual; the manifest records it"),
+    Option(
+        "--no-drawings", action="store_true", help="skip drawings, manual and quotation.zip; the manifest records it"
+    ),
     Option("--no-report", action="store_true", help="skip report.html and pictures; the manifest records it"),
 )
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from math import degrees, sqrt
 from typing import Any
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.design.file import KINEMATICS
 from delta_cad.design.stands import gaps_of
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
@@ -21,7 +20,7 @@ from delta_cad.mechanism.proof.judgement import can_prove, judge
 from delta_cad.mechanism.workspace import CubeExtremes, cube_extremes
 from delta_cad.structure.report import stiffness
 
-_OUTLINE = "outline by eq. (1), points only"
+OUTLINE = "outline by eq. (1), points only"
 
 
 @dataclass(frozen=True)
@@ -51,32 +50,22 @@ class InspectionRow:
         return asdict(self)
 
 
-def inspection(
-    design: Design, masses: Mapping[str, Any] | None = None, *, kinematics: bool = False
-) -> list[InspectionRow]:
+def inspection(design: Design, masses: Mapping[str, Any] | None = None) -> list[InspectionRow]:
     """Inspects a design.
 
     Args:
         design: A validated design.
         masses: What is known of them, as `known_masses` gives it; None: nothing.
-        kinematics: Whether to inspect the mechanism alone, of which no hardware is known.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
     extremes = cube_extremes(design.geometry, design.workspace, design.requirements.force_N)
-    rows = [*_dimensions(design), *limit_rows(design, masses), *_others(extremes)]
-    if kinematics:
-        of_hardware = {figure.words for kind in POSE_LIMITS if kind.needs for figure in kind.figures}
-        of_hardware |= {"parallelogram width L_c"}
-        kept = [row for row in rows if row.group != _OUTLINE and row.quantity not in of_hardware]
-        if design.requirements.joint_torque_N_m == KINEMATICS["requirements"]["joint_torque_N_m"]:  # none is stated
-            kept = [
-                replace(row, limit="", holds=None) if row.quantity.startswith("torque for") else row for row in kept
-            ]
-        return [*kept, *_reach(design)]
     return [
-        *rows,
+        *dimension_rows(design),
+        *limit_rows(design, masses),
+        *other_rows(extremes),
+        *_height(design),
         *_smallest(design),
         *_drive(design),
         *_structure(design),
@@ -84,7 +73,8 @@ def inspection(
     ]
 
 
-def _dimensions(design: Design) -> list[InspectionRow]:
+def dimension_rows(design: Design) -> list[InspectionRow]:
+    """Lists the lengths and the outline of points and bars."""
     m, c, required = design.mechanism, design.cube, design.requirements
     g, centre_x = design.geometry, c.centre_x_mm or 0.0
     named: list[tuple[str, float]] = [
@@ -109,7 +99,7 @@ def _dimensions(design: Design) -> list[InspectionRow]:
     points = sorted(map(float, outline.size_mm(reach, shift, g.side_cosine)), reverse=True)
     sides = sorted((required.envelope_width_mm, required.envelope_depth_mm), reverse=True)
     return rows + [
-        InspectionRow(_OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
+        InspectionRow(OUTLINE, name, value, "mm", f"<= {side:g}", value <= side)
         for name, value, side in zip(("longer side", "shorter side"), points, sides, strict=True)
     ]
 
@@ -146,8 +136,8 @@ def limit_rows(design: Design, masses: Mapping[str, Any] | None = None) -> list[
     return rows
 
 
-def _others(e: CubeExtremes) -> list[InspectionRow]:
-    """Figures over the cube that no limit bounds."""
+def other_rows(e: CubeExtremes) -> list[InspectionRow]:
+    """Lists figures over the cube that no limit bounds."""
     table = (
         ("smallest arm to forearm angle", "deg", e.forearm_angle_min),
         ("lowest elbow", "mm", e.elbow_z_min),
@@ -165,8 +155,8 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
     return rows
 
 
-def _reach(design: Design) -> list[InspectionRow]:
-    """Heights over the middle between which upper arm and forearm fold and stretch in line."""
+def reach_rows(design: Design) -> list[InspectionRow]:
+    """Gives the heights over the middle between which upper arm and forearm fold and stretch in line."""
     m = design.mechanism
     aside = [MM_PER_M * float(a) for a in design.geometry.radius_differences]
     low, high = abs(m.forearm_length_mm - m.upper_arm_length_mm), m.forearm_length_mm + m.upper_arm_length_mm
@@ -180,6 +170,17 @@ def _reach(design: Design) -> list[InspectionRow]:
         )
         for word, far, decides in heights
     ]
+
+
+def _height(design: Design) -> list[InspectionRow]:
+    """Height of the machine; none of parts that cannot be made."""
+    try:
+        value, most = dimensions(design).height_mm, design.requirements.height_max_mm
+    except DimensionError:
+        return []
+    limit, holds = ("", None) if most is None else (f"<= {most:g}", value <= most)
+    words = "height, from the mounting surface to the knob at the cube's top"
+    return [InspectionRow("height (closed form)", words, value, "mm", limit, holds)]
 
 
 def _smallest(design: Design) -> list[InspectionRow]:
@@ -251,14 +252,13 @@ def _panel(design: Design) -> list[InspectionRow]:
         return []
     if (p := d.panel) is None:
         return []
-    ground = d.base.top_mm - d.base.thickness_mm - (d.foot.height_mm if d.has_feet else 0.0)
     group, least = "panel (closed form)", design.requirements.clearance_min_mm
     rows: list[tuple[Any, ...]] = [
         ("side of the opening", 2 * (p.half_mm + p.opening_mm), "mm"),
         ("radius of its corners", p.opening_mm, "mm"),
         ("side of the bezel", 2 * (p.half_mm + p.rim_mm), "mm"),
         ("panel's lower face over the shoulders' axes", p.under_mm, "mm"),
-        ("panel's lower face over what the machine stands on", p.under_mm - ground, "mm"),
+        ("panel's lower face over what the machine stands on", p.under_mm - d.floor_mm, "mm"),
         ("stem from platform to knob", p.stem_length_mm, "mm"),
         ("handle stopped aside, outside the cube", p.limit_mm, "mm", f"> {least:g}", p.limit_mm > least),
         ("boot from bezel to collar", p.cloth_mm, "mm"),

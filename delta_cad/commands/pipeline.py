@@ -43,6 +43,8 @@ from delta_cad.export.manifest import versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.shop.cost.cost import Cost, cost_record, machine_cost
 from delta_cad.export.shop.holes import hole_list, write_holes
+from delta_cad.export.shop.profile import FOLDER as PROFILES
+from delta_cad.export.shop.profile import write_profiles
 from delta_cad.export.shop.template import write_template
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
@@ -261,6 +263,9 @@ def build(
         (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
         progress("meshes and pictures" if report else "meshes")
         mesh_files.written(writer)
+        if drawings:
+            progress("quotation")
+            write_quotation_of(machine, folder.path)
         if narrator is not None:
             progress("manual")
             mesh_files.written(narrator)
@@ -275,7 +280,10 @@ def build(
             input_hash=design_hash(design),
             status=status,
             fingerprint=fingerprints[0],
-            left_out=(*(() if drawings else ("drawings", "manual")), *(() if report else ("report", "pictures"))),
+            left_out=(
+                *(() if drawings else ("drawings", "manual", "quotation")),
+                *(() if report else ("report", "pictures")),
+            ),
         )
     return outcome
 
@@ -333,6 +341,7 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
     d = machine.dimensions
     if d.panel is not None:
         write_template(d.panel, folder)
+    write_profiles(assembly.parts, folder / PROFILES)
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
     bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {
@@ -344,6 +353,14 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     return fingerprint
+
+
+def write_quotation_of(machine: BuiltMachine, folder: Path) -> None:
+    """Packs what a shop asks for into the folder of a build, which holds parts, drawings and profiles."""
+    from delta_cad.export.shop.quotation import quoted_parts, write_quotation  # load the CAD kernel
+
+    unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
+    write_quotation(quoted_parts(machine.dimensions, machine.assembly, unit_mass), folder)
 
 
 def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path) -> None:

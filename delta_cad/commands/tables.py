@@ -19,6 +19,7 @@ MOST_FIGURES = 10  # that are told first
 FIRST_CHECKED = (
     "envelope width",
     "envelope depth",
+    "height",
     "clearance",
     "torque with gravity",
     "drive torque",

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -36,7 +36,8 @@ from delta_cad.design.task import GRAVITY_MAX
 from delta_cad.mechanism.geometry import AZIMUTH_MAX_DEG, AZIMUTH_MIN_DEG
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
-_SECTIONS: dict[str, type[BaseModel]] = {
+Record = TypeVar("Record", bound=BaseModel)
+SECTIONS: dict[str, type[BaseModel]] = {
     "mechanism": Mechanism,
     "cube": DesignCube,
     "requirements": DesignRequirements,
@@ -44,20 +45,9 @@ _SECTIONS: dict[str, type[BaseModel]] = {
     "panel": Panel,
     "loop": Loop,
 }
-# What a mechanism alone need not state: limits so wide that they bound nothing, and the unit of force.
-KINEMATICS: dict[str, dict[str, float]] = {
-    "mechanism": {"parallelogram_width_mm": 1.0},
-    "requirements": {
-        "envelope_width_mm": 5000.0,
-        "envelope_depth_mm": 5000.0,
-        "force_N": 1.0,
-        "joint_torque_N_m": 100.0,
-    },
-}
 _COLLARS = (
-    "is not modelled: a rod that begins at a collar beside its joint (d and e of libnifalcon) closes its chain by "
-    "(rho - d - e)^2 + v^2 = b^2, not on a sphere; forearm_length_mm = b + d + e is exact only where v, the way of the "
-    "wrist out of its arm's plane, is 0"
+    "is of no machine here: its rods begin in the joints' axes; `inspect --kinematics` takes collar_elbow_mm and "
+    "collar_wrist_mm of another delta"
 )
 UNITS = {
     "_N_mm": "N/mm",
@@ -84,14 +74,12 @@ class DesignError(RefusedError):
     design: Design | None = None
 
 
-def load_design(path: str | Path, own_parts: Path | None = None, *, kinematics: bool = False) -> Design:
+def load_design(path: str | Path, own_parts: Path | None = None) -> Design:
     """Reads and validates a design file.
 
     Args:
         path: JSON file, UTF-8, schema `delta-design/1`.
         own_parts: Folder of the user's own parts, in place of the one that `hardware.catalogue` names beside the file.
-        kinematics: Whether the four lengths and the cube are enough: hardware and panel are left out, and of the
-            requirements those that are not stated bound nothing, with a force of 1 N.
 
     Returns:
         The design, with all defaults filled in.
@@ -104,16 +92,11 @@ def load_design(path: str | Path, own_parts: Path | None = None, *, kinematics: 
         data = read_json(path, MOST_BYTES, finite=False)
     except ReadError as error:
         raise DesignError(error.file, error.field, error.value, error.allowed) from None
-    return design_from_dict(data, path.name, path.parent, own_parts, kinematics=kinematics)
+    return design_from_dict(data, path.name, path.parent, own_parts)
 
 
 def design_from_dict(
-    data: object,
-    file: str = "design",
-    folder: Path = Path(),
-    own_parts: Path | None = None,
-    *,
-    kinematics: bool = False,
+    data: object, file: str = "design", folder: Path = Path(), own_parts: Path | None = None
 ) -> Design:
     """Validates a design given as plain data.
 
@@ -122,7 +105,6 @@ def design_from_dict(
         file: Name that error messages start with.
         folder: Folder that `hardware.catalogue` starts from.
         own_parts: Folder of the user's own parts, in place of that one.
-        kinematics: As for `load_design`.
 
     Returns:
         The design, with all defaults filled in.
@@ -133,36 +115,50 @@ def design_from_dict(
             in no catalogue, a motor that does not suit the drive, or lengths that cannot go together.
     """
     try:
-        return _validated(data, file, folder, own_parts, kinematics)
+        design = record_of(
+            Design, SECTIONS, data, file, lambda known: _own_parts(known.get("hardware"), file, folder, own_parts)
+        )
     except RecursionError:
         raise DesignError(file, "", "", "is nested too deep") from None
+    _check_catalogue(design.hardware, file)
+    _check_drive(design.hardware, file)
+    if faults := contradictions(design):
+        first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
+        first.more, first.design = tuple(map(str, more)), design
+        raise first
+    return design
 
 
-def _validated(data: object, file: str, folder: Path, own_parts: Path | None, kinematics: bool) -> Design:
-    """Validates a design as `design_from_dict` does, which answers where it is nested too deep."""
+def record_of(
+    kind: type[Record],
+    sections: Mapping[str, type[BaseModel]],
+    data: object,
+    file: str,
+    context: Callable[[Mapping[str, Any]], object] = lambda _: None,
+) -> Record:
+    """Validates plain data as a record, each field by itself.
+
+    Args:
+        kind: The record.
+        sections: Records of its sections by name.
+        data: The data.
+        file: Name that error messages start with.
+        context: The data -> what the record's validators read beside them.
+
+    Raises:
+        DesignError: As `design_from_dict` refuses a single field.
+    """
     if not isinstance(data, Mapping):
         raise DesignError(file, "", short(data), "must be an object")
     if "schema" in data and data["schema"] != SCHEMA:
         raise DesignError(file, "schema", short(data["schema"]), _allowed(("schema",)))
     if (bad := not_finite(data)) is not None:
         raise DesignError(file, bad[0], short(bad[1]), "must be finite")
-    if kinematics:
-        data = {key: value for key, value in data.items() if key not in {"hardware", "panel"}}
-        for name, values in KINEMATICS.items():
-            if isinstance(stated := data.get(name, {}), Mapping):
-                data[name] = {**values, **stated}
     try:
-        design = Design.model_validate(dict(data), context=_own_parts(data.get("hardware"), file, folder, own_parts))
+        return kind.model_validate(dict(data), context=context(data))
     except ValidationError as error:
         first = _first(error)
-        raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
-    _check_catalogue(design.hardware, file)
-    _check_drive(design.hardware, file)
-    if faults := contradictions(design, kinematics):
-        first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
-        first.more, first.design = tuple(map(str, more)), design
-        raise first
-    return design
+        raise _explained(file, first["type"], first["loc"], first["input"], first["msg"], sections) from None
 
 
 def _own_parts(hardware: object, file: str, folder: Path, given: Path | None) -> catalogue.OwnParts | None:
@@ -277,14 +273,17 @@ def _own_rows(design: Design) -> dict[str, catalogue.CatalogueRow]:
     return {entry: row for entry, row in chosen.items() if row is not None}
 
 
-def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
+_Sections = Mapping[str, type[BaseModel]]
+
+
+def _model_at(loc: tuple[int | str, ...], sections: _Sections) -> type[BaseModel]:
     """The record that holds the field at a location."""
-    return _SECTIONS[str(loc[0])] if len(loc) > 1 and loc[0] in _SECTIONS else Design
+    return sections[str(loc[0])] if len(loc) > 1 and loc[0] in sections else Design
 
 
-def _allowed(loc: tuple[int | str, ...]) -> str:
+def _allowed(loc: tuple[int | str, ...], sections: _Sections = SECTIONS) -> str:
     """States the values that a field may hold, from its declaration."""
-    model, name = _model_at(loc), str(loc[min(1, len(loc) - 1)])
+    model, name = _model_at(loc, sections), str(loc[min(1, len(loc) - 1)])
     if name == "name":
         return NAME_RULE
     if name == "gravity_m_s2":
@@ -320,24 +319,26 @@ def _first(error: ValidationError) -> Any:
     return min(error.errors(include_url=False), key=lambda one: one["type"] == "missing")
 
 
-def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, message: str) -> DesignError:
+def _explained(
+    file: str, kind: str, loc: tuple[int | str, ...], value: object, message: str, sections: _Sections = SECTIONS
+) -> DesignError:
     """Turns the first finding of the validator into our error."""
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     if kind == "extra_forbidden":
-        known = [info.alias or name for name, info in _model_at(loc).model_fields.items()]
-        other = [f"{section}.{name}" for section, model in _SECTIONS.items() for name in model.model_fields]
+        known = [info.alias or name for name, info in _model_at(loc, sections).model_fields.items()]
+        other = [f"{section}.{name}" for section, model in sections.items() for name in model.model_fields]
         if "collar" in str(loc[-1]):
             return DesignError(file, field, short(value), _COLLARS)
         return DesignError(file, field, short(value), unknown_key(str(loc[-1]), known, other))
     if kind == "missing":
-        return DesignError(file, field, "", f"is missing; {_allowed(loc)}")
+        return DesignError(file, field, "", f"is missing; {_allowed(loc, sections)}")
     if kind in {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}:
-        return DesignError(file, field, short(value), _allowed(loc).replace("a number ", ""))
+        return DesignError(file, field, short(value), _allowed(loc, sections).replace("a number ", ""))
     if kind == IN_WORDS:
         return DesignError(file, field, short(value), message)
     if loc[0] == "provenance" and len(loc) > 1:
         return DesignError(file, field, short(value), f"must be plain JSON: {message}")
-    return DesignError(file, field, short(value), _allowed(loc))
+    return DesignError(file, field, short(value), _allowed(loc, sections))
 
 
 def _check_catalogue(hardware: Hardware, file: str) -> None:

@@ -30,6 +30,9 @@ class Task(Section):
 
     envelope_width_mm: float = Field(ge=10, le=5000, description="W of the horizontal outline; may be turned")
     envelope_depth_mm: float = Field(ge=10, le=5000, description="D of the horizontal outline; may be turned")
+    height_max_mm: float | None = Field(
+        default=None, gt=0, le=5000, description="height, from the mounting surface to the knob's top at the cube's top"
+    )
     force_N: float = Field(ge=LEAST, le=1000, description="force at the handle, any direction, anywhere in the cube")
     joint_torque_N_m: float = Field(
         ge=LEAST, le=100, description="continuous torque that each joint must give, weight included"

@@ -180,6 +180,18 @@ class Dimensions:
         return self.design.hardware.mounting != "feet"
 
     @property
+    def floor_mm(self) -> float:
+        """Height of the surface on which it is mounted over the shoulder axes; negative."""
+        return self.base.top_mm - self.base.thickness_mm - (self.foot.height_mm if self.has_feet else 0.0)
+
+    @property
+    def height_mm(self) -> float:
+        """Height from there to the knob's top, with the handle at the top of the cube."""
+        cube, p = self.design.cube, self.platform
+        knob = p.boss_diameter_mm / 2.0 + p.stem_length_mm + self.knob.height_mm
+        return cube.bottom_height_mm + 2.0 * cube.half_side_mm + knob - self.floor_mm
+
+    @property
     def stops_rad(self) -> tuple[float, float]:
         """Shoulder angles at which the stop pins are met."""
         return (

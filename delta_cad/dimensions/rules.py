@@ -70,6 +70,7 @@ def another(*families: str) -> tuple[Way, ...]:
 BASE, PLATFORM = "mechanism.base_radius_mm", "mechanism.platform_radius_mm"
 ARM, FOREARM, WIDTH = (f"mechanism.{name}_mm" for name in ("upper_arm_length", "forearm_length", "parallelogram_width"))
 SECTOR, RATIO, BOTTOM = "hardware.sector_radius_mm", "hardware.capstan_ratio", "cube.bottom_height_mm"
+HEIGHT = "requirements.height_max_mm"
 ARM_THICKNESS, PLATFORM_THICKNESS = "hardware.arm_thickness_mm", "hardware.platform_thickness_mm"
 FARTHER_OUT = larger(BASE), larger(BASE, PLATFORM)  # what parts neighbouring chains
 SWINGS_LESS = larger(ARM), larger(BOTTOM)  # what lets an arm swing over a smaller angle

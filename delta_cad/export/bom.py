@@ -7,6 +7,7 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -121,7 +122,13 @@ def write_csv(path: Path, record: type[DataclassInstance], rows: Sequence[Datacl
 
     A text that a spreadsheet would compute is written as text, see `as_cell`.
     """
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(record)], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({name: as_cell(value) for name, value in asdict(row).items()} for row in rows)
+    path.write_text(csv_text(record, rows), encoding="utf-8", newline="")
+
+
+def csv_text(record: type[DataclassInstance], rows: Sequence[DataclassInstance]) -> str:
+    """Gives the text of the same."""
+    out = StringIO(newline="")
+    writer = csv.DictWriter(out, [field.name for field in fields(record)], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({name: as_cell(value) for name, value in asdict(row).items()} for row in rows)
+    return out.getvalue()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -74,12 +75,14 @@ def write_3mf(mesh: Mesh, path: Path, name: str, description: str = "", material
     """
     vertices, faces = _checked(mesh, name)
     model = _model_xml(vertices, faces, name, description, material)
+    texts = {"[Content_Types].xml": _CONTENT_TYPES, "_rels/.rels": _RELATIONS}
+    write_package(path, {**{entry: text.encode() for entry, text in texts.items()}, _MODEL_PATH: model})
+
+
+def write_package(path: Path, entries: Mapping[str, bytes]) -> None:
+    """Writes a ZIP archive that depends on its entries alone, in their order, and on no time or system."""
     with zipfile.ZipFile(path, "w") as package:
-        for entry, content in (
-            ("[Content_Types].xml", _CONTENT_TYPES.encode()),
-            ("_rels/.rels", _RELATIONS.encode()),
-            (_MODEL_PATH, model),
-        ):
+        for entry, content in entries.items():
             info = zipfile.ZipInfo(entry, _ZIP_EPOCH)
             info.create_system = 0
             package.writestr(info, content, zipfile.ZIP_DEFLATED, 6)

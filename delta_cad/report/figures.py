@@ -20,6 +20,7 @@ REQUIREMENTS = {
     "reach": "Reach: distance to a stretched or folded arm",
     "envelope width": "Swept outline, width",
     "envelope depth": "Swept outline, depth",
+    "height": "Height, knob at the cube's top",
     "clearance": "Clearance of moving bodies",
     "torque with gravity": "Joint torque, force and weight together",
     "drive torque": "Drive torque, continuous",

@@ -170,6 +170,7 @@ _REQUIRED = (
     "lean_max_deg",
     "elbow_angle_min_deg",
     "stiffness_min_N_mm",
+    "height_max_mm",
     "clearance_min_mm",
     "gravity_m_s2",
 )

@@ -149,6 +149,7 @@ class Corrections:
         interferences: Machines whose chains were in the way of one another.
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along y and along x.
         reach: Of a chain of a placed machine; None: its bar, and the overhead of a symmetric machine beyond it.
+        height_beyond_mm: What parts take of the height of a machine beyond its cube's top over the shoulder axes.
         couple_index_min: Least couple index to ask for.
         couple_per_mm: The same for each mm of a knob's lever behind a panel, which the cube's side goes into; 0 where
             there is no panel.
@@ -171,6 +172,7 @@ class Corrections:
     interferences: tuple[_ChainInterference, ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     reach: ChainReach | None = None
+    height_beyond_mm: float = 0.0
     couple_index_min: float = COUPLE_INDEX
     couple_per_mm: float = 0.0
     side_most_mm: float = inf
@@ -272,6 +274,7 @@ class Corrections:
             "interferences",
             "overhead_mm",
             "reach",
+            "height_beyond_mm",
             "mass_share",
             "friction_share",
             "step_share",

@@ -12,7 +12,7 @@ from math import degrees, floor, log10
 
 from delta_cad.design import Design
 from delta_cad.dimensions import Reason
-from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, PLATFORM, WIDTH, Way
+from delta_cad.dimensions.rules import ARM, BASE, BOTTOM, FOREARM, HEIGHT, PLATFORM, WIDTH, Way
 from delta_cad.mechanism import MechanismError, cube_extremes
 from delta_cad.structure.hardware.refusals import LEARNT, MODE, PARTS
 from delta_cad.structure.hardware.thresholds import (
@@ -43,11 +43,13 @@ SIZES = (
     "ball_diameter_mm",
 )
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
+HEIGHT_ENTRY = HEIGHT.rpartition(".")[2]
 _SEARCHED = {
     *LENGTHS,
     WIDTH,
     *(f"hardware.{name}" for name in SIZES),
     *(f"requirements.{name}" for name in ENVELOPE),
+    HEIGHT,
 }
 """Fields of which a search looks for a number."""
 ELBOW_FIELD, SWING_FIELD = "requirements.elbow_angle_min_deg", "requirements.shoulder_min_deg"
@@ -107,7 +109,7 @@ def _estimate(variants: Variants, form: str, reason: Reason, known: Sequence[Est
     What the largest value that another reason asks for ends as well is not looked at more closely.
     """
     design, leads = variants.design, dict[str, list[Way]]()
-    for way in sorted(reason.ways, key=lambda way: way.fields[0].rpartition(".")[2] not in ENVELOPE):
+    for way in sorted(reason.ways, key=lambda way: way.fields[0].rpartition(".")[2] not in (*ENVELOPE, HEIGHT_ENTRY)):
         leads.setdefault(way.fields[0], []).append(way)
     for field, ways in leads.items():
         own = value_of(design, field)

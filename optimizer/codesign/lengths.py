@@ -186,11 +186,14 @@ def to_requirements(
     if brief.feel.position_step_max_mm is not None:
         required["position_step_max_mm"] = brief.feel.position_step_max_mm * corrections.step_share
     motor, (upright, level) = motor_of(brief, choice.motor), corrections.ball_friction_N
+    if task.height_max_mm is not None:
+        required["height_beyond_mm"] = corrections.height_beyond_mm
     data: dict[str, Any] = {
         "name": brief.name,
         "requirements": {
             "envelope_width_mm": outline[0],
             "envelope_depth_mm": outline[1],
+            "height_max_mm": task.height_max_mm,
             "force_N": task.force_N,
             "joint_torque_N_m": continuous_torque_N_m(brief, best, corrections),
         },

@@ -22,6 +22,7 @@ _LEAN = ("limits.lean_max_deg",)
 _CLEARANCE = "requirements.clearance_min_mm"
 _EASED: Mapping[tuple[str, ...], bool] = {  # in the order in which they are spared where several must give
     _OUTLINE: True,
+    ("requirements.height_max_mm",): True,
     ("requirements.force_N",): False,
     ("requirements.peak_force_N",): False,
     ("requirements.cube_side_mm",): False,
@@ -43,6 +44,7 @@ _COSTED = {
     # table and field -> factor, and what is added
     "requirements.envelope_width_mm": (1.0, 5.0),
     "requirements.envelope_depth_mm": (1.0, 5.0),
+    "requirements.height_max_mm": (1.0, 5.0),
     "requirements.force_N": (0.9, 0.0),
     "requirements.cube_side_mm": (0.95, 0.0),
     "feel.kappa_max": (1.05, 0.0),

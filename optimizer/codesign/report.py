@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from delta_cad.checks.range.feel import feel_figures, poor_verdict
 from delta_cad.design import Design, design_to_json
 from delta_cad.design.task import LEAST
-from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.dimensions import dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.held import held_masses
 from delta_cad.drive.masses import load_masses
@@ -104,7 +104,7 @@ FIGURES = (
         "structure stiffness at the knob",
         True,
     ),
-    _Figure("height_mm", "height", "mm", head=True),
+    _Figure("height_mm", "height", "mm", "requirements.height_max_mm", check="height", head=True),
     _Figure("outline_width_mm", "outline, width", "mm", "requirements.envelope_width_mm", check="envelope width"),
     _Figure("outline_depth_mm", "outline, depth", "mm", "requirements.envelope_depth_mm", check="envelope depth"),
     _Figure("outline_radius_mm", "R + L_A", "mm", "limits.outline_radius_max_mm"),
@@ -159,7 +159,7 @@ def results_of(outcome: Outcome) -> dict[str, float]:
     m = design.mechanism
     found: dict[str, float] = {
         "cube_side_mm": 2.0 * design.cube.half_side_mm,
-        "height_mm": height_mm(d),
+        "height_mm": d.height_mm,
         "outline_radius_mm": m.base_radius_mm + m.upper_arm_length_mm,
         "force_N": force_N(design, outcome.masses, design.requirements.joint_torque_N_m),
         "peak_force_N": force_N(design, outcome.masses, drive_torque(design).required_peak_N_m),
@@ -192,14 +192,6 @@ def force_N(design: Design, masses: Mapping[str, Any], torque_N_m: float) -> flo
         high *= 2.0
     found: Any = brentq(lambda force: needed(force) - torque_N_m, LEAST, high, xtol=_FORCE_ROOM_N)
     return max(float(found) - _FORCE_ROOM_N, 0.0)
-
-
-def height_mm(d: Dimensions) -> float:
-    """Computes the height of a machine with its handle at the top of the cube, from its mounting surface, mm."""
-    feet = d.foot.height_mm if d.has_feet else 0.0
-    floor = d.base.top_mm - d.base.thickness_mm - feet
-    knob = d.platform.boss_diameter_mm / 2.0 + d.platform.stem_length_mm + d.knob.height_mm
-    return d.design.cube.bottom_height_mm + 2.0 * d.design.cube.half_side_mm + knob - floor
 
 
 def set_limits(brief: DesignBrief, values: Mapping[str, float | None]) -> list[_ResultAtLimit]:

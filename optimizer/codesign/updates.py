@@ -15,7 +15,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design.stands import gaps_of
 from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.capstan import rim_y_mm
-from delta_cad.dimensions.rules import ARM, BASE, WIDTH
+from delta_cad.dimensions.rules import ARM, BASE, HEIGHT, WIDTH
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import Candidate, outline_arguments
 from optimizer.codesign.corrections import (
@@ -145,6 +145,9 @@ def from_refusals(
             for k in _sides(brief, choice, corrections, entry, reason.value, lengths_mm):
                 over[k] += more
             corrections = corrections.with_beyond(choice.placed, (over[0], over[1]), str(reason))
+        elif field == HEIGHT and isinstance(bound, float) and isinstance(reason.value, float):
+            more = corrections.height_beyond_mm + bound - reason.value
+            corrections = corrections.updated(str(reason), height_beyond_mm=more)
         elif field == ELBOW_FIELD and isinstance(bound, float):
             least = math.ceil(bound * _SIZE_STEP) / _SIZE_STEP
             known = corrections.least_mm.items()

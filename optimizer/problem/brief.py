@@ -65,6 +65,12 @@ class BriefRequirements(Section):
     envelope_depth_mm: float | None = Field(
         default=None, ge=_LEAST_OUTLINE_MM, le=5000, description="largest depth; width and depth may be exchanged"
     )
+    height_max_mm: float | None = Field(
+        default=None,
+        gt=0,
+        le=5000,
+        description="largest height, from the mounting surface to the knob's top with the handle at the cube's top",
+    )
     force_N: float = Field(
         default=3.0,
         ge=LEAST,
@@ -139,6 +145,7 @@ MOVED = {
 # Fields of the first edition that `design` does not use, and why.
 UNUSED = {
     "limits.outline_overhead_mm": "the outline is that of the machine itself",
+    "limits.height_beyond_mm": "the height is that of the machine itself",
     "limits.joint_diameter_mm": "joints are those of the machine itself",
     "limits.gravity_torque_N_m": "the machine's own weight is counted",
     "step_3": "the third step is the paper's: requirements.cube_side_mm asks for a cube",
@@ -354,6 +361,8 @@ def _contradictions(found: Found) -> Iterator[Fault]:
     if side is not None and highest is not None and side > 2.0 * highest[1]:
         allowed = f"must be <= {2.0 * highest[1]:g} mm, twice the largest bounds_mm.half_side"
         yield "requirements.cube_side_mm", short(side), allowed
+    if side is not None and side >= (most := known.get("requirements.height_max_mm", side + 1.0)):
+        yield "requirements.height_max_mm", short(most), f"must be > requirements.cube_side_mm = {side:g} mm"
     for sides in _SIDES:
         if side is not None and sides in known and side > known[sides]:
             allowed = f"must be <= {sides} = {known[sides]:g} mm: the swept outline holds the cube"

@@ -77,6 +77,9 @@ class _Hardware(Section):
     outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
     parallelogram_width_mm: float = Field(default=48.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
     outline_overhead_mm: _Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
+    height_beyond_mm: float | None = Field(
+        default=None, ge=0, le=5000, description="of the height, below the shoulder axes and above the wrists"
+    )
 
 
 _Limited: Any = create_model(

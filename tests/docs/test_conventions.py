@@ -5,13 +5,17 @@ The page has the rules, and the sources of the numbers.
 
 from __future__ import annotations
 
+import re
 from math import hypot, sqrt
 
 import numpy as np
 import pytest
 
-from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinematics
+from delta_cad.commands.collared import CollaredDelta
+from delta_cad.mechanism import Cube, DeltaGeometry, forward_kinematics, inverse_kinematics
 from delta_cad.mechanism.chains import chain_positions, equal_chains, unequal
+from delta_cad.mechanism.workspace import cube_surface
+from tests.committed import ROOT
 
 # Base and platform are stated by the sides of their triangles. The shoulders are on the middles of the base's sides, at
 # the radius of the inscribed circle, the wrists of the FlexPicker's notes on the platform's corners.
@@ -84,3 +88,16 @@ def test_collars_are_no_longer_forearm() -> None:
     true = collars + sqrt(b**2 - aside**2)
     assert hypot(true, aside) != pytest.approx(b + collars, abs=0.5)
     assert sqrt((b + collars) ** 2 - aside**2) - true == pytest.approx(0.84, abs=0.005)
+
+
+def test_the_falcon_with_its_collars_is_as_the_page_says() -> None:
+    """By differences of angles over the cube's corners and faces, which `test_kinematics` holds to the chains."""
+    page = (ROOT / "docs" / "how-to" / "conventions.md").read_text(encoding="utf-8")
+    (kappa,) = re.findall(
+        r"with its collars .* kappa at most ([\d.]+) over a cube of 50 mm with its floor at 90 mm", page
+    )
+    delta = CollaredDelta(DeltaGeometry(0.03723, 0.014, 0.06, 0.1025), 0.0225)
+    points, step = cube_surface(Cube(0.09, 0.025), 41), 1e-6
+    slopes = [(delta.pose(points + w).theta - delta.pose(points - w).theta) / (2 * step) for w in step * np.eye(3)]
+    values = np.linalg.svd(np.stack(slopes, axis=-1), compute_uv=False)
+    assert (values[:, 0] / values[:, 2]).max() == pytest.approx(float(kappa), abs=0.005)

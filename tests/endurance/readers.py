@@ -25,6 +25,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.commands import cli as delta_cad_cli
 from delta_cad.common.files import RECORD, refuse_foreign_files
 from delta_cad.design import Design, DesignError, design_hash, design_to_dict, load_design
+from delta_cad.design.lengths import load_lengths
 from delta_cad.drive.masses import MassError, load_masses
 from delta_cad.report.statements import certificate as wording
 from haptics.calibration.accuracy import accuracy
@@ -205,6 +206,15 @@ def _packet(rng: Random) -> bytes:
     return content if rng.random() < 0.3 else content[:-4] + zlib.crc32(content[:-4]).to_bytes(4, "little")
 
 
+LENGTHS = {
+    "mechanism": {
+        "base_side_mm": 567.0, "base_joints_at": "middles", "platform_radius_mm": 44.0, "upper_arm_length_mm": 524.0,
+        "forearm_length_mm": 1244.0, "collar_elbow_mm": 5.0,
+    },
+    "cube": {"bottom_height_mm": 900.0, "half_side_mm": 100.0},
+}  # fmt: skip
+
+
 def readers(folder: Path) -> list[Reader]:
     """Makes the readers, with valid files of each to damage.
 
@@ -231,6 +241,8 @@ def readers(folder: Path) -> list[Reader]:
     found = [
         Reader("design", "d.json", _of_tree(json.loads(BEST.read_text()), json_text), load_design, (DesignError,),
                (delta_cad_cli.main, lambda p: ["inspect", "--design", str(p)])),
+        Reader("lengths", "l.json", _of_tree(LENGTHS, json_text), load_lengths, (DesignError,),
+               (delta_cad_cli.main, lambda p: ["inspect", "--kinematics", str(p)])),
         Reader("requirements", "r.toml", _of_tree(task, toml_text), load_requirements, (RequirementsError,),
                (optimizer_cli.main, lambda p: ["synthesize", str(p), "--out", str(p.with_name("b.json"))])),
         Reader("brief", "b.toml", _of_tree(brief, toml_text), load_brief, (RequirementsError,),

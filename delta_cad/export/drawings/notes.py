@@ -51,7 +51,7 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
         ("", f"The main view's right is {right} there, its up {up}."),
         ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
         *_exact_notes(features),
-        ("", _finish(part)),
+        ("", finish_of(part)),
     ]
     outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
     if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
@@ -113,7 +113,7 @@ def _axis(along: np.ndarray) -> str:
     return f"{'-' if along[k] < 0.0 else ''}{'XYZ'[k]}"
 
 
-def _finish(part: Part) -> str:
+def finish_of(part: Part) -> str:
     """What is done to a part's surface after it is cut."""
     if "anodised" in part.description:
         layer = "ISO 10074, 0.025 mm" if "hard anodised" in part.description else "ISO 7599-AA10"

@@ -14,6 +14,8 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import FITTED_RA_UM
 from delta_cad.export.drawings.part.controlled import Controlled, Length, Round
 from delta_cad.export.drawings.write import Drawn, titles_of, write_part_drawing
+from delta_cad.export.shop.profile import write_profiles
+from delta_cad.export.shop.quotation import QuotedPart, quoted, write_quotation
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import GeometryError, joint_angles
 from delta_cad.mechanism.placement import CHAINS, chain_stand
@@ -183,7 +185,7 @@ def _held(part: Part, s: Seats) -> Controlled:
 
 
 def write_fixture(d: Dimensions, folder: Path) -> Drawn:
-    """Writes a machine's fixture: STEP file and drawing of each part, and `poses.csv` to be filled in.
+    """Writes a machine's fixture: STEP file, drawing and profile of each part, `quotation.zip`, `poses.csv` to fill in.
 
     Returns:
         What came of the drawings.
@@ -192,12 +194,17 @@ def write_fixture(d: Dimensions, folder: Path) -> Drawn:
         GeometryError: The cube is too low for it.
         OSError: It cannot be written.
     """
-    seats, drawn = seats_of(d), Drawn()
-    for part in fixture_parts(seats):
+    seats, drawn, rows = seats_of(d), Drawn(), list[QuotedPart]()
+    parts = fixture_parts(seats)
+    for part in parts:
         held = _held(part, seats)
         write_part_step(part, folder / f"{part.number}.step", held=held)
         grams = part.solid.Volume() * 1e-9 * part.material.density_kg_m3 * G_PER_KG
-        drawn += write_part_drawing(part, held, titles_of(d, part, _COUNTS[part.number], f"{grams:.0f}"), folder)
+        titles = titles_of(d, part, _COUNTS[part.number], f"{grams:.0f}")
+        drawn += write_part_drawing(part, held, titles, folder)
+        rows.append(quoted(part, titles))
+    write_profiles(parts, folder)
+    write_quotation(rows, folder)
     (folder / "poses.csv").write_text(_poses_text(d, seats), encoding="utf-8")
     return drawn
 

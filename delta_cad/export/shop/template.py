@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from math import pi, tan
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,22 @@ def write_template(p: PanelDimensions, folder: Path) -> None:
     (folder / f"{TEMPLATE}.svg").write_text(template_svg(p), encoding="utf-8")
 
 
+def add_layers(document: Any, layers: Mapping[str, int]) -> None:
+    """Adds layers with their colours to a document of `r2010_text`."""
+    for name, colour in layers.items():
+        document.layers.add(name, color=colour)
+
+
+def add_loop(
+    space: Any, vertices: Sequence[tuple[float, float, float]], circle: tuple[float, float, float] | None, layer: str
+) -> None:
+    """Adds a closed line to be cut: a circle, its centre and radius, or else (x, y, bulge) where each piece begins."""
+    if circle is not None:
+        space.add_circle(circle[:2], circle[2], dxfattribs={"layer": layer})
+    else:
+        space.add_lwpolyline(vertices, format="xyb", close=True, dxfattribs={"layer": layer})
+
+
 def _corners(half_mm: float, corner_mm: float) -> list[tuple[float, float, float]]:
     """Gives a square with round corners as a closed polyline, counter-clockwise: (x, y, bulge) where each piece begins.
 
@@ -52,12 +69,10 @@ def template_dxf(p: PanelDimensions) -> str:
     """Gives the text of the DXF R2010, the same each time: the opening closed on CUT, the holes on DRILL."""
 
     def draw(document: Any) -> None:
-        for name, colour in _LAYERS.items():
-            document.layers.add(name, color=colour)
+        add_layers(document, _LAYERS)
         space = document.modelspace()
         for layer, corner in (("CUT", p.opening_mm), ("BEZEL", p.rim_mm)):
-            points = _corners(p.half_mm, corner)
-            space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
+            add_loop(space, _corners(p.half_mm, corner), None, layer)
         tip = p.half_mm + p.rim_mm + _ARROW_MM
         head = [(tip - _HEAD_MM, _HEAD_MM / 2), (tip, 0.0), (tip - _HEAD_MM, -_HEAD_MM / 2)]
         space.add_lwpolyline([(tip - _ARROW_MM, 0.0), (tip, 0.0)], dxfattribs={"layer": "ARM"})
@@ -66,7 +81,7 @@ def template_dxf(p: PanelDimensions) -> str:
         words.set_placement((tip + _HEAD_MM, -_LETTER_MM / 2))
         radius = catalogue.screw(SCREW).clearance_hole_mm / 2
         for at in p.screw_places():
-            space.add_circle(at, radius, dxfattribs={"layer": "DRILL"})
+            add_loop(space, (), (*at, radius), "DRILL")
         if p.centre_x_mm:  # both strokes of the cross on the base's axis
             for x, y in ((_HEAD_MM, 0.0), (0.0, _HEAD_MM)):
                 ends = [(-p.centre_x_mm - x, -y), (-p.centre_x_mm + x, y)]

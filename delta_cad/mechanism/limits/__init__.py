@@ -21,6 +21,7 @@ from delta_cad.mechanism.limits.friction import Friction, HandleFriction
 from delta_cad.mechanism.limits.holding_torque import HeldMasses, HoldingTorque
 from delta_cad.mechanism.limits.kappa import Kappa
 from delta_cad.mechanism.limits.lengths.elbow_outside import ElbowOutside
+from delta_cad.mechanism.limits.lengths.height import Height
 from delta_cad.mechanism.limits.lengths.outline import Outline
 from delta_cad.mechanism.limits.lengths.wrist_clearance import BallClearance, WristClearance
 from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, Limit, PoseLimit, Values
@@ -32,6 +33,7 @@ Kind = TypeVar("Kind", bound=PoseLimit)
 
 LIMITS: tuple[type[Limit], ...] = (
     Outline,
+    Height,
     ElbowOutside,
     BallClearance,
     Reach,

@@ -1,9 +1,9 @@
 """Why a design's hardware is refused: all reasons in closed form, from sampled poses without solids.
 
-Six kinds: a platform that hangs below its elbows, after which nothing else is judged; parts that cannot be given sound
-dimensions; a drive that gives too little or breaks its cable; an outline that elbows or motors alone exceed; a cable
-whose plane or length no tolerances hold; loads that parts or drives may not bear even if what moves weighed
-as little as it can. Each is necessary: what passes here may still fail a check.
+Seven kinds: a platform that hangs below its elbows, after which nothing else is judged; parts that cannot be given
+sound dimensions; a drive that gives too little or breaks its cable; an outline that elbows or motors alone exceed; a
+height that the knob exceeds; a cable whose plane or length no tolerances hold; loads that parts or drives may not bear
+even if what moves weighed as little as it can. Each is necessary: what passes here may still fail a check.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from delta_cad.dimensions.rules import (
     BASE,
     BOTTOM,
     FOREARM,
+    HEIGHT,
     RATIO,
     SECTOR,
     Way,
@@ -234,6 +235,15 @@ def _outline(d: Dimensions) -> list[Reason]:
     ]
 
 
+def _height(d: Dimensions) -> Iterator[Reason]:
+    """A knob that rises higher than allowed at the cube's top."""
+    most = d.design.requirements.height_max_mm
+    if most is not None and d.height_mm > most:
+        message = f"its knob rises {ceil_sig(d.height_mm)} mm over the mounting surface; at most {most:g}"
+        ways = smaller(BOTTOM), smaller("cube.half_side_mm"), larger(HEIGHT)
+        yield Reason("assembly", "height", message, ways)
+
+
 def _cable_plane(d: Dimensions) -> Iterator[Reason]:
     """A pinion so small that its groove's own climb leaves nothing of the fleet angle to tolerances."""
     if d.capstan is None or (chain := plane_chain(d, d.capstan, CLASSES[0])).holds:
@@ -255,6 +265,7 @@ ALONE: dict[str, Callable[[Design], Iterable[Reason]]] = {"turning": _turning, "
 """Forms that need no dimensions of parts."""
 FORMS: dict[str, _Form] = {
     "outline": lambda d, _: _outline(d),
+    "height": lambda d, _: _height(d),
     "cable plane": lambda d, _: _cable_plane(d),
     "cable travel": lambda d, _: _cable_travel(d),
     **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in INTERFERENCE_FORMS.items()},

@@ -171,9 +171,9 @@ def test_json_is_the_record_and_nothing_else(
     ("words", "left_out"),
     [
         ([], []),
-        (["--no-drawings"], ["drawings", "manual"]),
+        (["--no-drawings"], ["drawings", "manual", "quotation"]),
         (["--no-report"], ["report", "pictures"]),
-        (["--no-drawings", "--no-report"], ["drawings", "manual", "report", "pictures"]),
+        (["--no-drawings", "--no-report"], ["drawings", "manual", "quotation", "report", "pictures"]),
     ],
 )
 def test_drawings_manual_and_report_are_made_or_left_out_and_the_manifest_says_so(
@@ -193,6 +193,7 @@ def test_drawings_manual_and_report_are_made_or_left_out_and_the_manifest_says_s
     read = {name: json.loads((tmp_path / best.name / f"{name}.json").read_text()) for name in ("manifest", "checks")}
     assert read["manifest"]["left_out"] == left_out
     assert ("drawings" in [check["name"] for check in read["checks"]["checks"]]) == ("drawings" not in left_out)
+    assert (tmp_path / best.name / "quotation.zip").exists() == ("quotation" not in left_out)
     assert len(reported) == ("report" not in left_out)
     assert ("stage" in given[-1]) == ("pictures" not in left_out)  # the last process that is given an order
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ import pytest
 
 from delta_cad.design import Design, design_hash
 from tests.committed import Built
+from tests.delta_cad.export.shop.quoted import check_quotation
 from tests.terminal import said
 
 
@@ -60,6 +62,20 @@ def test_the_build_holds_every_promised_file_and_its_hash(built: Built, best_ass
     for name, digest in listed.items():
         assert hashlib.sha256((built.folder / name).read_bytes()).hexdigest() == digest, name
     assert [p.name for p in built.folder.parent.iterdir()] == [built.folder.name]  # nothing is left beside it
+
+
+def test_a_shop_gets_every_made_part_in_one_archive(built: Built, best_assembly: Any) -> None:
+    made = {part.number: part for part in best_assembly.parts if part.make}
+    rows = check_quotation(built.folder)
+    assert [row["part_number"] for row in rows] == list(made)
+    assert all(f"{number}/{number}.pdf" in row["files"].split() for number, row in zip(made, rows, strict=True))
+    with (built.folder / "bom.csv").open(newline="", encoding="utf-8") as file:
+        listed = {row["part_number"]: row for row in csv.DictReader(file)}
+    for row in rows:
+        assert row["quantity"] == listed[row["part_number"]]["quantity"]
+        assert float(row["mass_g"]) == pytest.approx(float(listed[row["part_number"]]["unit_mass_g"]), rel=5e-3)
+    profiles = {path.name for path in (built.folder / "profiles").iterdir()}
+    assert profiles == {name.split("/")[1] for row in rows for name in row["files"].split() if "profile" in name}
 
 
 def _hashes(files: Any) -> Iterator[tuple[str, str]]:

@@ -50,6 +50,28 @@ def test_a_wider_pinion_lets_more_of_the_peak_through_a_motors_shaft() -> None:
     assert CHOICE.with_(wider_mm=0.5).base_radius_mm > CHOICE.base_radius_mm  # sectors have to pass one another
 
 
+def test_a_height_bounds_the_cube_that_is_found_with_what_parts_take_of_it() -> None:
+    outline, beyond = (
+        {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0},
+        replace(CORRECTIONS, height_beyond_mm=130.0),
+    )
+    free = largest()
+    top = VARIABLES.index("bottom_height"), VARIABLES.index("half_side")
+
+    def top_mm(found: Found) -> float:
+        return found.lengths_mm[top[0]] + 2.0 * found.lengths_mm[top[1]]
+
+    high, low = (top_mm(free) + 130.0 + more for more in (5.0, -20.0))
+    same = best_lengths(brief(outline | {"height_max_mm": high}), CHOICE, beyond)
+    found = best_lengths(brief(outline | {"height_max_mm": low}), CHOICE, beyond)
+    assert same is not None
+    assert found is not None
+    assert same.side_mm == pytest.approx(free.side_mm, abs=0.05)
+    assert top_mm(found) <= low - 130.0 + 1e-6
+    assert 1.0 < found.side_mm < free.side_mm - 1.0
+    assert best_lengths(brief(outline | {"height_max_mm": 131.0}), CHOICE, beyond) is None
+
+
 def test_lengths_far_from_those_that_were_weighed_are_held_to_the_weight_of_their_own_arms() -> None:
     required = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 6.0})
     far = replace(CORRECTIONS.mass_estimate, upper_arm_mm=35.0)

@@ -13,13 +13,12 @@ from delta_cad.checks.range.holding import holding_torque, moving_bodies
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.statics import worst_joint_torque
 from optimizer.codesign.bound import Bound, Kind
 from optimizer.codesign.hardware import Selection
 from optimizer.codesign.page import round_values
 from optimizer.codesign.relaxation import Cost
-from optimizer.codesign.report import FIGURES, DesignReport, binding, force_N, height_mm, results_of, set_limits
+from optimizer.codesign.report import FIGURES, DesignReport, binding, force_N, results_of, set_limits
 from optimizer.codesign.search_log import SearchLog, Trial
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.delta_cad.report.reading import Page
@@ -28,21 +27,6 @@ from tests.delta_cad.report.reading import Page
 def brief(**tables: dict[str, Any]) -> DesignBrief:
     required = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0} | tables.pop("requirements", {})
     return brief_from_dict({"name": "b", "requirements": required, **tables})
-
-
-def test_a_height_is_that_of_the_solids_with_the_handle_at_the_top(
-    best_dimensions: Dimensions, best_assembly: Assembly
-) -> None:
-    cube = best_dimensions.design.cube
-    top = np.array([0.0, 0.0, cube.bottom_height_mm + 2.0 * cube.half_side_mm])
-    ends = []
-    for occurrence in best_assembly.occurrences:
-        if not occurrence.name.startswith(("foot", "knob", "base_plate")):
-            continue
-        box, pose = occurrence.part.solid.BoundingBox(), best_assembly.poses(top)[occurrence.name]
-        assert pose[2, 2] == pytest.approx(1.0)  # upright
-        ends += [box.zmin + pose[2, 3], box.zmax + pose[2, 3]]
-    assert height_mm(best_dimensions) == pytest.approx(max(ends) - min(ends), abs=1e-3)
 
 
 def test_a_force_takes_all_of_the_torque_next_to_the_weight_somewhere_and_no_more_anywhere(

@@ -14,7 +14,8 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import load_design
-from delta_cad.dimensions import DimensionError, Reason
+from delta_cad.dimensions import DimensionError, Reason, dimensions
+from delta_cad.dimensions.rules import HEIGHT
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle, Outline
 from delta_cad.mechanism.workspace import CubeSearch
@@ -23,7 +24,7 @@ from delta_cad.structure.hardware.refusals import refusals
 from optimizer.codesign import candidate as candidates
 from optimizer.codesign.candidate import Candidate, design_for
 from optimizer.codesign.corrections import FARTHEST, KNOB_MM, NARROWER, SHOULDER_DEG, WIDER, Corrections, reference
-from optimizer.codesign.estimates import ELBOW_FIELD, SWING_FIELD, Estimate
+from optimizer.codesign.estimates import ELBOW_FIELD, SWING_FIELD, Estimate, estimates
 from optimizer.codesign.hardware import Selection
 from optimizer.codesign.lengths import to_requirements
 from optimizer.codesign.updates import (
@@ -218,6 +219,29 @@ def test_an_outline_refused_in_closed_form_leaves_more_room_and_asks_for_no_more
     assert corrections.overhead_mm[k] == pytest.approx(KNOWN.overhead_mm[k] + 0.25)
     assert corrections.overhead_mm[1 - k] == KNOWN.overhead_mm[1 - k]
     assert corrections.couple_index_min == KNOWN.couple_index_min
+
+
+def test_a_height_refused_in_closed_form_is_learnt_of_the_machine_itself() -> None:
+    own = load_design(BEST)
+    height, cube = dimensions(own).height_mm, own.cube
+    most = height - 12.0
+    low = own.model_copy(update={"requirements": own.requirements.model_copy(update={"height_max_mm": most})})
+    (out,) = estimates(low)
+    assert (out.field, out.value) == (HEIGHT, most)
+    _, corrections = from_refusals(brief(), CHOICE, KNOWN, [out])
+    # twelve millimetres that the lengths were not asked to keep
+    assert corrections.height_beyond_mm == pytest.approx(12.0, abs=0.11)
+    assert corrections.height_beyond_mm >= 12.0
+    top = cube.bottom_height_mm + 2.0 * cube.half_side_mm
+    known = replace(KNOWN, height_beyond_mm=height - top)
+    posed = to_requirements(
+        brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 60.0, "height_max_mm": 250.0}}),
+        CHOICE,
+        known,
+        KNOWN.mass_estimate.inertia(*LENGTHS[:2], 4.8),
+    )
+    assert posed.requirements.height_max_mm == 250.0
+    assert posed.limits.height_beyond_mm == pytest.approx(height - top)
 
 
 def test_an_outline_that_is_free_grows_by_whole_millimetres() -> None:

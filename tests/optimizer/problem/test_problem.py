@@ -40,6 +40,24 @@ def test_scaling_goes_to_the_bounds_and_back() -> None:
     np.testing.assert_array_equal(problem.scaled(np.array([82, 500, 40, 1, 70, 50])), [1.0, 0.0, 0.5, 0.5])
 
 
+ABSENT = ("holding_torque", "balls", "elbow_outside", "height")
+"""A synthesis has no build yet, these bounds keep what every design is held to, and no height is stated."""
+
+
+def test_a_height_is_a_constraint_of_every_step_and_counts_what_parts_take() -> None:
+    given = task(limits={"height_beyond_mm": 120.0})
+    high = given.model_copy(update={"requirements": given.requirements.model_copy(update={"height_max_mm": 300.0})})
+    assert "height" not in step_problem(given, 2).constraints
+    for step in (1, 2):
+        problem = step_problem(high, step, 40.0)
+        assert "height" in problem.constraints
+        lengths = np.array([[82.0, 112.0, 40.0, 30.0, 100.0, 40.0], [82.0, 112.0, 40.0, 30.0, 101.5, 40.0]])
+        margin = problem.design_margins(lengths / 1e3)["height"]
+        assert margin == pytest.approx([0.0, -1.5 / 300.0])
+    assert "requirements.height_max_mm" in step_problem(high, 2).describe("height")
+    assert "limits.height_beyond_mm = 120 mm" in step_problem(high, 2).describe("height")
+
+
 def test_steps_ask_what_the_paper_asks_and_the_limits_join_from_step_2() -> None:
     limits = {
         "outline_radius_max_mm": 122,
@@ -55,8 +73,7 @@ def test_steps_ask_what_the_paper_asks_and_the_limits_join_from_step_2() -> None
     }
     given = task(limits=limits, half_side=(10, 100), inertia=INERTIA, joints=JOINTS)
     assert step_problem(given, 1).constraints == ("outline", "reach", "half_side")
-    # a synthesis has no build yet, and these bounds keep what every design is held to
-    without_masses = tuple(name for name in CONSTRAINTS if name not in ("holding_torque", "balls", "elbow_outside"))
+    without_masses = tuple(name for name in CONSTRAINTS if name not in ABSENT)
     assert step_problem(given, 2).constraints == without_masses
     assert step_problem(task(), 2).constraints == ("outline", "reach", "assembly_mode", "torque")
     assert step_problem(given, 2, without=frozenset({"torque", "half_side"})).constraints == tuple(

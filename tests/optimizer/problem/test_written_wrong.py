@@ -66,7 +66,8 @@ def test_the_first_edition_is_held_to_the_same_units() -> None:
         ({"hardware": {"motor": "ec60-flat-408057"}}, "maxon-ec60flat-408057"),
         ({"feel": {"efective_mass_kg": 0.4}}, "effective_mass_max_kg"),
         ({"requirements": OUTLINE | {"kappa": 2.2}}, "feel.kappa_max"),
-        ({"requirements": OUTLINE | {"envelope_hight_mm": 200}}, ""),  # no height can be set: a width is not meant
+        ({"requirements": OUTLINE | {"envelope_hight_mm": 200}}, "height_max_mm"),  # not a width
+        ({"requirements": OUTLINE | {"colour_of_the_knob": 200}}, ""),
     ],
 )
 def test_a_near_miss_names_what_is_close_and_nothing_else(data: dict[str, Any], meant: str) -> None:

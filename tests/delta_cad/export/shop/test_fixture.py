@@ -19,6 +19,7 @@ from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import Noise, fit, poses_needed
 from haptics.calibration.poses import load_poses
 from tests.committed import BEST, ROOT
+from tests.delta_cad.export.shop.quoted import check_quotation
 from tests.haptics.calibration.devices import made, measured
 
 
@@ -116,7 +117,9 @@ def test_the_command_writes_parts_drawings_and_poses(tmp_path: Path, capsys: pyt
     names = {
         f"calibration_{part}.{kind}" for part in ("plate", "column", "spacer") for kind in ("step", "pdf", "svg", "dxf")
     }
-    assert {path.name for path in folder.glob("[!.]*")} == names | {"poses.csv"}
+    others = {"poses.csv", "calibration_plate.profile.dxf", "quotation.zip"}
+    assert {path.name for path in folder.glob("[!.]*")} == names | others
+    check_quotation(folder)
     step = cq.importers.importStep(str(folder / "calibration_plate.step"))
     (solid,) = step.solids().vals()
     cones = [f for f in solid.Faces() if f.geomType() == "CONE"]  # type: ignore[union-attr]

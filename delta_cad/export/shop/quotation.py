@@ -1,0 +1,84 @@
+"""What a shop asks for before it names a price, in one archive: of each made part its files, and a table of all.
+
+A part's STEP file holds one body. The archive is the same bytes for the same machine, as every file of a build.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import G_PER_KG
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.bom import csv_text
+from delta_cad.export.drawings.notes import finish_of
+from delta_cad.export.drawings.title import Titles, grams
+from delta_cad.export.drawings.write import titles_of
+from delta_cad.export.meshes import write_package
+from delta_cad.export.shop.profile import SUFFIX
+from delta_cad.solids.part import Part
+
+FILE = "quotation.zip"
+TABLE = "quotation.csv"
+_SUFFIXES = (".step", ".pdf", SUFFIX)
+
+
+@dataclass(frozen=True)
+class QuotedPart:
+    """A row of the table.
+
+    Attributes:
+        part_number: Number of the part, and first part of its files' names.
+        quantity: How many a machine has.
+        material: As its drawing orders it.
+        finish: What is done to it after it is cut.
+        size_mm: What it reaches along its axes.
+        mass_g: Of one.
+        files: Names in the archive.
+    """
+
+    part_number: str
+    quantity: int
+    material: str
+    finish: str
+    size_mm: str
+    mass_g: str
+    files: str = ""
+
+
+def quoted(part: Part, titles: Titles) -> QuotedPart:
+    """Gives the row of a part, in the words of its drawing's title block."""
+    size, mass = titles.size.removesuffix(" mm"), titles.mass.removesuffix(" g")
+    return QuotedPart(part.number, int(titles.quantity), titles.material, finish_of(part), size, mass)
+
+
+def quoted_parts(d: Dimensions, assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> list[QuotedPart]:
+    """Lists the made parts of a machine.
+
+    Args:
+        d: Its dimensions.
+        assembly: The machine.
+        unit_mass_kg: Mass of one of each part by its number, kg.
+    """
+    count = Counter(one.part.number for one in assembly.occurrences)
+    made = (part for part in assembly.parts if part.make)
+    return [
+        quoted(part, titles_of(d, part, count[part.number], grams(unit_mass_kg[part.number] * G_PER_KG)))
+        for part in made
+    ]
+
+
+def write_quotation(rows: Sequence[QuotedPart], folder: Path) -> None:
+    """Packs the STEP file, the drawing and the profile of each part that the folder has, with the table of all."""
+    entries, listed = dict[str, bytes](), list[QuotedPart]()
+    for row in rows:
+        names = {row.part_number + suffix for suffix in _SUFFIXES}
+        files = sorted(path for path in folder.rglob(f"{row.part_number}.*") if path.name in names)
+        own = {f"{row.part_number}/{path.name}": path.read_bytes() for path in files}
+        entries |= own
+        listed.append(replace(row, files=" ".join(own)))
+    table = csv_text(QuotedPart, listed).encode()
+    write_package(folder / FILE, {TABLE: table, **entries})
