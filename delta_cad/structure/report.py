@@ -133,6 +133,7 @@ def structure_record(d: Dimensions, whole: StructureReport) -> dict[str, Any]:
         },
         "centre": over.at(centre) | {"first_mode_Hz": _plain(whole.modes_Hz[centre])},
         "softest": over.at(worst),
+        "band_N_mm": [_plain(over.least_N_mm), _plain(over.softest.stiffness_N_mm[worst])],
         "slowest": {
             "position_mm": _plain(over.positions_mm[slowest]),
             "first_mode_Hz": _plain(whole.modes_Hz[slowest]),

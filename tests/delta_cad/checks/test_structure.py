@@ -81,6 +81,7 @@ def test_the_record_is_plain_and_its_matrices_are_the_stiffness() -> None:
     assert record["knob_over_wrists_mm"] == 40.0
     least = [np.linalg.eigvalsh(one["matrix"])[0] for one in record["stiffness_N_mm"]]
     assert min(least) == pytest.approx(record["softest"]["softest_N_mm"], rel=1e-3)  # six digits are told
+    assert record["band_N_mm"] == pytest.approx([stiffness(d).least_N_mm, record["softest"]["softest_N_mm"]], rel=1e-5)
     assert sum(record["softest"]["shares"].values()) == pytest.approx(1.0, abs=1e-4)
     assert {load["case"] for load in record["loads"]} == {"for ever", "peak"}
     assert all(load["holds"] == (load["margin"] >= 1.0) for load in record["loads"])
